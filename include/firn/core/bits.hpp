@@ -1,0 +1,74 @@
+/// \file Exact operations on the binary digits of a float or double, and of all lanes of a pack from the same lines:
+/// what exp, log and pow need besides arithmetic. They hold for normal numbers; callers see to zero, subnormals, ±∞.
+#pragma once
+
+#include <firn/core/scalar.hpp>
+
+#include <limits>
+
+namespace firn {
+
+/// Where the digits of an IEEE 754 float or double lie.
+template <std::floating_point T>
+struct binary_layout {
+    using integer = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
+    static constexpr int fraction_bits = std::numeric_limits<T>::digits - 1;
+    static constexpr integer bias = std::numeric_limits<T>::max_exponent - 1;
+    static constexpr integer fraction_mask = (integer(1) << fraction_bits) - 1;
+    static constexpr integer one = bias << fraction_bits;  ///< the bits of 1
+    /// Added to a whole number |n| < 2^(fraction_bits − 1), it leaves n in the lowest digits.
+    static constexpr T whole = T(1.5) * T(integer(1) << fraction_bits);
+};
+
+namespace detail::bits {
+
+// V is T or a vector of T, I the integer or vector of integers of the same size.
+
+template <class T, class I, class V>
+FIRN_INLINE V power_of_two(V n) {
+    using L = binary_layout<T>;
+    return std::bit_cast<V>((std::bit_cast<I>(n + L::whole) + L::bias) << L::fraction_bits);
+}
+template <class T, class I, class V>
+FIRN_INLINE V exponent_of(V x) {
+    using L = binary_layout<T>;
+    constexpr auto two_to_fraction_bits = (L::bias + L::fraction_bits) << L::fraction_bits;
+    const I digits = (std::bit_cast<I>(x) >> L::fraction_bits) | two_to_fraction_bits;
+    return std::bit_cast<V>(digits) - T((typename L::integer(1) << L::fraction_bits) + L::bias);
+}
+template <class T, class I, class V>
+FIRN_INLINE V significand_of(V x) {
+    using L = binary_layout<T>;
+    return std::bit_cast<V>((std::bit_cast<I>(x) & L::fraction_mask) | L::one);
+}
+template <class T, class I, class V>
+FIRN_INLINE V leading_half(V x) {
+    using L = binary_layout<T>;
+    constexpr auto trailing = (typename L::integer(1) << (L::fraction_bits / 2 + 1)) - 1;
+    return std::bit_cast<V>(std::bit_cast<I>(x) & ~trailing);
+}
+
+}  // namespace detail::bits
+
+/// 2ⁿ, n a whole number, −126 ≤ n ≤ 127 (double: −1022 ≤ n ≤ 1023).
+template <std::floating_point T>
+FIRN_INLINE T power_of_two(T n) {
+    return detail::bits::power_of_two<T, typename binary_layout<T>::integer>(n);
+}
+/// e of x = m 2ᵉ with 1 ≤ m < 2, for normal x > 0.
+template <std::floating_point T>
+FIRN_INLINE T exponent_of(T x) {
+    return detail::bits::exponent_of<T, typename binary_layout<T>::integer>(x);
+}
+/// m of x = m 2ᵉ with 1 ≤ m < 2, for normal x > 0.
+template <std::floating_point T>
+FIRN_INLINE T significand_of(T x) {
+    return detail::bits::significand_of<T, typename binary_layout<T>::integer>(x);
+}
+/// x with only its leading 12 binary digits (double: 26): products of two such numbers are exact.
+template <std::floating_point T>
+FIRN_INLINE T leading_half(T x) {
+    return detail::bits::leading_half<T, typename binary_layout<T>::integer>(x);
+}
+
+}  // namespace firn

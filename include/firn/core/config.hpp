@@ -1,0 +1,37 @@
+/// \file Compiler-dependent words: forced inlining, and how many lanes the target's registers hold.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+
+#if defined(__clang__) || defined(__GNUC__)
+/// A function that must dissolve into its caller: the physics is small and lives in registers.
+#define FIRN_INLINE [[gnu::always_inline]] inline
+/// The same for a lambda, written after its parameter list.
+#define FIRN_LAMBDA __attribute__((always_inline))
+#define FIRN_RESTRICT __restrict__
+#else
+#error "firn needs g++ 12 or clang 19, or later: it uses their vector extension for SIMD lanes."
+#endif
+
+namespace firn {
+
+/// Width of a SIMD register of the target in bytes.
+inline constexpr std::size_t register_bytes =
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+    64;
+#elif defined(__AVX__)
+    32;
+#else
+    16;
+#endif
+
+/// Calls f(0), f(1), …, f(N−1), each index a compile-time constant.
+template <int N, class F>
+FIRN_INLINE constexpr void unroll(F&& f) {
+    [&]<int... I>(std::integer_sequence<int, I...>) FIRN_LAMBDA {
+        (f(std::integral_constant<int, I>{}), ...);
+    }(std::make_integer_sequence<int, N>{});
+}
+
+}  // namespace firn

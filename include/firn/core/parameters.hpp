@@ -1,0 +1,80 @@
+/// \file Named parameters of a policy, with units: how a policy is lifted to another scalar, written to a file,
+/// and (later) named as a uniform of a GPU program.
+///
+/// A policy lists its scalar fields:
+///
+///     static constexpr auto parameters() {
+///         return std::tuple{firn::parameter{"mu", "Pa", &NeoHookean::mu},
+///                           firn::parameter{"lambda", "Pa", &NeoHookean::lambda}};
+///     }
+///
+/// A policy that holds more than scalars writes `template <class T> P<T> lifted() const` itself.
+#pragma once
+
+#include <firn/core/tensor.hpp>
+
+#include <tuple>
+
+namespace firn {
+
+template <class Owner, class Field>
+struct parameter {
+    const char* name;
+    const char* unit;
+    Field Owner::* member;
+    constexpr parameter(const char* n, const char* u, Field Owner::* m) : name(n), unit(u), member(m) {}
+};
+
+namespace detail {
+template <class P, class T>
+struct with_scalar {
+    using type = P;  // no scalar inside: the same for every scalar
+};
+template <template <class> class P, class S, class T>
+struct with_scalar<P<S>, T> {
+    using type = P<T>;
+};
+template <template <class, int> class P, class S, int D, class T>
+struct with_scalar<P<S, D>, T> {
+    using type = P<T, D>;
+};
+template <class T, class S>
+FIRN_INLINE T lift_value(const S& value) {
+    return T(value);
+}
+template <class T, class S, int D>
+FIRN_INLINE Vec<T, D> lift_value(const Vec<S, D>& value) {
+    return cast<T>(value);
+}
+}  // namespace detail
+
+/// The policy P<S> or P<S, D> with its scalar replaced by T.
+template <class P, class T>
+using with_scalar_t = typename detail::with_scalar<P, T>::type;
+
+template <class P>
+concept has_parameters = requires { P::parameters(); };
+
+/// Lifts a policy to the scalar T: every listed parameter is converted, e.g. a float to sixteen equal lanes.
+template <class T, class P>
+FIRN_INLINE auto lift(const P& policy) {
+    using Lifted = with_scalar_t<P, T>;
+    if constexpr (std::same_as<Lifted, P>) {
+        return policy;
+    } else if constexpr (requires { policy.template lifted<T>(); }) {
+        return policy.template lifted<T>();
+    } else {
+        static_assert(has_parameters<P>, "firn: a policy with a scalar parameter type must list its fields in a static "
+                                         "function parameters(); see firn/core/parameters.hpp.");
+        Lifted lifted{};
+        constexpr auto from = P::parameters();
+        constexpr auto to = Lifted::parameters();
+        constexpr int count = int(std::tuple_size_v<decltype(from)>);
+        unroll<count>([&](auto i) FIRN_LAMBDA {
+            lifted.*(std::get<i>(to).member) = detail::lift_value<T>(policy.*(std::get<i>(from).member));
+        });
+        return lifted;
+    }
+}
+
+}  // namespace firn

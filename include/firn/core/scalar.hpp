@@ -1,0 +1,87 @@
+/// \file What a scalar is: the seam through which one definition runs as float, double, SIMD lanes, dual numbers.
+///
+/// A definition may use + − × ÷, comparisons (which give a *mask*), and the functions of this file:
+/// `select(mask, a, b)` in place of `if`, `sqrt`, `abs`, `min`, `max`, `floor`, `any(mask)`.
+/// `any` is for skipping work that no lane needs; what it guards must not change lanes whose mask is off.
+#pragma once
+
+#include <firn/core/config.hpp>
+
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <type_traits>
+
+namespace firn {
+
+template <std::floating_point S>
+FIRN_INLINE constexpr S select(bool mask, S if_true, S if_false) {
+    return mask ? if_true : if_false;
+}
+FIRN_INLINE constexpr bool any(bool mask) { return mask; }
+
+template <std::floating_point S>
+FIRN_INLINE S sqrt(S a) {
+    return std::sqrt(a);
+}
+template <std::floating_point S>
+FIRN_INLINE S floor(S a) {
+    return std::floor(a);
+}
+template <std::floating_point S>
+FIRN_INLINE constexpr S abs(S a) {
+    return a < S(0) ? -a : a;
+}
+
+/// How a scalar relates to the machine number it is made of; specialised by pack, dual, …
+template <class S>
+struct scalar_traits {
+    using value_type = S;             ///< float or double
+    static constexpr int lanes = 1;   ///< particles held by one S
+};
+
+template <class S>
+using value_type_t = typename scalar_traits<S>::value_type;
+
+/// The type of a comparison of two S.
+template <class S>
+using mask_t = decltype(std::declval<const S&>() < std::declval<const S&>());
+
+// clang-format off
+template <class S>
+concept has_arithmetic = requires(const S a, const S b) {
+    { a + b } -> std::same_as<S>;  { a - b } -> std::same_as<S>;
+    { a * b } -> std::same_as<S>;  { a / b } -> std::same_as<S>;
+    { -a } -> std::same_as<S>;
+};
+template <class S>
+concept has_literals = std::constructible_from<S, double> && std::constructible_from<S, int>;
+
+template <class S>
+concept has_select = requires(const S a, const S b) {
+    { select(a < b, a, b) } -> std::same_as<S>;
+    { select(a <= b, a, b) } -> std::same_as<S>;
+    { any(a < b) } -> std::same_as<bool>;
+};
+template <class S>
+concept has_roots = requires(const S a) {
+    { sqrt(a) } -> std::same_as<S>;
+    { abs(a) } -> std::same_as<S>;
+};
+// clang-format on
+
+/// A number type that every definition of firn can be evaluated with.
+template <class S>
+concept scalar = has_arithmetic<S> && has_literals<S> && has_select<S> && has_roots<S>;
+
+template <scalar S>
+FIRN_INLINE constexpr S min(const S& a, const S& b) {
+    return select(b < a, b, a);
+}
+template <scalar S>
+FIRN_INLINE constexpr S max(const S& a, const S& b) {
+    return select(a < b, b, a);
+}
+
+}  // namespace firn
