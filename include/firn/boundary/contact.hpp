@@ -1,0 +1,28 @@
+/// \file How matter meets a surface: stick, slip, or slip and let go, with Coulomb friction.
+#pragma once
+
+#include <firn/core/tensor.hpp>
+
+namespace firn {
+
+enum class Contact {
+    stick,    ///< no motion at the surface
+    slip,     ///< no motion through or away from the surface
+    separate  ///< no motion into the surface; free to leave
+};
+
+/// The velocity, relative to the surface, after contact. `normal` is of unit length and points into free space.
+/// Friction takes at most μ times the normal impulse from the tangential velocity (Stomakhin et al. 2013, §8).
+template <scalar S, int D>
+FIRN_INLINE Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>& normal, Contact contact, const S& friction) {
+    if (contact == Contact::stick) return Vec<S, D>::zero();
+    const S outward = dot(v, normal);
+    const S into = min(outward, S(0));
+    const Vec<S, D> tangential = v - normal * outward;
+    const S speed = norm(tangential);
+    const S kept = max(speed + friction * into, S(0)) / select(speed > S(0), speed, S(1));
+    const Vec<S, D> after = tangential * kept;
+    return contact == Contact::slip ? after : after + normal * max(outward, S(0));
+}
+
+}  // namespace firn

@@ -1,0 +1,45 @@
+/// \file What an interpolation kernel is.
+#pragma once
+
+#include <firn/core/scalar.hpp>
+
+#include <array>
+
+namespace firn {
+
+// A kernel is a product of one function a dimension. Along one axis, for a particle at x (in cells from the lower
+// corner), it touches `support` nodes from base = floor(x − base_shift); all its functions take the fractional
+// position f = x − base.
+
+template <class K>
+concept has_support = requires {
+    { K::support } -> std::convertible_to<int>;
+    { K::base_shift } -> std::convertible_to<double>;
+    requires K::support >= 2 && K::support <= 4;
+};
+template <class K, class S>
+concept has_weights = requires(const S f) {
+    { K::weights(f) } -> std::same_as<std::array<S, std::size_t(K::support)>>;
+    { K::gradients(f) } -> std::same_as<std::array<S, std::size_t(K::support)>>;  ///< per cell
+};
+/// D⁻¹ in 1/h²: Σ N (x_i − x)(x_i − x)ᵀ = h²/inverse_inertia I for every x (Jiang et al. 2015, §5.3).
+template <class K>
+concept has_inertia = requires {
+    { K::inverse_inertia } -> std::convertible_to<double>;
+};
+/// largest_weight[c]: the most that a particle in the c-th of the support + 1 cells around a node gives to it;
+/// largest_gradient[c] likewise for |gradient|. The bound of the fixed-point scale comes from them.
+template <class K>
+concept has_bounds = requires {
+    { K::largest_weight } -> std::convertible_to<std::array<double, std::size_t(K::support + 1)>>;
+    { K::largest_gradient } -> std::convertible_to<double>;
+};
+
+template <class K>
+concept kernel = has_support<K> && has_weights<K, float> && has_weights<K, double> && has_inertia<K> && has_bounds<K>;
+
+/// Offset of the node, counted from base, at which a record is centred: the middle one.
+template <class K>
+inline constexpr int centre_node = (K::support - 1) / 2;
+
+}  // namespace firn

@@ -1,0 +1,33 @@
+/// \file Quadratic B-spline: N(u) = ¾ − u² for |u| < ½, ½ (3/2 − |u|)² for ½ ≤ |u| < 3/2, else 0.
+/// Steffen, Kirby and Berzins 2008; Jiang et al. 2016, §4.
+#pragma once
+
+#include <firn/kernel/concept.hpp>
+
+namespace firn {
+
+struct QuadraticBSpline {
+    static constexpr int support = 3;
+    static constexpr double base_shift = 0.5;
+    static constexpr double inverse_inertia = 4;
+    /// A node at 2 of four cells [0,1), …, [3,4): |u| ≥ 1, ≥ 0, ≥ 0, ≥ 1 gives at most N(1), N(0), N(0), N(1).
+    static constexpr std::array<double, 4> largest_weight{0.125, 0.75, 0.75, 0.125};
+    static constexpr double largest_gradient = 1;
+
+    /// Weights of the nodes base, base + 1, base + 2; f in [½, 3/2).
+    template <scalar S>
+    FIRN_INLINE static std::array<S, 3> weights(const S& f) {
+        const S left = S(1.5) - f, middle = f - S(1), right = f - S(0.5);
+        return {S(0.5) * left * left, S(0.75) - middle * middle, S(0.5) * right * right};
+    }
+
+    /// Derivatives of the weights by x, per cell (divide by h for 1/m).
+    template <scalar S>
+    FIRN_INLINE static std::array<S, 3> gradients(const S& f) {
+        return {f - S(1.5), S(2) - (f + f), f - S(0.5)};
+    }
+};
+
+static_assert(kernel<QuadraticBSpline>);
+
+}  // namespace firn

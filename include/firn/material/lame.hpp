@@ -1,0 +1,35 @@
+/// \file Elastic moduli: from Young's modulus and Poisson's ratio to the Lamé parameters.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/core/scalar.hpp>
+
+#include <cmath>
+
+namespace firn {
+
+struct Lame {
+    double mu;      ///< shear modulus [Pa]
+    double lambda;  ///< first Lamé parameter [Pa]
+};
+
+/// μ = E / (2 (1 + ν)), λ = E ν / ((1 + ν)(1 − 2 ν)); the same in 2D (plane strain).
+/// \throws parameter_error unless E > 0 [Pa] and −1 < ν < ½
+inline Lame lame_from_young_poisson(double young, double poisson) {
+    if (!(young > 0) || !std::isfinite(young))
+        throw parameter_error(sentence("Young's modulus is ", young, " Pa; it must be positive and finite."));
+    if (!(poisson > -1 && poisson < 0.5))
+        throw parameter_error(sentence("Poisson's ratio is ", poisson,
+                                       "; it must lie between −1 and ½, both excluded. An incompressible solid can be "
+                                       "approached with 0.49 (and a smaller time step)."));
+    return {young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))};
+}
+
+/// \throws parameter_error unless μ ≥ 0 and λ + 2 μ/3 > 0 [Pa]
+inline void check_lame(double mu, double lambda) {
+    if (!(mu >= 0) || !std::isfinite(mu) || !std::isfinite(lambda) || !(lambda + 2 * mu / 3 > 0))
+        throw parameter_error(sentence("Lamé parameters μ = ", mu, " Pa, λ = ", lambda,
+                                       " Pa: μ must not be negative and the bulk modulus λ + 2μ/3 must be positive."));
+}
+
+}  // namespace firn

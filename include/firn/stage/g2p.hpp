@@ -1,0 +1,87 @@
+/// \file What one particle takes from the grid.
+#pragma once
+
+#include <firn/stage/offset.hpp>
+
+namespace firn {
+
+/// Sums over the nodes around a particle.
+template <class S, int D>
+struct G2PSums {
+    Vec<S, D> velocity;  ///< Σ N v_i [m/s]
+    Mat<S, D> moment;    ///< Σ N v_i oᵀ, o in cells from the centre node [m/s]; for affine transfers
+    Mat<S, D> gradient;  ///< Σ v_i ∇Nᵀ, ∇N per cell [m/s]; where weight gradients are needed
+};
+
+/// Does G2P need Σ N v_i oᵀ ?  Does it need Σ v_i ∇Nᵀ ?
+template <class Transfer>
+inline constexpr bool g2p_needs_moment = Transfer::affine;
+template <class Transfer, class Force>
+inline constexpr bool g2p_needs_gradient = Force::weight_gradients || !Transfer::affine;
+
+/// What G2P gives back to a particle.
+template <class S, int D>
+struct G2PResult {
+    Vec<S, D> velocity;           ///< v [m/s]
+    Mat<S, D> affine;             ///< C [1/s]
+    Mat<S, D> velocity_gradient;  ///< ∇v, which moves F [1/s]
+};
+
+/// \param d  the particle's position from its centre node, in cells;  \param h  cell size [m]
+/// The velocity gradient is C where the MLS forces are its dual (Hu et al. 2018, §4), else Σ v_i ⊗ ∇N_i.
+template <class Kernel, class Transfer, class Force, scalar S, int D>
+FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<S, D>& d, const S& h) {
+    G2PResult<S, D> result;
+    result.velocity = sums.velocity;
+    const S D_inverse = S(Kernel::inverse_inertia) / (h * h);
+    if constexpr (g2p_needs_moment<Transfer>)
+        result.affine = Transfer::affine_field((sums.moment - outer(sums.velocity, d)) * h, D_inverse);
+    else
+        result.affine = Mat<S, D>::zero();
+    if constexpr (g2p_needs_gradient<Transfer, Force>) result.velocity_gradient = sums.gradient * (S(1) / h);
+    else result.velocity_gradient = result.affine;
+    return result;
+}
+
+/// Sums over some axes; the dual of OpenRecord. V holds the velocity of a node, or of a row of nodes.
+template <class V, int Closed, bool Moments, bool Gradients>
+struct PartialSums {
+    V value;                                                       ///< Σ N v
+    std::array<V, std::size_t(Moments ? Closed : 0)> moment{};     ///< Σ N v o, an axis each
+    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient{}; ///< Σ ∂N v, an axis each
+};
+
+/// Sums over one more axis: `parts[k]` are the sums of the nodes at offset k − centre, where the kernel has weight w[k]
+/// and gradient g[k].
+template <int Centre, class V, int Closed, bool Moments, bool Gradients, class W, std::size_t K>
+FIRN_INLINE PartialSums<V, Closed + 1, Moments, Gradients> sum_axis(
+    const std::array<PartialSums<V, Closed, Moments, Gradients>, K>& parts, const std::array<W, K>& w,
+    const std::array<W, K>& g) {
+    PartialSums<V, Closed + 1, Moments, Gradients> sums;
+    std::array<V, K> weighted;
+    unroll<int(K)>([&](auto k) FIRN_LAMBDA { weighted[k] = parts[k].value * w[k]; });
+    sums.value = weighted[0];
+    unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA { sums.value = sums.value + weighted[k + 1]; });
+    if constexpr (Moments) {
+        unroll<Closed>([&](auto a) FIRN_LAMBDA {
+            sums.moment[a] = parts[0].moment[a] * w[0];
+            unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA { sums.moment[a] = sums.moment[a] + parts[k + 1].moment[a] * w[k + 1]; });
+        });
+        sums.moment[Closed] = weighted[Centre + 1];  // offset 1; the others follow, 0 gives nothing
+        unroll<int(K)>([&](auto k) FIRN_LAMBDA {
+            if constexpr (k - Centre != 1)
+                sums.moment[Closed] = plus_times(sums.moment[Closed], weighted[k], std::integral_constant<int, k - Centre>{});
+        });
+    }
+    if constexpr (Gradients) {
+        unroll<Closed>([&](auto a) FIRN_LAMBDA {
+            sums.gradient[a] = parts[0].gradient[a] * w[0];
+            unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA { sums.gradient[a] = sums.gradient[a] + parts[k + 1].gradient[a] * w[k + 1]; });
+        });
+        sums.gradient[Closed] = parts[0].value * g[0];
+        unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA { sums.gradient[Closed] = sums.gradient[Closed] + parts[k + 1].value * g[k + 1]; });
+    }
+    return sums;
+}
+
+}  // namespace firn

@@ -1,0 +1,28 @@
+/// \file What happens to one node between P2G and G2P.
+#pragma once
+
+#include <firn/core/tensor.hpp>
+
+namespace firn {
+
+/// The new velocity of a node: momentum over mass, accelerated for dt, then the boundary.
+/// A node without mass has no velocity: zero. (A force per mass [m/s²] is added to the velocity, not to the momentum:
+/// for nodes with very little mass that is the more accurate order.)
+template <scalar S, int D, class Boundary>
+FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, const Vec<S, D>& position,
+                                    const Vec<S, D>& acceleration, const S& dt, const Boundary& boundary) {
+    const auto filled = mass > S(0);
+    const S per_mass = S(1) / select(filled, mass, S(1));
+    const Vec<S, D> v = boundary.velocity(position, momentum * per_mass + acceleration * dt);
+    return select(filled, v, Vec<S, D>::zero());
+}
+
+/// For nodes that no boundary reaches.
+struct NoBoundary {
+    template <class S, int D>
+    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>&, const Vec<S, D>& v) const {
+        return v;
+    }
+};
+
+}  // namespace firn

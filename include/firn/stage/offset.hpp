@@ -1,0 +1,21 @@
+/// \file Sums with small whole numbers as factors: a node's offset from the centre node is −1, 0, 1 or 2.
+#pragma once
+
+#include <firn/core/tensor.hpp>
+
+namespace firn {
+
+/// a + b o, without a multiplication where o is −1, 0 or 1.
+template <class V, class O>
+FIRN_INLINE V plus_times(const V& a, const V& b, const O& o) {
+    return a + b * o;
+}
+template <class V, int o>
+FIRN_INLINE V plus_times(const V& a, const V& b, std::integral_constant<int, o>) {
+    if constexpr (o == 0) return a;
+    else if constexpr (o == 1) return a + b;
+    else if constexpr (o == -1) return a - b;
+    else return a + (b + b);  // o = 2, of the cubic kernel
+}
+
+}  // namespace firn

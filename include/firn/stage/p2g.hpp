@@ -1,0 +1,64 @@
+/// \file What one particle gives to the grid: its record, and the record's value at a node.
+///
+/// A node at offset o (whole cells from the particle's centre node) receives
+///     N (p + A o) + G ∇N      momentum [kg m/s]        and        N m      mass [kg]
+/// where p, A come from the transfer and the MLS form of the forces, G from the weight-gradient form.
+#pragma once
+
+#include <firn/stage/offset.hpp>
+
+namespace firn {
+
+/// A particle as P2G sees it.
+template <class S, int D>
+struct P2GParticle {
+    S mass;              ///< m [kg]
+    S volume;            ///< V0, at rest [m^D]
+    Vec<S, D> velocity;  ///< v [m/s]
+    Mat<S, D> affine;    ///< C [1/s]; read by affine transfers only
+    Mat<S, D> stress;    ///< Kirchhoff stress τ [Pa]
+};
+
+/// What P2G scatters.
+template <class S, int D>
+struct P2GRecord {
+    S mass;              ///< m [kg]
+    Vec<S, D> momentum;  ///< p, at the centre node [kg m/s]
+    Mat<S, D> affine;    ///< A [kg m/s a cell]
+    Mat<S, D> gradient;  ///< G [kg m/s]; zero unless the force form uses weight gradients
+};
+
+/// \param d  the particle's position from its centre node, in cells
+/// \param h  cell size [m];  \param dt  time step [s]
+template <class Kernel, class Transfer, class Force, scalar S, int D>
+FIRN_INLINE P2GRecord<S, D> make_record(const P2GParticle<S, D>& particle, const Vec<S, D>& d, const S& h, const S& dt) {
+    const S D_inverse = S(Kernel::inverse_inertia) / (h * h);
+    const Mat<S, D> impulse = particle.stress * (-(dt * particle.volume));
+    Mat<S, D> A = Force::affine_part(impulse, D_inverse, h);
+    if constexpr (Transfer::affine) A += particle.affine * (particle.mass * h);
+    return {particle.mass, particle.velocity * particle.mass - A * d, A, Force::gradient_part(impulse, h)};
+}
+
+/// A record whose leading axes are still open: V holds momentum and mass of a node, or of a row of nodes.
+/// contract() evaluates it along one axis; after all axes `value` is what the node receives.
+template <class V, int Open, bool Gradients>
+struct OpenRecord {
+    V value;
+    std::array<V, std::size_t(Open)> column;                      ///< columns of A
+    std::array<V, std::size_t(Gradients ? Open : 0)> gradient{};  ///< columns of G
+
+    /// Closes the last open axis at offset o, where the kernel has weight w and gradient g.
+    template <class O, class W>
+    FIRN_INLINE OpenRecord<V, Open - 1, Gradients> contract(const O& o, const W& w, const W& g) const {
+        OpenRecord<V, Open - 1, Gradients> rest;
+        rest.value = plus_times(value, column[Open - 1], o) * w;
+        if constexpr (Gradients) rest.value = rest.value + gradient[Open - 1] * g;
+        unroll<Open - 1>([&](auto a) FIRN_LAMBDA {
+            rest.column[a] = column[a] * w;
+            if constexpr (Gradients) rest.gradient[a] = gradient[a] * w;
+        });
+        return rest;
+    }
+};
+
+}  // namespace firn
