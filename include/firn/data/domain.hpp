@@ -1,0 +1,42 @@
+/// \file The box in which matter moves, and its cells.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/core/tensor.hpp>
+
+#include <cmath>
+
+namespace firn {
+
+/// An axis-aligned box of any size, with cubic cells of any size. Nodes lie at multiples of `cell_size` from `lower`.
+template <int D>
+struct Domain {
+    Vec<double, D> lower{};                               ///< [m]
+    Vec<double, D> upper = Vec<double, D>::filled(1.0);   ///< [m]
+    double cell_size = 1.0 / 64;                          ///< h [m]
+
+    /// Number of cells along an axis; the last one reaches over `upper` where the extent is no multiple of h.
+    int cells(int axis) const { return int(std::ceil((upper[axis] - lower[axis]) / cell_size - 1e-6)); }
+};
+
+/// Block coordinates are packed into 21 bits an axis: 2²⁰ blocks of four cells each way from the lower corner.
+inline constexpr double most_cells_per_axis = 4.0 * (1 << 20) - 16;
+
+/// \throws parameter_error if the box is empty or not finite, or has too many or too few cells
+template <int D>
+void check(const Domain<D>& domain) {
+    if (!(domain.cell_size > 0) || !std::isfinite(domain.cell_size))
+        throw parameter_error(sentence("The cell size is ", domain.cell_size, " m; it must be positive and finite."));
+    for (int a = 0; a < D; ++a) {
+        const double extent = domain.upper[a] - domain.lower[a];
+        if (!std::isfinite(domain.lower[a]) || !std::isfinite(domain.upper[a]) || !(extent > 0))
+            throw parameter_error(sentence("The domain reaches from ", domain.lower[a], " m to ", domain.upper[a],
+                                           " m along axis ", a, "; upper must be above lower and both finite."));
+        const double cells = extent / domain.cell_size;
+        if (!(cells >= 2 && cells <= most_cells_per_axis))
+            throw parameter_error(sentence("The domain has ", cells, " cells of ", domain.cell_size, " m along axis ", a,
+                                           "; from 2 to ", most_cells_per_axis, " are possible."));
+    }
+}
+
+}  // namespace firn

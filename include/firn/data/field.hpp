@@ -1,0 +1,112 @@
+/// \file Where a particle's numbers lie in memory, and how a pack of lanes is read from there.
+///
+/// A *slot* is a place in the order in which particles are worked through; sixteen slots make a pack. firn's own
+/// particles lie in that order (BlockedSpan); a foreign program's arrays are reached through an index (StridedSpan).
+#pragma once
+
+#include <firn/core/pack.hpp>
+#include <firn/data/aligned.hpp>
+
+#include <array>
+#include <cstdint>
+
+namespace firn {
+
+/// Particles a pack: a structure of arrays of this length is what the lane loops work on.
+inline constexpr int pack_size = 16;
+
+/// In an index of slots: no particle here, the slot is padding.
+inline constexpr std::uint32_t no_particle = 0xffffffffu;
+
+/// The slots of one register: `lanes` consecutive ones from `first`; `index` names their particles where particles
+/// do not lie in the order of slots.
+struct Slots {
+    std::size_t first;
+    const std::uint32_t* index;
+};
+
+/// `components` numbers a particle in blocks of sixteen: [pack][component][lane].
+template <class S>
+struct BlockedSpan {
+    S* data;
+    int components;
+
+    template <class P>
+    FIRN_INLINE P load(const Slots& slots, int component) const {
+        return P::load(at(slots.first, component));
+    }
+    template <class P>
+    FIRN_INLINE P load_or_zero(const Slots& slots, int component) const {
+        return load<P>(slots, component);  // padding holds zeros where it matters
+    }
+    template <class P>
+    FIRN_INLINE void store(const Slots& slots, int component, const P& value) const {
+        value.store(at(slots.first, component));
+    }
+    FIRN_INLINE S& at(const Slots& slots, int component) const { return *at(slots.first, component); }
+    FIRN_INLINE S* at(std::size_t slot, int component) const {
+        return data + (slot / pack_size) * std::size_t(components * pack_size) + std::size_t(component * pack_size) +
+               slot % pack_size;
+    }
+};
+
+/// Numbers anywhere: particle i's component k is at data[i * stride + offset[k]]. Arrays of structures, structures of
+/// arrays, matrices by rows or by columns.
+template <class S>
+struct StridedSpan {
+    S* data = nullptr;
+    std::ptrdiff_t stride = 0;                ///< from one particle to the next, in numbers
+    std::array<std::ptrdiff_t, 9> offset{};   ///< of each component, matrices by columns
+
+    static StridedSpan scalars(S* data, std::ptrdiff_t stride = 1) { return {data, stride, {}}; }
+    /// Vectors of D consecutive numbers.
+    template <int D>
+    static StridedSpan vectors(S* data, std::ptrdiff_t stride = D) {
+        StridedSpan span{data, stride, {}};
+        for (int k = 0; k < D; ++k) span.offset[std::size_t(k)] = k;
+        return span;
+    }
+    /// D × D matrices of consecutive numbers, row after row (C, NumPy) or column after column (Eigen, Fortran).
+    template <int D>
+    static StridedSpan matrices(S* data, bool by_rows, std::ptrdiff_t stride = D * D) {
+        StridedSpan span{data, stride, {}};
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j < D; ++j) span.offset[std::size_t(i + D * j)] = by_rows ? D * i + j : i + D * j;
+        return span;
+    }
+    /// Each component an array of its own, `distance` numbers after the one before.
+    static StridedSpan arrays(S* data, int components, std::ptrdiff_t distance) {
+        StridedSpan span{data, 1, {}};
+        for (int k = 0; k < components; ++k) span.offset[std::size_t(k)] = k * distance;
+        return span;
+    }
+
+    /// Lanes of padding repeat the first particle of the register.
+    template <class P>
+    FIRN_INLINE P load(const Slots& slots, int component) const {
+        P value;
+        for (int l = 0; l < scalar_traits<P>::lanes; ++l) {
+            const bool used = slots.index[l] != no_particle;
+            value.set(l, particle(used ? slots.index[l] : slots.index[-std::ptrdiff_t(slots.first % pack_size)], component));
+        }
+        return value;
+    }
+    template <class P>
+    FIRN_INLINE P load_or_zero(const Slots& slots, int component) const {
+        P value = load<P>(slots, component);
+        for (int l = 0; l < scalar_traits<P>::lanes; ++l)
+            if (slots.index[l] == no_particle) value.set(l, value_type_t<P>(0));
+        return value;
+    }
+    template <class P>
+    FIRN_INLINE void store(const Slots& slots, int component, const P& value) const {
+        for (int l = 0; l < scalar_traits<P>::lanes; ++l)
+            if (slots.index[l] != no_particle) particle(slots.index[l], component) = value[l];
+    }
+    FIRN_INLINE S& at(const Slots& slots, int component) const { return particle(slots.index[0], component); }
+    FIRN_INLINE S& particle(std::size_t i, int component) const {
+        return data[std::ptrdiff_t(i) * stride + offset[std::size_t(component)]];
+    }
+};
+
+}  // namespace firn

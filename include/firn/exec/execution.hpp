@@ -1,0 +1,41 @@
+/// \file How the loops run: the three executions of P2G. They differ only in how sums are made.
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <optional>
+
+namespace firn {
+
+/// One thread, particle after particle, straight to the grid.
+struct Serial {
+    static constexpr const char* name = "serial";
+};
+
+/// Blocks of one colour share no node; colours follow one another. Floating point, no atomics, the same bits for any
+/// number of threads.
+struct Coloured {
+    static constexpr const char* name = "coloured";
+    int threads = 0;  ///< 0: as many as OpenMP offers
+};
+
+/// Every thread adds with atomics, in integers: what WebGPU forces on a GPU. Integer sums know no order: the same bits
+/// for any number of threads and any order of the particles.
+/// \tparam Integer  std::int32_t, as on a GPU, or std::int64_t, whose error vanishes beside that of float
+template <class Integer = std::int32_t>
+    requires std::same_as<Integer, std::int32_t> || std::same_as<Integer, std::int64_t>
+struct FixedPoint {
+    static constexpr const char* name = sizeof(Integer) == 4 ? "fixed_point" : "fixed_point_64";
+    int threads = 0;  ///< 0: as many as OpenMP offers
+    /// Quanta per kg m/s and per kg, powers of two. Not given: the largest for which no sum can overflow.
+    /// A given scale that could overflow is refused with overflow_error before anything is added.
+    std::optional<double> momentum_scale{}, mass_scale{};
+};
+
+inline int requested_threads(const Serial&) { return 1; }
+template <class Execution>
+int requested_threads(const Execution& execution) {
+    return execution.threads;
+}
+
+}  // namespace firn

@@ -1,0 +1,55 @@
+/// \file From lanes to particles and back: four registers of lanes against one quad of numbers a particle.
+#pragma once
+
+#include <firn/core/pack.hpp>
+
+namespace firn {
+
+namespace detail {
+template <class P, bool High, int... I>
+FIRN_INLINE P interleave(const P& a, const P& b, std::integer_sequence<int, I...>) {
+    constexpr int N = scalar_traits<P>::lanes;
+    // within each group of four lanes: a0 b0 a1 b1 (low) or a2 b2 a3 b3 (high)
+    return P(__builtin_shufflevector(a.lanes, b.lanes, ((I & ~3) + (High ? 2 : 0) + (I & 3) / 2 + (I & 1) * N)...));
+}
+template <class P>
+FIRN_INLINE P low(const P& a, const P& b) {
+    return interleave<P, false>(a, b, std::make_integer_sequence<int, scalar_traits<P>::lanes>{});
+}
+template <class P>
+FIRN_INLINE P high(const P& a, const P& b) {
+    return interleave<P, true>(a, b, std::make_integer_sequence<int, scalar_traits<P>::lanes>{});
+}
+
+/// 4 × 4 transposes within groups of four lanes. It is its own inverse.
+template <class P>
+FIRN_INLINE void transpose_groups(P (&r)[4]) {
+    const P even_low = low(r[0], r[2]), even_high = high(r[0], r[2]);
+    const P odd_low = low(r[1], r[3]), odd_high = high(r[1], r[3]);
+    r[0] = low(even_low, odd_low);
+    r[1] = high(even_low, odd_low);
+    r[2] = low(even_high, odd_high);
+    r[3] = high(even_high, odd_high);
+}
+}  // namespace detail
+
+/// Where, counted in quads, the particle of lane l has its quad after store_quads: whole registers are stored, so the
+/// quads come in the order of the registers.
+template <class P>
+FIRN_INLINE constexpr int quad_of_lane(int lane) {
+    return lane % 4 * (scalar_traits<P>::lanes / 4) + lane / 4;
+}
+
+template <class P>
+FIRN_INLINE void store_quads(P (&r)[4], value_type_t<P>* to) {
+    detail::transpose_groups(r);
+    unroll<4>([&](auto k) FIRN_LAMBDA { r[k].store(to + k * scalar_traits<P>::lanes); });
+}
+
+template <class P>
+FIRN_INLINE void load_quads(const value_type_t<P>* from, P (&r)[4]) {
+    unroll<4>([&](auto k) FIRN_LAMBDA { r[k] = P::load(from + k * scalar_traits<P>::lanes); });
+    detail::transpose_groups(r);
+}
+
+}  // namespace firn

@@ -1,0 +1,222 @@
+/// \file A set of particles, a grid and a boundary, stepped through time. It only composes the stages of exec/.
+#pragma once
+
+#include <firn/boundary/walls.hpp>
+#include <firn/data/check_particles.hpp>
+#include <firn/data/particles.hpp>
+#include <firn/data/sampling.hpp>
+#include <firn/exec/g2p.hpp>
+#include <firn/exec/grid_update.hpp>
+#include <firn/exec/p2g.hpp>
+#include <firn/exec/partition.hpp>
+#include <firn/force/mls.hpp>
+#include <firn/kernel/quadratic_b_spline.hpp>
+#include <firn/material/fixed_corotated.hpp>
+#include <firn/stage/time_step.hpp>
+#include <firn/transfer/apic.hpp>
+
+#include <functional>
+#include <iostream>
+#include <string>
+
+namespace firn {
+
+/// The ids [first, first + count) that one call of Simulation::add gave out.
+struct Body {
+    std::uint32_t first = 0, count = 0;
+};
+
+/// \tparam D         2 or 3
+/// \tparam Material  a constitutive model in float or double, which becomes the precision of everything
+template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, class Force = MlsForce,
+          class Kernel = QuadraticBSpline, class Execution = Coloured,
+          class Boundary = Walls<material_scalar_t<Material>, D>>
+class Simulation {
+public:
+    static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
+    static_assert(material<Material, D>, "firn: a material offers kirchhoff_stress(F), wave_speed(density, F) and parameters()");
+    static_assert(kernel<Kernel> && transfer<Transfer> && force<Force>);
+
+    using scalar_type = material_scalar_t<Material>;
+    using S = scalar_type;
+    using State = material_state_t<Material, D>;
+    static constexpr int dimension = D;
+
+    /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells
+    explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
+        requires std::same_as<Boundary, Walls<S, D>>
+        : Simulation(domain, material, Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {}), how) {}
+    Simulation(const Domain<D>& domain, const Material& material, const Boundary& walls, const Execution& how = {})
+        : boundary(walls), execution(how), material_(material), grid_(domain) {
+        gravity[1] = -9.81;
+    }
+
+    Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
+    Boundary boundary;                                ///< by default: walls on all faces that let go, without friction
+    Execution execution;
+    double fixed_time_step = 0;  ///< [s]; 0: the bound of the time step, anew for every step
+    /// Takes warnings: a fixed time step above the bound. By default they go to std::cerr.
+    std::function<void(const std::string&)> warn = [](const std::string& text) { std::cerr << "firn: " << text << '\n'; };
+
+    const Domain<D>& domain() const { return grid_.domain(); }
+    const Material& material() const { return material_; }
+    const SparseGrid<S, D>& grid() const { return grid_; }
+    const Particles<S, D, State>& particles() const { return particles_; }
+    const std::vector<Body>& bodies() const { return bodies_; }
+    double time() const { return time_; }                 ///< [s]
+    std::uint64_t steps() const { return steps_; }
+    double last_time_step() const { return last_time_step_; }  ///< [s]
+
+    /// Particles for editing (velocities of a body, say). The next step looks at them anew.
+    Particles<S, D, State>& edit_particles() {
+        prepared_ = false;
+        return particles_;
+    }
+
+    /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
+    /// \throws parameter_error, particle_error (nothing is added)
+    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
+        if (!(density > 0) || !std::isfinite(density))
+            throw parameter_error(sentence("The density is ", density, " kg/m^", D, "; it must be positive and finite."));
+        if (!(samples.volume > 0) || !std::isfinite(samples.volume))
+            throw parameter_error(sentence("The volume of a particle is ", samples.volume, " m^", D, "; it must be positive and finite."));
+        for (int a = 0; a < D; ++a)
+            if (!std::isfinite(velocity[a])) throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
+        const auto& x = samples.positions;
+        check_positions<S, D>(x.size(), domain(), [&](std::size_t i, int a) { return S(x[i][a]); });
+        const Body body{std::uint32_t(particles_.size()), std::uint32_t(x.size())};
+        for (const auto& point : x)
+            particles_.push_back(cast<S>(point), cast<S>(velocity), S(density * samples.volume), S(samples.volume));
+        bodies_.push_back(body);
+        prepared_ = false;
+        return body;
+    }
+
+    /// The largest stable time step for the particles as they are [s].
+    double stable_time_step() {
+        prepare();
+        return firn::stable_time_step(domain().cell_size, report_.signal_speed);
+    }
+
+    /// One step of the fixed time step, or of the bound.
+    void step() { step(gravity); }
+
+    /// \param acceleration  a field a(x) [m/s²] in place of gravity: callable with Vec<P, D> for any scalar P, or a vector
+    template <class Acceleration>
+    void step(const Acceleration& acceleration) {
+        const double bound = stable_time_step();
+        if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
+            throw parameter_error(sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
+        if (fixed_time_step > bound) warn_of(fixed_time_step / bound);
+        step_by(fixed_time_step > 0 ? fixed_time_step : bound, acceleration);
+    }
+
+    /// Steps until `duration` [s] has passed; the last step is shortened to end there.
+    void advance(double duration) { advance(duration, gravity); }
+    template <class Acceleration>
+    void advance(double duration, const Acceleration& acceleration) {
+        if (!(duration >= 0) || !std::isfinite(duration))
+            throw parameter_error(sentence("The time to advance is ", duration, " s; it must not be negative."));
+        const double end = time_ + duration;
+        while (time_ < end) {
+            const double bound = stable_time_step();
+            if (fixed_time_step > bound) warn_of(fixed_time_step / bound);
+            const double dt = fixed_time_step > 0 ? fixed_time_step : bound;
+            const double left = end - time_;
+            step_by(left < dt * (1 + 1e-9) ? left : dt, acceleration);
+            if (left < dt * (1 + 1e-9)) time_ = end;
+        }
+    }
+
+    /// The partition in use: which blocks particles are sorted into.
+    const BlockPartition<D>& partition() {
+        prepare();
+        return partition_;
+    }
+
+    /// Goes back to a stored moment: the particles and partition of then, in the order of then, so that the run goes
+    /// on to the same bits.
+    void restore(Particles<S, D, State>&& particles, BlockPartition<D>&& partition, std::vector<Body> bodies, double time,
+                 std::uint64_t steps, double last_time_step) {
+        particles_ = std::move(particles);
+        partition_ = std::move(partition);
+        bodies_ = std::move(bodies);
+        time_ = time;
+        steps_ = steps;
+        last_time_step_ = last_time_step;
+        grid_.activate(partition_);
+        report_ = update_stress(execution, particles_.view(), partition_, material_);
+        report_.sort_needed = sort_needed();
+        prepared_ = true;
+    }
+
+private:
+    template <class Acceleration>
+    void step_by(double dt, const Acceleration& acceleration) {
+        if (report_.sort_needed) sort();
+        const auto view = particles_.view();
+        p2g<Kernel, Transfer, Force>(execution, view, partition_, grid_, dt);
+        grid_update(execution, grid_, dt, acceleration, boundary);
+        report_ = g2p<Kernel, Transfer, Force>(execution, view, partition_, grid_, material_, dt);
+        time_ += dt;
+        last_time_step_ = dt;
+        ++steps_;
+    }
+
+    /// Makes ready for a step particles that were added or changed by hand.
+    void prepare() {
+        if (prepared_) return;
+        check_positions<S, D>(particles_.slots(), domain(), [&](std::size_t i, int a) {
+            return particles_.is_particle(i) ? particles_.position(i)[a] : S(domain().lower[a]);
+        });
+        sort();
+        report_ = update_stress(execution, particles_.view(), partition_, material_);
+        if (!std::isfinite(report_.signal_speed) || !(report_.signal_speed > 0))
+            throw particle_error(sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ",
+                                          report_.signal_speed, " m/s; velocities and deformation gradients must be finite, and the moduli positive."));
+        prepared_ = true;
+    }
+
+    void sort() {
+        const int threads = requested_threads(execution);
+        partition_ = partition_particles<Kernel, S, D>(
+            particles_.slots(), domain(), threads, [&](std::size_t i) { return particles_.is_particle(i); },
+            [&](std::size_t i, int a) { return particles_.position(i)[a]; });
+        particles_.reorder(partition_, [&](std::size_t n, const auto& body) {
+            constexpr std::size_t chunk = 64;
+            parallel_for((n + chunk - 1) / chunk, thread_count(threads), [&](std::size_t c, int) {
+                for (std::size_t i = c * chunk; i < std::min(n, (c + 1) * chunk); ++i) body(i);
+            });
+        });
+        grid_.activate(partition_);
+    }
+
+    bool sort_needed() {
+        using P = native_pack<S>;
+        for (const BlockRange<D>& range : partition_.ranges) {
+            const BlockFrame<S, D> frame(domain(), range.block);
+            for (std::size_t lane = 0; lane < range.particles; lane += scalar_traits<P>::lanes)
+                if (any(strays<Kernel>(load_vector<P, D>(particles_.view().position, {range.first_slot + lane, nullptr}), frame))) return true;
+        }
+        return false;
+    }
+
+    void warn_of(double ratio) {
+        if (ratio < 1.2 * warned_ratio_) return;
+        warned_ratio_ = ratio;
+        warn(sentence("the fixed time step of ", fixed_time_step, " s is ", ratio, " times the bound of ",
+                      fixed_time_step / ratio, " s at step ", steps_, "; the simulation may become unstable."));
+    }
+
+    Material material_;
+    SparseGrid<S, D> grid_;
+    Particles<S, D, State> particles_;
+    BlockPartition<D> partition_;
+    std::vector<Body> bodies_;
+    G2PReport report_;
+    double time_ = 0, last_time_step_ = 0, warned_ratio_ = 1 / 1.2;
+    std::uint64_t steps_ = 0;
+    bool prepared_ = false;
+};
+
+}  // namespace firn
