@@ -1,0 +1,169 @@
+/// \file The options that every example takes, and which steps of a run are written.
+///
+///     example::CommandLine line({.name = "two_cubes", .about = "One cube falls on the other.",
+///                                .particles = 144'054, .steps = 4'000, .frames = 100});
+///     double young = 1e3;
+///     line.add("--young", young, "Young's modulus in Pa", 1.0, 1e9);
+///     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
+///     const example::Options& options = line.options();
+#pragma once
+
+#include <firn/core/error.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace example {
+
+/// How long a run is and after which of its steps a state is written. The initial state is always written, before the
+/// first step, and is not listed.
+struct Schedule {
+    std::int64_t steps = 0;
+    std::vector<std::int64_t> write_after;  ///< rising; the last is `steps`; empty for a run of no steps
+
+    [[nodiscard]] bool writes_after(std::int64_t step) const {
+        return std::binary_search(write_after.begin(), write_after.end(), step);
+    }
+};
+
+/// `frames` states spread evenly over `steps` steps, the last after the last step: state k after step
+/// ⌊k steps / frames⌋. More frames than steps: one after each step. No frames: still one, after the last step.
+inline Schedule spread(std::int64_t steps, std::int64_t frames) {
+    Schedule schedule{steps, {}};
+    frames = std::clamp<std::int64_t>(frames, std::min<std::int64_t>(steps, 1), steps);
+    for (std::int64_t k = 1; k <= frames; ++k) schedule.write_after.push_back(k * steps / frames);
+    return schedule;
+}
+
+/// The schedule from what was asked for. Steps and frames: the steps, spread over the frames. Steps only: as many
+/// frames as by default, where the steps suffice. Frames only: the default run's own states, cut short (or carried on)
+/// after so many. Neither: the default run.
+inline Schedule schedule(std::int64_t default_steps, std::int64_t default_frames, std::optional<std::int64_t> steps,
+                         std::optional<std::int64_t> frames) {
+    if (steps || !frames) return spread(steps.value_or(default_steps), frames.value_or(default_frames));
+    const std::int64_t per = std::clamp<std::int64_t>(default_frames, 1, std::max<std::int64_t>(default_steps, 1));
+    Schedule result;
+    for (std::int64_t k = 1; k <= *frames && default_steps > 0; ++k) {
+        result.write_after.push_back(k * default_steps / per);
+    }
+    if (!result.write_after.empty()) result.steps = result.write_after.back();
+    return result;
+}
+
+/// What an example does when it is not told otherwise.
+struct Defaults {
+    std::string name;   ///< of its files: NAME_0000.hdf, NAME.png
+    std::string about;  ///< one sentence for --help
+    std::int64_t particles = 100'000;
+    std::int64_t steps = 1'000;
+    std::int64_t frames = 50;
+    std::string output = "out";
+};
+
+struct Options {
+    std::string name;
+    std::int64_t particles = 0;
+    Schedule schedule;
+    int threads = 1;  ///< never 0: "all" is already counted
+    std::filesystem::path output;
+
+    /// OUTPUT/NAME + ending: `file(".png")`.
+    [[nodiscard]] std::filesystem::path file(const std::string& ending) const { return output / (name + ending); }
+};
+
+class CommandLine {
+public:
+    static constexpr std::int64_t most_particles = 200'000'000;
+    static constexpr std::int64_t most_steps = 100'000'000;
+    static constexpr std::int64_t most_frames = 100'000;
+    static constexpr std::int64_t most_threads = 1024;
+
+    explicit CommandLine(Defaults defaults)
+        : defaults_(std::move(defaults)), particles_(defaults_.particles), steps_(defaults_.steps),
+          frames_(defaults_.frames), output_(defaults_.output), app_(defaults_.about, defaults_.name) {
+        app_.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+        add("--particles", particles_, "Number of particles", 1, most_particles);
+        steps_option_ = add("--steps", steps_, "Number of time steps", 0, most_steps);
+        frames_option_ = add("--frames", frames_,
+                             "States written after the initial one; without --steps, the run ends with the last",
+                             0, most_frames);
+        add("--threads", threads_, "Number of threads; 0 means all", 0, most_threads);
+        app_.add_option("--output", output_, "Folder for states and pictures; made if it is not there")
+            ->type_name("DIR")
+            ->capture_default_str()
+            ->check(CLI::Validator(
+                [](std::string& given) { return given.empty() ? std::string("give the name of a folder.") : ""; }, ""));
+    }
+
+    /// An example's own whole number, in least … most.
+    CLI::Option* add(const std::string& flag, std::int64_t& value, const std::string& about, std::int64_t least,
+                     std::int64_t most) {
+        return add_checked(flag, value, about, "N", "a whole number", least, most);
+    }
+    /// An example's own number, in least … most.
+    CLI::Option* add(const std::string& flag, double& value, const std::string& about, double least, double most) {
+        return add_checked(flag, value, about, "X", "a number", least, most);
+    }
+    /// For anything else that an example wants to add.
+    [[nodiscard]] CLI::App& app() { return app_; }
+
+    /// Reads the arguments. Gives an exit code if the program should end now: 0 after --help, and another after
+    /// a sentence on standard error that says what is wrong.
+    [[nodiscard]] std::optional<int> parse(int argc, const char* const* argv) {
+        try {
+            app_.parse(argc, argv);
+        } catch (const CLI::ParseError& problem) {
+            const int code = app_.exit(problem);
+            return problem.get_exit_code() == 0 ? 0 : std::max(code, 1);
+        }
+        const auto given = [](const CLI::Option* option, std::int64_t value) {
+            return option->count() > 0 ? std::optional(value) : std::nullopt;
+        };
+        const auto all = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+        options_ = {defaults_.name, particles_,
+                    schedule(defaults_.steps, defaults_.frames, given(steps_option_, steps_),
+                             given(frames_option_, frames_)),
+                    threads_ == 0 ? all : static_cast<int>(threads_), std::filesystem::path(output_)};
+        return std::nullopt;
+    }
+
+    [[nodiscard]] const Options& options() const { return options_; }
+
+private:
+    template <class T>
+    CLI::Option* add_checked(const std::string& flag, T& value, const std::string& about, const char* type,
+                             const char* kind, T least, T most) {
+        const auto problem = [=](std::string& given) -> std::string {
+            T number{};
+            const auto* end = given.data() + given.size();
+            const auto [stop, error] = std::from_chars(given.data(), end, number);
+            // A NaN fails both comparisons.
+            if (error == std::errc{} && stop == end && number >= least && number <= most) return {};
+            return firn::sentence('\'', given, "' cannot be used; give ", kind, " from ", least, " to ", most, '.');
+        };
+        return app_.add_option(flag, value, about)
+            ->type_name(type)
+            ->capture_default_str()
+            ->check(CLI::Validator(problem, ""));
+    }
+
+    Defaults defaults_;
+    std::int64_t particles_, steps_, frames_;
+    std::int64_t threads_ = 0;
+    std::string output_;
+    CLI::Option* steps_option_ = nullptr;
+    CLI::Option* frames_option_ = nullptr;
+    Options options_;
+    CLI::App app_;
+};
+
+}  // namespace example

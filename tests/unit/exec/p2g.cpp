@@ -1,0 +1,228 @@
+/// \file The executions of P2G make the same sums, conserve what they must, and refuse what would overflow.
+#include "support/catch.hpp"
+#include "support/scenes.hpp"
+
+using namespace firn;
+
+namespace {
+
+template <class S_, int D_, class Transfer_, class Force_>
+struct Case {
+    using S = S_;
+    static constexpr int D = D_;
+    using Transfer = Transfer_;
+    using Force = Force_;
+};
+
+constexpr double dt = 1e-3;
+
+template <class C, class Execution>
+SparseGrid<typename C::S, C::D> scattered(scenes::RandomCloud<typename C::S, C::D>& cloud, const Execution& execution) {
+    SparseGrid<typename C::S, C::D> grid(cloud.domain);
+    const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 2);
+    grid.activate(partition);
+    p2g<QuadraticBSpline, typename C::Transfer, typename C::Force>(execution, cloud.view(), partition, grid, dt);
+    return grid;
+}
+
+template <class S, int D>
+std::vector<double> numbers(const SparseGrid<S, D>& grid) {
+    std::vector<double> all;
+    for (std::size_t b = 0; b < grid.block_count(); ++b)
+        all.insert(all.end(), grid.nodes(b), grid.nodes(b) + block_nodes<D> * node_width);
+    return all;
+}
+
+/// Largest difference of momentum and of mass, each relative to the largest on the grid.
+double difference(const std::vector<double>& a, const std::vector<double>& b) {
+    double momentum = 0, mass = 0, momentum_scale = 0, mass_scale = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        double &worst = i % 4 == 3 ? mass : momentum, &scale = i % 4 == 3 ? mass_scale : momentum_scale;
+        worst = std::max(worst, std::abs(a[i] - b[i]));
+        scale = std::max(scale, std::abs(b[i]));
+    }
+    return std::max(momentum / momentum_scale, mass / mass_scale);
+}
+
+/// The definition, written out: Σ over particles and the 3^D nodes around each, from the kernel's own functions.
+template <class C>
+std::vector<double> by_definition(scenes::RandomCloud<typename C::S, C::D>& cloud, const SparseGrid<typename C::S, C::D>& grid) {
+    constexpr int D = C::D;
+    std::vector<double> sums(grid.block_count() * std::size_t(block_nodes<D> * node_width), 0.0);
+    const double h = cloud.domain.cell_size;
+    for (std::size_t p = 0; p < cloud.size(); ++p) {
+        std::array<int, std::size_t(D)> base{};
+        std::array<std::array<double, 3>, std::size_t(D)> w{}, g{};
+        Vec<double, D> x{};
+        for (int a = 0; a < D; ++a) {
+            x[a] = double(cloud.x[p * D + std::size_t(a)]);
+            const double cells = (x[a] - cloud.domain.lower[a]) / h;
+            base[std::size_t(a)] = int(std::floor(cells - 0.5));
+            w[std::size_t(a)] = QuadraticBSpline::weights(cells - base[std::size_t(a)]);
+            g[std::size_t(a)] = QuadraticBSpline::gradients(cells - base[std::size_t(a)]);
+        }
+        for (int n = 0; n < (D == 2 ? 9 : 27); ++n) {
+            std::array<int, std::size_t(D)> node = base;
+            std::array<std::size_t, std::size_t(D)> k{};
+            double weight = 1;
+            Vec<double, D> gradient = Vec<double, D>::filled(1 / h), offset{};
+            for (int a = 0, rest = n; a < D; ++a, rest /= 3) {
+                k[std::size_t(a)] = std::size_t(rest % 3);
+                node[std::size_t(a)] += rest % 3;
+                weight *= w[std::size_t(a)][k[std::size_t(a)]];
+                offset[a] = cloud.domain.lower[a] + h * node[std::size_t(a)] - x[a];
+                for (int b = 0; b < D; ++b) gradient[b] *= (a == b ? g : w)[std::size_t(a)][k[std::size_t(a)]];
+            }
+            const typename C::S* to = grid.find_node(node);
+            REQUIRE(to != nullptr);
+            double* sum = sums.data() + (to - grid.nodes(0));
+            const double m = double(cloud.mass[p]), V = double(cloud.volume[p]);
+            for (int i = 0; i < D; ++i) {
+                double momentum = m * weight * double(cloud.v[p * D + std::size_t(i)]);
+                for (int j = 0; j < D; ++j) {
+                    const std::size_t ij = p * D * D + std::size_t(D * i + j);
+                    if (C::Transfer::affine) momentum += m * weight * double(cloud.C[ij]) * offset[j];
+                    const double direction = C::Force::weight_gradients ? gradient[j] : weight * 4 / (h * h) * offset[j];
+                    momentum -= dt * V * double(cloud.stress[ij]) * direction;
+                }
+                sum[i] += momentum;
+            }
+            sum[node_mass] += m * weight;
+        }
+    }
+    return sums;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("P2G is the sum that the papers define, in every execution", "", (Case<float, 3, Apic, MlsForce>),
+                   (Case<double, 3, Apic, WeightGradientForce>), (Case<float, 3, Pic, WeightGradientForce>),
+                   (Case<double, 2, Apic, MlsForce>), (Case<float, 2, Apic, WeightGradientForce>),
+                   (Case<double, 2, Pic, MlsForce>), (Case<double, 3, Pic, MlsForce>)) {
+    using S = typename TestType::S;
+    scenes::RandomCloud<S, TestType::D> cloud(3000);
+    const auto serial = scattered<TestType>(cloud, Serial{});
+    const auto expected = by_definition<TestType>(cloud, serial);
+    // Rounding: some hundred additions a node at most; the position in cells is rounded in S, too.
+    const double tolerance = (sizeof(S) == 4 ? 0x1p-23 : 0x1p-52) * 64;
+    CHECK(difference(numbers(serial), expected) < tolerance);
+    CHECK(difference(numbers(scattered<TestType>(cloud, Coloured{2})), expected) < tolerance);
+    CHECK(difference(numbers(scattered<TestType>(cloud, FixedPoint<std::int64_t>{2})), expected) < tolerance);
+    // 32 bits: at most half a quantum from each of n contributions, and the a-priori bound costs some bits.
+    CHECK(difference(numbers(scattered<TestType>(cloud, FixedPoint<std::int32_t>{2})), expected) < 2e-5);
+}
+
+TEMPLATE_TEST_CASE("P2G conserves mass and momentum to rounding", "", (Case<float, 3, Apic, MlsForce>),
+                   (Case<double, 2, Apic, WeightGradientForce>)) {
+    using S = typename TestType::S;
+    constexpr int D = TestType::D;
+    scenes::RandomCloud<S, D> cloud(2000, 2);
+    double expected[4] = {}, speed_scale = 0;
+    for (std::size_t p = 0; p < cloud.size(); ++p) {
+        for (int a = 0; a < D; ++a) expected[a] += double(cloud.mass[p]) * double(cloud.v[p * D + std::size_t(a)]);
+        expected[node_mass] += double(cloud.mass[p]);
+        speed_scale += 2 * double(cloud.mass[p]);
+    }
+    const auto check_sums = [&](const auto& grid, double tolerance) {
+        double sums[4] = {};
+        const auto all = numbers(grid);
+        for (std::size_t i = 0; i < all.size(); ++i) sums[i % 4] += all[i];
+        for (int c = 0; c < 4; ++c)
+            if (c < D || c == node_mass) CHECK(std::abs(sums[c] - expected[c]) < tolerance * speed_scale);
+    };
+    const double epsilon = sizeof(S) == 4 ? 0x1p-23 : 0x1p-52;
+    check_sums(scattered<TestType>(cloud, Serial{}), 8 * epsilon);
+    check_sums(scattered<TestType>(cloud, Coloured{2}), 8 * epsilon);
+    check_sums(scattered<TestType>(cloud, FixedPoint<std::int64_t>{2}), 8 * epsilon);
+    check_sums(scattered<TestType>(cloud, FixedPoint<std::int32_t>{2}), 2e-7);  // the RMS of the notes on fixed point
+}
+
+TEST_CASE("Fixed-point sums have the same bits for any order of the particles") {
+    using C = Case<float, 3, Apic, MlsForce>;
+    scenes::RandomCloud<float, 3> cloud(2000, 3), reversed = cloud;
+    for (std::size_t p = 0; p < cloud.size(); ++p) {
+        const std::size_t q = (p * 1103 + 17) % cloud.size();  // 1103 is prime to 2000
+        std::copy_n(&cloud.x[3 * p], 3, &reversed.x[3 * q]);
+        std::copy_n(&cloud.v[3 * p], 3, &reversed.v[3 * q]);
+        std::copy_n(&cloud.C[9 * p], 9, &reversed.C[9 * q]);
+        std::copy_n(&cloud.stress[9 * p], 9, &reversed.stress[9 * q]);
+        reversed.mass[q] = cloud.mass[p];
+        reversed.volume[q] = cloud.volume[p];
+    }
+    CHECK(numbers(scattered<C>(cloud, FixedPoint<std::int32_t>{2})) == numbers(scattered<C>(reversed, FixedPoint<std::int32_t>{1})));
+    CHECK(numbers(scattered<C>(cloud, FixedPoint<std::int64_t>{2})) == numbers(scattered<C>(reversed, FixedPoint<std::int64_t>{7})));
+    // Floating-point sums do depend on it: the test can see a difference.
+    CHECK(numbers(scattered<C>(cloud, Serial{})) != numbers(scattered<C>(reversed, Serial{})));
+}
+
+TEST_CASE("Coloured sums have the same bits for 1, 2, 3, 4 and 7 threads") {
+    using C = Case<float, 3, Apic, MlsForce>;
+    scenes::RandomCloud<float, 3> cloud(5000, 4);
+    const auto one = numbers(scattered<C>(cloud, Coloured{1}));
+    for (int threads : {2, 3, 4, 7}) CHECK(numbers(scattered<C>(cloud, Coloured{threads})) == one);
+}
+
+namespace {
+
+/// All particles at one node, all with one velocity: every contribution has the same sign.
+scenes::RandomCloud<float, 3> heap(std::size_t count, float speed) {
+    scenes::RandomCloud<float, 3> cloud(count);
+    for (std::size_t p = 0; p < count; ++p) {
+        for (std::size_t a = 0; a < 3; ++a) {
+            cloud.x[3 * p + a] = 0.25f;
+            cloud.v[3 * p + a] = speed;
+        }
+        cloud.mass[p] = 1;
+    }
+    std::fill(cloud.C.begin(), cloud.C.end(), 0.0f);
+    std::fill(cloud.stress.begin(), cloud.stress.end(), 0.0f);
+    return cloud;
+}
+
+}  // namespace
+
+TEST_CASE("The fixed-point scale fits the worst heap of particles and is not needlessly small") {
+    using C = Case<float, 3, Apic, MlsForce>;
+    for (const std::size_t count : {std::size_t(1), std::size_t(10), std::size_t(5000)}) {
+        auto cloud = heap(count, 3.0f);
+        const auto exact = numbers(scattered<C>(cloud, Serial{}));
+        CHECK(difference(numbers(scattered<C>(cloud, FixedPoint<std::int32_t>{})), exact) < 1e-6);
+    }
+    // The bound of the docstring for a heap in one cell: W³ M (v + …), W = 1.75; nothing in the way but a power of two.
+    FixedPointLoad load{3.0, 0.0, 10.0, 10};
+    const auto scale = fixed_point_scale<QuadraticBSpline, 3, std::int32_t>(load, {}, {});
+    const double bound = 1.75 * 1.75 * 1.75 * 10.0;
+    CHECK(scale.mass * bound < 0x1p31);
+    CHECK(scale.mass * bound > 0x1p29);
+    CHECK(scale.momentum * 3 * bound < 0x1p31);
+    CHECK(scale.momentum * 3 * bound > 0x1p29);
+}
+
+TEST_CASE("A fixed-point scale that could overflow is refused before anything is added, and the sentence says what fits") {
+    using C = Case<float, 3, Apic, MlsForce>;
+    auto cloud = heap(1000, 3.0f);
+    FixedPoint<std::int32_t> execution;
+    execution.mass_scale = 0x1p30;
+    REQUIRE_THROWS_AS(scattered<C>(cloud, execution), overflow_error);
+    execution.mass_scale = {};
+    execution.momentum_scale = 0x1p24;
+    REQUIRE_THROWS_AS(scattered<C>(cloud, execution), overflow_error);
+    execution.momentum_scale = 0x1p10;
+    CHECK_NOTHROW(scattered<C>(cloud, execution));
+    execution.momentum_scale = 1000.0;  // not a power of two: scaling would round
+    REQUIRE_THROWS_AS(scattered<C>(cloud, execution), parameter_error);
+    execution.momentum_scale = {};
+    cloud.v[0] = std::numeric_limits<float>::infinity();
+    REQUIRE_THROWS_AS(scattered<C>(cloud, execution), overflow_error);
+}
+
+TEST_CASE("Particles at rest and without stress have a mass scale of their own") {
+    using C = Case<float, 3, Apic, MlsForce>;
+    auto cloud = heap(20, 0.0f);
+    const auto grid = numbers(scattered<C>(cloud, FixedPoint<std::int32_t>{}));
+    double mass = 0;
+    for (std::size_t i = 3; i < grid.size(); i += 4) mass += grid[i];
+    CHECK(mass == Approx(20).epsilon(1e-7));
+    for (std::size_t i = 0; i < grid.size(); ++i)
+        if (i % 4 != 3) CHECK(grid[i] == 0);
+}
