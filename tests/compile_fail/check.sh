@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# check.sh COMPILER FLAGS SOURCE: SOURCE compiles with -DFIRN_GOOD; without, it fails and the compiler's output holds
+# the text of each line `// expect: <text>`.
+set -euo pipefail
+export LC_ALL=C
+
+compiler=$1 flags=$2 source=$3
+compile() { "$compiler" "@$flags" "$@" -c -o /dev/null "$source" 2>&1; }
+
+mapfile -t expected < <(sed -n 's|^// expect: *||p' "$source")
+((${#expected[@]} > 0)) || { echo "$source has no line '// expect: <text>'"; exit 1; }
+
+if ! output=$(compile -DFIRN_GOOD); then
+    printf '%s\nThe good half of %s does not compile.\n' "$output" "$source"
+    exit 1
+fi
+if output=$(compile); then
+    echo "$source compiles, but must not."
+    exit 1
+fi
+for text in "${expected[@]}"; do
+    if [[ $output != *"$text"* ]]; then
+        printf '%s\nThe compiler does not say: %s\n' "$output" "$text"
+        exit 1
+    fi
+done

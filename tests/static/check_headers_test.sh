@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# check_headers_test.sh FOLDER: plants one mistake at a time under FOLDER and asks check_headers.sh to name it.
+set -euo pipefail
+
+check=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/check_headers.sh
+folder=$1
+failed=0
+
+# planted EXPECTED HEADER LINE...: a tree that holds HEADER with the lines; EXPECTED '' means that all is well.
+planted() {
+    local expected=$1 header=$2 output status=0
+    shift 2
+    rm -rf "$folder"
+    mkdir -p "$(dirname "$folder/firn/$header")"
+    printf '%s\n' '/// \file A planted header.' "$@" >"$folder/firn/$header"
+    output=$(bash "$check" "$folder") || status=$?
+    if [[ -z $expected && $status -eq 0 ]]; then return; fi
+    if [[ -n $expected && $status -ne 0 && $output == *"$expected"* ]]; then return; fi
+    echo "firn/$header with '$*': expected '${expected:-no mistake}', got (status $status):"
+    echo "$output"
+    failed=1
+}
+
+planted '' stage/a.hpp '#include <firn/core/tensor.hpp>' '#include <firn/stage/b.hpp>' '#include <vector>'
+planted '' exec/a.hpp '#include <omp.h>' '#pragma omp parallel for'
+planted '' io/a.hpp '#include <hdf5.h>' '#include <firn/simulation.hpp>'
+planted '' material/a.hpp '#pragma omp simd' '// #include <firn/exec/a.hpp>'
+planted 'core may not include <firn/math/svd.hpp>' core/a.hpp '#include <firn/math/svd.hpp>'
+planted 'material may not include <firn/kernel/a.hpp>' material/a.hpp '  #  include <firn/kernel/a.hpp>'
+planted 'transfer may not include <firn/data/grid.hpp>' transfer/a.hpp '#include <firn/data/grid.hpp>'
+planted 'wgsl may not include <firn/exec/p2g.hpp>' wgsl/a.hpp '#include <firn/exec/p2g.hpp>'
+planted 'firn may not include <firn/io/state.hpp>' firn.hpp '#include <firn/io/state.hpp>'
+planted 'boundary may not use openmp' boundary/a.hpp '#include <omp.h>'
+planted 'force may not use openmp' force/a.hpp '#pragma omp atomic'
+planted 'data may not use hdf5' data/a.hpp '#include <hdf5.h>'
+planted 'exec may not use posix' exec/a.hpp '#include <unistd.h>'
+planted 'data may not use vendor' data/a.hpp '#include <firn/vendor/obj.hpp>'
+planted 'in angle brackets' core/a.hpp '#include "scalar.hpp"'
+planted 'not in the table' utils/a.hpp ''
+planted 'not in the table' core/a.hpp '#include <firn/utils/a.hpp>'
+planted 'not in the table' core/a.hpp '#include <png.h>'
+planted 'at most 600' core/a.hpp "$(printf '//%.0s\n' {1..601})"
+
+rm -rf "$folder"
+mkdir -p "$folder/firn/core"
+echo 'int x;' >"$folder/firn/core/a.hpp"
+output=$(bash "$check" "$folder" || true)
+[[ $output == *'begin with'* ]] || { echo 'a header without its first line passed'; failed=1; }
+rm -rf "$folder"
+exit "$failed"

@@ -1,0 +1,69 @@
+/// \file Repeatable random numbers, vectors and matrices for tests: the same on every machine.
+#pragma once
+
+#include <firn/core/eigen.hpp>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace test_support {
+
+class Random {
+public:
+    explicit Random(std::uint64_t seed) : engine_(seed) {}
+
+    double uniform(double low, double high) { return low + (high - low) * double(engine_() >> 11) * 0x1p-53; }
+    double normal() {
+        const double radius = std::sqrt(-2 * std::log(1 - uniform(0, 1)));
+        return radius * std::cos(2 * std::numbers::pi * uniform(0, 1));
+    }
+    template <int D>
+    firn::Vec<double, D> vector(double low, double high) {
+        firn::Vec<double, D> v{};
+        for (int i = 0; i < D; ++i) v[i] = uniform(low, high);
+        return v;
+    }
+    template <int D>
+    firn::Vec<double, D> direction() {
+        firn::Vec<double, D> v{};
+        for (int i = 0; i < D; ++i) v[i] = normal();
+        return v * (1 / firn::norm(v));
+    }
+    template <int D>
+    firn::Mat<double, D> gaussian() {
+        firn::Mat<double, D> m{};
+        for (double& x : m.m) x = normal();
+        return m;
+    }
+    template <int D>
+    firn::Mat<double, D> rotation() {
+        Eigen::Matrix<double, D, D> q = Eigen::HouseholderQR<Eigen::Matrix<double, D, D>>(firn::as_eigen(gaussian<D>())).householderQ();
+        if (q.determinant() < 0) q.col(0) = -q.col(0);
+        return firn::from_eigen<double, D>(q);
+    }
+    /// Gaussian, so that half of them are inverted; σ₁ ± σ₂ (σ₀ ± σ₁ in 2D) at least `gap` times the largest singular
+    /// value: V has a derivative and is well conditioned.
+    template <int D>
+    firn::Mat<double, D> deformation(double gap = 0.1) {
+        for (;;) {
+            const firn::Mat<double, D> F = gaussian<D>();
+            const Eigen::Matrix<double, D, 1> s = Eigen::JacobiSVD<Eigen::Matrix<double, D, D>>(firn::as_eigen(F)).singularValues();
+            const double last = firn::determinant(F) < 0 ? -s[D - 1] : s[D - 1];
+            if (s[D - 2] + last > gap * s[0]) return F;
+        }
+    }
+    /// The same with det F > 0.
+    template <int D>
+    firn::Mat<double, D> upright_deformation(double gap = 0.1) {
+        firn::Mat<double, D> F = deformation<D>(gap);
+        while (firn::determinant(F) <= 0) F = deformation<D>(gap);
+        return F;
+    }
+
+private:
+    std::mt19937_64 engine_;
+};
+
+}  // namespace test_support

@@ -1,0 +1,160 @@
+/// \file firn/io/obj.hpp: what is read is what the file says, and what cannot be read is refused with its line.
+#include <firn/data/inside.hpp>
+#include <firn/io/obj.hpp>
+
+#include "support/catch.hpp"
+#include "support/temporary_folder.hpp"
+
+#include <limits>
+
+using namespace firn;
+
+namespace {
+
+const std::string cube_vertices =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
+
+void put(const std::filesystem::path& path, const std::string& text) {
+    std::ofstream(path, std::ios::binary) << text;
+}
+
+/// The message with which reading this text is refused, or "read".
+std::string refusal(const std::string& text, bool points = false) {
+    const TemporaryFolder folder;
+    const auto path = folder.path() / "given.obj";
+    put(path, text);
+    try {
+        points ? void(read_obj_points(path)) : void(read_obj(path));
+    } catch (const error& e) {
+        return e.what();
+    }
+    return "read";
+}
+bool holds(const std::string& text, const std::string& part) {
+    INFO(text << " should hold: " << part);
+    CHECK(text.find(part) != std::string::npos);
+    return text.find(part) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("The bunny: vertices and triangles as counted in the file, closed, a sphere's topology, positive volume") {
+    const auto mesh = read_obj(FIRN_TEST_EXAMPLES_DIR "/data/bunny.obj");
+    CHECK(mesh.vertices.size() == 1839);
+    CHECK(mesh.triangles.size() == 3674);  // 2 V − 4: Euler's formula for a closed surface without handles
+    CHECK_NOTHROW(check_closed(mesh));
+    CHECK(signed_volume(mesh) > 0);
+    CHECK(mesh.vertices[0][0] == Approx(1.3019).epsilon(1e-15));
+    CHECK(mesh.vertices[0][2] == Approx(2.55006).epsilon(1e-15));
+}
+
+TEST_CASE("A cube of quads, of negative indices, of vt/vn corners, with groups and CRLF: the same unit cube") {
+    const TemporaryFolder folder;
+    const auto path = folder.path() / "cube.obj";
+    std::string text;
+    SECTION("quads") {
+        text = cube_vertices + "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8 4\n";
+    }
+    SECTION("negative indices count back from the face") {
+        text = cube_vertices +
+               "f -5 -6 -7 -8\nf -4 -3 -2 -1\nf -8 -7 -3 -4\nf -6 -5 -1 -2\nf -7 -6 -2 -3\nf -8 -4 -1 -5";
+    }
+    SECTION("texture and normal indices, groups, materials, comments, blanks, CRLF") {
+        text = "# a cube\r\nmtllib none.mtl\r\no cube\r\n\r\n" + cube_vertices +
+               "vt 0 0\r\nvn 0 0 1\r\ng a\r\nusemtl x\r\nf 4/1/1 3/1/1 2/1/1 1/1/1\r\n\tf 5//1 6//1 7//1 8//1\r\n" +
+               "g b\r\ns off\r\nf 1/1 2/1 6/1 5/1\r\nf  3 4 8 7 \r\nf 2 3 7 6\r\nf 1 5 8 4\r\n";
+    }
+    SECTION("faces before their vertices") {
+        text = "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8 4\n" + cube_vertices;
+    }
+    put(path, text);
+    const auto mesh = read_obj(path);
+    CHECK(mesh.vertices.size() == 8);
+    CHECK(mesh.triangles.size() == 12);
+    CHECK_NOTHROW(check_closed(mesh));
+    CHECK(signed_volume(mesh) == Approx(1).epsilon(1e-15));
+}
+
+TEST_CASE("A prism over a hollow (not convex) hexagon: polygons are cut within themselves") {
+    const TemporaryFolder folder;
+    const auto path = folder.path() / "prism.obj";
+    // An L of three unit squares, height 2: volume 6.
+    put(path, "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n"
+              "v 0 0 2\nv 2 0 2\nv 2 1 2\nv 1 1 2\nv 1 2 2\nv 0 2 2\n"
+              "f 6 5 4 3 2 1\nf 7 8 9 10 11 12\n"
+              "f 1 2 8 7\nf 2 3 9 8\nf 3 4 10 9\nf 4 5 11 10\nf 5 6 12 11\nf 6 1 7 12\n");
+    const auto mesh = read_obj(path);
+    CHECK(mesh.triangles.size() == 2 * 4 + 6 * 2);
+    CHECK(signed_volume(mesh) == Approx(6).epsilon(1e-15));
+    const InsideTest inside(mesh);
+    CHECK(inside({0.5, 1.5, 1}));
+    CHECK(inside({1.5, 0.5, 1}));
+    CHECK(!inside({1.5, 1.5, 1}));
+}
+
+TEST_CASE("Files that are no plain mesh are refused, with the line and what is wrong") {
+    const std::string face = "f 1 2 3\n";
+    holds(refusal(""), "has no vertex");
+    holds(refusal("# nothing\n\n"), "has no vertex");
+    holds(refusal(cube_vertices), "8 vertices and no face");
+    holds(refusal("v 0 0 0\nv 1 nan 0\nv 0 1 0\n" + face), "Line 2 of ");
+    holds(refusal("v 0 0 0\nv 1 nan 0\nv 0 1 0\n" + face), "coordinate \"nan\" for vertex 2");
+    holds(refusal("v 0 0 0\r\nv 1 0 0\r\nv 0 -inf 0\r\n" + face), "Line 3 of ");
+    holds(refusal("v 0 0 0\nv 1 1e999 0\nv 0 1 0\n" + face), "\"1e999\"");
+    holds(refusal("v 0 0 0\nv 1 0x 0\nv 0 1 0\n" + face), "\"0x\"");
+    holds(refusal("v 0 0\nv 1 0 0\nv 0 1 0\n" + face), "has 2 coordinates for vertex 1");
+    holds(refusal(cube_vertices + "f 1 2\n"), "Line 9 of ");
+    holds(refusal(cube_vertices + "f 1 2\n"), "a face of 2 vertices");
+    holds(refusal(cube_vertices + "f\n"), "a face of 0 vertices");
+    holds(refusal(cube_vertices + "f 1 2 9\n" + face), "Line 9 of ");
+    holds(refusal(cube_vertices + "f 1 2 9\n" + face), "names vertex 9, but the file has 8");
+    holds(refusal(cube_vertices + "f 1 2 0\n"), "index \"0\"");
+    holds(refusal(cube_vertices + "f 1 2 x\n"), "index \"x\"");
+    holds(refusal(cube_vertices + "f 1 2 99999999999999999999\n"), "index \"99999999999999999999\"");
+    holds(refusal(cube_vertices + "f 1 2 -9\n"), "counts back by 9 vertices, of 8");
+    holds(refusal(cube_vertices + "f 1 2 2\n"), "names vertex 2 twice");
+    holds(refusal(cube_vertices + "f 1 2 -7\n"), "names vertex 2 twice");
+    holds(refusal(cube_vertices + "f 1 2 \\\n3\n"), "join the lines");
+    holds(refusal(cube_vertices + "f 1/-7 2 3\n"), "Reading ");
+
+    const TemporaryFolder folder;
+    CHECK_THROWS_AS(read_obj(folder.path() / "missing.obj"), io_error);
+    CHECK_THROWS_AS(read_obj(folder.path()), io_error);
+    CHECK_THROWS_AS(read_obj_points(folder.path() / "missing.obj"), io_error);
+}
+
+TEST_CASE("Bare points: written and read again to the last digits, in double and float, 2D and 3D") {
+    const TemporaryFolder folder;
+    const auto path = folder.path() / "points_0001.obj";
+    const std::vector<Vec<double, 3>> points{{0.1, -2.0 / 3, 1e-7}, {12345.678901234567, 0, -1e20}, {1, 2, 3}};
+    write_obj_points(path, points);
+    const auto read = read_obj_points(path);
+    REQUIRE(read.size() == points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        // tinyobjloader's numbers: a few units in the last place of 2.2e-16.
+        for (int k = 0; k < 3; ++k) CHECK(std::abs(read[i][k] - points[i][k]) <= 1e-15 * std::abs(points[i][k]));
+    }
+
+    const std::vector<Vec<float, 2>> flat{{0.1f, -0.3f}};
+    write_obj_points(path, flat);
+    CHECK(detail::read_text(path) == "# particles, positions in metres\nv 0.1 -0.3 0\n");
+
+    write_obj_points(path, std::vector<Vec<float, 3>>{});
+    holds(refusal("# particles, positions in metres\n", true), "has no point");
+    holds(refusal(cube_vertices + "f 1 2 3\n", true), "has 1 faces; bare points are expected");
+    holds(refusal("v 1 2\n", true), "has 2 coordinates");
+    CHECK(refusal(cube_vertices + "p 1 2 3\n", true) == "read");
+}
+
+TEST_CASE("A point that is not finite is refused and leaves the file before as it was, and no temporary one") {
+    const TemporaryFolder folder;
+    const auto path = folder.path() / "points.obj";
+    put(path, "before");
+    std::vector<Vec<double, 3>> points(20000, {1, 2, 3});
+    points[15000][1] = std::numeric_limits<double>::quiet_NaN();
+    CHECK_THROWS_AS(write_obj_points(path, points), parameter_error);
+    CHECK(detail::read_text(path) == "before");
+    CHECK(folder.count() == 1);
+    points[15000][1] = 2;
+    CHECK_THROWS_AS(write_obj_points(folder.path() / "no_such_folder" / "a.obj", points), io_error);
+}

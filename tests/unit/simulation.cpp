@@ -1,0 +1,205 @@
+/// \file The simulation as a user meets it: what it promises about motion, walls, time steps and wrong input.
+#include "support/catch.hpp"
+#include "support/scenes.hpp"
+
+using namespace firn;
+
+namespace {
+
+template <int D>
+Domain<D> unit_box(double h) {
+    return {Vec<double, D>::zero(), Vec<double, D>::filled(1.0), h};
+}
+
+template <class Simulation, class F>
+void for_particles(const Simulation& simulation, const F& f) {
+    const auto& particles = simulation.particles();
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot)) f(slot);
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("Free fall is that of symplectic Euler, y0 + v0 t − ½ g t (t + dt), to rounding", "", float, double) {
+    using S = TestType;
+    Simulation<3, FixedCorotated<S>> simulation(unit_box<3>(1.0 / 32), FixedCorotated<S>::from_young_poisson(1e3, 0.3));
+    simulation.fixed_time_step = 1e-3;
+    simulation.add(sample_box<3>({0.4, 0.6, 0.4}, {0.6, 0.8, 0.6}, {.spacing = 1.0 / 64}), 1.0, {0.1, 0.5, -0.2});
+    std::vector<double> before(simulation.particles().size());
+    for_particles(simulation, [&](std::size_t slot) { before[simulation.particles().id(slot)] = double(simulation.particles().position(slot)[1]); });
+    for (int i = 0; i < 200; ++i) simulation.step();
+    const double t = 0.2, expected = 0.5 * t - 0.5 * 9.81 * t * (t + 1e-3);
+    double worst = 0;
+    for_particles(simulation, [&](std::size_t slot) {
+        const auto x = simulation.particles().position(slot);
+        worst = std::max(worst, std::abs(double(x[1]) - before[simulation.particles().id(slot)] - expected));
+    });
+    // 200 sums of a position near 0.5 and a velocity near 2, each rounded to half a unit in the last place.
+    CHECK(worst < 200 * 0.5 * (sizeof(S) == 4 ? 0x1p-24 : 0x1p-53));
+    CHECK(simulation.time() == Approx(0.2).epsilon(1e-12));
+    CHECK(simulation.steps() == 200);
+}
+
+TEST_CASE("A force field acts where it is, and replaces gravity") {
+    Simulation<2, FixedCorotated<double>> simulation(unit_box<2>(1.0 / 32), FixedCorotated<double>::from_young_poisson(1e3, 0.3));
+    simulation.fixed_time_step = 1e-3;
+    simulation.add(sample_box<2>({0.2, 0.4}, {0.3, 0.5}, {.spacing = 1.0 / 64}), 1.0);
+    const Body right = simulation.add(sample_box<2>({0.7, 0.4}, {0.8, 0.5}, {.spacing = 1.0 / 64}), 1.0);
+    const auto field = [](const auto& x) {
+        using P = std::remove_cvref_t<decltype(x[0])>;
+        return Vec<P, 2>{select(x[0] < P(0.5), P(1), P(-2)), P(0)};
+    };
+    for (int i = 0; i < 50; ++i) simulation.step(field);
+    for_particles(simulation, [&](std::size_t slot) {
+        const auto v = simulation.particles().velocity(slot);
+        CHECK(v[0] == Approx(simulation.particles().id(slot) < right.first ? 0.05 : -0.1).epsilon(1e-9));
+        CHECK(std::abs(v[1]) < 1e-12);
+    });
+}
+
+TEST_CASE("advance ends at the time that was asked for") {
+    Simulation<2> simulation(unit_box<2>(1.0 / 32), FixedCorotated<float>::from_young_poisson(1e3, 0.3));
+    simulation.add(sample_box<2>({0.4, 0.4}, {0.6, 0.6}, {.spacing = 1.0 / 64}), 1.0);
+    simulation.advance(0.0123);
+    CHECK(simulation.time() == 0.0123);
+    const auto steps = simulation.steps();
+    simulation.advance(0.0);
+    CHECK(simulation.steps() == steps);
+    REQUIRE_THROWS_AS(simulation.advance(-1.0), parameter_error);
+    REQUIRE_THROWS_AS(simulation.advance(std::nan("")), parameter_error);
+}
+
+TEST_CASE("Particles stay in the box, whatever its walls and however they are thrown") {
+    for (const Contact contact : {Contact::stick, Contact::slip, Contact::separate}) {
+        Simulation<2> simulation({{-0.3, 0.1}, {0.43, 0.77}, 0.03}, FixedCorotated<float>::from_young_poisson(1e4, 0.3));
+        simulation.boundary = Walls<float, 2>::all({-0.3f, 0.1f}, {0.43f, 0.77f}, {contact, 0.2});
+        simulation.add(sample_sphere<2>({0.0, 0.4}, 0.15, {.spacing = 0.015}), 10.0, {6.0, 4.0});
+        simulation.advance(0.3);
+        float lowest = 1, highest = 0;
+        for_particles(simulation, [&](std::size_t slot) {
+            const auto x = simulation.particles().position(slot);
+            CHECK((x[0] >= -0.3f && x[0] <= 0.43f && x[1] >= 0.1f && x[1] <= 0.77f));
+            lowest = std::min(lowest, x[1]);
+            highest = std::max(highest, x[1]);
+        });
+        CHECK(highest - lowest > 0.1f);  // still a body, not crushed into a corner
+    }
+}
+
+TEST_CASE("A body at rest on a wall with friction stays; without, it slides down the tilted gravity") {
+    for (const double friction : {0.0, 0.9}) {
+        Simulation<2, FixedCorotated<double>> simulation(unit_box<2>(1.0 / 32), FixedCorotated<double>::from_young_poisson(1e5, 0.3));
+        simulation.boundary = Walls<double, 2>::all({0.0, 0.0}, {1.0, 1.0}, {Contact::separate, friction});
+        simulation.add(sample_box<2>({0.2, 0.0}, {0.5, 0.15}, {.spacing = 1.0 / 64}), 100.0);
+        simulation.gravity = {3.0, -9.0};  // slides for μ < 1/3
+        simulation.advance(0.2);
+        double velocity = 0;
+        for_particles(simulation, [&](std::size_t slot) { velocity += simulation.particles().velocity(slot)[0]; });
+        velocity /= double(simulation.particles().size());
+        if (friction == 0) CHECK(velocity == Approx(3.0 * 0.2).epsilon(1e-3));
+        else CHECK(std::abs(velocity) < 0.02);
+    }
+}
+
+TEST_CASE("The bound of the time step is stable, and three times it is not") {
+    const auto run = [](double factor) {
+        Simulation<3> simulation(unit_box<3>(1.0 / 16), FixedCorotated<float>::from_young_poisson(1e4, 0.4));
+        simulation.warn = [](const std::string&) {};
+        scenes::add_two_blocks<3>(simulation, 0.25, 1.0 / 32);
+        for (int i = 0; i < 400; ++i) {
+            simulation.fixed_time_step = factor * simulation.stable_time_step();
+            simulation.step();
+        }
+        float fastest = 0;
+        for_particles(simulation, [&](std::size_t slot) { fastest = std::max(fastest, norm(simulation.particles().velocity(slot))); });
+        return fastest;
+    };
+    CHECK(run(1.0) < 4.0f);  // the blocks meet at ±1.6 m/s and nothing feeds them
+    bool exploded = false;
+    try {
+        exploded = run(3.0) > 20.0f;
+    } catch (const particle_error&) {
+        exploded = true;
+    }
+    CHECK(exploded);
+}
+
+TEST_CASE("A fixed time step above the bound is warned of, with the factor") {
+    Simulation<2> simulation(unit_box<2>(1.0 / 16), FixedCorotated<float>::from_young_poisson(1e4, 0.3));
+    simulation.add(sample_box<2>({0.4, 0.4}, {0.6, 0.6}, {.spacing = 1.0 / 32}), 1.0);
+    std::vector<std::string> warnings;
+    simulation.warn = [&](const std::string& text) { warnings.push_back(text); };
+    simulation.fixed_time_step = 0.9 * simulation.stable_time_step();
+    simulation.step();
+    CHECK(warnings.empty());
+    simulation.fixed_time_step = 1.5 * simulation.stable_time_step();
+    simulation.step();
+    REQUIRE(warnings.size() == 1);
+    CHECK(warnings[0].find("is 1.5") != std::string::npos);
+}
+
+TEST_CASE("A run that blows up stops with the particle, its place and the likely cause") {
+    Simulation<3> simulation(unit_box<3>(1.0 / 16), FixedCorotated<float>::from_young_poisson(1e4, 0.3));
+    simulation.warn = [](const std::string&) {};
+    scenes::add_two_blocks<3>(simulation, 0.25, 1.0 / 32);
+    simulation.fixed_time_step = 100 * simulation.stable_time_step();
+    const auto run = [&] {
+        for (int i = 0; i < 200; ++i) simulation.step();
+    };
+    try {
+        run();
+        FAIL("nothing was thrown");
+    } catch (const particle_error& error) {
+        const std::string text = error.what();
+        CAPTURE(text);
+        CHECK(text.find("Particle ") == 0);
+        CHECK(text.find("velocity (") != std::string::npos);
+        CHECK(text.find("bound of the time step") != std::string::npos);
+    }
+}
+
+TEST_CASE("Bodies that cannot be simulated are refused, and nothing is added") {
+    Simulation<2> simulation(unit_box<2>(1.0 / 16));
+    const auto box = sample_box<2>({0.4, 0.4}, {0.6, 0.6}, {.spacing = 1.0 / 32});
+    const double nan = std::nan("");
+    REQUIRE_THROWS_AS(simulation.add(box, 0.0), parameter_error);
+    REQUIRE_THROWS_AS(simulation.add(box, -1.0), parameter_error);
+    REQUIRE_THROWS_AS(simulation.add(box, nan), parameter_error);
+    REQUIRE_THROWS_AS(simulation.add(box, 1.0, {nan, 0.0}), parameter_error);
+    REQUIRE_THROWS_AS(simulation.add(Samples<2>{{}, 1.0}, 1.0), particle_error);
+    REQUIRE_THROWS_AS(simulation.add(Samples<2>{{{0.5, 0.5}}, 0.0}, 1.0), parameter_error);
+    REQUIRE_THROWS_AS(simulation.add(Samples<2>{{{0.5, 0.5}, {0.5, 1.5}}, 1.0}, 1.0), particle_error);
+    REQUIRE_THROWS_AS(simulation.add(Samples<2>{{{0.5, nan}}, 1.0}, 1.0), particle_error);
+    CHECK(simulation.particles().size() == 0);
+    REQUIRE_THROWS_AS(simulation.step(), particle_error);  // there are none
+    simulation.add(box, 1.0);
+    simulation.fixed_time_step = -1e-4;
+    REQUIRE_THROWS_AS(simulation.step(), parameter_error);
+    simulation.fixed_time_step = 0;
+    CHECK_NOTHROW(simulation.step());
+    simulation.edit_particles().set_position(0, {std::numeric_limits<float>::quiet_NaN(), 0.5f});
+    REQUIRE_THROWS_AS(simulation.step(), particle_error);
+}
+
+TEST_CASE("The three executions agree on a collision") {
+    const auto run = [](auto execution) {
+        Simulation<3, FixedCorotated<double>, Apic, MlsForce, QuadraticBSpline, decltype(execution)> simulation(
+            unit_box<3>(1.0 / 16), FixedCorotated<double>::from_young_poisson(1e5, 0.3), execution);
+        simulation.fixed_time_step = 4e-4;
+        scenes::add_two_blocks<3>(simulation, 0.25, 1.0 / 32);
+        for (int i = 0; i < 250; ++i) simulation.step();
+        std::vector<Vec<double, 3>> positions(simulation.particles().size());
+        for_particles(simulation, [&](std::size_t slot) { positions[simulation.particles().id(slot)] = simulation.particles().position(slot); });
+        return positions;
+    };
+    const auto serial = run(Serial{}), coloured = run(Coloured{2}), fixed = run(FixedPoint<std::int32_t>{2}), wide = run(FixedPoint<std::int64_t>{2});
+    double of_coloured = 0, of_fixed = 0, of_wide = 0;
+    for (std::size_t p = 0; p < serial.size(); ++p) {
+        of_coloured = std::max(of_coloured, norm(coloured[p] - serial[p]));
+        of_fixed = std::max(of_fixed, norm(fixed[p] - serial[p]));
+        of_wide = std::max(of_wide, norm(wide[p] - serial[p]));
+    }
+    CHECK(of_coloured < 1e-12);
+    CHECK(of_wide < 1e-8);
+    CHECK(of_fixed < 1e-5);
+}
