@@ -44,9 +44,8 @@ public:
 
     /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells
     explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
-        requires std::same_as<Boundary, Walls<S, D>>
-        : Simulation(domain, material, Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {}), how) {}
-    Simulation(const Domain<D>& domain, const Material& material, const Boundary& walls, const Execution& how = {})
+        : Simulation(domain, material, how, default_boundary(domain)) {}
+    Simulation(const Domain<D>& domain, const Material& material, const Execution& how, const Boundary& walls)
         : boundary(walls), execution(how), material_(material), grid_(domain) {
         gravity[1] = -9.81;
     }
@@ -134,23 +133,33 @@ public:
         return partition_;
     }
 
-    /// Goes back to a stored moment: the particles and partition of then, in the order of then, so that the run goes
-    /// on to the same bits.
-    void restore(Particles<S, D, State>&& particles, BlockPartition<D>&& partition, std::vector<Body> bodies, double time,
-                 std::uint64_t steps, double last_time_step) {
+    /// What the last G2P saw: the bound of the next step comes from it.
+    const G2PReport& report() {
+        prepare();
+        return report_;
+    }
+
+    /// Goes back to a stored moment: the particles, partition and report of then, in the order of then, so that the run
+    /// goes on to the same bits.
+    void restore(Particles<S, D, State>&& particles, BlockPartition<D>&& partition, std::vector<Body> bodies,
+                 const G2PReport& report, double time, std::uint64_t steps, double last_time_step) {
+        grid_.activate(partition);
         particles_ = std::move(particles);
         partition_ = std::move(partition);
         bodies_ = std::move(bodies);
+        report_ = report;
         time_ = time;
         steps_ = steps;
         last_time_step_ = last_time_step;
-        grid_.activate(partition_);
-        report_ = update_stress(execution, particles_.view(), partition_, material_);
-        report_.sort_needed = sort_needed();
         prepared_ = true;
     }
 
 private:
+    static Boundary default_boundary(const Domain<D>& domain) {
+        if constexpr (std::same_as<Boundary, Walls<S, D>>) return Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
+        else return {};
+    }
+
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
         if (report_.sort_needed) sort();
@@ -189,16 +198,6 @@ private:
             });
         });
         grid_.activate(partition_);
-    }
-
-    bool sort_needed() {
-        using P = native_pack<S>;
-        for (const BlockRange<D>& range : partition_.ranges) {
-            const BlockFrame<S, D> frame(domain(), range.block);
-            for (std::size_t lane = 0; lane < range.particles; lane += scalar_traits<P>::lanes)
-                if (any(strays<Kernel>(load_vector<P, D>(particles_.view().position, {range.first_slot + lane, nullptr}), frame))) return true;
-        }
-        return false;
     }
 
     void warn_of(double ratio) {

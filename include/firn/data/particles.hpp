@@ -108,6 +108,10 @@ public:
     void set_position(std::size_t slot, const Vec<S, D>& x) { set(position_, slot, x.v); }
     void set_velocity(std::size_t slot, const Vec<S, D>& v) { set(velocity_, slot, v.v); }
     void set_affine(std::size_t slot, const Mat<S, D>& C) { set(affine_, slot, C.m); }
+    void set_stress(std::size_t slot, const Mat<S, D>& stress) {
+        for (int i = 0; i < D; ++i)
+            for (int j = i; j < D; ++j) stress_.at(slot, symmetric_index<D>(i, j)) = stress(i, j);
+    }
     void set_state(std::size_t slot, State state) {
         constexpr auto members = State::fields();
         unroll<int(state_fields)>([&](auto f) { set(state_[f], slot, detail::components(state.*(std::get<f>(members).member))); });

@@ -22,7 +22,7 @@ double solid_angle_winding(const TriangleMesh& mesh, const Vec<double, 3>& x) {
         const auto b = mesh.vertices[std::size_t(j)] - x;
         const auto c = mesh.vertices[std::size_t(k)] - x;
         const double la = norm(a), lb = norm(b), lc = norm(c);
-        const double triple = dot(a, firn::detail::cross(b, c));
+        const double triple = dot(a, cross(b, c));
         sum += 2 * std::atan2(triple, la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
     }
     return sum / (4 * std::numbers::pi);
@@ -34,7 +34,7 @@ double convex_depth(const TriangleMesh& mesh, const Vec<double, 3>& x) {
     for (const auto& [i, j, k] : mesh.triangles) {
         const auto a = mesh.vertices[std::size_t(i)];
         const auto normal =
-            firn::detail::cross(mesh.vertices[std::size_t(j)] - a, mesh.vertices[std::size_t(k)] - a);
+            cross(mesh.vertices[std::size_t(j)] - a, mesh.vertices[std::size_t(k)] - a);
         depth = std::min(depth, dot(normal, a - x) / norm(normal));
     }
     return depth;

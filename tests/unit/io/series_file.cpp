@@ -43,7 +43,8 @@ TEST_CASE("A list that is broken is refused with its name and the place", "[io][
     for (const std::string wrong :
          {R"([])", R"({})", R"({"files":{}})", R"({"files":[1]})", R"({"files":[{"name":1,"time":1}]})",
           R"({"files":[{"name":"a"}]})", R"({"files":[{"time":1}]})", R"({"files":[{"name":"a","time":nan}]})",
-          R"({"files":[{"name":"a","time":1e999}]})", R"({"files":[{"name":"\u0061","time":1}]})", R"({"files":[]}x)"}) {
+          R"({"files":[{"name":"a","time":1e999}]})", R"({"files":[{"name":"\u0061","time":1}]})",
+          R"({"files":[]}x)"}) {
         CAPTURE(wrong);
         states::put_bytes(path, wrong);
         CHECK_THROWS_AS(firn::read_series(path), firn::io_error);

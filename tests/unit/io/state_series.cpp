@@ -46,7 +46,9 @@ TEST_CASE("A series begun afresh replaces the old one's states, and nothing else
         states::put_bytes(folder / name, "mine");
     }
     auto listed = firn::read_series(folder / "run.hdf.series");
-    for (const char* name : {"run_01.hdf", "other_0001.hdf", "run_000x.hdf", "run_0001.png"}) listed.push_back({name, 9});
+    for (const char* name : {"run_01.hdf", "other_0001.hdf", "run_000x.hdf", "run_0001.png"}) {
+        listed.push_back({name, 9});
+    }
     firn::write_series(folder / "run.hdf.series", listed);
     const Names others = {"run_0009.hdf", "run_0001.png", "run_01.hdf", "other_0001.hdf", "run_000x.hdf"};
 

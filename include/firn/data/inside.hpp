@@ -1,0 +1,186 @@
+/// \file Whether a point lies inside a closed triangle mesh: the winding number, by exact integer arithmetic.
+///
+/// A ray from the point along +z counts each triangle above it, +1 where it looks up and −1 where it looks down. What
+/// breaks such tests is a ray through an edge or a vertex, counted twice or never. Here it cannot happen:
+///
+/// - Positions are rounded once to a lattice of 2⁻⁴⁰ of the mesh's size (about 1e-12). On it every predicate is an
+///   integer of at most 124 bits, so its sign is exact and the same on every machine.
+/// - Ties are broken as if the point were moved by (ε, ε², 0) and then by a much larger, yet infinitesimal, step along
+///   +z (simulation of simplicity: Edelsbrunner & Mücke 1990, "Simulation of simplicity", ACM TOG 9). So of two bodies
+///   that share a face exactly one holds a point on it: on faces across an axis, the body on the upper side.
+#pragma once
+
+#include <firn/data/mesh.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace firn {
+
+/// Inside means winding number ≥ 1. A mesh that intersects itself, or several closed surfaces in one mesh, so have the
+/// union of their parts, and a surface that looks inwards within another is a hole. A mesh turned inside out as a whole
+/// (negative signed volume) is taken as if it looked outwards.
+class InsideTest {
+public:
+    /// Throws mesh_error where the mesh is not closed and consistently oriented (check_closed()), encloses no volume,
+    /// or is so small and far from the origin that its positions have lost their digits.
+    explicit InsideTest(const TriangleMesh& mesh) {
+        check_closed(mesh);
+        bounds_ = bounding_box(mesh);
+        const double volume = signed_volume(mesh);
+        const auto extent = bounds_.upper - bounds_.lower;
+        const double longest = std::max({extent[0], extent[1], extent[2]});
+        // A flat surface leaves rounding errors only; a real body this thin has no room for a particle.
+        if (!(std::abs(volume) > 1e-15 * longest * longest * longest)) {
+            throw mesh_error(sentence("The mesh is closed but encloses no volume (", volume, " m³ in a box of ",
+                                      extent[0], " x ", extent[1], " x ", extent[2], " m). Give it thickness."));
+        }
+        orientation_ = volume > 0 ? 1 : -1;
+        set_lattice(longest);
+        triangles_.reserve(mesh.triangles.size());
+        for (const auto& [i, j, k] : mesh.triangles) {
+            triangles_.push_back({on_lattice(mesh.vertices[std::size_t(i)]), on_lattice(mesh.vertices[std::size_t(j)]),
+                                on_lattice(mesh.vertices[std::size_t(k)])});
+        }
+        set_bins();
+    }
+
+    /// Throws parameter_error for a point that is not finite.
+    bool operator()(const Vec<double, 3>& x) const { return winding_number(x) >= 1; }
+
+    /// How often the surface goes round the point: 0 outside, 1 inside a simple body, n where n bodies overlap.
+    int winding_number(const Vec<double, 3>& x) const {
+        for (int k = 0; k < 3; ++k) {
+            if (x[k] >= bounds_.lower[k] && x[k] <= bounds_.upper[k]) continue;
+            if (!detail::is_finite(x)) {
+                throw parameter_error(sentence("Inside or not cannot be said of the point ", detail::describe(x),
+                                               "; give finite coordinates."));
+            }
+            return 0;
+        }
+        const Point q = on_lattice(x);
+        const std::int64_t bin = q.x / bin_width_ + bins_ * (q.y / bin_width_);
+        int winding = 0;
+        for (auto at = bin_begin_[std::size_t(bin)]; at < bin_begin_[std::size_t(bin) + 1]; ++at) {
+            winding += crossing(triangles_[binned_[at]], q);
+        }
+        return winding * orientation_;
+    }
+
+    /// The box around the mesh [m].
+    const Bounds<3>& bounds() const { return bounds_; }
+
+private:
+    static constexpr int lattice_bits = 40;
+    __extension__ typedef __int128 Wide;
+
+    struct Point {
+        std::int64_t x, y, z;
+    };
+    struct Triangle {
+        Point a, b, c;
+    };
+
+    /// Twice the area of the triangle (a, b, q) seen from +z.
+    static Wide area(const Point& a, const Point& b, const Point& q) {
+        return Wide(a.x - q.x) * (b.y - q.y) - Wide(a.y - q.y) * (b.x - q.x);
+    }
+
+    /// The edge's share in the winding number about q in the plane: ±1 where the edge crosses the ray from q along +x.
+    /// The edge reversed has exactly the opposite share, so what leaves one triangle enters its neighbour.
+    static int edge_crossing(const Point& a, const Point& b, const Point& q, Wide twice_area) {
+        const bool a_above = a.y > q.y, b_above = b.y > q.y;
+        if (a_above == b_above) return 0;
+        if (b_above) return twice_area > 0 ? 1 : 0;
+        return twice_area < 0 ? -1 : 0;
+    }
+
+    /// +1 or −1 where the triangle lies above q and looks up or down, else 0.
+    static int crossing(const Triangle& t, const Point& q) {
+        const auto [a, b, c] = t;
+        if (a.z <= q.z && b.z <= q.z && c.z <= q.z) return 0;
+        const Wide area_c = area(a, b, q), area_a = area(b, c, q), area_b = area(c, a, q);
+        const int around =
+            edge_crossing(a, b, q, area_c) + edge_crossing(b, c, q, area_a) + edge_crossing(c, a, q, area_b);
+        if (around == 0) return 0;
+        // Height of the triangle over q times its (signed) area, by barycentric coordinates.
+        const Wide height = area_a * (a.z - q.z) + area_b * (b.z - q.z) + area_c * (c.z - q.z);
+        return (around > 0 ? height > 0 : height < 0) ? around : 0;
+    }
+
+    void set_lattice(double longest) {
+        int size_exponent = 0, reach_exponent = 0;
+        std::frexp(longest, &size_exponent);
+        double reach = 0;
+        for (int k = 0; k < 3; ++k) reach = std::max({reach, std::abs(bounds_.lower[k]), std::abs(bounds_.upper[k])});
+        std::frexp(reach, &reach_exponent);
+        const int step_exponent = size_exponent - lattice_bits;
+        if (reach_exponent - step_exponent > 62 || std::abs(step_exponent) > 900) {
+            throw mesh_error(sentence("The mesh is ", longest, " m large and reaches to ", reach,
+                                      " m from the origin; its shape is lost to rounding. Give it near the origin and "
+                                      "in metres, and move the points instead."));
+        }
+        per_step_ = std::ldexp(1.0, -step_exponent);
+        origin_ = {0, 0, 0};
+        origin_ = on_lattice(bounds_.lower);
+    }
+
+    Point on_lattice(const Vec<double, 3>& x) const {
+        return {std::llround(x[0] * per_step_) - origin_.x, std::llround(x[1] * per_step_) - origin_.y,
+                std::llround(x[2] * per_step_) - origin_.z};
+    }
+
+    struct BinRange {
+        std::int64_t i0, i1, j0, j1;
+        std::size_t count() const { return std::size_t((i1 - i0 + 1) * (j1 - j0 + 1)); }
+    };
+    /// The bins under the triangle's bounding rectangle.
+    BinRange bins_of(const Triangle& t) const {
+        const auto [x0, x1] = std::minmax({t.a.x, t.b.x, t.c.x});
+        const auto [y0, y1] = std::minmax({t.a.y, t.b.y, t.c.y});
+        return {x0 / bin_width_, x1 / bin_width_, y0 / bin_width_, y1 / bin_width_};
+    }
+    template <class F>
+    void for_bins_of(const Triangle& t, const F& f) const {
+        const auto [i0, i1, j0, j1] = bins_of(t);
+        for (std::int64_t j = j0; j <= j1; ++j) {
+            for (std::int64_t i = i0; i <= i1; ++i) f(std::size_t(i + bins_ * j));
+        }
+    }
+
+    /// Sorts the triangles into square bins of the xy plane, about one bin a triangle.
+    void set_bins() {
+        const Point upper = on_lattice(bounds_.upper);
+        const std::int64_t widest = std::max(upper.x, upper.y);
+        bins_ = std::clamp<std::int64_t>(std::llround(std::sqrt(double(triangles_.size()))), 1, 2048);
+        // Long slivers lie in many bins: coarser ones then, so that memory stays in proportion to the triangles.
+        for (;; bins_ = (bins_ + 1) / 2) {
+            bin_width_ = widest / bins_ + 1;
+            std::size_t entries = 0;
+            for (const auto& t : triangles_) entries += bins_of(t).count();
+            if (bins_ == 1 || entries <= 16 * triangles_.size()) break;
+        }
+        bin_begin_.assign(std::size_t(bins_ * bins_) + 1, 0);
+        for (const auto& t : triangles_) for_bins_of(t, [&](std::size_t bin) { ++bin_begin_[bin + 1]; });
+        for (std::size_t i = 1; i < bin_begin_.size(); ++i) bin_begin_[i] += bin_begin_[i - 1];
+        binned_.resize(bin_begin_.back());
+        auto next = bin_begin_;
+        for (std::size_t t = 0; t < triangles_.size(); ++t) {
+            for_bins_of(triangles_[t], [&](std::size_t bin) { binned_[next[bin]++] = std::uint32_t(t); });
+        }
+    }
+
+    Bounds<3> bounds_{};
+    int orientation_ = 1;
+    double per_step_ = 1;  // lattice steps per metre, a power of two: multiplying by it is exact
+    Point origin_{};
+    std::int64_t bins_ = 1, bin_width_ = 1;
+    std::vector<Triangle> triangles_;
+    std::vector<std::size_t> bin_begin_;  // bin → its first place in binned_
+    std::vector<std::uint32_t> binned_;   // triangles, bin after bin
+};
+
+}  // namespace firn

@@ -1,0 +1,218 @@
+/// \file Closed triangle meshes as shapes to fill with particles: checks, volume, placing.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/core/tensor.hpp>
+#include <firn/math/jacobi.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace firn {
+
+/// Triangles over shared vertices, counter-clockwise seen from outside. Indices count from 0.
+struct TriangleMesh {
+    std::vector<Vec<double, 3>> vertices;                ///< positions [m]
+    std::vector<std::array<std::int32_t, 3>> triangles;  ///< indices into `vertices`
+};
+
+/// An axis-aligned box [m].
+template <int D>
+struct Bounds {
+    Vec<double, D> lower;
+    Vec<double, D> upper;
+};
+
+namespace detail {
+
+template <class S, int D>
+bool is_finite(const Vec<S, D>& x) {
+    return std::all_of(x.v, x.v + D, [](S c) { return std::isfinite(c); });
+}
+
+/// "(x, y, z)"
+template <class S, int D>
+std::string describe(const Vec<S, D>& x) {
+    std::string text = "(";
+    for (int i = 0; i < D; ++i) text += sentence(i == 0 ? "" : ", ", x[i]);
+    return text + ")";
+}
+
+template <class Move>
+TriangleMesh moved(TriangleMesh mesh, const Move& move) {
+    for (auto& x : mesh.vertices) x = move(x);
+    return mesh;
+}
+
+}  // namespace detail
+
+/// Throws mesh_error unless there are triangles, every vertex is finite and every index names a vertex.
+inline void check_mesh(const TriangleMesh& mesh) {
+    if (mesh.triangles.empty()) {
+        throw mesh_error(sentence("The mesh has ", mesh.vertices.size(),
+                                  " vertices and no triangle; four or more enclose a volume. Give a surface."));
+    }
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        if (!detail::is_finite(mesh.vertices[i])) {
+            throw mesh_error(sentence("Vertex ", i, " (from 0) of the mesh is ", detail::describe(mesh.vertices[i]),
+                                      "; positions must be finite numbers. Mend or remove it."));
+        }
+    }
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const auto& corners = mesh.triangles[t];
+        for (const auto index : corners) {
+            if (index < 0 || std::size_t(index) >= mesh.vertices.size()) {
+                throw mesh_error(sentence("Triangle ", t, " (from 0) names vertex ", index, ", but the mesh has ",
+                                          mesh.vertices.size(), " vertices, counted from 0. Mend its indices."));
+            }
+        }
+        if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) {
+            throw mesh_error(sentence("Triangle ", t, " (from 0) uses a vertex twice (", corners[0], ", ", corners[1],
+                                      ", ", corners[2], "), so it has no area. Remove it and join its neighbours."));
+        }
+    }
+}
+
+/// The box around all triangles. Throws mesh_error for a mesh that check_mesh() refuses.
+inline Bounds<3> bounding_box(const TriangleMesh& mesh) {
+    check_mesh(mesh);
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    Bounds<3> box{Vec<double, 3>::filled(infinity), Vec<double, 3>::filled(-infinity)};
+    for (const auto& corners : mesh.triangles) {
+        for (const auto index : corners) {
+            for (int k = 0; k < 3; ++k) {
+                const double x = mesh.vertices[std::size_t(index)][k];
+                box.lower[k] = std::min(box.lower[k], x);
+                box.upper[k] = std::max(box.upper[k], x);
+            }
+        }
+    }
+    return box;
+}
+
+/// Volume enclosed [m³] by the divergence theorem: positive where triangles are counter-clockwise seen from outside.
+/// What the surface encloses twice counts twice. Throws mesh_error as check_mesh().
+inline double signed_volume(const TriangleMesh& mesh) {
+    check_mesh(mesh);
+    // Tetrahedra to a vertex of the mesh, not to the origin: a small body far away keeps its digits.
+    const auto apex = mesh.vertices[std::size_t(mesh.triangles[0][0])];
+    double six_volumes = 0;
+    for (const auto& [i, j, k] : mesh.triangles) {
+        const auto a = mesh.vertices[std::size_t(i)] - apex;
+        const auto b = mesh.vertices[std::size_t(j)] - apex;
+        const auto c = mesh.vertices[std::size_t(k)] - apex;
+        six_volumes += dot(a, cross(b, c));
+    }
+    return six_volumes / 6;
+}
+
+/// Throws mesh_error unless the surface is closed and consistently oriented: every edge belongs to exactly two
+/// triangles, which run along it in opposite directions. Self-intersection is no matter here (see InsideTest).
+inline void check_closed(const TriangleMesh& mesh) {
+    check_mesh(mesh);
+    struct Edge {
+        std::int32_t low, high;
+        bool forward;  // the triangle runs from low to high
+    };
+    std::vector<Edge> edges;
+    edges.reserve(3 * mesh.triangles.size());
+    for (const auto& corners : mesh.triangles) {
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto from = corners[k];
+            const auto to = corners[(k + 1) % 3];
+            edges.push_back({std::min(from, to), std::max(from, to), from < to});
+        }
+    }
+    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+        return a.low != b.low ? a.low < b.low : a.high < b.high;
+    });
+
+    std::size_t open = 0, turned = 0, crowded = 0, total = 0;
+    const Edge* first_bad = nullptr;
+    for (auto begin = edges.begin(); begin != edges.end(); ++total) {
+        const auto end = std::find_if(begin, edges.end(), [&](const Edge& e) {
+            return e.low != begin->low || e.high != begin->high;
+        });
+        const auto count = end - begin;
+        const auto forward = std::count_if(begin, end, [](const Edge& e) { return e.forward; });
+        if (count != 2 || forward != 1) {
+            ++(count == 1 ? open : count == 2 ? turned : crowded);
+            if (!first_bad) first_bad = &*begin;
+        }
+        begin = end;
+    }
+    if (!first_bad) return;
+    throw mesh_error(sentence(
+        "The mesh is not a closed, consistently oriented surface: of its ", total, " edges ", open,
+        " belong to one triangle only (a hole), ", turned, " to two triangles of opposite orientation, ", crowded,
+        " to more than two. The first is the edge from vertex ", first_bad->low, " ",
+        detail::describe(mesh.vertices[std::size_t(first_bad->low)]), " to vertex ", first_bad->high, " ",
+        detail::describe(mesh.vertices[std::size_t(first_bad->high)]),
+        " (counted from 0). Fill the holes, merge vertices that lie on one point, and let all faces look outwards."));
+}
+
+/// The same surface seen from the other side.
+inline TriangleMesh reversed(TriangleMesh mesh) {
+    for (auto& corners : mesh.triangles) std::swap(corners[1], corners[2]);
+    return mesh;
+}
+
+inline TriangleMesh translated(const TriangleMesh& mesh, const Vec<double, 3>& offset) {
+    if (!detail::is_finite(offset)) {
+        throw parameter_error(
+            sentence("A mesh cannot be moved by ", detail::describe(offset), "; give finite metres."));
+    }
+    return detail::moved(mesh, [&](const auto& x) { return x + offset; });
+}
+
+/// All positions times `factor` > 0.
+inline TriangleMesh scaled(const TriangleMesh& mesh, double factor) {
+    if (!(factor > 0) || !std::isfinite(factor)) {
+        throw parameter_error(sentence("A mesh cannot be scaled by ", factor, "; give a finite number above 0."));
+    }
+    return detail::moved(mesh, [&](const auto& x) { return x * factor; });
+}
+
+/// The rotation by `angle` [rad] about `axis` (any length but 0), by the right hand (Rodrigues' formula).
+inline Mat<double, 3> rotation(const Vec<double, 3>& axis, double angle) {
+    const double length = norm(axis);
+    if (!(length > 0) || !std::isfinite(length) || !std::isfinite(angle)) {
+        throw parameter_error(sentence("No rotation by ", angle, " rad about ", detail::describe(axis),
+                                       "; give a finite angle and an axis of finite length above 0."));
+    }
+    const auto n = axis * (1 / length);
+    const auto cross_n = Mat<double, 3>::rows(0, -n[2], n[1], n[2], 0, -n[0], -n[1], n[0], 0);
+    return Mat<double, 3>::identity() + cross_n * std::sin(angle) + cross_n * cross_n * (1 - std::cos(angle));
+}
+
+/// Turned about `pivot` by the rotation matrix `R`. Throws parameter_error where R is no rotation (to 1e-9).
+inline TriangleMesh rotated(const TriangleMesh& mesh, const Mat<double, 3>& R, const Vec<double, 3>& pivot = {}) {
+    const double skew = squared_norm(R * transpose(R) - Mat<double, 3>::identity());
+    if (!(skew < 1e-18) || !(determinant(R) > 0)) {
+        throw parameter_error(sentence("The matrix is no rotation: ‖RRᵀ − I‖² = ", skew, ", det R = ", determinant(R),
+                                       "; it must keep lengths and not mirror. Build it with rotation(axis, angle)."));
+    }
+    return detail::moved(mesh, [&](const auto& x) { return pivot + R * (x - pivot); });
+}
+
+/// Scaled and moved so that its bounding box is centred on `centre` and its longest edge is `size` [m] > 0.
+inline TriangleMesh fitted(const TriangleMesh& mesh, const Vec<double, 3>& centre, double size) {
+    const auto box = bounding_box(mesh);
+    const auto extent = box.upper - box.lower;
+    const double longest = std::max({extent[0], extent[1], extent[2]});
+    if (!(size > 0) || !std::isfinite(size) || !detail::is_finite(centre)) {
+        throw parameter_error(sentence("A mesh cannot be fitted to size ", size, " m at ", detail::describe(centre),
+                                       "; give a size above 0 and a centre, all finite."));
+    }
+    if (!(longest > 0)) throw mesh_error("All vertices of the mesh lie on one point, so it cannot be given a size.");
+    const auto middle = (box.lower + box.upper) * 0.5;
+    const double factor = size / longest;
+    return detail::moved(mesh, [&](const auto& x) { return centre + (x - middle) * factor; });
+}
+
+}  // namespace firn

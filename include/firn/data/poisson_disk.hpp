@@ -1,0 +1,149 @@
+/// \file Poisson-disk points: at random, none closer than r, and hardly a place left for one more.
+///
+/// Bridson 2007, "Fast Poisson disk sampling in arbitrary dimensions", SIGGRAPH sketches. Candidates are drawn in the
+/// annulus r to 2r around a point of the active list; a background grid of side r/√D holds at most one point a cell.
+/// All of it runs on integers (a step is 2⁻²⁰ r), so the points are the same for every compiler and machine.
+#pragma once
+
+#include <firn/data/samples.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace firn {
+
+namespace detail {
+
+/// Points per r^D that Bridson's algorithm with 30 candidates leaves, measured in large boxes with their rims cut off
+/// (tests/unit/data/sampling.cpp holds them to 1 %).
+template <int D>
+inline constexpr double poisson_density = D == 2 ? 0.615 : 0.577;
+
+}  // namespace detail
+
+/// The least distance r [m] at which Poisson-disk points are as dense as a lattice of `spacing`.
+template <int D>
+double poisson_radius(double spacing) {
+    return spacing * (D == 2 ? std::sqrt(detail::poisson_density<2>) : std::cbrt(detail::poisson_density<3>));
+}
+
+/// Fills the box from lower to upper [m] with points no two of which are closer than `radius` [m]. `candidates` are
+/// tried around each point before it is left. Throws parameter_error where the box is empty, inverted or not finite,
+/// the radius is not above 0, or the background grid would have more than `max_cells` cells.
+template <int D>
+std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, const Vec<double, D>& upper, double radius,
+                                                std::uint64_t seed = 1, double max_cells = 1e9,
+                                                int candidates = 30) {
+    static_assert(D == 2 || D == 3);
+    using Index = std::array<std::int64_t, D>;
+    constexpr std::int64_t r = std::int64_t(1) << 20;
+    constexpr std::int64_t cell = D == 2 ? 741455 : 605389;  // ⌊r/√D⌋
+    constexpr std::int64_t reach = 2;                        // ⌈r/cell⌉: a point closer than r lies in these cells
+
+    if (!(radius > 0) || !std::isfinite(radius)) {
+        throw parameter_error(sentence("The Poisson-disk radius is ", radius, " m; it must be finite and above 0."));
+    }
+    if (candidates < 1) {
+        throw parameter_error(sentence("Poisson-disk sampling with ", candidates, " candidates; give 1 or more (30)."));
+    }
+    max_cells = std::min(max_cells, double(std::numeric_limits<std::int32_t>::max()));  // points have 32-bit names
+    const double step = radius / double(r);
+    Index size{}, cells{};
+    double total = 1;
+    for (std::size_t k = 0; k < D; ++k) {
+        const double extent = upper[int(k)] - lower[int(k)];
+        if (!(extent > 0) || !std::isfinite(extent)) {
+            throw parameter_error(sentence("Points are asked in the box from ", detail::describe(lower), " to ",
+                                           detail::describe(upper), " m; upper must be above lower and both finite."));
+        }
+        total *= extent / step / double(cell) + 1 + 2 * reach;
+        detail::check_count(total, "cells of side r/√D in the box to fill", max_cells);
+        size[k] = std::int64_t(extent / step);
+        cells[k] = size[k] / cell + 1 + 2 * reach;  // a rim of empty cells saves every bounds check
+    }
+
+    constexpr std::int32_t empty = -1;
+    std::vector<std::int32_t> grid(std::size_t(total) + 1, empty);
+    std::vector<Index> points;
+    const auto cell_of = [&](const Index& x) {
+        std::int64_t at = 0;
+        for (std::size_t k = D; k-- > 0;) at = at * cells[k] + x[k] / cell + reach;
+        return at;
+    };
+    std::vector<std::pair<std::int64_t, std::int64_t>> nearby;  // distance² in cells, offset: the nearest cells first
+    Index first{}, last{};
+    first.fill(-reach);
+    last.fill(reach + 1);
+    detail::for_lattice<D>(first, last, [&](const Index& offset, std::uint64_t) {
+        std::int64_t distance = 0, at = 0;
+        for (std::size_t k = D; k-- > 0;) {
+            distance += offset[k] * offset[k];
+            at = at * cells[k] + offset[k];
+        }
+        nearby.emplace_back(distance, at);
+        return true;
+    });
+    std::sort(nearby.begin(), nearby.end());
+    const auto is_free = [&](const Index& x) {
+        const auto at = cell_of(x);
+        return std::none_of(nearby.begin(), nearby.end(), [&](const auto& near) {
+            const auto other = grid[std::size_t(at + near.second)];
+            if (other == empty) return false;
+            std::int64_t distance = 0;
+            for (std::size_t k = 0; k < D; ++k) {
+                const auto d = points[std::size_t(other)][k] - x[k];
+                distance += d * d;
+            }
+            return distance < r * r;
+        });
+    };
+    std::vector<std::int32_t> active;
+    const auto add = [&](const Index& x) {
+        const auto name = std::int32_t(points.size());
+        grid[std::size_t(cell_of(x))] = name;
+        active.push_back(name);
+        points.push_back(x);
+    };
+
+    RandomSequence random(seed);
+    Index start{};
+    for (std::size_t k = 0; k < D; ++k) start[k] = std::int64_t(unit_interval(random.bits()) * double(size[k]));
+    add(start);
+    while (!active.empty()) {
+        const auto chosen = std::size_t(random.below(active.size()));
+        const Index from = points[std::size_t(active[chosen])];
+        bool found = false;
+        for (int tried = 0; tried < candidates && !found;) {
+            Index to = from;
+            std::int64_t distance = 0;
+            bool in_box = true;
+            for (std::size_t k = 0; k < D; ++k) {
+                const auto d = std::int64_t(random.below(4 * r + 1)) - 2 * r;
+                distance += d * d;
+                to[k] += d;
+                in_box = in_box && to[k] >= 0 && to[k] <= size[k];
+            }
+            if (distance < r * r || distance > 4 * r * r) continue;  // not in the annulus: draw again
+            ++tried;
+            if (!in_box || !is_free(to)) continue;
+            add(to);
+            found = true;
+        }
+        if (found) continue;
+        active[chosen] = active.back();
+        active.pop_back();
+    }
+
+    std::vector<Vec<double, D>> positions(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        for (int k = 0; k < D; ++k) positions[i][k] = std::fma(double(points[i][std::size_t(k)]), step, lower[k]);
+    }
+    return positions;
+}
+
+}  // namespace firn

@@ -1,0 +1,144 @@
+/// \file What filling a shape with particles asks for and gives; lattices of points.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/core/tensor.hpp>
+#include <firn/data/mesh.hpp>
+#include <firn/data/random.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace firn {
+
+/// How particles fill a shape.
+enum class Pattern {
+    lattice,       ///< at the centres of cubes of side `spacing`
+    jittered,      ///< the same, each moved at random by up to `jitter` spacings along each axis
+    poisson_disk,  ///< at random, no two closer than about 0.8 spacings: no preferred direction (Bridson 2007)
+};
+
+/// How a shape is filled. The same options give the same positions, bit for bit, with every compiler.
+struct SamplingOptions {
+    double spacing = 0;                          ///< mean distance [m] > 0: one particle for spacing^D; must be given
+    Pattern pattern = Pattern::lattice;
+    double jitter = 0.25;                        ///< of Pattern::jittered, in spacings, 0 to 0.5
+    std::uint64_t seed = 1;                      ///< of jittered and poisson_disk
+    std::uint64_t max_particles = 200'000'000;   ///< more are refused before memory is asked for
+};
+
+/// Particles that fill a shape.
+template <int D>
+struct Samples {
+    std::vector<Vec<double, D>> positions;  ///< [m]
+    double volume = 0;                      ///< of each particle [m^D]
+};
+
+/// The spacing [m] of a lattice with `particles_per_cell` in a grid cell of side `cell_size` [m].
+template <int D>
+double particle_spacing(double cell_size, double particles_per_cell) {
+    if (!(cell_size > 0 && std::isfinite(cell_size) && particles_per_cell > 0 && std::isfinite(particles_per_cell))) {
+        throw parameter_error(sentence("No spacing for ", particles_per_cell, " particles in a cell of ", cell_size,
+                                       " m; both must be finite and above 0."));
+    }
+    return cell_size / (D == 2 ? std::sqrt(particles_per_cell) : std::cbrt(particles_per_cell));
+}
+
+/// Throws parameter_error for options outside their range.
+inline void check(const SamplingOptions& options) {
+    if (!(options.spacing > 0) || !std::isfinite(options.spacing)) {
+        throw parameter_error(sentence("The particle spacing is ", options.spacing,
+                                       " m; it must be given, finite and above 0. particle_spacing() finds it from the "
+                                       "cell size and the particles per cell."));
+    }
+    if (!(options.jitter >= 0 && options.jitter <= 0.5)) {
+        throw parameter_error(sentence("The jitter is ", options.jitter,
+                                       " spacings; it must lie in 0 to 0.5, so that each particle stays in its cube."));
+    }
+}
+
+namespace detail {
+
+/// Refuses counts that no memory holds. `predicted` may be infinite, never NaN.
+inline void check_count(double predicted, const char* what, double most) {
+    if (predicted <= most) return;
+    throw parameter_error(sentence("This would make about ", predicted, " ", what, "; at most ", most,
+                                   " are allowed. Choose a larger spacing, or raise the bound if memory allows."));
+}
+
+/// The index-th of the points around `anchor`: anchor + (index + ½ + jitter·u) spacing, u in [−1, 1) from the seed and
+/// the counter. The fused operations are written out so that no compiler's choice of contraction changes a bit.
+template <int D>
+Vec<double, D> lattice_point(const Vec<double, D>& anchor, double spacing, const std::array<std::int64_t, D>& index,
+                             double jitter, std::uint64_t seed, std::uint64_t counter) {
+    Vec<double, D> x{};
+    for (int k = 0; k < D; ++k) {
+        double cell = double(index[std::size_t(k)]) + 0.5;
+        if (jitter > 0) {
+            const double u = 2 * unit_interval(random_bits(seed, D * counter + std::uint64_t(k))) - 1;
+            cell = std::fma(jitter, u, cell);
+        }
+        x[k] = std::fma(cell, spacing, anchor[k]);
+    }
+    return x;
+}
+
+/// Calls f(index, counter) for every index in [begin, end), the first axis fastest, until it returns false.
+template <int D, class F>
+void for_lattice(const std::array<std::int64_t, D>& begin, const std::array<std::int64_t, D>& end, const F& f) {
+    for (std::size_t k = 0; k < D; ++k) {
+        if (begin[k] >= end[k]) return;
+    }
+    auto index = begin;
+    for (std::uint64_t counter = 0;; ++counter) {
+        if (!f(index, counter)) return;
+        std::size_t k = 0;
+        while (k < D && ++index[k] == end[k]) {
+            index[k] = begin[k];
+            ++k;
+        }
+        if (k == D) return;
+    }
+}
+
+}  // namespace detail
+
+/// The first `first_n` points (all by default) of a lattice of counts[0] × counts[1] (× counts[2]) points at
+/// lower + (i + ½) spacing, each coordinate then moved at random by up to `jitter` spacings (0 to 0.5). The first axis
+/// runs fastest. Throws parameter_error for a count below 1, a bad spacing or jitter, more points than there are.
+template <int D>
+std::vector<Vec<double, D>> lattice_points(const Vec<double, D>& lower, const std::array<std::int64_t, D>& counts,
+                                           double spacing, double jitter = 0, std::uint64_t seed = 1,
+                                           std::uint64_t first_n = std::numeric_limits<std::uint64_t>::max()) {
+    const SamplingOptions options{.spacing = spacing, .jitter = jitter, .seed = seed};
+    check(options);
+    if (!detail::is_finite(lower)) {
+        throw parameter_error(sentence("The lattice begins at ", detail::describe(lower), "; give finite metres."));
+    }
+    double total = 1;
+    for (const auto count : counts) {
+        if (count < 1) {
+            throw parameter_error(sentence("A lattice needs 1 point or more along each axis; ", count, " given."));
+        }
+        total *= double(count);
+    }
+    constexpr auto all = std::numeric_limits<std::uint64_t>::max();
+    if (first_n != all && double(first_n) > total) {
+        throw parameter_error(sentence("The first ", first_n, " points are asked of a lattice of ", total, "."));
+    }
+    const double wanted = first_n == all ? total : double(first_n);
+    detail::check_count(wanted, "particles", double(options.max_particles));
+    std::vector<Vec<double, D>> points;
+    points.reserve(std::size_t(wanted));
+    if (first_n == 0) return points;
+    detail::for_lattice<D>({}, counts, [&](const auto& index, std::uint64_t counter) {
+        points.push_back(detail::lattice_point<D>(lower, spacing, index, jitter, seed, counter));
+        return points.size() < std::size_t(wanted);
+    });
+    return points;
+}
+
+}  // namespace firn

@@ -1,0 +1,163 @@
+/// \file A file that appears whole or not at all: written under a temporary name, then renamed.
+///
+/// A reader (or a run that goes on after a power cut) sees the old file or the new one, never a half. The order that
+/// promises it: write, fsync the file, rename, fsync the folder (POSIX rename is atomic within one file system).
+#pragma once
+
+#include <firn/core/error.hpp>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace firn {
+
+namespace detail {
+
+[[noreturn]] inline void throw_io(const char* what, const std::filesystem::path& path, int code) {
+    throw io_error(sentence(what, " ", path, " failed: ", std::strerror(code), "."));
+}
+
+/// Closes on every way out; a failed close is reported by close() only.
+class FileDescriptor {
+public:
+    FileDescriptor(const std::filesystem::path& path, int flags, const char* what) {
+        do {
+            fd_ = ::open(path.c_str(), flags | O_CLOEXEC, 0666);
+        } while (fd_ < 0 && errno == EINTR);
+        if (fd_ < 0) throw_io(what, path, errno);
+    }
+    FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    FileDescriptor& operator=(FileDescriptor&&) = delete;
+    ~FileDescriptor() {
+        if (fd_ >= 0) ::close(fd_);
+    }
+    int get() const { return fd_; }
+    /// Not tried again on EINTR: Linux has released the descriptor by then.
+    void close(const std::filesystem::path& path) {
+        if (::close(std::exchange(fd_, -1)) != 0 && errno != EINTR) throw_io("Closing", path, errno);
+    }
+
+private:
+    int fd_ = -1;
+};
+
+inline void sync_to_disk(int fd, const std::filesystem::path& path) {
+    while (::fsync(fd) != 0) {
+        if (errno == EINTR) continue;
+        throw_io("Writing to disk (fsync)", path, errno);
+    }
+}
+
+/// Folders of some file systems cannot be synced (EINVAL, ENOTSUP): nothing more can be done there.
+inline void sync_folder_of(const std::filesystem::path& path) {
+    const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+    FileDescriptor fd(folder, O_RDONLY | O_DIRECTORY, "Opening the folder");
+    while (::fsync(fd.get()) != 0) {
+        if (errno == EINTR) continue;
+        if (errno == EINVAL || errno == ENOTSUP) break;
+        throw_io("Writing to disk (fsync) the folder", folder, errno);
+    }
+    fd.close(folder);
+}
+
+inline void rename_and_sync_folder(const std::filesystem::path& temporary, const std::filesystem::path& path) {
+    std::error_code failure;
+    std::filesystem::rename(temporary, path, failure);
+    if (failure) {
+        throw io_error(sentence("Renaming ", temporary, " to ", path, " failed: ", failure.message(), "."));
+    }
+    sync_folder_of(path);
+}
+
+}  // namespace detail
+
+/// `NAME.tmp.PID` beside `NAME`: the same file system, no other process's name, and an ending that no program that
+/// looks for states or meshes takes for a finished file.
+inline std::filesystem::path temporary_name(const std::filesystem::path& path) {
+    auto name = path;
+    name += ".tmp." + std::to_string(::getpid());
+    return name;
+}
+
+/// Puts a file that another library wrote and closed in its place: fsync, rename over `path`, fsync the folder.
+/// Both must lie in one folder. On failure `temporary` is removed and an io_error thrown; what stood under `path`
+/// before is untouched, unless only the folder's fsync failed: then the new file stands there, not yet surely on disk.
+inline void sync_and_rename(const std::filesystem::path& temporary, const std::filesystem::path& path) {
+    try {
+        // Read and write: some file systems refuse to sync a descriptor that cannot write.
+        detail::FileDescriptor fd(temporary, O_RDWR, "Opening");
+        detail::sync_to_disk(fd.get(), temporary);
+        fd.close(temporary);
+        detail::rename_and_sync_folder(temporary, path);
+    } catch (...) {
+        std::error_code ignored;
+        std::filesystem::remove(temporary, ignored);
+        throw;
+    }
+}
+
+/// Writes bytes to a temporary file; commit() puts it in its place. Without a commit the destructor removes it.
+class AtomicFile {
+public:
+    /// Opens the temporary file. Throws io_error where the folder is missing or not writable.
+    explicit AtomicFile(std::filesystem::path path)
+        : path_(std::move(path)),
+          temporary_(temporary_name(path_)),
+          fd_(temporary_, O_WRONLY | O_CREAT | O_TRUNC, "Opening for writing") {
+        pending_ = true;
+        buffer_.reserve(buffer_bytes);
+    }
+    AtomicFile(const AtomicFile&) = delete;
+    AtomicFile& operator=(const AtomicFile&) = delete;
+    ~AtomicFile() {
+        if (!pending_) return;
+        std::error_code ignored;
+        std::filesystem::remove(temporary_, ignored);
+    }
+
+    void write(std::string_view bytes) {
+        buffer_ += bytes;
+        if (buffer_.size() >= buffer_bytes) flush();
+    }
+
+    /// After it returns the file stands whole under its name and is on disk.
+    void commit() {
+        if (!pending_) throw io_error(sentence("The file ", path_, " was committed before; open a new one."));
+        flush();
+        detail::sync_to_disk(fd_.get(), temporary_);
+        fd_.close(temporary_);
+        detail::rename_and_sync_folder(temporary_, path_);
+        pending_ = false;
+    }
+
+    const std::filesystem::path& path() const { return path_; }
+    const std::filesystem::path& temporary() const { return temporary_; }
+
+private:
+    static constexpr std::size_t buffer_bytes = std::size_t(1) << 16;
+
+    void flush() {
+        while (!buffer_.empty()) {
+            const ::ssize_t written = ::write(fd_.get(), buffer_.data(), buffer_.size());
+            if (written < 0 && errno == EINTR) continue;
+            if (written < 0) detail::throw_io("Writing", temporary_, errno);
+            buffer_.erase(0, std::size_t(written));
+        }
+    }
+
+    std::filesystem::path path_;
+    std::filesystem::path temporary_;
+    detail::FileDescriptor fd_;
+    std::string buffer_;
+    bool pending_ = false;
+};
+
+}  // namespace firn

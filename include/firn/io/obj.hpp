@@ -1,0 +1,229 @@
+/// \file Wavefront OBJ: closed meshes and bare points read, sequences of points written (for Houdini and Blender).
+///
+/// tinyobjloader reads. What it would pass over in silence (a coordinate that is no number becomes 0, a face of two
+/// vertices or one that names a missing vertex is dropped) is refused here before, with the line.
+#pragma once
+
+#include <firn/data/mesh.hpp>
+#include <firn/io/atomic_file.hpp>
+#include <firn/io/vendor/tiny_obj_loader.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <ranges>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace firn {
+
+namespace detail {
+
+/// Walks through an OBJ file's text line by line and refuses what is not plain; counts what a reader must find.
+class ObjCheck {
+public:
+    ObjCheck(const std::filesystem::path& path, std::string_view text) : path_(path) {
+        while (!text.empty()) {
+            ++line_;
+            const auto length = std::min(text.find_first_of("\r\n"), text.size());
+            check_line(text.substr(0, length));
+            const bool two = text.substr(length, 2) == "\r\n";
+            text.remove_prefix(std::min(text.size(), length + (two ? 2 : 1)));
+        }
+        if (highest_ > vertices_) {
+            line_ = highest_line_;
+            refuse(sentence("names vertex ", highest_, ", but the file has ", vertices_, " vertices"));
+        }
+    }
+    std::int64_t vertices() const { return vertices_; }
+    std::int64_t faces() const { return faces_; }
+    /// n − 2 for each face of n vertices.
+    std::int64_t triangles() const { return triangles_; }
+
+private:
+    static constexpr std::string_view blanks = " \t";
+
+    [[noreturn]] void refuse(const std::string& what) const {
+        throw io_error(sentence("Line ", line_, " of ", path_, " ", what, ". Mend the file."));
+    }
+
+    static std::string_view next_word(std::string_view& line) {
+        line.remove_prefix(std::min(line.find_first_not_of(blanks), line.size()));
+        const auto word = line.substr(0, line.find_first_of(blanks));
+        line.remove_prefix(word.size());
+        return word;
+    }
+
+    void check_line(std::string_view line) {
+        const auto keyword = next_word(line);
+        if (keyword != "v" && keyword != "f") return;
+        if (line.ends_with('\\')) refuse("goes on in the next line (\\), which is not supported: join the lines");
+        keyword == "v" ? check_vertex(line) : check_face(line);
+    }
+
+    void check_vertex(std::string_view line) {
+        ++vertices_;
+        if (vertices_ > std::numeric_limits<std::int32_t>::max()) refuse("has one vertex more than int32 can name");
+        for (int k = 0; k < 3; ++k) {
+            const auto word = next_word(line);
+            const auto digits = word.substr(word.starts_with('+') ? 1 : 0);
+            double x = 0;
+            const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), x);
+            if (word.empty()) refuse(sentence("has ", k, " coordinates for vertex ", vertices_, "; three are needed"));
+            if (code != std::errc{} || end != digits.data() + digits.size() || !std::isfinite(x)) {
+                refuse(sentence("has the coordinate \"", word, "\" for vertex ", vertices_,
+                                "; a finite number is needed"));
+            }
+        }
+    }
+
+    void check_face(std::string_view line) {
+        ++faces_;
+        corners_.clear();
+        for (auto word = next_word(line); !word.empty(); word = next_word(line)) {
+            const auto digits = word.substr(0, word.find('/'));
+            std::int64_t index = 0;
+            const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), index);
+            if (code != std::errc{} || end != digits.data() + digits.size() || index == 0) {
+                refuse(sentence("has a face with the vertex index \"", word, "\"; indices are whole numbers from 1, or "
+                                "negative ones that count back"));
+            }
+            if (index < 0 && -index > vertices_) {
+                refuse(sentence("has a face that counts back by ", -index, " vertices, of ", vertices_, " so far"));
+            }
+            const auto vertex = index > 0 ? index : vertices_ + 1 + index;
+            if (std::find(corners_.begin(), corners_.end(), vertex) != corners_.end()) {
+                refuse(sentence("has a face that names vertex ", vertex, " twice"));
+            }
+            corners_.push_back(vertex);
+            if (vertex > highest_) {
+                highest_ = vertex;
+                highest_line_ = line_;
+            }
+        }
+        if (corners_.size() < 3) {
+            refuse(sentence("has a face of ", corners_.size(), " vertices; three or more are needed"));
+        }
+        triangles_ += std::int64_t(corners_.size()) - 2;
+    }
+
+    const std::filesystem::path& path_;
+    std::int64_t line_ = 0, vertices_ = 0, faces_ = 0, triangles_ = 0;
+    std::int64_t highest_ = 0, highest_line_ = 0;
+    std::vector<std::int64_t> corners_;  // of the face at hand, from 1
+};
+
+inline std::string read_text(const std::filesystem::path& path) {
+    if (!std::filesystem::exists(path)) throw io_error(sentence("There is no file ", path, ". Check its name."));
+    if (std::filesystem::is_directory(path)) throw io_error(sentence(path, " is a folder; give an OBJ file in it."));
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream text;
+    if (file && file.peek() != std::ifstream::traits_type::eof()) text << file.rdbuf();
+    if (!file || file.bad() || !text) {
+        throw io_error(sentence("Reading ", path, " failed. Check its permissions."));
+    }
+    return std::move(text).str();
+}
+
+/// The mesh as tinyobjloader reads it, every polygon cut into triangles.
+inline TriangleMesh parse_obj(const std::filesystem::path& path, const std::string& text) {
+    firn_tinyobj::attrib_t attributes;
+    std::vector<firn_tinyobj::shape_t> shapes;
+    std::vector<firn_tinyobj::material_t> materials;
+    std::string warnings, errors;
+    std::istringstream stream(text);
+    constexpr bool triangulate = true, colours = false;
+    if (!firn_tinyobj::LoadObj(&attributes, &shapes, &materials, &warnings, &errors, &stream, nullptr, triangulate,
+                               colours)) {
+        throw io_error(sentence("Reading ", path, " failed: ", errors, warnings));
+    }
+    TriangleMesh mesh;
+    const auto& xyz = attributes.vertices;
+    for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) mesh.vertices.push_back({xyz[i], xyz[i + 1], xyz[i + 2]});
+    for (const auto& shape : shapes) {
+        const auto& corners = shape.mesh.indices;
+        for (std::size_t i = 0; i + 2 < corners.size(); i += 3) {
+            mesh.triangles.push_back(
+                {corners[i].vertex_index, corners[i + 1].vertex_index, corners[i + 2].vertex_index});
+        }
+    }
+    return mesh;
+}
+
+}  // namespace detail
+
+/// Reads a surface; polygons are cut into triangles, groups and objects become one mesh, materials are not read.
+/// Coordinates are those of the file to a few units in the last place (tinyobjloader's number reader).
+/// Throws io_error, with the line, for a missing or empty file and for vertices or faces that are not plain and
+/// complete; mesh_error for a file without faces and for polygons that cannot be cut. Whether the surface is closed
+/// is checked where it is filled (check_closed()).
+inline TriangleMesh read_obj(const std::filesystem::path& path) {
+    const auto text = detail::read_text(path);
+    const detail::ObjCheck found(path, text);
+    if (found.vertices() == 0) throw io_error(sentence(path, " has no vertex (no line \"v x y z\"). Give a mesh."));
+    if (found.faces() == 0) {
+        throw mesh_error(sentence(path, " has ", found.vertices(),
+                                  " vertices and no face. Give a surface, or take the vertices as points by "
+                                  "read_obj_points()."));
+    }
+    auto mesh = detail::parse_obj(path, text);
+    if (std::int64_t(mesh.vertices.size()) != found.vertices() ||
+        std::int64_t(mesh.triangles.size()) != found.triangles()) {
+        throw mesh_error(sentence(path, " should give ", found.vertices(), " vertices and ", found.triangles(),
+                                  " triangles, but gave ", mesh.vertices.size(), " and ", mesh.triangles.size(),
+                                  ": some polygons intersect themselves or have no area. Triangulate it before."));
+    }
+    check_mesh(mesh);
+    return mesh;
+}
+
+/// Reads a file of bare points (lines `v x y z`), as written by write_obj_points(). Throws io_error as read_obj(),
+/// and where there are faces: is it a surface to fill (read_obj(), sample_mesh()) or are its vertices meant?
+inline std::vector<Vec<double, 3>> read_obj_points(const std::filesystem::path& path) {
+    const auto text = detail::read_text(path);
+    const detail::ObjCheck found(path, text);
+    if (found.vertices() == 0) throw io_error(sentence(path, " has no point (no line \"v x y z\"). Give some."));
+    if (found.faces() != 0) {
+        throw io_error(sentence(path, " has ", found.faces(), " faces; bare points are expected. Fill the surface with "
+                                "sample_mesh(read_obj(…)), or take read_obj(…).vertices."));
+    }
+    return detail::parse_obj(path, text).vertices;
+}
+
+/// Writes points as lines `v x y z` (z = 0 in 2D) in the fewest digits that give the same number again. The file
+/// appears whole or not at all (AtomicFile). No point is allowed: a frame before anything was emitted.
+/// \param points any range of Vec<float or double, 2 or 3> [m]
+/// Throws parameter_error for a point that is not finite, io_error where writing fails.
+template <std::ranges::input_range Points>
+void write_obj_points(const std::filesystem::path& path, Points&& points) {
+    AtomicFile file(path);
+    file.write("# particles, positions in metres\n");
+    std::size_t number = 0;
+    std::string line;
+    for (const auto& x : points) {
+        if (!detail::is_finite(x)) {
+            throw parameter_error(sentence("Point ", number, " (from 0) for ", path, " is ", detail::describe(x),
+                                           "; only finite points are written. Look for the step that lost it."));
+        }
+        line = "v";
+        for (const auto c : x.v) {
+            char digits[32];
+            const auto end = std::to_chars(digits, digits + sizeof digits, c).ptr;
+            line.append(" ").append(digits, end);
+        }
+        line += std::size(x.v) == 2 ? " 0\n" : "\n";
+        file.write(line);
+        ++number;
+    }
+    file.commit();
+}
+
+}  // namespace firn

@@ -1,0 +1,229 @@
+/// \file The list of a run's states, NAME.hdf.series: ParaView's JSON, written and read.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/io/atomic_file.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+namespace firn {
+
+struct SeriesEntry {
+    std::string file;  ///< name of the state's file, in the list's folder
+    double time = 0;   ///< [s]
+
+    bool operator==(const SeriesEntry&) const = default;
+};
+
+namespace detail {
+
+inline std::string json_text(std::string_view text) {
+    std::string json = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\') json += '\\';
+        json += c;
+    }
+    return json + '"';
+}
+
+/// The shortest decimal that reads back as the same double.
+inline std::string json_number(double value) {
+    char digits[32];
+    const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
+    return {digits, end};
+}
+
+/// Just enough JSON (RFC 8259) for a list of states; what it does not know it steps over.
+class JsonReader {
+public:
+    explicit JsonReader(std::string_view text) : text_(text) {}
+
+    /// Whether the next sign is c; steps over it.
+    bool take(char c) {
+        skip_space();
+        if (at_ >= text_.size() || text_[at_] != c) return false;
+        ++at_;
+        return true;
+    }
+    void expect(char c) {
+        if (!take(c)) fail(sentence("'", c, "'"));
+    }
+    bool at_end() {
+        skip_space();
+        return at_ == text_.size();
+    }
+
+    std::string string() {
+        expect('"');
+        std::string value;
+        for (; at_ < text_.size() && text_[at_] != '"'; ++at_) {
+            if (text_[at_] == '\\') {
+                ++at_;
+                if (at_ >= text_.size() || std::string_view("\"\\/").find(text_[at_]) == std::string_view::npos) {
+                    fail("one of \" \\ / after a backslash");
+                }
+            }
+            value += text_[at_];
+        }
+        expect('"');
+        return value;
+    }
+
+    double number() {
+        skip_space();
+        double value = 0;
+        const auto [end, failure] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), value);
+        if (failure != std::errc{} || !std::isfinite(value)) fail("a finite number");
+        at_ = std::size_t(end - text_.data());
+        return value;
+    }
+
+    /// f(key) reads each member's value.
+    template <class F>
+    void object(const F& f) {
+        expect('{');
+        if (take('}')) return;
+        do {
+            const auto key = string();
+            expect(':');
+            f(key);
+        } while (take(','));
+        expect('}');
+    }
+
+    template <class F>
+    void array(const F& f) {
+        expect('[');
+        if (take(']')) return;
+        do f();
+        while (take(','));
+        expect(']');
+    }
+
+    void skip_value(int depth = 0) {
+        if (depth > 16) fail("less nesting");
+        skip_space();
+        const char c = at_ < text_.size() ? text_[at_] : '\0';
+        if (c == '{') return object([&](const std::string&) { skip_value(depth + 1); });
+        if (c == '[') return array([&] { skip_value(depth + 1); });
+        if (c == '"') return void(string());
+        for (const std::string_view word : {"true", "false", "null"}) {
+            if (text_.substr(at_, word.size()) == word) return void(at_ += word.size());
+        }
+        number();
+    }
+
+    [[noreturn]] void fail(std::string_view expected) const {
+        throw io_error(sentence("byte ", at_, ": expected ", expected));
+    }
+
+private:
+    void skip_space() {
+        while (at_ < text_.size() && std::string_view(" \t\r\n").find(text_[at_]) != std::string_view::npos) ++at_;
+    }
+
+    std::string_view text_;
+    std::size_t at_ = 0;
+};
+
+/// NAME_0000.hdf; more digits from 10,000 on.
+inline std::string series_member(const std::string& name, std::size_t index) {
+    const auto digits = std::to_string(index);
+    return name + "_" + std::string(digits.size() < 4 ? 4 - digits.size() : 0, '0') + digits + ".hdf";
+}
+
+inline bool is_series_member(std::string_view file, std::string_view name) {
+    constexpr std::string_view ending = ".hdf";
+    if (file.size() < name.size() + 5 + ending.size()) return false;
+    if (!file.starts_with(name) || file[name.size()] != '_' || !file.ends_with(ending)) return false;
+    const auto digits = file.substr(name.size() + 1, file.size() - name.size() - 1 - ending.size());
+    return std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+}  // namespace detail
+
+/// Writes the list, whole or not at all. Throws io_error where it cannot.
+inline void write_series(const std::filesystem::path& path, const std::vector<SeriesEntry>& entries) {
+    AtomicFile file(path);
+    file.write("{\n  \"file-series-version\": \"1.0\",\n  \"files\": [");
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+        file.write(i ? ",\n    " : "\n    ");
+        file.write("{\"name\": " + detail::json_text(entries[i].file) +
+                   ", \"time\": " + detail::json_number(entries[i].time) + "}");
+    }
+    file.write("\n  ]\n}\n");
+    file.commit();
+}
+
+/// Reads a list that write_series or another program wrote. Throws io_error that names the file where it is missing,
+/// larger than 1 GiB, or not such a list.
+inline std::vector<SeriesEntry> read_series(const std::filesystem::path& path) {
+    std::error_code failure;
+    const auto size = std::filesystem::file_size(path, failure);
+    if (failure) throw io_error(sentence("The list of states ", path, " cannot be read: ", failure.message(), "."));
+    if (size > std::uintmax_t(1) << 30) {
+        throw io_error(sentence("The list of states ", path, " has ", size, " bytes; at most 1 GiB is read."));
+    }
+    std::ifstream file(path, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    if (!file) throw io_error(sentence("The list of states ", path, " cannot be read."));
+    std::vector<SeriesEntry> entries;
+    bool listed = false;
+    try {
+        detail::JsonReader json(text);
+        json.object([&](const std::string& key) {
+            if (key != "files") return json.skip_value();
+            listed = true;
+            json.array([&] {
+                SeriesEntry entry;
+                bool named = false, timed = false;
+                json.object([&](const std::string& member) {
+                    if (member == "name") {
+                        entry.file = json.string();
+                        named = true;
+                    } else if (member == "time") {
+                        entry.time = json.number();
+                        timed = true;
+                    } else {
+                        json.skip_value();
+                    }
+                });
+                if (!named || !timed) json.fail("an entry with name and time");
+                entries.push_back(std::move(entry));
+            });
+        });
+        if (!listed || !json.at_end()) json.fail(listed ? "the end" : "a member \"files\"");
+    } catch (const io_error& wrong) {
+        throw io_error(sentence("The list of states ", path, " is broken at ", wrong.what(), "."));
+    }
+    return entries;
+}
+
+namespace detail {
+
+/// What an old list names and StateSeries may remove: nothing where it cannot be read.
+inline std::vector<std::string> series_members_on_disk(const std::filesystem::path& list, std::string_view name) {
+    std::vector<std::string> members;
+    try {
+        for (auto& entry : read_series(list)) {
+            if (is_series_member(entry.file, name)) members.push_back(std::move(entry.file));
+        }
+    } catch (const io_error&) {
+        members.clear();
+    }
+    return members;
+}
+
+}  // namespace detail
+
+}  // namespace firn

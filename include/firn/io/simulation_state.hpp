@@ -1,0 +1,271 @@
+/// \file From a simulation to a state and back: a run that is restored goes on to the same bits.
+#pragma once
+
+#include <firn/io/state.hpp>
+#include <firn/simulation.hpp>
+#include <firn/version.hpp>
+
+#include <numeric>
+
+namespace firn {
+
+namespace detail {
+
+/// Names of the policies, as they stand in files.
+template <class P>
+std::string policy_name() {
+    if constexpr (requires { P::name; }) return P::name;
+    else return "unnamed";
+}
+
+template <class P, class F>
+void for_parameters(const P& policy, const F& f) {
+    std::apply([&](const auto&... parameter) { (f(parameter, policy.*(parameter.member)), ...); }, P::parameters());
+}
+template <std::floating_point S>
+std::vector<double> as_doubles(S value) {
+    return {double(value)};
+}
+template <class S, int D>
+std::vector<double> as_doubles(const Vec<S, D>& value) {
+    return {value.v, value.v + D};
+}
+
+inline std::string compiler_name() {
+#if defined(__clang__)
+    return sentence("clang ", __clang_major__, ".", __clang_minor__, ".", __clang_patchlevel__);
+#else
+    return sentence("g++ ", __GNUC__, ".", __GNUC_MINOR__, ".", __GNUC_PATCHLEVEL__);
+#endif
+}
+
+/// What must be the same for a run to go on: names of the policies and the precision.
+template <class S, class Material, class Transfer, class Force, class Kernel, class Boundary>
+std::vector<StateAttribute> policy_attributes() {
+    return {{"kernel", policy_name<Kernel>()},     {"transfer", policy_name<Transfer>()}, {"force", policy_name<Force>()},
+            {"material", policy_name<Material>()}, {"boundary", policy_name<Boundary>()}, {"precision", sizeof(S) == 4 ? "float" : "double"}};
+}
+
+}  // namespace detail
+
+/// The state of a simulation as it is: positions [m], velocities [m/s], C [1/s], the material's state (F), τ [Pa],
+/// mass [kg], volume [m^D], in the order of ids; the order of the slots and blocks beside them, so that sums go on in
+/// the same order; parameters with units; names of policies.
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
+State<material_scalar_t<Material>> state_of(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>& simulation) {
+    using S = material_scalar_t<Material>;
+    const BlockPartition<D>& partition = simulation.partition();
+    const auto& particles = simulation.particles();
+    const std::size_t n = particles.size();
+
+    State<S> state;
+    state.dimension = D;
+    state.step = simulation.steps();
+    state.time = simulation.time();
+    state.dt = simulation.last_time_step();
+    state.id.resize(n);
+    std::iota(state.id.begin(), state.id.end(), std::int64_t(0));
+    state.material.resize(n);
+    for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
+        const Body& body = simulation.bodies()[b];
+        std::fill_n(state.material.begin() + body.first, body.count, std::int32_t(b));
+    }
+
+    std::vector<std::size_t> slot_of(n);
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot)) slot_of[particles.id(slot)] = slot;
+    const auto add = [&](const char* name, const char* unit, int components, const auto& get) {
+        StateField<S> field{name, unit, components, std::vector<S>(n * std::size_t(components))};
+        for (std::size_t i = 0; i < n; ++i) get(slot_of[i], field.values.data() + i * std::size_t(components));
+        state.fields.push_back(std::move(field));
+    };
+    const auto put = [](const auto& value, S* to) {
+        using Value = std::remove_cvref_t<decltype(value)>;
+        if constexpr (std::is_arithmetic_v<Value>) *to = value;
+        else if constexpr (component_count<Value> == D) std::copy_n(value.v, D, to);
+        else for (int k = 0; k < D * D; ++k) to[k] = value(k / D, k % D);
+    };
+    add("position", "m", D, [&](std::size_t slot, S* to) { put(particles.position(slot), to); });
+    add("velocity", "m/s", D, [&](std::size_t slot, S* to) { put(particles.velocity(slot), to); });
+    add("affine_velocity", "1/s", D * D, [&](std::size_t slot, S* to) { put(particles.affine(slot), to); });
+    add("kirchhoff_stress", "Pa", D * D, [&](std::size_t slot, S* to) { put(particles.stress(slot), to); });
+    add("mass", "kg", 1, [&](std::size_t slot, S* to) { put(particles.mass(slot), to); });
+    add("volume", D == 3 ? "m^3" : "m^2", 1, [&](std::size_t slot, S* to) { put(particles.volume(slot), to); });
+    std::apply(
+        [&](const auto&... member) {
+            const auto add_member = [&](const auto& m) {
+                using Value = std::remove_cvref_t<decltype(particles.state(0).*(m.member))>;
+                add(m.name, m.unit, component_count<Value>, [&](std::size_t slot, S* to) { put(particles.state(slot).*(m.member), to); });
+            };
+            (add_member(member), ...);
+        },
+        material_state_t<Material, D>::fields());
+
+    state.attributes = detail::policy_attributes<S, Material, Transfer, Force, Kernel, Boundary>();
+    state.attributes.push_back({"execution", Execution::name});
+    state.attributes.push_back({"library_version", version()});
+    state.attributes.push_back({"compiler", detail::compiler_name()});
+
+    const auto parameter = [&](const char* group, const char* name, const char* unit, std::vector<double> values) {
+        state.parameters.push_back({group, name, unit, std::move(values)});
+    };
+    detail::for_parameters(simulation.material(), [&](const auto& p, const auto& value) { parameter("material", p.name, p.unit, detail::as_doubles(value)); });
+    detail::for_parameters(simulation.boundary, [&](const auto& p, const auto& value) { parameter("boundary", p.name, p.unit, detail::as_doubles(value)); });
+    parameter("grid", "lower", "m", detail::as_doubles(simulation.domain().lower));
+    parameter("grid", "upper", "m", detail::as_doubles(simulation.domain().upper));
+    parameter("grid", "cell_size", "m", {simulation.domain().cell_size});
+    parameter("run", "gravity", "m/s^2", detail::as_doubles(simulation.gravity));
+    parameter("run", "fixed_time_step", "s", {simulation.fixed_time_step});
+    parameter("run", "signal_speed", "m/s", {simulation.report().signal_speed});
+    parameter("run", "sort_needed", "1", {double(simulation.report().sort_needed)});
+
+    StateTable slots{"slot", 1, {slot_of.begin(), slot_of.end()}};
+    StateTable blocks{"blocks", D + 2, {}};
+    for (const BlockRange<D>& range : partition.ranges) {
+        for (const int coordinate : range.block) blocks.values.push_back(coordinate);
+        blocks.values.push_back(std::int64_t(range.first_slot));
+        blocks.values.push_back(std::int64_t(range.particles));
+    }
+    StateTable bodies{"bodies", 2, {}};
+    for (const Body& body : simulation.bodies()) bodies.values.insert(bodies.values.end(), {body.first, body.count});
+    state.tables = {std::move(slots), std::move(blocks), std::move(bodies)};
+    return state;
+}
+
+namespace detail {
+
+/// The values of a parameter that state_of() writes.
+template <class S>
+std::vector<double> parameter_values(const State<S>& state, const char* group, const char* name) {
+    for (const StateParameter& p : state.parameters)
+        if (p.group == group && p.name == name && !p.values.empty()) return p.values;
+    throw io_error(sentence("The state does not say ", group, "/", name, "; it was not written by state_of()."));
+}
+
+/// \throws io_error if the state was made by other policies, in another precision or dimension, or another domain
+template <class S, int D>
+void check_same_run(const State<S>& state, const std::vector<StateAttribute>& ours, const Domain<D>& domain) {
+    if (state.dimension != D)
+        throw io_error(sentence("The state has ", state.dimension, " dimensions, the simulation ", D, "."));
+    for (const StateAttribute& mine : ours) {
+        const auto same = [&](const StateAttribute& a) { return a.name == mine.name; };
+        const auto theirs = std::find_if(state.attributes.begin(), state.attributes.end(), same);
+        const std::string found = theirs == state.attributes.end() ? "nothing" : "'" + theirs->value + "'";
+        if (found != "'" + mine.value + "'")
+            throw io_error(sentence("The state says ", found, " for ", mine.name, ", the simulation uses '", mine.value,
+                                    "'. Go on with a simulation of the same policies and precision."));
+    }
+    if (parameter_values(state, "grid", "lower") != as_doubles(domain.lower) || parameter_values(state, "grid", "upper") != as_doubles(domain.upper) ||
+        parameter_values(state, "grid", "cell_size") != as_doubles(domain.cell_size))
+        throw io_error("The state was made in another domain or with other cells than the simulation's. Give the same.");
+}
+
+inline const StateTable& table(const std::vector<StateTable>& tables, const char* name, int columns) {
+    for (const StateTable& t : tables)
+        if (t.name == name && t.columns == columns) return t;
+    throw io_error(sentence("The state has no table '", name, "' of ", columns,
+                            " columns; it was not written by state_of() and cannot be continued."));
+}
+
+}  // namespace detail
+
+/// Goes on from a state: `simulation` must have been made with the same policies, domain and material; it takes over
+/// particles, time and steps (not gravity, walls or the time step, which are the program's), and every further step
+/// gives the bits of the run that wrote the state.
+/// \throws io_error naming what differs or is missing; the simulation is then as it was
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
+void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>& simulation,
+             const State<material_scalar_t<Material>>& state) {
+    using S = material_scalar_t<Material>;
+    using MaterialState = material_state_t<Material, D>;
+    detail::check_same_run(state, detail::policy_attributes<S, Material, Transfer, Force, Kernel, Boundary>(), simulation.domain());
+
+    const std::size_t n = state.size();
+    const StateTable& slot_of = detail::table(state.tables, "slot", 1);
+    const StateTable& blocks = detail::table(state.tables, "blocks", D + 2);
+    const StateTable& body_table = detail::table(state.tables, "bodies", 2);
+    const auto damaged = [](const char* what) { return io_error(sentence("The state's ", what, " is inconsistent; the file is damaged. Go on from another state.")); };
+
+    BlockPartition<D> partition;
+    std::size_t slots = 0;
+    for (std::size_t row = 0; row < blocks.values.size(); row += D + 2) {
+        BlockRange<D> range{};
+        int colour = 0;
+        for (std::size_t a = 0; a < std::size_t(D); ++a) {
+            if (std::abs(blocks.values[row + a]) >= (1 << 20)) throw damaged("table of blocks");
+            range.block[a] = int(blocks.values[row + a]);
+            colour = 2 * colour + (range.block[a] & 1);
+        }
+        if (blocks.values[row + D] != std::int64_t(slots) || blocks.values[row + D + 1] < 1 || blocks.values[row + D + 1] > std::int64_t(n))
+            throw damaged("table of blocks");
+        if (!partition.ranges.empty() && block_key<D>(range.block) <= block_key<D>(partition.ranges.back().block)) throw damaged("table of blocks");
+        range.first_slot = slots;
+        range.particles = std::size_t(blocks.values[row + D + 1]);
+        slots += range.packs() * pack_size;
+        partition.particles += range.particles;
+        partition.colours[std::size_t(colour)].push_back(std::uint32_t(partition.ranges.size()));
+        partition.ranges.push_back(range);
+    }
+    if (partition.particles != n || slot_of.values.size() != n) throw damaged("table of blocks");
+    partition.order.assign(slots, no_particle);
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::int64_t slot = slot_of.values[i];
+        if (slot < 0 || slot >= std::int64_t(slots) || partition.order[std::size_t(slot)] != no_particle || state.id[i] != std::int64_t(i)) throw damaged("order of particles");
+        partition.order[std::size_t(slot)] = std::uint32_t(i);
+    }
+    for (const BlockRange<D>& range : partition.ranges)
+        for (std::size_t i = 0; i < range.particles; ++i)
+            if (partition.order[range.first_slot + i] == no_particle) throw damaged("order of particles");
+
+    const auto field = [&](const char* name, int components) -> const S* {
+        const StateField<S>& f = state.field(name);
+        if (f.components != components || f.values.size() != n * std::size_t(components)) throw damaged(name);
+        return f.values.data();
+    };
+    const auto matrix = [](const S* from) {
+        Mat<S, D> m{};
+        for (int k = 0; k < D * D; ++k) m(k / D, k % D) = from[k];
+        return m;
+    };
+    const S *x = field("position", D), *v = field("velocity", D), *C = field("affine_velocity", D * D),
+            *stress = field("kirchhoff_stress", D * D), *mass = field("mass", 1), *volume = field("volume", 1);
+    Particles<S, D, MaterialState> particles;
+    for (std::size_t i = 0; i < n; ++i) {
+        Vec<S, D> position{}, velocity{};
+        std::copy_n(x + i * D, D, position.v);
+        std::copy_n(v + i * D, D, velocity.v);
+        if (!(mass[i] > 0) || !(volume[i] > 0)) throw damaged("mass or volume");
+        particles.push_back(position, velocity, mass[i], volume[i]);
+        particles.set_affine(i, matrix(C + i * D * D));
+        particles.set_stress(i, matrix(stress + i * D * D));
+    }
+    check_positions<S, D>(n, simulation.domain(), [&](std::size_t i, int a) { return particles.position(i)[a]; });
+    std::apply(
+        [&](const auto&... member) {
+            const auto read = [&](const auto& m) {
+                using Value = std::remove_cvref_t<decltype(particles.state(0).*(m.member))>;
+                constexpr int components = component_count<Value>;
+                const S* from = field(m.name, components);
+                for (std::size_t i = 0; i < n; ++i) {
+                    MaterialState one = particles.state(i);
+                    auto& value = one.*(m.member);
+                    if constexpr (components == D * D) value = matrix(from + i * std::size_t(components));
+                    else std::copy_n(from + i * std::size_t(components), components, detail::components(value));
+                    particles.set_state(i, one);
+                }
+            };
+            (read(member), ...);
+        },
+        MaterialState::fields());
+    std::vector<Body> bodies;
+    for (std::size_t row = 0; row < body_table.values.size(); row += 2)
+        bodies.push_back({std::uint32_t(body_table.values[row]), std::uint32_t(body_table.values[row + 1])});
+
+    particles.reorder(partition, [](std::size_t count, const auto& body) {
+        for (std::size_t i = 0; i < count; ++i) body(i);
+    });
+    const G2PReport report{detail::parameter_values(state, "run", "signal_speed")[0], detail::parameter_values(state, "run", "sort_needed")[0] != 0};
+    simulation.restore(std::move(particles), std::move(partition), std::move(bodies), report, state.time, state.step, state.dt);
+}
+
+}  // namespace firn

@@ -1,0 +1,205 @@
+/// \file A state: everything a run needs to go on, and a program needs to look at it, as plain arrays with names and
+/// units. It knows neither the simulation nor the file.
+#pragma once
+
+#include <firn/core/error.hpp>
+
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace firn {
+
+/// The precisions a state is stored in.
+template <class S>
+concept state_scalar = std::same_as<S, float> || std::same_as<S, double>;
+
+/// One quantity of every particle.
+template <state_scalar S>
+struct StateField {
+    std::string name;       ///< no `/`, no `.`
+    std::string unit;       ///< e.g. "m/s"; "1" where there is none
+    int components = 1;     ///< 1 for a scalar, D for a vector, D·D for a matrix
+    std::vector<S> values;  ///< n × components, row-major: a particle's components lie together, a matrix row by row
+
+    bool operator==(const StateField&) const = default;
+};
+
+/// A number that the run was made with. `group` says whose it is: "material", "grid", "walls", …
+/// float parameters survive exactly: every float is a double.
+struct StateParameter {
+    std::string group;
+    std::string name;
+    std::string unit;
+    std::vector<double> values;  ///< one for a scalar, D for a vector
+
+    bool operator==(const StateParameter&) const = default;
+};
+
+/// A word about the run: the kernel's name, the transfer's, the material's, the compiler, …
+struct StateAttribute {
+    std::string name;
+    std::string value;
+
+    bool operator==(const StateAttribute&) const = default;
+};
+
+/// Whole numbers beside the particles' fields: rows of `columns` numbers, such as how particles were sorted.
+struct StateTable {
+    std::string name;
+    int columns = 1;
+    std::vector<std::int64_t> values;  ///< row by row
+
+    bool operator==(const StateTable&) const = default;
+};
+
+/// n particles at one time.
+template <state_scalar S>
+struct State {
+    using Scalar = S;
+
+    int dimension = 3;                       ///< 2 or 3
+    std::uint64_t step = 0;                  ///< steps done
+    double time = 0;                         ///< [s]
+    double dt = 0;                           ///< the next step's size where it is fixed already [s]
+    std::vector<StateField<S>> fields;       ///< "position" [m] with D components is required
+    std::vector<std::int64_t> id;            ///< n
+    std::vector<std::int32_t> material;      ///< n: which material each particle is of
+    std::vector<StateParameter> parameters;  ///< in the order of their groups after reading
+    std::vector<StateAttribute> attributes;
+    std::vector<StateTable> tables;          ///< in the order of their names after reading
+
+    bool operator==(const State&) const = default;
+
+    /// Number of particles.
+    std::size_t size() const { return id.size(); }
+
+    /// nullptr where there is no such field.
+    const StateField<S>* find(std::string_view name) const {
+        for (const auto& field : fields) {
+            if (field.name == name) return &field;
+        }
+        return nullptr;
+    }
+
+    /// Throws parameter_error where there is no such field, and names those there are.
+    const StateField<S>& field(std::string_view name) const {
+        if (const auto* found = find(name)) return *found;
+        std::string names;
+        for (const auto& field : fields) names += (names.empty() ? "" : ", ") + field.name;
+        throw parameter_error(
+            sentence("The state has no field '", name, "'; it has: ", names.empty() ? "none" : names, "."));
+    }
+};
+
+namespace detail {
+
+inline constexpr std::size_t max_state_name = 200;
+/// An attribute lives in its object's header, which holds less than 64 KiB.
+inline constexpr std::size_t max_state_text = 32768;
+
+inline void check_state_name(std::string_view kind, std::string_view name) {
+    bool good = !name.empty() && name.size() <= max_state_name;
+    for (const char c : name) good = good && c != '/' && c != '.' && c != '\x7f' && static_cast<unsigned char>(c) >= 32;
+    if (!good) {
+        throw parameter_error(sentence("The name of a ", kind, " is '", name, "'; give 1 to ", max_state_name,
+                                       " characters without '/', '.' and control characters."));
+    }
+}
+
+inline void check_state_text(std::string_view owner, std::string_view text) {
+    if (text.size() > max_state_text || text.find('\0') != std::string_view::npos) {
+        throw parameter_error(sentence("The text of '", owner, "' has ", text.size(), " bytes; give at most ",
+                                       max_state_text, " and no zero byte."));
+    }
+}
+
+/// Refuses a second entry of the same name: one would hide the other.
+template <class Items, class Name>
+void check_distinct(std::string_view kind, const Items& items, const Name& name_of) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
+        for (std::size_t j = 0; j < i; ++j) {
+            if (name_of(items[i]) == name_of(items[j])) {
+                throw parameter_error(
+                    sentence("The state has two ", kind, "s of the name '", name_of(items[i]), "'; rename one."));
+            }
+        }
+    }
+}
+
+template <state_scalar S>
+void check_state_field(const State<S>& state, const StateField<S>& field) {
+    check_state_name("field", field.name);
+    check_state_text(field.name, field.unit);
+    if (field.name == "id" || field.name == "material") {
+        throw parameter_error(sentence("A field is named '", field.name, "', which State::", field.name,
+                                       " holds as integers; rename the field."));
+    }
+    if (field.components < 1 || field.components > 1024) {
+        throw parameter_error(sentence("The field '", field.name, "' has ", field.components,
+                                       " components; give 1 to 1024."));
+    }
+    if (field.values.size() != state.size() * std::size_t(field.components)) {
+        throw parameter_error(sentence("The field '", field.name, "' has ", field.values.size(), " values; ",
+                                       state.size(), " particles × ", field.components, " components need ",
+                                       state.size() * std::size_t(field.components), "."));
+    }
+}
+
+}  // namespace detail
+
+/// Throws parameter_error where the parts of a state do not fit together. The values of fields are not looked at: a
+/// state that went wrong can be stored and examined.
+template <state_scalar S>
+void check_state(const State<S>& state) {
+    if (state.dimension != 2 && state.dimension != 3) {
+        throw parameter_error(sentence("The state has ", state.dimension, " dimensions; firn knows 2 and 3."));
+    }
+    if (!std::isfinite(state.time) || !std::isfinite(state.dt) || state.dt < 0) {
+        throw parameter_error(sentence("The state has time = ", state.time, " s and dt = ", state.dt,
+                                       " s; both must be finite and dt not negative."));
+    }
+    if (state.material.size() != state.size()) {
+        throw parameter_error(sentence("The state has ", state.size(), " ids and ", state.material.size(),
+                                       " material numbers; give one of each for every particle."));
+    }
+    for (const auto& field : state.fields) detail::check_state_field(state, field);
+    detail::check_distinct("field", state.fields, [](const auto& f) { return f.name; });
+    if (const auto& position = state.field("position"); position.components != state.dimension) {
+        throw parameter_error(sentence("The field 'position' has ", position.components, " components in ",
+                                       state.dimension, " dimensions; give as many as dimensions."));
+    }
+    for (const auto& parameter : state.parameters) {
+        detail::check_state_name("parameter's group", parameter.group);
+        detail::check_state_name("parameter", parameter.name);
+        detail::check_state_text(parameter.name, parameter.unit);
+        if (parameter.values.empty() || parameter.values.size() > 4096) {
+            throw parameter_error(sentence("The parameter '", parameter.name, "' has ", parameter.values.size(),
+                                           " values; give 1 to 4096."));
+        }
+    }
+    for (const auto& table : state.tables) {
+        detail::check_state_name("table", table.name);
+        if (table.columns < 1 || table.columns > 1024 || table.values.size() % std::size_t(table.columns) != 0) {
+            throw parameter_error(sentence("The table '", table.name, "' has ", table.values.size(), " values in ",
+                                           table.columns, " columns; give whole rows of 1 to 1024 columns."));
+        }
+    }
+    detail::check_distinct("table", state.tables, [](const auto& t) { return t.name; });
+    detail::check_distinct("parameter", state.parameters, [](const auto& p) { return p.group + "/" + p.name; });
+    for (const auto& attribute : state.attributes) {
+        detail::check_state_name("attribute", attribute.name);
+        detail::check_state_text(attribute.name, attribute.value);
+        if (attribute.name == "schema_version" || attribute.name == "dimension") {
+            throw parameter_error(sentence("An attribute is named '", attribute.name,
+                                           "', which the file itself needs; rename it."));
+        }
+    }
+    detail::check_distinct("attribute", state.attributes, [](const auto& a) { return a.name; });
+}
+
+}  // namespace firn

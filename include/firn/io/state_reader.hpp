@@ -1,0 +1,390 @@
+/// \file Reads a state that state_writer.hpp wrote, and trusts nothing in the file: names, ranks, extents and types
+/// are checked, and sizes held against the file's own, before memory is asked for.
+///
+/// HDF5 itself parses the file before firn sees it. The format that firn writes carries checksums of all but the
+/// values, so damage is recognised (HDF5 1.10 then complains of an "infinite loop closing library" when the program
+/// ends; nothing follows from it). A file made to attack HDF5 is another matter: do not open states of strangers with
+/// an HDF5 that lacks its security fixes.
+#pragma once
+
+#include <firn/io/hdf5.hpp>
+#include <firn/io/state.hpp>
+#include <firn/io/state_writer.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace firn {
+
+namespace detail {
+
+/// More members or attributes than this are not of a state.
+inline constexpr std::size_t max_state_members = 4096;
+
+/// Links out of the file are refused: they name files that nobody asked to read.
+inline void require_member(hid_t parent, const std::string& name) {
+    if (hdf5::check(H5Lexists(parent, name.c_str(), H5P_DEFAULT), "look for " + name) == 0) {
+        throw io_error("it has no '" + name + "': it is not a state of firn, or a broken one");
+    }
+    H5L_info_t info;
+    hdf5::check(H5Lget_info(parent, name.c_str(), &info, H5P_DEFAULT), "look for " + name);
+    if (info.type != H5L_TYPE_HARD) throw io_error("'" + name + "' is a link to elsewhere; firn reads no links");
+}
+
+inline hdf5::Group open_group(hid_t parent, const std::string& name) {
+    require_member(parent, name);
+    return {H5Gopen2(parent, name.c_str(), H5P_DEFAULT), "open the group " + name};
+}
+
+/// Names of a group's members, in the order in which they were written where the file knows it.
+inline std::vector<std::string> member_names(const hdf5::Group& group) {
+    const std::string_view tried = "list a group";
+    H5G_info_t info;
+    hdf5::check(H5Gget_info(group.id(), &info), tried);
+    if (info.nlinks > max_state_members) {
+        throw io_error(sentence("a group has ", info.nlinks, " members; a state has at most ", max_state_members));
+    }
+    const hdf5::Properties properties(H5Gget_create_plist(group.id()), tried);
+    unsigned order = 0;
+    hdf5::check(H5Pget_link_creation_order(properties.id(), &order), tried);
+    const H5_index_t index = (order & H5P_CRT_ORDER_TRACKED) ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME;
+    std::vector<std::string> names;
+    for (hsize_t i = 0; i < info.nlinks; ++i) {
+        std::array<char, max_state_name + 2> name{};
+        const auto length = hdf5::check(H5Lget_name_by_idx(group.id(), ".", index, H5_ITER_INC, i, name.data(),
+                                                           name.size(), H5P_DEFAULT),
+                                        tried);
+        if (std::size_t(length) > max_state_name) {
+            throw io_error(sentence("a member's name has ", length, " bytes; a state's have at most ", max_state_name));
+        }
+        names.emplace_back(name.data(), std::size_t(length));
+    }
+    return names;
+}
+
+inline std::vector<std::string> attribute_names(const hdf5::Group& group) {
+    std::vector<std::string> names;
+    const auto keep = [](hid_t, const char* name, const H5A_info_t*, void* out) -> herr_t {
+        try {
+            auto& kept = *static_cast<std::vector<std::string>*>(out);
+            kept.emplace_back(name);
+            return kept.size() > max_state_members ? 1 : 0;
+        } catch (...) {
+            return -1;
+        }
+    };
+    const hdf5::Properties properties(H5Gget_create_plist(group.id()), "list attributes");
+    unsigned order = 0;
+    hdf5::check(H5Pget_attr_creation_order(properties.id(), &order), "list attributes");
+    const H5_index_t index = (order & H5P_CRT_ORDER_TRACKED) ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME;
+    hdf5::check(H5Aiterate2(group.id(), index, H5_ITER_INC, nullptr, keep, &names), "list attributes");
+    if (names.size() > max_state_members) {
+        throw io_error(sentence("a group has more than ", max_state_members, " attributes"));
+    }
+    return names;
+}
+
+/// A fixed-length string; nothing where the attribute is missing or of another type.
+inline std::optional<std::string> read_text(hid_t owner, const std::string& name) {
+    const std::string tried = "read the attribute " + name;
+    if (hdf5::check(H5Aexists(owner, name.c_str()), tried) == 0) return {};
+    const hdf5::Attribute attribute(H5Aopen(owner, name.c_str(), H5P_DEFAULT), tried);
+    const hdf5::Datatype type(H5Aget_type(attribute.id()), tried);
+    const hdf5::Dataspace space(H5Aget_space(attribute.id()), tried);
+    const std::size_t size = H5Tget_size(type.id());
+    if (H5Tget_class(type.id()) != H5T_STRING || H5Tis_variable_str(type.id()) != 0 || size == 0 ||
+        size > max_state_text || H5Sget_simple_extent_npoints(space.id()) != 1) {
+        return {};
+    }
+    std::string text(size, '\0');
+    hdf5::check(H5Aread(attribute.id(), type.id(), text.data()), tried);
+    return text.substr(0, text.find('\0'));
+}
+
+inline std::optional<std::int64_t> read_integer(hid_t owner, const std::string& name) {
+    const std::string tried = "read the attribute " + name;
+    if (hdf5::check(H5Aexists(owner, name.c_str()), tried) == 0) return {};
+    const hdf5::Attribute attribute(H5Aopen(owner, name.c_str(), H5P_DEFAULT), tried);
+    const hdf5::Datatype type(H5Aget_type(attribute.id()), tried);
+    const hdf5::Dataspace space(H5Aget_space(attribute.id()), tried);
+    if (!hdf5::is_number<std::int64_t>(type) || H5Sget_simple_extent_npoints(space.id()) != 1) {
+        throw io_error("the attribute '" + name + "' is not one 64-bit integer");
+    }
+    std::int64_t value = 0;
+    hdf5::check(H5Aread(attribute.id(), hdf5::Number<std::int64_t>::memory(), &value), tried);
+    return value;
+}
+
+/// Reads datasets of one file and keeps account of its bytes, so that all of them together ask for no more memory
+/// than the file can hold.
+class DatasetReader {
+public:
+    explicit DatasetReader(std::uintmax_t file_bytes) : file_bytes_(file_bytes), unread_bytes_(file_bytes) {}
+
+    template <class T>
+    struct Table {
+        hsize_t rows = 0;
+        hsize_t columns = 1;
+        std::vector<T> values;
+        std::string unit;
+        std::optional<std::int64_t> components;
+    };
+
+    /// A dataset of rank 1, or of rank 2 with at most 1024 columns. `rows`: how many there must be.
+    template <class T>
+    Table<T> read(hid_t parent, const std::string& name, std::optional<hsize_t> rows = {}) {
+        const std::string tried = "read the dataset " + name;
+        require_member(parent, name);
+        const hdf5::Dataset dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), tried);
+        const hdf5::Datatype type(H5Dget_type(dataset.id()), tried);
+        require_type<T>(type, name);
+
+        const hdf5::Dataspace space(H5Dget_space(dataset.id()), tried);
+        const int rank = hdf5::check(H5Sget_simple_extent_ndims(space.id()), tried);
+        if (H5Sget_simple_extent_type(space.id()) != H5S_SIMPLE || rank < 1 || rank > 2) {
+            throw io_error(sentence("the dataset '", name, "' has rank ", rank, "; 1 or 2 is allowed"));
+        }
+        hsize_t extent[2] = {0, 1};
+        hdf5::check(H5Sget_simple_extent_dims(space.id(), extent, nullptr), tried);
+        if (rows && extent[0] != *rows) {
+            throw io_error(sentence("the dataset '", name, "' has ", extent[0], " rows where ", *rows, " belong"));
+        }
+        if (extent[1] < 1 || extent[1] > 1024) {
+            throw io_error(sentence("the dataset '", name, "' has ", extent[1], " columns; 1 to 1024 are allowed"));
+        }
+        account(dataset, name, extent[0], extent[1], sizeof(T));
+
+        Table<T> table{extent[0], extent[1], {}, {}, read_integer(dataset.id(), "components")};
+        table.unit = read_text(dataset.id(), "unit").value_or("");
+        table.values.resize(std::size_t(extent[0] * extent[1]));
+        if (!table.values.empty()) {
+            hdf5::check(H5Dread(dataset.id(), hdf5::Number<T>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                                table.values.data()),
+                        tried);
+        }
+        return table;
+    }
+
+    template <class T>
+    T read_value(hid_t parent, const std::string& name) {
+        return read<T>(parent, name, 1).values.at(0);
+    }
+
+private:
+    template <class T>
+    static void require_type(const hdf5::Datatype& type, const std::string& name) {
+        if (hdf5::is_number<T>(type)) return;
+        const auto found = hdf5::type_name(type);
+        std::string advice;
+        if constexpr (state_scalar<T>) {
+            using Other = std::conditional_t<std::same_as<T, float>, double, float>;
+            if (hdf5::is_number<Other>(type)) {
+                advice = std::same_as<T, float> ? "; read it with read_state<double>"
+                                                : "; read it with read_state<float>";
+            }
+        }
+        throw io_error(sentence("the dataset '", name, "' is of ", found, " where ", hdf5::Number<T>::name,
+                                " is asked for", advice));
+    }
+
+    /// Holds a dataset's size against the bytes that lie in the file for it. Deflate shrinks at most 1032 : 1.
+    void account(const hdf5::Dataset& dataset, const std::string& name, hsize_t rows, hsize_t columns,
+                 std::size_t number_bytes) {
+        const std::string tried = "read the dataset " + name;
+        const hdf5::Properties layout(H5Dget_create_plist(dataset.id()), tried);
+        const auto kind = H5Pget_layout(layout.id());
+        const hsize_t stored = rows == 0 ? 0 : H5Dget_storage_size(dataset.id());
+        hsize_t most = stored;
+        if (kind == H5D_CHUNKED) {
+            require_known_filters(layout, name);
+            hsize_t chunk[2] = {0, 1};
+            if (hdf5::check(H5Pget_chunk(layout.id(), 2, chunk), tried) > 2 || chunk[0] > rows || chunk[1] > columns) {
+                throw io_error("the dataset '" + name + "' has chunks larger than itself");
+            }
+            most = stored > std::numeric_limits<hsize_t>::max() / 1032 ? stored : stored * 1032;
+        } else if (kind == H5D_CONTIGUOUS) {
+            const haddr_t offset = rows == 0 ? 0 : H5Dget_offset(dataset.id());
+            if (hdf5::check(H5Pget_external_count(layout.id()), tried) != 0 || offset > file_bytes_ ||
+                stored > file_bytes_ - offset) {
+                throw io_error("the dataset '" + name + "' lies outside of the file");
+            }
+        } else if (kind != H5D_COMPACT) {
+            throw io_error("the dataset '" + name + "' has a layout that firn does not read");
+        }
+        const hsize_t row_bytes = columns * number_bytes;
+        if (stored > unread_bytes_ || rows > most / row_bytes) {
+            throw io_error(sentence("the dataset '", name, "' claims ", rows, " × ", columns,
+                                    " numbers, more than the file's ", file_bytes_, " bytes hold"));
+        }
+        unread_bytes_ -= stored;
+    }
+
+    /// Others would make HDF5 look for a plugin to run.
+    static void require_known_filters(const hdf5::Properties& layout, const std::string& name) {
+        const int filters = hdf5::check(H5Pget_nfilters(layout.id()), "read the dataset " + name);
+        for (unsigned i = 0; i < unsigned(filters); ++i) {
+            unsigned flags = 0, settings = 0;
+            std::size_t count = 0;
+            const auto filter =
+                H5Pget_filter2(layout.id(), i, &flags, &count, nullptr, 0, nullptr, &settings);
+            if (filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_FLETCHER32) {
+                throw io_error(sentence("the dataset '", name, "' is packed with the filter ", filter,
+                                        ", which firn does not read"));
+            }
+        }
+    }
+
+    std::uintmax_t file_bytes_;
+    std::uintmax_t unread_bytes_;
+};
+
+template <class S>
+StateField<S> read_field(DatasetReader& reader, hid_t parent, const std::string& dataset, const std::string& name,
+                         int dimension, std::optional<hsize_t> rows) {
+    auto table = reader.read<S>(parent, dataset, rows);
+    const auto components = table.components.value_or(std::int64_t(table.columns));
+    StateField<S> field{name, std::move(table.unit), int(table.columns), {}};
+    if (dimension == 2 && components == 2 && table.columns == 3) {
+        field.components = 2;
+        field.values.resize(std::size_t(table.rows) * 2);
+        for (std::size_t i = 0; i < table.rows; ++i) {
+            if (!(table.values[3 * i + 2] == 0)) {
+                throw io_error(sentence("the dataset '", dataset, "' is of 2D, but its row ", i,
+                                        " has a third component ", table.values[3 * i + 2]));
+            }
+            field.values[2 * i] = table.values[3 * i];
+            field.values[2 * i + 1] = table.values[3 * i + 1];
+        }
+    } else if (components == std::int64_t(table.columns)) {
+        field.values = std::move(table.values);
+    } else {
+        throw io_error(sentence("the dataset '", dataset, "' notes ", components, " components and has ",
+                                table.columns, " columns"));
+    }
+    return field;
+}
+
+template <class S>
+void read_vtk_group(hid_t file, DatasetReader& reader, State<S>& state) {
+    const auto vtk = open_group(file, "VTKHDF");
+    if (const auto type = read_text(vtk.id(), "Type"); type != "UnstructuredGrid") {
+        throw io_error("its VTKHDF Type is '" + type.value_or("none") + "' where 'UnstructuredGrid' belongs");
+    }
+    state.fields.push_back(read_field<S>(reader, vtk.id(), "Points", "position", state.dimension, {}));
+    const hsize_t count = state.fields[0].values.size() / std::size_t(state.fields[0].components);
+    if (const auto noted = reader.read_value<std::int64_t>(vtk.id(), "NumberOfPoints"); noted != std::int64_t(count)) {
+        throw io_error(sentence("NumberOfPoints is ", noted, ", but there are ", count, " points"));
+    }
+
+    const auto points = open_group(vtk.id(), "PointData");
+    const auto flat = [](const std::string& name, hsize_t columns) {
+        if (columns != 1) throw io_error(sentence("the dataset '", name, "' has ", columns, " columns; 1 is allowed"));
+    };
+    for (const auto& name : member_names(points)) {
+        if (name == "id") {
+            auto table = reader.read<std::int64_t>(points.id(), name, count);
+            flat(name, table.columns);
+            state.id = std::move(table.values);
+        } else if (name == "material") {
+            auto table = reader.read<std::int32_t>(points.id(), name, count);
+            flat(name, table.columns);
+            state.material = std::move(table.values);
+        } else {
+            state.fields.push_back(read_field<S>(reader, points.id(), name, name, state.dimension, count));
+        }
+    }
+    // With no particle their absence would not show in the sizes.
+    require_member(points.id(), "id");
+    require_member(points.id(), "material");
+
+    const auto whole = open_group(vtk.id(), "FieldData");
+    state.time = reader.read_value<double>(whole.id(), "TimeValue");
+    state.dt = reader.read_value<double>(whole.id(), "dt");
+    state.step = reader.read_value<std::uint64_t>(whole.id(), "step");
+}
+
+template <class S>
+void read_parameters(const hdf5::Group& firn_group, DatasetReader& reader, State<S>& state) {
+    const auto all = open_group(firn_group.id(), "parameters");
+    for (const auto& group_name : member_names(all)) {
+        const auto group = open_group(all.id(), group_name);
+        for (const auto& name : member_names(group)) {
+            if (state.parameters.size() >= max_state_members) {
+                throw io_error(sentence("it has more than ", max_state_members, " parameters"));
+            }
+            auto table = reader.read<double>(group.id(), name);
+            if (table.columns != 1) throw io_error("the parameter '" + name + "' has rank 2; 1 is allowed");
+            state.parameters.push_back({group_name, name, std::move(table.unit), std::move(table.values)});
+        }
+    }
+}
+
+template <class S>
+void read_tables(const hdf5::Group& firn_group, DatasetReader& reader, State<S>& state) {
+    const auto tables = open_group(firn_group.id(), "tables");
+    for (const auto& name : member_names(tables)) {
+        auto table = reader.read<std::int64_t>(tables.id(), name);
+        state.tables.push_back({name, int(table.columns), std::move(table.values)});
+    }
+}
+
+template <class S>
+State<S> read_state_file(const std::filesystem::path& path) {
+    std::error_code failure;
+    const auto file_bytes = std::filesystem::file_size(path, failure);
+    if (failure) throw io_error("could not open it: " + failure.message());
+    const hdf5::Properties access(H5Pcreate(H5P_FILE_ACCESS), "open it");
+    hdf5::check(H5Pset_fclose_degree(access.id(), H5F_CLOSE_STRONG), "open it");
+    const hdf5::File file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), "open it as HDF5");
+
+    State<S> state;
+    const auto firn_group = open_group(file.id(), "firn");
+    if (const auto schema = read_integer(firn_group.id(), "schema_version"); schema != state_schema) {
+        throw io_error(sentence("its schema_version is ", schema ? std::to_string(*schema) : "missing",
+                                "; this firn reads ", state_schema));
+    }
+    const auto dimension = read_integer(firn_group.id(), "dimension");
+    if (dimension != 2 && dimension != 3) throw io_error("its dimension is neither 2 nor 3");
+    state.dimension = int(*dimension);
+
+    DatasetReader reader(file_bytes);
+    read_vtk_group(file.id(), reader, state);
+    read_parameters(firn_group, reader, state);
+    read_tables(firn_group, reader, state);
+    for (const auto& name : attribute_names(firn_group)) {
+        if (auto text = read_text(firn_group.id(), name)) state.attributes.push_back({name, std::move(*text)});
+    }
+    return state;
+}
+
+}  // namespace detail
+
+/// Reads a state; its values have the bits that were written. Fields come in the order in which they were written,
+/// "position" first; numeric attributes of /firn that firn does not know are left out.
+///
+/// Throws io_error, which names the file and what is wrong with it: missing, truncated, broken, not a state of firn,
+/// of another precision than S (it says which), of a later schema, with extents that do not fit each other or the file.
+template <state_scalar S>
+State<S> read_state(const std::filesystem::path& path) {
+    return hdf5::naming_file(path, [&] {
+        auto state = detail::read_state_file<S>(path);
+        try {
+            check_state(state);
+        } catch (const parameter_error& wrong) {
+            throw io_error(sentence("its parts do not fit: ", wrong.what()));
+        }
+        return state;
+    });
+}
+
+}  // namespace firn

@@ -1,0 +1,264 @@
+/// \file Writes a state to an HDF5 file that ParaView opens as it is (VTKHDF 1.0, UnstructuredGrid of vertices):
+///
+///     /VTKHDF            attributes Version = 1, 0 and Type = "UnstructuredGrid"
+///       NumberOfPoints, NumberOfCells, NumberOfConnectivityIds   i64[1]
+///       Points           S[n,3], z = 0 in 2D
+///       Connectivity i64[n], Offsets i64[n+1], Types u8[n] = 1
+///       PointData/NAME   S[n] or S[n,c]; a vector of 2D has a third component 0; id i64[n], material i32[n]
+///       FieldData/       TimeValue f64[1], dt f64[1], step u64[1]
+///     /firn              attributes schema_version, dimension, and the state's own words
+///       parameters/GROUP/NAME   f64[k]
+///
+/// S is f32 or f64, the state's own precision. Every field and parameter has an attribute `unit`, every field
+/// `components` (2 for a vector of 2D). The same state gives the same bytes.
+#pragma once
+
+#include <firn/io/atomic_file.hpp>
+#include <firn/io/hdf5.hpp>
+#include <firn/io/hdf5_image.hpp>
+#include <firn/io/state.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace firn {
+
+struct StateOptions {
+    int compression = 0;  ///< 0: contiguous, fast; 1 to 9: shuffled and deflated, small gain for much time
+};
+
+namespace detail {
+
+inline constexpr std::int64_t state_schema = 1;
+
+/// A group that remembers the order in which its members and attributes came.
+inline hdf5::Group create_group(hid_t parent, const std::string& name) {
+    const std::string tried = "create the group " + name;
+    const hdf5::Properties properties(H5Pcreate(H5P_GROUP_CREATE), tried);
+    constexpr unsigned order = H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED;
+    hdf5::check(H5Pset_link_creation_order(properties.id(), order), tried);
+    hdf5::check(H5Pset_attr_creation_order(properties.id(), order), tried);
+    hdf5::check(H5Pset_obj_track_times(properties.id(), false), tried);
+    return {H5Gcreate2(parent, name.c_str(), H5P_DEFAULT, properties.id(), H5P_DEFAULT), tried};
+}
+
+inline void write_attribute(hid_t owner, const std::string& name, const hdf5::Datatype& type,
+                            const hdf5::Dataspace& space, hid_t memory_type, const void* data) {
+    const std::string tried = "write the attribute " + name;
+    hdf5::Attribute attribute(H5Acreate2(owner, name.c_str(), type.id(), space.id(), H5P_DEFAULT, H5P_DEFAULT), tried);
+    hdf5::check(H5Awrite(attribute.id(), memory_type, data), tried);
+    attribute.close(tried);
+}
+
+/// Fixed length: readers of VTKHDF know no other. An empty text is one zero byte, the shortest that HDF5 has.
+inline void write_text(hid_t owner, const std::string& name, std::string_view text, H5T_cset_t characters) {
+    const std::string tried = "write the attribute " + name;
+    const hdf5::Datatype type(H5Tcopy(H5T_C_S1), tried);
+    hdf5::check(H5Tset_size(type.id(), std::max<std::size_t>(1, text.size())), tried);
+    hdf5::check(H5Tset_strpad(type.id(), H5T_STR_NULLPAD), tried);
+    hdf5::check(H5Tset_cset(type.id(), characters), tried);
+    const std::string bytes(text.empty() ? std::string(1, '\0') : std::string(text));
+    write_attribute(owner, name, type, {H5Screate(H5S_SCALAR), tried}, type.id(), bytes.data());
+}
+
+inline void write_integers(hid_t owner, const std::string& name, std::initializer_list<std::int64_t> values) {
+    const std::string tried = "write the attribute " + name;
+    const hsize_t count = values.size();
+    const hdf5::Datatype type(H5Tcopy(hdf5::Number<std::int64_t>::file()), tried);
+    const hdf5::Dataspace space(count == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &count, nullptr), tried);
+    write_attribute(owner, name, type, space, hdf5::Number<std::int64_t>::memory(), std::data(values));
+}
+
+/// How a dataset of `rows` lies in the file. Chunks of about 1 MiB: larger ones gain nothing, smaller ones cost an
+/// index entry each.
+inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_t number_bytes, int compression) {
+    const std::string_view tried = "lay out a dataset";
+    hdf5::Properties properties(H5Pcreate(H5P_DATASET_CREATE), tried);
+    hdf5::check(H5Pset_obj_track_times(properties.id(), false), tried);
+    hdf5::check(H5Pset_fill_time(properties.id(), H5D_FILL_TIME_NEVER), tried);
+    hdf5::check(H5Pset_alloc_time(properties.id(), H5D_ALLOC_TIME_EARLY), tried);
+    if (compression > 0 && rows > 0) {
+        constexpr hsize_t chunk_bytes = hsize_t(1) << 20;
+        const hsize_t chunk[2] = {std::clamp<hsize_t>(chunk_bytes / (columns * number_bytes), 1, rows), columns};
+        hdf5::check(H5Pset_chunk(properties.id(), columns > 1 ? 2 : 1, chunk), tried);
+        hdf5::check(H5Pset_shuffle(properties.id()), tried);
+        hdf5::check(H5Pset_deflate(properties.id(), unsigned(compression)), "compress: HDF5 was built without zlib");
+    }
+    return properties;
+}
+
+/// Attributes of a dataset; none where they say nothing.
+struct DatasetNotes {
+    std::optional<std::string_view> unit = {};
+    int components = 0;
+};
+
+/// Writes groups of a state into an image of the file.
+class StateFile {
+public:
+    template <class S>
+    StateFile(const State<S>& state, int compression)
+        : image_(bytes_beside_arrays(state, compression)), compression_(compression) {
+        write_firn_group(state);
+        write_vtk_group(state);
+        image_.close();
+    }
+    void write(AtomicFile& file) const { image_.write(file); }
+
+private:
+    /// T[rows] for one column, T[rows, columns] for more. `values` must live until write() is done.
+    template <class T>
+    void write_dataset(hid_t parent, const std::string& name, std::span<const T> values, hsize_t columns = 1,
+                       const DatasetNotes& notes = {}) {
+        const std::string tried = "write the dataset " + name;
+        const hsize_t extent[2] = {values.size() / columns, columns};
+        const int compression = values.size_bytes() < least_compressed ? 0 : compression_;
+        const hdf5::Dataspace space(H5Screate_simple(columns > 1 ? 2 : 1, extent, nullptr), tried);
+        const auto layout = dataset_layout(extent[0], columns, sizeof(T), compression);
+        hdf5::Dataset dataset(H5Dcreate2(parent, name.c_str(), hdf5::Number<T>::file(), space.id(), H5P_DEFAULT,
+                                         layout.id(), H5P_DEFAULT),
+                              tried);
+        if (notes.unit) write_text(dataset.id(), "unit", *notes.unit, H5T_CSET_UTF8);
+        if (notes.components > 0) write_integers(dataset.id(), "components", {notes.components});
+        if (compression == 0 && hdf5::FileImage::can_place(values)) {
+            image_.place(dataset, values);
+        } else if (!values.empty()) {
+            hdf5::check(
+                H5Dwrite(dataset.id(), hdf5::Number<T>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), tried);
+        }
+        dataset.close(tried);
+    }
+
+    template <class T>
+    void write_value(hid_t parent, const std::string& name, T value, const DatasetNotes& notes = {}) {
+        write_dataset(parent, name, std::span<const T>(&value, 1), 1, notes);
+    }
+
+    /// ParaView knows vectors of three components only: those of 2D get a third, 0.
+    template <class S>
+    void write_field(hid_t parent, const std::string& name, const StateField<S>& field, int dimension) {
+        const DatasetNotes notes{field.unit, field.components};
+        if (dimension != 2 || field.components != 2) {
+            return write_dataset<S>(parent, name, field.values, hsize_t(field.components), notes);
+        }
+        std::vector<S> padded(field.values.size() / 2 * 3);
+        for (std::size_t i = 0; 2 * i < field.values.size(); ++i) {
+            padded[3 * i] = field.values[2 * i];
+            padded[3 * i + 1] = field.values[2 * i + 1];
+        }
+        write_dataset<S>(parent, name, image_.keep(std::move(padded)), 3, notes);
+    }
+
+    /// One vertex for each particle: what makes points visible in every ParaView.
+    void write_vertices(hid_t vtk, std::size_t count) {
+        for (const char* name : {"NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"}) {
+            write_value(vtk, name, std::int64_t(count));
+        }
+        constexpr std::uint8_t vtk_vertex = 1;
+        write_dataset(vtk, "Types", image_.keep(std::vector<std::uint8_t>(count, vtk_vertex)));
+        std::vector<std::int64_t> numbers(count + 1);
+        std::iota(numbers.begin(), numbers.end(), std::int64_t(0));
+        const auto kept = image_.keep(std::move(numbers));
+        write_dataset(vtk, "Connectivity", kept.first(count));
+        write_dataset(vtk, "Offsets", kept);
+    }
+
+    template <class S>
+    void write_vtk_group(const State<S>& state) {
+        auto vtk = create_group(image_.id(), "VTKHDF");
+        write_integers(vtk.id(), "Version", {1, 0});
+        write_text(vtk.id(), "Type", "UnstructuredGrid", H5T_CSET_ASCII);
+
+        auto whole = create_group(vtk.id(), "FieldData");
+        write_value(whole.id(), "TimeValue", state.time, {.unit = "s"});
+        write_value(whole.id(), "dt", state.dt, {.unit = "s"});
+        write_value(whole.id(), "step", state.step, {.unit = "1"});
+        whole.close("close FieldData");
+
+        write_vertices(vtk.id(), state.size());
+        write_field(vtk.id(), "Points", state.field("position"), state.dimension);
+        auto points = create_group(vtk.id(), "PointData");
+        for (const auto& field : state.fields) {
+            if (field.name != "position") write_field(points.id(), field.name, field, state.dimension);
+        }
+        write_dataset<std::int64_t>(points.id(), "id", state.id, 1, {"1", 1});
+        write_dataset<std::int32_t>(points.id(), "material", state.material, 1, {"1", 1});
+        points.close("close PointData");
+        vtk.close("close VTKHDF");
+    }
+
+    template <class S>
+    void write_firn_group(const State<S>& state) {
+        auto firn_group = create_group(image_.id(), "firn");
+        write_integers(firn_group.id(), "schema_version", {state_schema});
+        write_integers(firn_group.id(), "dimension", {state.dimension});
+        for (const auto& attribute : state.attributes) {
+            write_text(firn_group.id(), attribute.name, attribute.value, H5T_CSET_UTF8);
+        }
+        auto all = create_group(firn_group.id(), "parameters");
+        std::vector<std::string> done;
+        for (const auto& first : state.parameters) {
+            if (std::find(done.begin(), done.end(), first.group) != done.end()) continue;
+            done.push_back(first.group);
+            auto group = create_group(all.id(), first.group);
+            for (const auto& parameter : state.parameters) {
+                if (parameter.group != first.group) continue;
+                write_dataset<double>(group.id(), parameter.name, parameter.values, 1, {.unit = parameter.unit});
+            }
+            group.close("close the parameters of " + first.group);
+        }
+        all.close("close parameters");
+        auto tables = create_group(firn_group.id(), "tables");
+        for (const auto& table : state.tables) {
+            write_dataset<std::int64_t>(tables.id(), table.name, table.values, hsize_t(table.columns));
+        }
+        tables.close("close tables");
+        firn_group.close("close the group firn");
+    }
+
+    /// An object's header takes about half a KiB.
+    template <class S>
+    static std::size_t bytes_beside_arrays(const State<S>& state, int compression) {
+        const bool has_large_arrays = compression == 0 && state.size() * sizeof(std::int64_t) >= hdf5::FileImage::large;
+        const std::size_t objects = 32 + state.fields.size() + state.parameters.size() + state.attributes.size();
+        return has_large_arrays ? objects * 1024 : 2048;
+    }
+
+    /// Smaller ones gain less than a chunk's index costs.
+    static constexpr std::size_t least_compressed = 4096;
+
+    hdf5::FileImage image_;
+    int compression_;
+};
+
+}  // namespace detail
+
+/// Writes a state under `path`, which should end in .hdf. The file appears whole or not at all (AtomicFile: a temporary
+/// name, sync to disk, rename). Values keep every bit. Memory: about 20 bytes a particle beside the state, in 2D also a
+/// copy of its vectors, with compression the size of the file.
+///
+/// Throws parameter_error for a state whose parts do not fit (`check_state`) or a compression outside 0 … 9, io_error
+/// where the file cannot be written (folder missing, disk full, …): then no file is left behind, and one that stood
+/// under `path` is untouched.
+template <state_scalar S>
+void write_state(const std::filesystem::path& path, const State<S>& state, const StateOptions& options = {}) {
+    if (options.compression < 0 || options.compression > 9) {
+        throw parameter_error(sentence("The compression is ", options.compression,
+                                       "; give 0 (none) or 1 (fast) to 9 (small)."));
+    }
+    check_state(state);
+    AtomicFile file(path);  // first: a path that cannot be written is known before any work
+    hdf5::naming_file(path, [&] { return detail::StateFile(state, options.compression); }).write(file);
+    file.commit();
+}
+
+}  // namespace firn

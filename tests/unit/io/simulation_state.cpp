@@ -1,0 +1,102 @@
+/// \file A stored run goes on to the same bits as one that was never stopped; what does not fit is refused.
+#include "example_state.hpp"
+#include "support/catch.hpp"
+#include "support/scenes.hpp"
+
+#include <firn/io/states.hpp>
+
+using namespace firn;
+
+namespace {
+
+template <int D, class S, class Execution>
+using Run = Simulation<D, FixedCorotated<S>, Apic, MlsForce, QuadraticBSpline, Execution>;
+
+template <int D, class S, class Execution>
+Run<D, S, Execution> make_run(int threads) {
+    return Run<D, S, Execution>({Vec<double, D>::zero(), Vec<double, D>::filled(1.0), 1.0 / 16},
+                                FixedCorotated<S>::from_young_poisson(1e5, 0.3), {threads});
+}
+
+template <int D, class S, class Execution>
+void check_continuation() {
+    const states::Folder folder;
+    auto whole = make_run<D, S, Execution>(1);
+    scenes::add_two_blocks<D>(whole, 0.25, 1.0 / 32);
+    for (int i = 0; i < 137; ++i) whole.step();
+    write_state(folder / "state.hdf", state_of(whole));
+    const std::uint64_t at_137 = scenes::hash(whole);
+    for (int i = 0; i < 200; ++i) whole.step();  // writing must not have changed anything, see below
+
+    auto continued = make_run<D, S, Execution>(3);
+    restore(continued, read_state<S>(folder / "state.hdf"));
+    CHECK(scenes::hash(continued) == at_137);
+    CHECK(continued.steps() == 137);
+    for (int i = 0; i < 200; ++i) continued.step();
+    CHECK(scenes::hash(continued) == scenes::hash(whole));
+    CHECK(continued.time() == whole.time());
+
+    auto unwritten = make_run<D, S, Execution>(2);
+    scenes::add_two_blocks<D>(unwritten, 0.25, 1.0 / 32);
+    for (int i = 0; i < 337; ++i) unwritten.step();
+    CHECK(scenes::hash(unwritten) == scenes::hash(whole));
+}
+
+}  // namespace
+
+TEST_CASE("A run that goes on from a state has the bits of one that was never stopped: coloured, 3D, float") {
+    check_continuation<3, float, Coloured>();
+}
+TEST_CASE("A run that goes on from a state has the bits of one that was never stopped: coloured, 2D, double") {
+    check_continuation<2, double, Coloured>();
+}
+TEST_CASE("A run that goes on from a state has the bits of one that was never stopped: fixed point") {
+    check_continuation<3, float, FixedPoint<std::int32_t>>();
+}
+
+TEST_CASE("A state says what it holds, in SI units, in the order of ids") {
+    auto run = make_run<2, double, Coloured>(1);
+    const Body first = run.add(sample_box<2>({0.2, 0.2}, {0.3, 0.3}, {.spacing = 1.0 / 32}), 100.0, {0.5, 0.25});
+    const Body second = run.add(sample_box<2>({0.6, 0.2}, {0.7, 0.3}, {.spacing = 1.0 / 32}), 200.0);
+    const auto state = state_of(run);
+    REQUIRE(state.size() == first.count + second.count);
+    CHECK(state.field("position").unit == "m");
+    CHECK(state.field("velocity").values[0] == 0.5);
+    CHECK(state.field("velocity").values[1] == 0.25);
+    CHECK(state.field("deformation_gradient").values[3] == 1.0);
+    CHECK(state.field("mass").values[0] == Approx(100.0 / 32 / 32));
+    CHECK(state.field("mass").values.back() == Approx(200.0 / 32 / 32));
+    CHECK(state.material.front() == 0);
+    CHECK(state.material.back() == 1);
+    for (std::size_t i = 0; i < state.size(); ++i) CHECK(state.id[i] == std::int64_t(i));
+}
+
+TEST_CASE("A state of another run is refused with what differs, and the simulation is as it was") {
+    auto run = make_run<2, double, Coloured>(1);
+    scenes::add_two_blocks<2>(run, 0.25, 1.0 / 32);
+    const auto state = state_of(run);
+    const auto refused = [&](const State<double>& wrong, auto& target, const std::string& word) {
+        const auto before = target.particles().size();
+        try {
+            restore(target, wrong);
+            FAIL("nothing was thrown");
+        } catch (const io_error& error) {
+            CAPTURE(std::string(error.what()));
+            CHECK(std::string(error.what()).find(word) != std::string::npos);
+        }
+        CHECK(target.particles().size() == before);
+    };
+    Simulation<2, FixedCorotated<double>, Pic> pic(run.domain());
+    refused(state, pic, "'pic'");
+    auto other_cells = Run<2, double, Coloured>({run.domain().lower, run.domain().upper, 1.0 / 20});
+    refused(state, other_cells, "other cells");
+    auto damaged = state;
+    damaged.tables[0].values[3] = damaged.tables[0].values[4];
+    refused(damaged, run, "order of particles");
+    damaged = state;
+    damaged.tables[1].values[0] = 1 << 30;
+    refused(damaged, run, "blocks");
+    damaged = state;
+    damaged.tables.clear();
+    refused(damaged, run, "slot");
+}
