@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# tests/run.sh [--full]: installs what is missing, builds firn's tests and runs them.
+# tests/run.sh [--full]: installs what is missing, clang 19 too where apt offers it, builds firn's tests, runs them.
 #   --full   adds the long tests, all tests with clang 19, ThreadSanitizer, and builds the benchmarks
 # FIRN_JOBS=N limits how many compilers and tests run at once.
 set -euo pipefail

@@ -34,8 +34,8 @@ template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, 
 class Simulation {
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
-    static_assert(material<Material, D>, "firn: a material offers kirchhoff_stress(F), wave_speed(density, F) and parameters()");
-    static_assert(kernel<Kernel> && transfer<Transfer> && force<Force>);
+    static_assert(require_material<Material, D>() && require_kernel<Kernel>());
+    static_assert(transfer<Transfer> && force<Force>);
 
     using scalar_type = material_scalar_t<Material>;
     using S = scalar_type;

@@ -5,6 +5,8 @@
 #include <firn/boundary/contact.hpp>
 #include <firn/core/error.hpp>
 
+#include <limits>
+
 namespace firn {
 
 /// One face of the box.
@@ -19,19 +21,38 @@ struct Walls {
     Vec<S, D> upper{};  ///< upper corner [m]
     std::array<Wall, D> at_lower{}, at_upper{};
 
+    /// \throws parameter_error, as check()
     static Walls all(const Vec<S, D>& lower, const Vec<S, D>& upper, Wall wall) {
         Walls walls{lower, upper, {}, {}};
         walls.at_lower.fill(wall);
         walls.at_upper.fill(wall);
+        walls.check();
         return walls;
+    }
+
+    /// \throws parameter_error unless lower < upper, and friction ≥ 0 and finite on every face
+    void check() const
+        requires std::floating_point<S>
+    {
+        for (int a = 0; a < D; ++a) {
+            if (!(upper[a] - lower[a] > 0) || !std::isfinite(upper[a] - lower[a]))
+                throw parameter_error(sentence("The walls reach from ", lower[a], " m to ", upper[a], " m along axis ", a,
+                                               "; upper must be above lower and both finite."));
+            for (const Wall* wall : {&at_lower[std::size_t(a)], &at_upper[std::size_t(a)]})
+                if (!(wall->friction >= 0) || !std::isfinite(wall->friction))
+                    throw parameter_error(sentence("The friction of a wall across axis ", a, " is ", wall->friction,
+                                                   "; Coulomb's coefficient must be finite and not negative."));
+        }
     }
 
     static constexpr const char* name = "walls";
     static constexpr auto parameters() {
         return std::tuple{parameter{"lower", "m", &Walls::lower}, parameter{"upper", "m", &Walls::upper}};
     }
+    /// Once a step, before any node is touched. \throws parameter_error, as check()
     template <class T>
     Walls<T, D> lifted() const {
+        if constexpr (std::floating_point<S>) check();
         return {cast<T>(lower), cast<T>(upper), at_lower, at_upper};
     }
 
@@ -40,8 +61,9 @@ struct Walls {
             Vec<S, D> inward = Vec<S, D>::zero();
             inward[axis] = S(1);
             const Wall &low = at_lower[axis], &high = at_upper[axis];
-            v = select(x.v[axis] <= lower.v[axis], velocity_after_contact(v, inward, low.contact, S(low.friction)), v);
-            v = select(x.v[axis] >= upper.v[axis], velocity_after_contact(v, -inward, high.contact, S(high.friction)), v);
+            const S near = slack(axis);
+            v = select(x.v[axis] <= lower.v[axis] + near, velocity_after_contact(v, inward, low.contact, S(low.friction)), v);
+            v = select(x.v[axis] >= upper.v[axis] - near, velocity_after_contact(v, -inward, high.contact, S(high.friction)), v);
         });
         return v;
     }
@@ -50,8 +72,17 @@ struct Walls {
         requires std::floating_point<S>
     {
         bool inside = true;
-        unroll<D>([&](auto a) { inside = inside && low[a] > double(lower[a]) && high[a] < double(upper[a]); });
+        unroll<D>([&](auto a) {
+            const double near = 2 * double(slack(a));  // a block's corner is rounded, too
+            inside = inside && low[a] > double(lower[a]) + near && high[a] < double(upper[a]) - near;
+        });
         return !inside;
+    }
+
+private:
+    /// A node on a face can miss it by rounding: lower + i h against upper is off by up to 3 ε (|lower| + |upper|).
+    FIRN_INLINE S slack(int axis) const {
+        return S(4 * double(std::numeric_limits<value_type_t<S>>::epsilon())) * (abs(lower.v[axis]) + abs(upper.v[axis]));
     }
 };
 

@@ -44,6 +44,10 @@ struct pack {
         FIRN_INLINE friend mask operator|(mask a, mask b) { return {a.bits | b.bits}; }
         FIRN_INLINE friend mask operator!(mask a) { return {~a.bits}; }
         FIRN_INLINE bool operator[](int lane) const { return bits[lane] != 0; }
+        template <class M = mask>
+        explicit constexpr operator bool() const {
+            return detail::refuse_to_branch<M>();
+        }
     };
 
     vector lanes;

@@ -34,6 +34,17 @@ FIRN_INLINE constexpr S abs(S a) {
     return a < S(0) ? -a : a;
 }
 
+namespace detail {
+/// What converting a mask of lanes to bool comes to.
+template <class Mask>
+constexpr bool refuse_to_branch() {
+    static_assert(!std::same_as<Mask, Mask>,
+                  "firn: a policy cannot branch on a scalar with `if`, `?:`, `&&` or `||`: sixteen particles may "
+                  "disagree. Write select(mask, a, b); combine masks with & | !.");
+    return false;
+}
+}  // namespace detail
+
 /// How a scalar relates to the machine number it is made of; specialised by pack, dual, …
 template <class S>
 struct scalar_traits {

@@ -7,11 +7,6 @@
 
 namespace firn {
 
-namespace detail {
-template <class>
-inline constexpr bool never = false;
-}
-
 template <std::floating_point T>
 struct strict {
     struct mask {
@@ -21,12 +16,9 @@ struct strict {
         friend constexpr mask operator!(mask a) { return {!a.bit}; }
         friend constexpr bool any(mask m) { return m.bit; }
 
-        template <class U = void>
+        template <class M = mask>
         explicit constexpr operator bool() const {
-            static_assert(detail::never<U>,
-                          "firn: a policy cannot branch on a scalar with `if`, `?:`, `&&` or `||`: sixteen particles may "
-                          "disagree. Write select(mask, a, b); combine masks with & | !.");
-            return false;
+            return detail::refuse_to_branch<M>();
         }
     };
 

@@ -56,7 +56,7 @@ template <class Kernel, class Transfer, class Force, class Execution, class Mate
           class Field, class State>
 G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>& view, const BlockPartition<D>& partition,
               const SparseGrid<S, D>& grid, const Material& material, double dt) {
-    static_assert(firn::material<Material, D>, "firn: a material offers kirchhoff_stress(F), wave_speed(density, F) and parameters()");
+    static_assert(require_material<Material, D>() && require_kernel<Kernel>());
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
     using LiftedState = material_state_t<with_scalar_t<Material, P>, D>;

@@ -6,6 +6,7 @@
 namespace firn {
 
 struct MlsForce {
+    static constexpr const char* name = "mls";
     static constexpr bool weight_gradients = false;
 
     /// A = (−dt V0 τ) D⁻¹ h [kg m/s a cell].

@@ -6,6 +6,7 @@
 namespace firn {
 
 struct WeightGradientForce {
+    static constexpr const char* name = "weight_gradient";
     static constexpr bool weight_gradients = true;
 
     template <scalar S, int D>

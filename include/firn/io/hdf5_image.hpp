@@ -37,7 +37,9 @@ public:
         check(H5Pset_meta_block_size(access.id(), front), tried);
         H5FD_file_image_callbacks_t memory{allocate, copy, resize, release, same, keep, this};
         check(H5Pset_file_image_callbacks(access.id(), &memory), tried);
-        file_ = File(H5Fcreate("firn state", H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), tried);
+        const Properties creation(H5Pcreate(H5P_FILE_CREATE), tried);
+        check(H5Pset_obj_track_times(creation.id(), false), tried);
+        file_ = File(H5Fcreate("firn state", H5F_ACC_TRUNC, creation.id(), access.id()), tried);
     }
     MemoryFile(const MemoryFile&) = delete;
     MemoryFile& operator=(const MemoryFile&) = delete;

@@ -20,6 +20,9 @@ concept has_support = requires {
 template <class K, class S>
 concept has_weights = requires(const S f) {
     { K::weights(f) } -> std::same_as<std::array<S, std::size_t(K::support)>>;
+};
+template <class K, class S>
+concept has_gradients = requires(const S f) {
     { K::gradients(f) } -> std::same_as<std::array<S, std::size_t(K::support)>>;  ///< per cell
 };
 /// D⁻¹ in 1/h²: Σ N (x_i − x)(x_i − x)ᵀ = h²/inverse_inertia I for every x (Jiang et al. 2015, §5.3).
@@ -36,7 +39,23 @@ concept has_bounds = requires {
 };
 
 template <class K>
-concept kernel = has_support<K> && has_weights<K, float> && has_weights<K, double> && has_inertia<K> && has_bounds<K>;
+concept kernel = has_support<K> && has_weights<K, float> && has_weights<K, double> && has_gradients<K, float> &&
+                 has_gradients<K, double> && has_inertia<K> && has_bounds<K>;
+
+/// True, or the compiler says what K lacks.
+template <class K>
+consteval bool require_kernel() {
+    static_assert(has_support<K>, "firn: a kernel says how many nodes it touches along an axis, `support` (2 to 4), and "
+                                  "`base_shift`; see firn/kernel/concept.hpp.");
+    static_assert(has_weights<K, float> && has_weights<K, double>,
+                  "firn: a kernel offers a static weights(f) that gives std::array<S, support> for every scalar S.");
+    static_assert(has_gradients<K, float> && has_gradients<K, double>,
+                  "firn: a kernel offers a static gradients(f) that gives std::array<S, support> for every scalar S.");
+    static_assert(has_inertia<K>, "firn: a kernel states its `inverse_inertia`; see firn/kernel/concept.hpp.");
+    static_assert(has_bounds<K>, "firn: a kernel states its `largest_weight` and `largest_gradient`; see "
+                                 "firn/kernel/concept.hpp.");
+    return kernel<K>;
+}
 
 /// Offset of the node, counted from base, at which a record is centred: the middle one.
 template <class K>

@@ -7,6 +7,7 @@
 namespace firn {
 
 struct QuadraticBSpline {
+    static constexpr const char* name = "quadratic_b_spline";
     static constexpr int support = 3;
     static constexpr double base_shift = 0.5;
     static constexpr double inverse_inertia = 4;

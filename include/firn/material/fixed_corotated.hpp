@@ -5,6 +5,7 @@
 #include <firn/material/concept.hpp>
 #include <firn/material/lame.hpp>
 #include <firn/math/left_stretch.hpp>
+#include <firn/math/stretch_bound.hpp>
 
 namespace firn {
 
@@ -23,11 +24,12 @@ struct FixedCorotated {
     /// \throws parameter_error unless E > 0 [Pa] and −1 < ν < ½
     static FixedCorotated from_young_poisson(double young, double poisson) {
         const Lame lame = lame_from_young_poisson(young, poisson);
-        return {S(lame.mu), S(lame.lambda)};
+        return from_lame(lame.mu, lame.lambda);
     }
     /// \throws parameter_error unless the moduli are those of a stable solid [Pa]
     static FixedCorotated from_lame(double mu, double lambda) {
-        check_lame(mu, lambda);
+        using T = value_type_t<S>;
+        check_lame(double(T(mu)), double(T(lambda)));  // as they will be used: a float overflows at 3e38
         return {S(mu), S(lambda)};
     }
 
@@ -46,18 +48,11 @@ struct FixedCorotated {
     }
 
     /// ρ0 c² ≤ 2μ σ_max² + λ J²: the acoustic tensor F F : ∂²ψ/∂F² for n ⊗ n, whose rotation part only lowers it;
-    /// equal to λ + 2μ at rest. σ_max² is bounded by the largest row sum of FFᵀ.  [m/s]
+    /// equal to λ + 2μ at rest.  [m/s]
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
-        const Mat<S, D> b = F * transpose(F);
-        S largest = S(0);
-        unroll<D>([&](auto i) FIRN_LAMBDA {
-            S row = abs(b(i, 0));
-            unroll<D - 1>([&](auto j) FIRN_LAMBDA { row = row + abs(b(i, j + 1)); });
-            largest = max(largest, row);
-        });
         const S J = determinant(F);
-        return sqrt(((mu + mu) * largest + lambda * J * J) / density);
+        return sqrt(((mu + mu) * squared_stretch_bound(F) + lambda * J * J) / density);
     }
 };
 

@@ -6,6 +6,7 @@
 namespace firn {
 
 struct Apic {
+    static constexpr const char* name = "apic";
     static constexpr bool affine = true;
 
     /// C = B D⁻¹ [1/s], from B = Σ N v_i (x_i − x_p)ᵀ [m²/s] and D⁻¹ [1/m²]. Jiang et al. 2015, eq. (8).

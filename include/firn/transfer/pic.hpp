@@ -6,6 +6,7 @@
 namespace firn {
 
 struct Pic {
+    static constexpr const char* name = "pic";
     static constexpr bool affine = false;
 
     /// A particle carries no velocity field of its own: C = 0.

@@ -31,12 +31,16 @@ TEST_CASE("An image is the file that HDF5 reads, placed arrays and its own mixed
     for (const std::size_t front : {2048, 65536}) {
         FileImage image(front);
         REQUIRE(FileImage::can_place(std::span<const double>(values)));
+        std::vector<Dataset> placed;
         for (int i = 0; i < 12; ++i) {
-            const auto placed = create(image, "placed" + std::to_string(i), values.size(), H5D_ALLOC_TIME_EARLY);
-            image.place(placed, std::span<const double>(values));
+            placed.push_back(create(image, "placed" + std::to_string(i), values.size(), H5D_ALLOC_TIME_EARLY));
             const auto given = create(image, "given" + std::to_string(i), 300, H5D_ALLOC_TIME_EARLY);
             H5Dwrite(given.id(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
         }
+        for (auto last = placed.rbegin(); last != placed.rend(); ++last) {
+            image.place(*last, std::span<const double>(values));
+        }
+        placed.clear();
         image.close();
         firn::AtomicFile file(folder / "a.hdf");
         image.write(file);

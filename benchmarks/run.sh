@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# benchmarks/run.sh [--quick] [OPTION...]: installs what is missing, builds the benchmarks for this machine, runs them
+# and writes Google Benchmark's JSON to build/benchmarks/results.json. --quick measures each for a shorter time; other
+# options go to Google Benchmark (--benchmark_filter=step/two_cubes).
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+# shellcheck source=../cmake/packages.sh
+source "$root/cmake/packages.sh"
+
+options=()
+for argument in "$@"; do
+    case $argument in
+        --quick) options+=(--benchmark_min_time=0.05) && export FIRN_BENCHMARK_QUICK=1 ;;
+        -h | --help) sed -n '2,4s/^# //p' "${BASH_SOURCE[0]}" && exit ;;
+        *) options+=("$argument") ;;
+    esac
+done
+
+firn_install compiler cmake ninja eigen hdf5 benchmark
+
+build=$root/build/benchmarks-release
+results=$root/build/benchmarks/results.json
+cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DFIRN_BUILD_BENCHMARKS=ON -DFIRN_BUILD_TESTS=OFF \
+    -DFIRN_BUILD_EXAMPLES=OFF -DFIRN_NATIVE=ON -DFIRN_WARNINGS_AS_ERRORS=OFF
+cmake --build "$build" --parallel "$(firn_jobs)"
+
+mkdir -p "$(dirname "$results")"
+"$build/benchmarks/firn_benchmarks" "--benchmark_out=$results" --benchmark_out_format=json \
+    ${options[@]+"${options[@]}"}
+echo "Results: $results"

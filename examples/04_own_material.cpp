@@ -1,0 +1,30 @@
+/// \file A simulation with a material of one's own: own_material.hpp. A neo-Hookean ball is squeezed through the air
+/// onto the floor.
+#include "own_material.hpp"
+#include "support/run.hpp"
+
+namespace {
+
+int own_material(int argc, char** argv) {
+    example::CommandLine line({.name = "own_material",
+                               .about = "A ball of a user's own neo-Hookean material falls on the floor.",
+                               .particles = 60'000,
+                               .steps = 1500,
+                               .frames = 20});
+    if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
+    const example::Options& options = line.options();
+
+    const double radius = 0.18;
+    const double spacing = radius * std::cbrt(4.0 / 3.0 * std::acos(-1.0) / double(options.particles));
+    firn::Simulation<3, NeoHookean<float>> simulation({.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 2 * spacing},
+                                                      {.mu = 2e4, .lambda = 3e4}, {options.threads});
+    simulation.add(firn::sample_sphere<3>({0.5, radius + 0.02, 0.5}, radius, {.spacing = spacing}), 1000.0, {0.0, -4.0, 0.0});
+    example::run(simulation, options, spacing, {}, false, [] {});
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return example::report_errors([&] { return own_material(argc, argv); });
+}

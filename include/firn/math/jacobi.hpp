@@ -1,0 +1,95 @@
+/// \file Left singular vectors and signed singular values of a 3 × 3 matrix by one-sided Jacobi rotations.
+///
+/// Slow (some thirty times the work of the closed form in left_stretch.hpp) but sure for every finite matrix.
+/// Hestenes, J. SIAM 6 (1958): rotate pairs of columns until all are orthogonal; they are then σ u. The matrix is never
+/// squared, so that the sign of det F survives down to singular values of a few ε ‖F‖. The larger column of a pair
+/// goes first (de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989)), which sorts and speeds up convergence.
+#pragma once
+
+#include <firn/core/tensor.hpp>
+
+#include <limits>
+
+namespace firn {
+
+/// a × b
+template <class S>
+FIRN_INLINE constexpr Vec<S, 3> cross(const Vec<S, 3>& a, const Vec<S, 3>& b) {
+    return {{a.v[1] * b.v[2] - a.v[2] * b.v[1], a.v[2] * b.v[0] - a.v[0] * b.v[2], a.v[0] * b.v[1] - a.v[1] * b.v[0]}};
+}
+
+/// F = scale · U diag(σ) Qᵀ with rotations U and Q: σ₀ ≥ σ₁ ≥ |σ₂|, and σ₂ carries the sign of det F.
+/// Columns of U that belong to σ = 0 are zero if two or three singular values vanish.
+template <scalar S>
+struct LeftSingular {
+    Mat<S, 3> vectors;
+    Vec<S, 3> values;
+    S scale;  ///< largest |Fᵢⱼ|, or 1 for F = 0
+};
+
+namespace detail {
+
+/// Rotates columns p and q of W until orthogonal, the longer first: tan 2θ = 2 p·q / (|p|² − |q|²). Lanes where they
+/// are so already are left alone to the bit. Returns where something was done.
+template <int p, int q, class S>
+FIRN_INLINE mask_t<S> orthogonalise(Vec<S, 3> (&w)[3]) {
+    constexpr auto epsilon = std::numeric_limits<value_type_t<S>>::epsilon();
+    const S pp = dot(w[p], w[p]);
+    const S qq = dot(w[q], w[q]);
+    const mask_t<S> swap = pp < qq;
+    const Vec<S, 3> longer = select(swap, w[q], w[p]);
+    const Vec<S, 3> shorter = select(swap, -w[p], w[q]);  // a quarter turn keeps the sign of the determinant
+    const S difference = abs(pp - qq);
+    const S twice = S(2) * dot(longer, shorter);
+    const mask_t<S> turn = S(epsilon * epsilon) * pp * qq < twice * twice;
+    const S denominator = select(turn, difference + sqrt(difference * difference + twice * twice), S(1));
+    const S tangent = select(turn, twice / denominator, S(0));
+    const S cosine = S(1) / sqrt(S(1) + tangent * tangent);
+    const S sine = cosine * tangent;
+    w[p] = select(turn, longer * cosine + shorter * sine, longer);
+    w[q] = select(turn, shorter * cosine - longer * sine, shorter);
+    return turn | swap;
+}
+
+template <class S>
+FIRN_INLINE Vec<S, 3> normalised_or_zero(const Vec<S, 3>& a, const S& length) {
+    const auto positive = S(0) < length;
+    const S divisor = select(positive, length, S(1));
+    return select(positive, Vec<S, 3>{{a.v[0] / divisor, a.v[1] / divisor, a.v[2] / divisor}}, Vec<S, 3>::zero());
+}
+
+}  // namespace detail
+
+template <scalar S>
+FIRN_INLINE LeftSingular<S> left_singular(const Mat<S, 3>& F) {
+    S largest = abs(F.m[0]);
+    unroll<8>([&](auto k) FIRN_LAMBDA { largest = max(largest, abs(F.m[k + 1])); });
+    largest = select(S(0) < largest, largest, S(1));
+
+    Vec<S, 3> w[3];
+    unroll<9>([&](auto k) FIRN_LAMBDA { w[k / 3].v[k % 3] = F.m[k] / largest; });
+    constexpr int most_sweeps = sizeof(value_type_t<S>) == 4 ? 6 : 7;
+    for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+        const mask_t<S> first = detail::orthogonalise<0, 1>(w);
+        const mask_t<S> second = detail::orthogonalise<0, 2>(w);
+        const mask_t<S> third = detail::orthogonalise<1, 2>(w);
+        if (!any(first | second | third)) break;
+    }
+
+    LeftSingular<S> result{};
+    const S first = sqrt(dot(w[0], w[0]));
+    const S second = sqrt(dot(w[1], w[1]));
+    const Vec<S, 3> u0 = detail::normalised_or_zero(w[0], first);
+    const Vec<S, 3> u1 = detail::normalised_or_zero(w[1], second);
+    const Vec<S, 3> u2 = cross(u0, u1);
+    unroll<3>([&](auto i) FIRN_LAMBDA {
+        result.vectors(i, 0) = u0.v[i];
+        result.vectors(i, 1) = u1.v[i];
+        result.vectors(i, 2) = u2.v[i];
+    });
+    result.values = {{first, second, dot(u2, w[2])}};
+    result.scale = largest;
+    return result;
+}
+
+}  // namespace firn
