@@ -30,12 +30,11 @@ struct dual {
     FIRN_INLINE constexpr dual& operator-=(dual b) { return *this = *this - b; }
     FIRN_INLINE constexpr dual& operator*=(dual b) { return *this = *this * b; }
 
-    // Said to be pure, so that clang does not advise && for the masks of a definition, which other scalars do not have.
-    [[gnu::pure]] FIRN_INLINE friend constexpr auto operator<(dual a, dual b) { return a.value < b.value; }
-    [[gnu::pure]] FIRN_INLINE friend constexpr auto operator<=(dual a, dual b) { return a.value <= b.value; }
-    [[gnu::pure]] FIRN_INLINE friend constexpr auto operator>(dual a, dual b) { return a.value > b.value; }
-    [[gnu::pure]] FIRN_INLINE friend constexpr auto operator>=(dual a, dual b) { return a.value >= b.value; }
-    [[gnu::pure]] FIRN_INLINE friend constexpr auto operator==(dual a, dual b) { return a.value == b.value; }
+    FIRN_INLINE friend constexpr auto operator<(dual a, dual b) { return a.value < b.value; }
+    FIRN_INLINE friend constexpr auto operator<=(dual a, dual b) { return a.value <= b.value; }
+    FIRN_INLINE friend constexpr auto operator>(dual a, dual b) { return a.value > b.value; }
+    FIRN_INLINE friend constexpr auto operator>=(dual a, dual b) { return a.value >= b.value; }
+    FIRN_INLINE friend constexpr auto operator==(dual a, dual b) { return a.value == b.value; }
 
     FIRN_INLINE friend constexpr dual select(mask_t<T> m, dual a, dual b) {
         return {select(m, a.value, b.value), select(m, a.derivative, b.derivative)};

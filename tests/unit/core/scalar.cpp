@@ -38,6 +38,7 @@ TEMPLATE_TEST_CASE("arithmetic, roots and choices of every scalar are those of d
     const auto choice = [](const auto* in) {
         using T = std::remove_cvref_t<decltype(*in)>;
         const T a = in[0], b = in[1];
+        const auto a_negative = a < T(0), b_negative = b < T(0);
         return Numbers<T>{}
             .add(min(a, b))
             .add(max(a, b))
@@ -46,9 +47,9 @@ TEMPLATE_TEST_CASE("arithmetic, roots and choices of every scalar are those of d
             .add(select(a <= b, T(1), b))
             .add(select(a > b, a, T(3)))
             .add(select(a >= b, -a, b))
-            .add(select((a < T(0)) & (b < T(0)), a, b))
-            .add(select((a < T(0)) | (b < T(0)), a, b))
-            .add(select(!(a < T(0)), a, b))
+            .add(select(a_negative & b_negative, a, b))
+            .add(select(a_negative | b_negative, a, b))
+            .add(select(!a_negative, a, b))
             .add(floor(a));
     };
     same_as_double<S>(choice, pairs(3, -4, 4), size_of, 0);

@@ -1,0 +1,25 @@
+# Installs the headers, the targets and the package that find_package(firn) reads.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+set(firn_package_dir "${CMAKE_INSTALL_DATADIR}/cmake/firn")
+
+install(DIRECTORY "${PROJECT_SOURCE_DIR}/include/firn" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DATADIR}/licenses/firn")
+
+target_include_directories(firn INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+install(TARGETS firn EXPORT firnTargets)
+install(TARGETS firn_hdf5 EXPORT firnHdf5Targets)
+install(EXPORT firnTargets NAMESPACE firn:: DESTINATION "${firn_package_dir}")
+install(EXPORT firnHdf5Targets NAMESPACE firn:: DESTINATION "${firn_package_dir}")
+
+configure_package_config_file(
+    "${PROJECT_SOURCE_DIR}/cmake/firnConfig.cmake.in" "${PROJECT_BINARY_DIR}/firnConfig.cmake"
+    INSTALL_DESTINATION "${firn_package_dir}"
+    NO_SET_AND_CHECK_MACRO)
+write_basic_package_version_file(
+    "${PROJECT_BINARY_DIR}/firnConfigVersion.cmake"
+    COMPATIBILITY SameMinorVersion # until 1.0 a minor version may change the interface
+    ARCH_INDEPENDENT)
+install(FILES "${PROJECT_BINARY_DIR}/firnConfig.cmake" "${PROJECT_BINARY_DIR}/firnConfigVersion.cmake"
+              "${PROJECT_SOURCE_DIR}/cmake/firnDependencies.cmake" DESTINATION "${firn_package_dir}")
