@@ -39,9 +39,17 @@ public:
     }
     template <int D>
     firn::Mat<double, D> rotation() {
-        Eigen::Matrix<double, D, D> q = Eigen::HouseholderQR<Eigen::Matrix<double, D, D>>(firn::as_eigen(gaussian<D>())).householderQ();
-        if (q.determinant() < 0) q.col(0) = -q.col(0);
-        return firn::from_eigen<double, D>(q);
+        firn::Mat<double, D> q{};  // Gram and Schmidt, twice, as Kahan advises
+        for (int j = 0; j < D; ++j) {
+            firn::Vec<double, D> column = direction<D>();
+            for (int pass = 0; pass < 2; ++pass)
+                for (int k = 0; k < j; ++k) column -= q.column(k) * firn::dot(column, q.column(k));
+            column = column * (1 / firn::norm(column));
+            for (int i = 0; i < D; ++i) q(i, j) = column[i];
+        }
+        if (firn::determinant(q) < 0)
+            for (int i = 0; i < D; ++i) q(i, 0) = -q(i, 0);
+        return q;
     }
     /// Gaussian, so that half of them are inverted; σ₁ ± σ₂ (σ₀ ± σ₁ in 2D) at least `gap` times the largest singular
     /// value: V has a derivative and is well conditioned.

@@ -134,6 +134,12 @@ FIRN_INLINE S norm(const Vec<S, D>& a) {
     return sqrt(dot(a, a));
 }
 
+/// a × b
+template <class S>
+FIRN_INLINE constexpr Vec<S, 3> cross(const Vec<S, 3>& a, const Vec<S, 3>& b) {
+    return {{a.v[1] * b.v[2] - a.v[2] * b.v[1], a.v[2] * b.v[0] - a.v[0] * b.v[2], a.v[0] * b.v[1] - a.v[1] * b.v[0]}};
+}
+
 /// a bᵀ
 template <class S, int D>
 FIRN_INLINE constexpr Mat<S, D> outer(const Vec<S, D>& a, const Vec<S, D>& b) {

@@ -3,7 +3,6 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/tensor.hpp>
-#include <firn/math/jacobi.hpp>
 
 #include <algorithm>
 #include <array>

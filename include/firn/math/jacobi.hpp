@@ -12,12 +12,6 @@
 
 namespace firn {
 
-/// a × b
-template <class S>
-FIRN_INLINE constexpr Vec<S, 3> cross(const Vec<S, 3>& a, const Vec<S, 3>& b) {
-    return {{a.v[1] * b.v[2] - a.v[2] * b.v[1], a.v[2] * b.v[0] - a.v[0] * b.v[2], a.v[0] * b.v[1] - a.v[1] * b.v[0]}};
-}
-
 /// F = scale · U diag(σ) Qᵀ with rotations U and Q: σ₀ ≥ σ₁ ≥ |σ₂|, and σ₂ carries the sign of det F.
 /// Columns of U that belong to σ = 0 are zero if two or three singular values vanish.
 template <scalar S>

@@ -65,6 +65,7 @@ void check_step(const std::string& form) {
     grid_update(Coloured{}, grid, dt, gravity, walls);
     for (const auto& row : nodes) {
         CAPTURE(row.at("i"), row.at("j"));
+        if (csv::number(row, "m") == 0) continue;  // a particle on the border of its support: weight 0, or a rounding error
         // The lightest nodes carry 1e-7 of the mass: what the sums round there shows.
         for (int a = 0; a < 2; ++a) CHECK(at(row)[a] == Approx(csv::number(row, "v" + std::to_string(a))).epsilon(1e-9).margin(1e-12));
     }

@@ -101,9 +101,11 @@ TEST_CASE("quadratic B-spline: base node, weights and gradients of the table, fr
         CHECK(base == csv::number(row, "base"));
         CHECK(std::abs(x - base - csv::number(row, "fx")) <= 1e-15);
         const auto w = QuadraticBSpline::weights(x - base), g = QuadraticBSpline::gradients(x - base);
+        const char* const weight[] = {"w0", "w1", "w2"};
+        const char* const gradient[] = {"dw0", "dw1", "dw2"};
         for (std::size_t i = 0; i < 3; ++i) {
-            CHECK(std::abs(w[i] - csv::number(row, "w" + std::to_string(i))) <= 1e-15);
-            CHECK(std::abs(g[i] - csv::number(row, "dw" + std::to_string(i))) <= 1e-15);
+            CHECK(std::abs(w[i] - csv::number(row, weight[i])) <= 1e-15);
+            CHECK(std::abs(g[i] - csv::number(row, gradient[i])) <= 1e-15);
         }
     }
 }

@@ -44,7 +44,7 @@ Mat<dual<double>, D> along(const Mat<double, D>& F, const Mat<double, D>& direct
 template <int D>
 double stiffest(const FixedCorotated<double>& model, const Mat<double, D>& F, const Vec<double, D>& n) {
     const auto lifted = lift<dual<double>>(model);
-    Eigen::Matrix<double, D, D> Q;
+    Mat<double, D> Q{};
     for (int k = 0; k < D; ++k) {
         Vec<double, D> m = Vec<double, D>::zero();
         m[k] = 1;
@@ -57,8 +57,11 @@ double stiffest(const FixedCorotated<double>& model, const Mat<double, D>& F, co
         const Vec<double, D> q = change * n - value * n * n[k];
         for (int i = 0; i < D; ++i) Q(i, k) = q[i];
     }
-    CHECK((Q - Q.transpose()).norm() <= 1e-8 * (1 + Q.norm()));  // a stress from an energy
-    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, D, D>>(Q).eigenvalues()[D - 1];
+    const double size = size_of(Q);
+    CHECK(size_of(Q - transpose(Q)) <= 1e-8 * (1 + size));  // a stress from an energy
+    // Singular values are eigenvalues once all of them are positive.
+    Q += Mat<double, D>::diagonal(size);
+    return Eigen::JacobiSVD<Eigen::Matrix<double, D, D>>(as_eigen(Q)).singularValues()[0] - size;
 }
 
 }  // namespace
