@@ -38,7 +38,8 @@ void add_two_cubes(Simulation& simulation) {
     const firn::Vec<double, 3> corners[] = {{40 * h, 40 * h, 40 * h}, {64 * h, 60 * h, 58 * h}};
     for (int cube = 0; cube < 2; ++cube) {
         const double sign = cube == 0 ? 1 : -1;
-        const auto points = firn::lattice_points<3>(corners[cube], {42, 42, 41}, h / 2, 0.1, std::uint64_t(cube + 1), 72'027);
+        const auto points =
+            firn::lattice_points<3>(corners[cube], {42, 42, 41}, h / 2, 0.1, std::uint64_t(cube + 1), 72'027);
         const firn::Body body = simulation.add({points, h * h * h / 8}, 1.0);
         const auto centre = corners[cube] + firn::Vec<double, 3>::filled(10.5 * h);
         auto& particles = simulation.edit_particles();

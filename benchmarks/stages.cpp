@@ -1,7 +1,6 @@
 /// \file Each stage by itself, on the two cubes: stage/NAME/threads:N. A stage is run again and again on the same
 /// particles; G2P moves them by a step of 1 ns, so that they stay where they are.
 #include "scenes.hpp"
-
 #include <benchmark/benchmark.h>
 
 namespace {
@@ -30,9 +29,13 @@ struct Stages {
         p2g();
         grid_update();
     }
-    void p2g() { firn::p2g<Kernel, firn::Apic, firn::MlsForce>(execution, particles.view(), partition, grid, scenes::time_step); }
+    void p2g() {
+        firn::p2g<Kernel, firn::Apic, firn::MlsForce>(execution, particles.view(), partition, grid, scenes::time_step);
+    }
     void grid_update() { firn::grid_update(execution, grid, scenes::time_step, gravity, walls); }
-    void g2p() { firn::g2p<Kernel, firn::Apic, firn::MlsForce>(execution, particles.view(), partition, grid, material, 1e-9); }
+    void g2p() {
+        firn::g2p<Kernel, firn::Apic, firn::MlsForce>(execution, particles.view(), partition, grid, material, 1e-9);
+    }
     void sort() {
         partition = firn::partition_particles<Kernel, float, 3>(
             particles.slots(), domain, execution.threads, [&](std::size_t i) { return particles.is_particle(i); },
@@ -49,7 +52,8 @@ void run(benchmark::State& state, int threads) {
     Stages stages(threads);
     scenes::Stopwatch watch;
     for (auto _ : state) watch.run([&] { (stages.*stage)(); });
-    state.counters["particles_per_second"] = double(stages.particles.size()) * double(state.iterations()) / watch.seconds();
+    state.counters["particles_per_second"] =
+        double(stages.particles.size()) * double(state.iterations()) / watch.seconds();
 }
 
 template <void (Stages::*stage)()>

@@ -1,12 +1,12 @@
 /// \file Whole steps, sorting included: step/SCENE/EXECUTION/threads:N.
 #include "scenes.hpp"
-
 #include <benchmark/benchmark.h>
 
 namespace {
 
 template <class Execution>
-using Elastic = firn::Simulation<3, firn::FixedCorotated<float>, firn::Apic, firn::MlsForce, firn::QuadraticBSpline, Execution>;
+using Elastic =
+    firn::Simulation<3, firn::FixedCorotated<float>, firn::Apic, firn::MlsForce, firn::QuadraticBSpline, Execution>;
 
 /// The scene starts anew after this many steps: long enough to be sorted again many times, short of the walls.
 constexpr int steps_of_scene = 500;
@@ -18,7 +18,9 @@ void two_cubes(benchmark::State& state, const Execution& execution) {
     for (auto _ : state) {
         if (!simulation || simulation->steps() == steps_of_scene) {
             state.PauseTiming();
-            simulation.emplace(scenes::unit_box(), firn::FixedCorotated<float>::from_young_poisson(scenes::young, scenes::poisson), execution);
+            simulation.emplace(scenes::unit_box(),
+                               firn::FixedCorotated<float>::from_young_poisson(scenes::young, scenes::poisson),
+                               execution);
             simulation->warn = [](const std::string&) {};
             scenes::add_two_cubes(*simulation);
             simulation->stable_time_step();  // sorts
@@ -28,7 +30,8 @@ void two_cubes(benchmark::State& state, const Execution& execution) {
     }
     state.counters["particle_steps_per_second"] =
         double(simulation->particles().size()) * double(state.iterations()) / watch.seconds();
-    state.counters["bytes_per_particle"] = double(simulation->particles().bytes()) / double(simulation->particles().size());
+    state.counters["bytes_per_particle"] =
+        double(simulation->particles().bytes()) / double(simulation->particles().size());
 }
 
 template <class Execution>

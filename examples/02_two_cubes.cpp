@@ -54,7 +54,8 @@ int two_cubes(int argc, char** argv) {
 
     const auto add_cube = [&](const firn::Vec<double, 3>& lower, std::int64_t particles) {
         const std::int64_t layers = (particles + lattice * lattice - 1) / (lattice * lattice);
-        auto points = firn::lattice_points<3>(lower, {lattice, lattice, layers}, spacing, 0.0, 1, std::uint64_t(particles));
+        auto points =
+            firn::lattice_points<3>(lower, {lattice, lattice, layers}, spacing, 0.0, 1, std::uint64_t(particles));
         for (auto& x : points) x[2] = 2 * lower[2] + side - x[2];  // the last, unfinished layer lies at the back
         return simulation.add({points, spacing * spacing * spacing}, 1.0);
     };

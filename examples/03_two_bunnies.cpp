@@ -24,7 +24,8 @@ int two_bunnies(int argc, char** argv) {
     constexpr double size = 0.32;
     const firn::TriangleMesh mesh = firn::read_obj(mesh_file);
     const firn::TriangleMesh below = firn::fitted(mesh, {0.47, 0.5 * size, 0.5}, size);
-    const firn::TriangleMesh turned = firn::rotated(firn::fitted(mesh, {0.0, 0.0, 0.0}, size), firn::rotation({0.0, 1.0, 0.0}, 2.2));
+    const firn::TriangleMesh turned =
+        firn::rotated(firn::fitted(mesh, {0.0, 0.0, 0.0}, size), firn::rotation({0.0, 1.0, 0.0}, 2.2));
     const firn::TriangleMesh above = firn::translated(turned, {0.56, 0.62, 0.53});
     const double volume = std::abs(firn::signed_volume(below));
     const double spacing = std::cbrt(2 * volume / double(options.particles));
@@ -44,7 +45,9 @@ int two_bunnies(int argc, char** argv) {
         const firn::Body& body = simulation.bodies()[b];
         const std::span<const firn::Vec<double, 3>> all_before(before), all_after(after);
         std::printf("%s bunny: turned by %.1f degrees in %.3f s\n", b == 0 ? "lower" : "upper",
-                    example::rotation_angle(all_before.subspan(body.first, body.count), all_after.subspan(body.first, body.count)) * 180 / std::acos(-1.0),
+                    example::rotation_angle(all_before.subspan(body.first, body.count),
+                                            all_after.subspan(body.first, body.count)) *
+                        180 / std::acos(-1.0),
                     simulation.time());
     }
     return 0;

@@ -1,7 +1,8 @@
 /// \file A simulation with a material of one's own: own_material.hpp. A neo-Hookean ball is squeezed through the air
 /// onto the floor.
-#include "own_material.hpp"
 #include "support/run.hpp"
+
+#include "own_material.hpp"
 
 namespace {
 
@@ -16,9 +17,11 @@ int own_material(int argc, char** argv) {
 
     const double radius = 0.18;
     const double spacing = radius * std::cbrt(4.0 / 3.0 * std::acos(-1.0) / double(options.particles));
-    firn::Simulation<3, NeoHookean<float>> simulation({.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 2 * spacing},
-                                                      {.mu = 2e4, .lambda = 3e4}, {options.threads});
-    simulation.add(firn::sample_sphere<3>({0.5, radius + 0.02, 0.5}, radius, {.spacing = spacing}), 1000.0, {0.0, -4.0, 0.0});
+    firn::Simulation<3, NeoHookean<float>> simulation(
+        {.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 2 * spacing}, {.mu = 2e4, .lambda = 3e4},
+        {options.threads});
+    simulation.add(firn::sample_sphere<3>({0.5, radius + 0.02, 0.5}, radius, {.spacing = spacing}), 1000.0,
+                   {0.0, -4.0, 0.0});
     example::run(simulation, options, spacing, {}, false, [] {});
     return 0;
 }

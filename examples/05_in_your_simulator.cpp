@@ -4,7 +4,6 @@
 #include "support/png.hpp"
 #include "support/progress.hpp"
 #include "support/renderer.hpp"
-
 #include <firn/firn.hpp>
 #include <firn/io/states.hpp>
 
@@ -60,7 +59,8 @@ firn::State<double> your_state(const std::vector<YourParticle>& all, std::uint64
     state.step = step;
     state.time = time;
     state.dt = dt;
-    firn::StateField<double> position{"position", "m", 3, {}}, velocity{"velocity", "m/s", 3, {}}, temperature{"temperature", "K", 1, {}};
+    firn::StateField<double> position{"position", "m", 3, {}}, velocity{"velocity", "m/s", 3, {}},
+        temperature{"temperature", "K", 1, {}};
     for (const YourParticle& p : all) {
         position.values.insert(position.values.end(), p.position, p.position + 3);
         velocity.values.insert(velocity.values.end(), p.velocity, p.velocity + 3);
@@ -117,7 +117,8 @@ int your_simulator(int argc, char** argv) {
 
     example::Cloud cloud;
     cloud.radius = float(0.6 * spacing);
-    for (const YourParticle& p : all) cloud.positions.push_back({float(p.position[0]), float(p.position[1]), float(p.position[2])});
+    for (const YourParticle& p : all)
+        cloud.positions.push_back({float(p.position[0]), float(p.position[1]), float(p.position[2])});
     example::View view_of_box;
     view_of_box.domain = example::Box{{0, 0, 0}, {1, 1, 1}};
     example::write_png(options.file(".png"), example::render(cloud, view_of_box));

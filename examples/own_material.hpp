@@ -15,7 +15,8 @@ struct NeoHookean {
 
     static constexpr const char* name = "neo_hookean";
     static constexpr auto parameters() {
-        return std::tuple{firn::parameter{"mu", "Pa", &NeoHookean::mu}, firn::parameter{"lambda", "Pa", &NeoHookean::lambda}};
+        return std::tuple{firn::parameter{"mu", "Pa", &NeoHookean::mu},
+                          firn::parameter{"lambda", "Pa", &NeoHookean::lambda}};
     }
 
     /// τ [Pa]

@@ -88,14 +88,18 @@ public:
     static constexpr std::int64_t most_threads = 1024;
 
     explicit CommandLine(Defaults defaults)
-        : defaults_(std::move(defaults)), particles_(defaults_.particles), steps_(defaults_.steps),
-          frames_(defaults_.frames), output_(defaults_.output), app_(defaults_.about, defaults_.name) {
+        : defaults_(std::move(defaults)),
+          particles_(defaults_.particles),
+          steps_(defaults_.steps),
+          frames_(defaults_.frames),
+          output_(defaults_.output),
+          app_(defaults_.about, defaults_.name) {
         app_.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
         add("--particles", particles_, "Number of particles", 1, most_particles);
         steps_option_ = add("--steps", steps_, "Number of time steps", 0, most_steps);
-        frames_option_ = add("--frames", frames_,
-                             "States written after the initial one; without --steps, the run ends with the last",
-                             0, most_frames);
+        frames_option_ =
+            add("--frames", frames_,
+                "States written after the initial one; without --steps, the run ends with the last", 0, most_frames);
         add("--threads", threads_, "Number of threads; 0 means all", 0, most_threads);
         app_.add_option("--output", output_, "Folder for states and pictures; made if it is not there")
             ->type_name("DIR")
@@ -129,10 +133,10 @@ public:
             return option->count() > 0 ? std::optional(value) : std::nullopt;
         };
         const auto all = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-        options_ = {defaults_.name, particles_,
-                    schedule(defaults_.steps, defaults_.frames, given(steps_option_, steps_),
-                             given(frames_option_, frames_)),
-                    threads_ == 0 ? all : static_cast<int>(threads_), std::filesystem::path(output_)};
+        options_ = {
+            defaults_.name, particles_,
+            schedule(defaults_.steps, defaults_.frames, given(steps_option_, steps_), given(frames_option_, frames_)),
+            threads_ == 0 ? all : static_cast<int>(threads_), std::filesystem::path(output_)};
         return std::nullopt;
     }
 

@@ -1,10 +1,9 @@
 /// \file Writes an image as a PNG file, by libpng.
 #pragma once
 
-#include "image.hpp"
-
 #include <firn/core/error.hpp>
 
+#include "image.hpp"
 #include <png.h>
 
 #include <cstring>

@@ -37,7 +37,9 @@ inline std::string readable(double number) {
     const double scaled = number / (millions ? 1e6 : thousands ? 1e3 : 1.0);
     std::ostringstream text;
     text << std::fixed << std::setprecision(scaled < 9.95 && (millions || thousands) ? 1 : 0) << scaled
-         << (millions ? " M" : thousands ? " k" : "");
+         << (millions    ? " M"
+             : thousands ? " k"
+                         : "");
     return text.str();
 }
 
@@ -46,7 +48,9 @@ inline std::string readable(double number) {
 class Progress {
 public:
     Progress(std::int64_t steps, std::int64_t particles, std::ostream& out = std::cout, bool terminal = on_terminal())
-        : steps_(std::max<std::int64_t>(steps, 0)), particles_(particles), out_(out),
+        : steps_(std::max<std::int64_t>(steps, 0)),
+          particles_(particles),
+          out_(out),
           start_(std::chrono::steady_clock::now()) {
         if (terminal && steps_ > 0) bar_.emplace(static_cast<unsigned long>(steps_), out_, "");
     }

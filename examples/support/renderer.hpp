@@ -7,11 +7,11 @@
 /// 1280 × 960 in less than three seconds.
 #pragma once
 
+#include <firn/core/error.hpp>
+
 #include "image.hpp"
 #include "shadow.hpp"
 #include "splat.hpp"
-
-#include <firn/core/error.hpp>
 
 #include <algorithm>
 #include <array>
@@ -162,8 +162,8 @@ inline Buffer<float> openness(const Scene& scene, const Buffer<float>& particles
             if (here == far_away) continue;
             const bool on_plane = particles.row(half * y)[half * x] > here;
             const Vec3 normal = on_plane ? scene.plane.normal : normals.row(half * y)[half * x];
-            const Vec3 point = scene.camera.unproject(static_cast<float>(half * x) + 0.5F,
-                                                      static_cast<float>(half * y) + 0.5F, here);
+            const Vec3 point =
+                scene.camera.unproject(static_cast<float>(half * x) + 0.5F, static_cast<float>(half * y) + 0.5F, here);
             if (on_plane) {
                 const Vec3 away = point - scene.bounds.centre();
                 if (scene.bounds.empty() || firn::norm(away) > scene.length) continue;
@@ -305,8 +305,8 @@ inline Image render(const Cloud& cloud, const View& view = {}) {
         for (int x = 0; x < scene.width; ++x) {
             if (splats.depth.row(y)[x] == far_away) continue;
             const auto& centre = cloud.positions[splats.owner.row(y)[x]];
-            const Vec3 grain = scene.camera.unproject(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F,
-                                                      grains.row(y)[x]);
+            const Vec3 grain =
+                scene.camera.unproject(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F, grains.row(y)[x]);
             const Vec3 rough = normalised(grain - Vec3{{centre[0], centre[1], centre[2]}});
             normals.row(y)[x] = normalised(detail::mix(rough, normalised(normals.row(y)[x]), grain_free * smoothing));
         }
@@ -323,8 +323,8 @@ inline Image render(const Cloud& cloud, const View& view = {}) {
     const Vec3 shade{{0.36F, 0.42F, 0.52F}};  // what is left of the paper's light in the key light's shadow
 
     const auto surface = [&](int x, int y, float occlusion) {
-        const Vec3 point = scene.camera.unproject(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F,
-                                                  splats.depth.row(y)[x]);
+        const Vec3 point =
+            scene.camera.unproject(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F, splats.depth.row(y)[x]);
         const Vec3 normal = normals.row(y)[x];
         const auto k = splats.owner.row(y)[x];
         Vec3 albedo = detail::palette()[cloud.colour.empty() ? 0U : cloud.colour[k] % 8U];
@@ -332,8 +332,8 @@ inline Image render(const Cloud& cloud, const View& view = {}) {
             const float t = 2.0F * std::clamp(cloud.tone[k], 0.0F, 1.0F) - 1.0F;
             albedo = t < 0.0F ? albedo * (1.0F + 0.7F * t) : detail::mix(albedo, Vec3::filled(0.95F), 0.6F * t);
         }
-        const Vec3 to_eye = normalised(scene.camera.orthographic ? scene.camera.forward * -1.0F
-                                                                 : scene.camera.eye - point);
+        const Vec3 to_eye =
+            normalised(scene.camera.orthographic ? scene.camera.forward * -1.0F : scene.camera.eye - point);
         const float facing = std::max(0.0F, firn::dot(normal, to_eye));
         const float towards = firn::dot(normal, scene.to_light);
         const float direct = towards > 0.0F ? towards * map.lit(point, normal) : 0.0F;

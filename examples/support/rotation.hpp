@@ -11,7 +11,8 @@
 namespace example {
 
 /// The angle [rad], 0 to π, of the rotation R that minimises Σ |R (x₀ − x̄₀) − (x − x̄)|². Kabsch 1976.
-inline double rotation_angle(std::span<const firn::Vec<double, 3>> before, std::span<const firn::Vec<double, 3>> after) {
+inline double rotation_angle(std::span<const firn::Vec<double, 3>> before,
+                             std::span<const firn::Vec<double, 3>> after) {
     const auto point = [](const firn::Vec<double, 3>& x) { return Eigen::Vector3d(x[0], x[1], x[2]); };
     Eigen::Vector3d centre_before = Eigen::Vector3d::Zero(), centre_after = centre_before;
     for (std::size_t i = 0; i < before.size(); ++i) {

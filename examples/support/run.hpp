@@ -5,7 +5,6 @@
 #include "support/png.hpp"
 #include "support/progress.hpp"
 #include "support/renderer.hpp"
-
 #include <firn/firn.hpp>
 #include <firn/io/obj.hpp>
 #include <firn/io/states.hpp>
@@ -33,7 +32,8 @@ Image picture(const Simulation& simulation, double spacing, View view = {}) {
     constexpr int D = Simulation::dimension;
     Cloud cloud;
     cloud.radius = float((D == 3 ? 0.6 : 0.75) * spacing);
-    for (const auto& x : positions(simulation)) cloud.positions.push_back({float(x[0]), float(x[1]), D == 3 ? float(x[D - 1]) : 0.0F});
+    for (const auto& x : positions(simulation))
+        cloud.positions.push_back({float(x[0]), float(x[1]), D == 3 ? float(x[D - 1]) : 0.0F});
     cloud.colour.resize(cloud.positions.size());
     for (std::size_t b = 0; b < simulation.bodies().size(); ++b)
         std::fill_n(cloud.colour.begin() + simulation.bodies()[b].first, simulation.bodies()[b].count, std::uint8_t(b));
@@ -51,7 +51,8 @@ Image picture(const Simulation& simulation, double spacing, View view = {}) {
 /// \param after_step  called after every step
 /// \param points      also write OUTPUT/NAME_0000.obj …, for Houdini and Blender
 template <class Simulation, class AfterStep>
-void run(Simulation& simulation, const Options& options, double spacing, const View& view, bool points, const AfterStep& after_step) {
+void run(Simulation& simulation, const Options& options, double spacing, const View& view, bool points,
+         const AfterStep& after_step) {
     std::cout << options.name << ": " << simulation.particles().size() << " particles, " << options.schedule.steps
               << " steps, " << options.threads << (options.threads == 1 ? " thread" : " threads") << std::endl;
     firn::StateSeries states(options.output, options.name);
@@ -71,7 +72,8 @@ void run(Simulation& simulation, const Options& options, double spacing, const V
         progress.advance();
     }
     write_png(options.file(".png"), picture(simulation, spacing, view));
-    std::cout << frame << " states: " << options.file(".hdf.series").string() << "\npicture: " << options.file(".png").string() << std::endl;
+    std::cout << frame << " states: " << options.file(".hdf.series").string()
+              << "\npicture: " << options.file(".png").string() << std::endl;
 }
 
 /// main() with errors told in a sentence.

@@ -16,7 +16,9 @@ public:
     /// `softness`: the half-width of the shadow's edge in units of the scene.
     ShadowMap(const std::vector<std::array<float, 3>>& positions, float radius, const Box& bounds, const Vec3& to_light,
               float softness)
-        : camera_(look(bounds, radius, to_light)), radius_(radius), spread_(softness * camera_.focal / reach),
+        : camera_(look(bounds, radius, to_light)),
+          radius_(radius),
+          spread_(softness * camera_.focal / reach),
           depth_(splat(positions, radius, camera_, size, size).depth) {}
 
     /// How much of the light arrives at a point of the particles' surface: 0 … 1.

@@ -55,14 +55,16 @@ public:
     Execution execution;
     double fixed_time_step = 0;  ///< [s]; 0: the bound of the time step, anew for every step
     /// Takes warnings: a fixed time step above the bound. By default they go to std::cerr.
-    std::function<void(const std::string&)> warn = [](const std::string& text) { std::cerr << "firn: " << text << '\n'; };
+    std::function<void(const std::string&)> warn = [](const std::string& text) {
+        std::cerr << "firn: " << text << '\n';
+    };
 
     const Domain<D>& domain() const { return grid_.domain(); }
     const Material& material() const { return material_; }
     const SparseGrid<S, D>& grid() const { return grid_; }
     const Particles<S, D, State>& particles() const { return particles_; }
     const std::vector<Body>& bodies() const { return bodies_; }
-    double time() const { return time_; }                 ///< [s]
+    double time() const { return time_; }  ///< [s]
     std::uint64_t steps() const { return steps_; }
     double last_time_step() const { return last_time_step_; }  ///< [s]
 
@@ -76,11 +78,15 @@ public:
     /// \throws parameter_error, particle_error (nothing is added)
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
         if (!(density > 0) || !std::isfinite(density))
-            throw parameter_error(sentence("The density is ", density, " kg/m^", D, "; it must be positive and finite."));
+            throw parameter_error(
+                sentence("The density is ", density, " kg/m^", D, "; it must be positive and finite."));
         if (!(samples.volume > 0) || !std::isfinite(samples.volume))
-            throw parameter_error(sentence("The volume of a particle is ", samples.volume, " m^", D, "; it must be positive and finite."));
+            throw parameter_error(sentence("The volume of a particle is ", samples.volume, " m^", D,
+                                           "; it must be positive and finite."));
         for (int a = 0; a < D; ++a)
-            if (!std::isfinite(velocity[a])) throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
+            if (!std::isfinite(velocity[a]))
+                throw parameter_error(
+                    sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
         const auto& x = samples.positions;
         check_positions<S, D>(x.size(), domain(), [&](std::size_t i, int a) { return S(x[i][a]); });
         const Body body{std::uint32_t(particles_.size()), std::uint32_t(x.size())};
@@ -100,12 +106,14 @@ public:
     /// One step of the fixed time step, or of the bound.
     void step() { step(gravity); }
 
-    /// \param acceleration  a field a(x) [m/s²] in place of gravity: callable with Vec<P, D> for any scalar P, or a vector
+    /// \param acceleration  a field a(x) [m/s²] in place of gravity: callable with Vec<P, D> for any scalar P, or a
+    /// vector
     template <class Acceleration>
     void step(const Acceleration& acceleration) {
         const double bound = stable_time_step();
         if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
-            throw parameter_error(sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
+            throw parameter_error(
+                sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
         if (fixed_time_step > bound) warn_of(fixed_time_step / bound);
         step_by(fixed_time_step > 0 ? fixed_time_step : bound, acceleration);
     }
@@ -156,8 +164,10 @@ public:
 
 private:
     static Boundary default_boundary(const Domain<D>& domain) {
-        if constexpr (std::same_as<Boundary, Walls<S, D>>) return Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
-        else return {};
+        if constexpr (std::same_as<Boundary, Walls<S, D>>)
+            return Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
+        else
+            return {};
     }
 
     template <class Acceleration>
@@ -181,8 +191,10 @@ private:
         sort();
         report_ = update_stress(execution, particles_.view(), partition_, material_);
         if (!std::isfinite(report_.signal_speed) || !(report_.signal_speed > 0))
-            throw particle_error(sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ",
-                                          report_.signal_speed, " m/s; velocities and deformation gradients must be finite, and the moduli positive."));
+            throw particle_error(
+                sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ",
+                         report_.signal_speed,
+                         " m/s; velocities and deformation gradients must be finite, and the moduli positive."));
         prepared_ = true;
     }
 

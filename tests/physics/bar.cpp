@@ -18,7 +18,8 @@ template <class Transfer, class Force>
 Errors run(double h) {
     const double length = 25, height = 2;
     const Domain<2> domain{{0.0, 0.0}, {30.0, height}, h};
-    Simulation<2, FixedCorotated<double>, Transfer, Force> simulation(domain, FixedCorotated<double>::from_young_poisson(100, 0.0));
+    Simulation<2, FixedCorotated<double>, Transfer, Force> simulation(
+        domain, FixedCorotated<double>::from_young_poisson(100, 0.0));
     for (auto* wall : {&simulation.boundary.at_lower, &simulation.boundary.at_upper}) (*wall)[1] = {Contact::slip, 0};
     simulation.boundary.at_lower[0] = {Contact::stick, 0};
     simulation.gravity = {0.0, 0.0};
@@ -29,7 +30,8 @@ Errors run(double h) {
         if (particles.is_particle(slot)) {
             const double x = particles.position(slot)[0];
             particles.set_velocity(slot, {0.1 * std::sin(beta * x), 0.0});
-            particles.set_affine(slot, Mat<double, 2>::rows(Transfer::affine ? 0.1 * beta * std::cos(beta * x) : 0.0, 0.0, 0.0, 0.0));
+            particles.set_affine(
+                slot, Mat<double, 2>::rows(Transfer::affine ? 0.1 * beta * std::cos(beta * x) : 0.0, 0.0, 0.0, 0.0));
         }
     Errors errors;
     double start = 0, kinetic = 0;

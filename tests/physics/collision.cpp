@@ -11,8 +11,8 @@ struct Totals {
     Vec<double, 2> momentum{};
 };
 
-/// Kinetic energy with the affine part, ½ m (|v|² + h²/4 |C|²), plus elastic energy; angular momentum with m h²/4 (C10 − C01).
-/// Jiang, Schroeder and Teran 2017, "An angular momentum conserving affine-particle-in-cell method".
+/// Kinetic energy with the affine part, ½ m (|v|² + h²/4 |C|²), plus elastic energy; angular momentum with m h²/4 (C10
+/// − C01). Jiang, Schroeder and Teran 2017, "An angular momentum conserving affine-particle-in-cell method".
 template <class Simulation>
 Totals totals(const Simulation& simulation) {
     const auto& particles = simulation.particles();
@@ -26,8 +26,9 @@ Totals totals(const Simulation& simulation) {
         sum.mass += m;
         sum.momentum += v * m;
         sum.angular_momentum += m * (x[0] * v[1] - x[1] * v[0] + inertia * (C(1, 0) - C(0, 1)));
-        sum.energy += 0.5 * m * (dot(v, v) + inertia * squared_norm(C)) +
-                      double(particles.volume(slot)) * double(simulation.material().energy_density(particles.state(slot).F));
+        sum.energy +=
+            0.5 * m * (dot(v, v) + inertia * squared_norm(C)) +
+            double(particles.volume(slot)) * double(simulation.material().energy_density(particles.state(slot).F));
     }
     return sum;
 }
@@ -35,7 +36,8 @@ Totals totals(const Simulation& simulation) {
 }  // namespace
 
 TEST_CASE("Two disks collide: momentum and angular momentum to rounding, energy never above its start") {
-    // Sulsky, Chen and Schreyer 1994: E = ρ = 1000, ν = 0.3, R = 0.2, v = ±(0.1, 0.1), unit box, 20² cells, 2 × 2 a cell.
+    // Sulsky, Chen and Schreyer 1994: E = ρ = 1000, ν = 0.3, R = 0.2, v = ±(0.1, 0.1), unit box, 20² cells, 2 × 2 a
+    // cell.
     const Domain<2> domain{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 20};
     Simulation<2, FixedCorotated<double>> simulation(domain, FixedCorotated<double>::from_young_poisson(1000, 0.3));
     simulation.gravity = {0.0, 0.0};

@@ -1,10 +1,10 @@
-// Each policy on a register of float lanes, in a function of its own, for check_vectorised.sh to look at: its arithmetic
-// must be packed. FIRN_PLANT_SCALAR makes one of them work lane by lane, to see that the check would notice.
+// Each policy on a register of float lanes, in a function of its own, for check_vectorised.sh to look at: its
+// arithmetic must be packed. FIRN_PLANT_SCALAR makes one of them work lane by lane, to see that the check would notice.
 #include <firn/boundary/walls.hpp>
+#include <firn/core/pack.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/force/weight_gradient.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
-#include <firn/core/pack.hpp>
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/stage/g2p.hpp>
 #include <firn/stage/grid_update.hpp>
@@ -138,11 +138,21 @@ FIRN_LOOKED_AT firn_kernel(const float* in, float* out) {
 }
 FIRN_LOOKED_AT firn_record_apic_mls_2d(const float* in, float* out) { record<Apic, MlsForce, 2>({in}, {out}); }
 FIRN_LOOKED_AT firn_record_apic_mls_3d(const float* in, float* out) { record<Apic, MlsForce, 3>({in}, {out}); }
-FIRN_LOOKED_AT firn_record_pic_gradient_3d(const float* in, float* out) { record<Pic, WeightGradientForce, 3>({in}, {out}); }
+FIRN_LOOKED_AT firn_record_pic_gradient_3d(const float* in, float* out) {
+    record<Pic, WeightGradientForce, 3>({in}, {out});
+}
 FIRN_LOOKED_AT firn_taken_apic_mls_3d(const float* in, float* out) { taken<Apic, MlsForce, 3>({in}, {out}); }
-FIRN_LOOKED_AT firn_taken_pic_gradient_3d(const float* in, float* out) { taken<Pic, WeightGradientForce, 3>({in}, {out}); }
-FIRN_LOOKED_AT firn_stress_2d(const FixedCorotated<P>& model, const float* in, float* out) { stress<2>(model, {in}, {out}); }
-FIRN_LOOKED_AT firn_stress_3d(const FixedCorotated<P>& model, const float* in, float* out) { stress<3>(model, {in}, {out}); }
-FIRN_LOOKED_AT firn_wave_speed_3d(const FixedCorotated<P>& model, const float* in, float* out) { speed<3>(model, {in}, {out}); }
+FIRN_LOOKED_AT firn_taken_pic_gradient_3d(const float* in, float* out) {
+    taken<Pic, WeightGradientForce, 3>({in}, {out});
+}
+FIRN_LOOKED_AT firn_stress_2d(const FixedCorotated<P>& model, const float* in, float* out) {
+    stress<2>(model, {in}, {out});
+}
+FIRN_LOOKED_AT firn_stress_3d(const FixedCorotated<P>& model, const float* in, float* out) {
+    stress<3>(model, {in}, {out});
+}
+FIRN_LOOKED_AT firn_wave_speed_3d(const FixedCorotated<P>& model, const float* in, float* out) {
+    speed<3>(model, {in}, {out});
+}
 FIRN_LOOKED_AT firn_node_2d(const Walls<P, 2>& walls, const float* in, float* out) { node<2>(walls, {in}, {out}); }
 FIRN_LOOKED_AT firn_node_3d(const Walls<P, 3>& walls, const float* in, float* out) { node<3>(walls, {in}, {out}); }

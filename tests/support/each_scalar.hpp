@@ -5,20 +5,19 @@
 /// quotient of the double evaluation.
 #pragma once
 
+#include "support/catch.hpp"
+#include "support/random_numbers.hpp"
 #include <firn/core/dual.hpp>
 #include <firn/core/pack.hpp>
 #include <firn/core/strict.hpp>
 #include <firn/core/tensor.hpp>
 
-#include "support/catch.hpp"
-#include "support/random_numbers.hpp"
-
 #include <limits>
 #include <vector>
 
 /// Every scalar there is (the recorder of a GPU program apart).
-#define FIRN_EVERY_SCALAR                                                                                           \
-    float, double, firn::native_pack<float>, firn::native_pack<double>, firn::dual<double>, firn::strict<float>,   \
+#define FIRN_EVERY_SCALAR                                                                                        \
+    float, double, firn::native_pack<float>, firn::native_pack<double>, firn::dual<double>, firn::strict<float>, \
         firn::strict<double>
 
 namespace test_support {

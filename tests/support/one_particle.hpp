@@ -1,10 +1,9 @@
 /// \file One particle among the support^D nodes around it: weights and offsets by the plain definition.
 #pragma once
 
+#include "support/random_numbers.hpp"
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/stage/p2g.hpp>
-
-#include "support/random_numbers.hpp"
 
 #include <vector>
 

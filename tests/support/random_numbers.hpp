@@ -4,6 +4,7 @@
 #include <firn/core/eigen.hpp>
 
 #include <Eigen/Dense>
+
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -57,7 +58,8 @@ public:
     firn::Mat<double, D> deformation(double gap = 0.1) {
         for (;;) {
             const firn::Mat<double, D> F = gaussian<D>();
-            const Eigen::Matrix<double, D, 1> s = Eigen::JacobiSVD<Eigen::Matrix<double, D, D>>(firn::as_eigen(F)).singularValues();
+            const Eigen::Matrix<double, D, 1> s =
+                Eigen::JacobiSVD<Eigen::Matrix<double, D, D>>(firn::as_eigen(F)).singularValues();
             const double last = firn::determinant(F) < 0 ? -s[D - 1] : s[D - 1];
             if (s[D - 2] + last > gap * s[0]) return F;
         }

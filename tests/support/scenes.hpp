@@ -36,7 +36,8 @@ struct RandomCloud {
             for (int k = 0; k < D * D; ++k) stress.push_back(S(0));
             for (int i = 0; i < D; ++i)
                 for (int j = i; j < D; ++j)
-                    stress[p * D * D + std::size_t(i * D + j)] = stress[p * D * D + std::size_t(j * D + i)] = number(-2e3, 2e3);
+                    stress[p * D * D + std::size_t(i * D + j)] = stress[p * D * D + std::size_t(j * D + i)] =
+                        number(-2e3, 2e3);
             mass.push_back(number(0.5, 1.5));
             volume.push_back(number(0.5e-3, 1.5e-3));
         }
@@ -46,9 +47,13 @@ struct RandomCloud {
 
     firn::ForeignParticles<S, D> view() {
         using Span = firn::StridedSpan<S>;
-        return {Span::template vectors<D>(x.data()), Span::template vectors<D>(v.data()),
-                Span::template matrices<D>(C.data(), true), firn::symmetric_matrices<D>(stress.data()),
-                Span::scalars(mass.data()), Span::scalars(volume.data()), {Span::template matrices<D>(F.data(), true)}};
+        return {Span::template vectors<D>(x.data()),
+                Span::template vectors<D>(v.data()),
+                Span::template matrices<D>(C.data(), true),
+                firn::symmetric_matrices<D>(stress.data()),
+                Span::scalars(mass.data()),
+                Span::scalars(volume.data()),
+                {Span::template matrices<D>(F.data(), true)}};
     }
 };
 

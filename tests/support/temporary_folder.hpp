@@ -1,13 +1,13 @@
 /// \file A folder of its own for a test that writes files; removed at the end.
 #pragma once
 
+#include <stdlib.h>
+
 #include <filesystem>
 #include <iterator>
 #include <stdexcept>
 #include <string>
 #include <system_error>
-
-#include <stdlib.h>
 
 class TemporaryFolder {
 public:

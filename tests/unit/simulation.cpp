@@ -20,13 +20,16 @@ void for_particles(const Simulation& simulation, const F& f) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("Free fall is that of symplectic Euler, y0 + v0 t − ½ g t (t + dt), to rounding", "", float, double) {
+TEMPLATE_TEST_CASE("Free fall is that of symplectic Euler, y0 + v0 t − ½ g t (t + dt), to rounding", "", float,
+                   double) {
     using S = TestType;
     Simulation<3, FixedCorotated<S>> simulation(unit_box<3>(1.0 / 32), FixedCorotated<S>::from_young_poisson(1e3, 0.3));
     simulation.fixed_time_step = 4e-4;
     simulation.add(sample_box<3>({0.4, 0.6, 0.4}, {0.6, 0.8, 0.6}, {.spacing = 1.0 / 64}), 1.0, {0.1, 0.5, -0.2});
     std::vector<double> before(simulation.particles().size());
-    for_particles(simulation, [&](std::size_t slot) { before[simulation.particles().id(slot)] = double(simulation.particles().position(slot)[1]); });
+    for_particles(simulation, [&](std::size_t slot) {
+        before[simulation.particles().id(slot)] = double(simulation.particles().position(slot)[1]);
+    });
     for (int i = 0; i < 500; ++i) simulation.step();
     const double t = 0.2, expected = 0.5 * t - 0.5 * 9.81 * t * (t + 4e-4);
     double worst = 0;
@@ -41,7 +44,8 @@ TEMPLATE_TEST_CASE("Free fall is that of symplectic Euler, y0 + v0 t − ½ g t 
 }
 
 TEST_CASE("A force field acts where it is, and replaces gravity") {
-    Simulation<2, FixedCorotated<double>> simulation(unit_box<2>(1.0 / 32), FixedCorotated<double>::from_young_poisson(1e3, 0.3));
+    Simulation<2, FixedCorotated<double>> simulation(unit_box<2>(1.0 / 32),
+                                                     FixedCorotated<double>::from_young_poisson(1e3, 0.3));
     simulation.fixed_time_step = 4e-4;
     simulation.add(sample_box<2>({0.2, 0.4}, {0.3, 0.5}, {.spacing = 1.0 / 64}), 1.0);
     const Body right = simulation.add(sample_box<2>({0.7, 0.4}, {0.8, 0.5}, {.spacing = 1.0 / 64}), 1.0);
@@ -71,7 +75,8 @@ TEST_CASE("advance ends at the time that was asked for") {
 
 TEST_CASE("Particles stay in the box, whatever its walls and however they are thrown") {
     for (const Contact contact : {Contact::stick, Contact::slip, Contact::separate}) {
-        Simulation<2> simulation({{-0.3, 0.1}, {0.43, 0.77}, 0.03}, FixedCorotated<float>::from_young_poisson(1e4, 0.3));
+        Simulation<2> simulation({{-0.3, 0.1}, {0.43, 0.77}, 0.03},
+                                 FixedCorotated<float>::from_young_poisson(1e4, 0.3));
         simulation.boundary = Walls<float, 2>::all({-0.3f, 0.1f}, {0.43f, 0.77f}, {contact, 0.2});
         simulation.add(sample_sphere<2>({0.0, 0.4}, 0.15, {.spacing = 0.015}), 10.0, {6.0, 4.0});
         simulation.advance(0.3);
@@ -88,7 +93,8 @@ TEST_CASE("Particles stay in the box, whatever its walls and however they are th
 
 TEST_CASE("A body at rest on a wall with friction stays; without, it slides down the tilted gravity") {
     for (const double friction : {0.0, 0.9}) {
-        Simulation<2, FixedCorotated<double>> simulation(unit_box<2>(1.0 / 32), FixedCorotated<double>::from_young_poisson(1e5, 0.3));
+        Simulation<2, FixedCorotated<double>> simulation(unit_box<2>(1.0 / 32),
+                                                         FixedCorotated<double>::from_young_poisson(1e5, 0.3));
         simulation.boundary = Walls<double, 2>::all({0.0, 0.0}, {1.0, 1.0}, {Contact::separate, friction});
         simulation.add(sample_box<2>({0.2, 0.0}, {0.5, 0.15}, {.spacing = 1.0 / 64}), 100.0);
         simulation.gravity = {3.0, -9.0};  // slides for μ < 1/3
@@ -96,8 +102,10 @@ TEST_CASE("A body at rest on a wall with friction stays; without, it slides down
         double velocity = 0;
         for_particles(simulation, [&](std::size_t slot) { velocity += simulation.particles().velocity(slot)[0]; });
         velocity /= double(simulation.particles().size());
-        if (friction == 0) CHECK(velocity == Approx(3.0 * 0.2).epsilon(1e-3));
-        else CHECK(std::abs(velocity) < 0.02);
+        if (friction == 0)
+            CHECK(velocity == Approx(3.0 * 0.2).epsilon(1e-3));
+        else
+            CHECK(std::abs(velocity) < 0.02);
     }
 }
 
@@ -189,10 +197,13 @@ TEST_CASE("The three executions agree on a collision") {
         scenes::add_two_blocks<3>(simulation, 0.25, 1.0 / 32);
         for (int i = 0; i < 250; ++i) simulation.step();
         std::vector<Vec<double, 3>> positions(simulation.particles().size());
-        for_particles(simulation, [&](std::size_t slot) { positions[simulation.particles().id(slot)] = simulation.particles().position(slot); });
+        for_particles(simulation, [&](std::size_t slot) {
+            positions[simulation.particles().id(slot)] = simulation.particles().position(slot);
+        });
         return positions;
     };
-    const auto serial = run(Serial{}), coloured = run(Coloured{2}), fixed = run(FixedPoint<std::int32_t>{2}), wide = run(FixedPoint<std::int64_t>{2});
+    const auto serial = run(Serial{}), coloured = run(Coloured{2}), fixed = run(FixedPoint<std::int32_t>{2}),
+               wide = run(FixedPoint<std::int64_t>{2});
     double of_coloured = 0, of_fixed = 0, of_wide = 0;
     for (std::size_t p = 0; p < serial.size(); ++p) {
         of_coloured = std::max(of_coloured, norm(coloured[p] - serial[p]));

@@ -14,7 +14,8 @@ enum class Contact {
 /// The velocity, relative to the surface, after contact. `normal` is of unit length and points into free space.
 /// Friction takes at most μ times the normal impulse from the tangential velocity (Stomakhin et al. 2013, §8).
 template <scalar S, int D>
-FIRN_INLINE Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>& normal, Contact contact, const S& friction) {
+FIRN_INLINE Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>& normal, Contact contact,
+                                             const S& friction) {
     if (contact == Contact::stick) return Vec<S, D>::zero();
     const S outward = dot(v, normal);
     const S into = min(outward, S(0));

@@ -36,8 +36,8 @@ struct Walls {
     {
         for (int a = 0; a < D; ++a) {
             if (!(upper[a] - lower[a] > 0) || !std::isfinite(upper[a] - lower[a]))
-                throw parameter_error(sentence("The walls reach from ", lower[a], " m to ", upper[a], " m along axis ", a,
-                                               "; upper must be above lower and both finite."));
+                throw parameter_error(sentence("The walls reach from ", lower[a], " m to ", upper[a], " m along axis ",
+                                               a, "; upper must be above lower and both finite."));
             for (const Wall* wall : {&at_lower[std::size_t(a)], &at_upper[std::size_t(a)]})
                 if (!(wall->friction >= 0) || !std::isfinite(wall->friction))
                     throw parameter_error(sentence("The friction of a wall across axis ", a, " is ", wall->friction,
@@ -62,8 +62,10 @@ struct Walls {
             inward[axis] = S(1);
             const Wall &low = at_lower[axis], &high = at_upper[axis];
             const S near = slack(axis);
-            v = select(x.v[axis] <= lower.v[axis] + near, velocity_after_contact(v, inward, low.contact, S(low.friction)), v);
-            v = select(x.v[axis] >= upper.v[axis] - near, velocity_after_contact(v, -inward, high.contact, S(high.friction)), v);
+            v = select(x.v[axis] <= lower.v[axis] + near,
+                       velocity_after_contact(v, inward, low.contact, S(low.friction)), v);
+            v = select(x.v[axis] >= upper.v[axis] - near,
+                       velocity_after_contact(v, -inward, high.contact, S(high.friction)), v);
         });
         return v;
     }
@@ -82,7 +84,8 @@ struct Walls {
 private:
     /// A node on a face can miss it by rounding: lower + i h against upper is off by up to 3 ε (|lower| + |upper|).
     FIRN_INLINE S slack(int axis) const {
-        return S(4 * double(std::numeric_limits<value_type_t<S>>::epsilon())) * (abs(lower.v[axis]) + abs(upper.v[axis]));
+        return S(4 * double(std::numeric_limits<value_type_t<S>>::epsilon())) *
+               (abs(lower.v[axis]) + abs(upper.v[axis]));
     }
 };
 

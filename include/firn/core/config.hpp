@@ -29,9 +29,8 @@ inline constexpr std::size_t register_bytes =
 /// Calls f(0), f(1), …, f(N−1), each index a compile-time constant.
 template <int N, class F>
 FIRN_INLINE constexpr void unroll(F&& f) {
-    [&]<int... I>(std::integer_sequence<int, I...>) FIRN_LAMBDA {
-        (f(std::integral_constant<int, I>{}), ...);
-    }(std::make_integer_sequence<int, N>{});
+    [&]<int... I>(std::integer_sequence<int, I...>)
+        FIRN_LAMBDA { (f(std::integral_constant<int, I>{}), ...); }(std::make_integer_sequence<int, N>{});
 }
 
 }  // namespace firn

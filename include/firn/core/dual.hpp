@@ -16,8 +16,12 @@ struct dual {
         requires std::is_arithmetic_v<U>
     FIRN_INLINE constexpr dual(U v) : value(T(v)), derivative(T(0)) {}
 
-    FIRN_INLINE friend constexpr dual operator+(dual a, dual b) { return {a.value + b.value, a.derivative + b.derivative}; }
-    FIRN_INLINE friend constexpr dual operator-(dual a, dual b) { return {a.value - b.value, a.derivative - b.derivative}; }
+    FIRN_INLINE friend constexpr dual operator+(dual a, dual b) {
+        return {a.value + b.value, a.derivative + b.derivative};
+    }
+    FIRN_INLINE friend constexpr dual operator-(dual a, dual b) {
+        return {a.value - b.value, a.derivative - b.derivative};
+    }
     FIRN_INLINE friend constexpr dual operator*(dual a, dual b) {
         return {a.value * b.value, a.derivative * b.value + a.value * b.derivative};
     }

@@ -85,15 +85,19 @@ struct pack {
     FIRN_INLINE friend mask operator==(pack a, pack b) { return {a.lanes == b.lanes}; }
 
     FIRN_INLINE friend pack select(mask m, pack a, pack b) {
-        if constexpr (sizeof(vector) <= register_bytes) return {m.bits ? a.lanes : b.lanes};
-        else return {vector((m.bits & mask_vector(a.lanes)) | (~m.bits & mask_vector(b.lanes)))};  // two registers
+        if constexpr (sizeof(vector) <= register_bytes)
+            return {m.bits ? a.lanes : b.lanes};
+        else
+            return {vector((m.bits & mask_vector(a.lanes)) | (~m.bits & mask_vector(b.lanes)))};  // two registers
     }
     FIRN_INLINE friend bool any(mask m) { return detail::any_bit<sizeof(mask_vector)>(m.bits); }
     FIRN_INLINE friend pack sqrt(pack a) {
         pack r;
         for (int i = 0; i < N; ++i) {
-            if constexpr (sizeof(T) == 4) r.lanes[i] = __builtin_sqrtf(a.lanes[i]);
-            else r.lanes[i] = __builtin_sqrt(a.lanes[i]);
+            if constexpr (sizeof(T) == 4)
+                r.lanes[i] = __builtin_sqrtf(a.lanes[i]);
+            else
+                r.lanes[i] = __builtin_sqrt(a.lanes[i]);
         }
         return r;
     }

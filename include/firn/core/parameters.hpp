@@ -64,8 +64,9 @@ FIRN_INLINE auto lift(const P& policy) {
     } else if constexpr (requires { policy.template lifted<T>(); }) {
         return policy.template lifted<T>();
     } else {
-        static_assert(has_parameters<P>, "firn: a policy with a scalar parameter type must list its fields in a static "
-                                         "function parameters(); see firn/core/parameters.hpp.");
+        static_assert(has_parameters<P>,
+                      "firn: a policy with a scalar parameter type must list its fields in a static "
+                      "function parameters(); see firn/core/parameters.hpp.");
         Lifted lifted{};
         constexpr auto from = P::parameters();
         constexpr auto to = Lifted::parameters();

@@ -48,8 +48,8 @@ constexpr bool refuse_to_branch() {
 /// How a scalar relates to the machine number it is made of; specialised by pack, dual, …
 template <class S>
 struct scalar_traits {
-    using value_type = S;             ///< float or double
-    static constexpr int lanes = 1;   ///< particles held by one S
+    using value_type = S;            ///< float or double
+    static constexpr int lanes = 1;  ///< particles held by one S
 };
 
 template <class S>

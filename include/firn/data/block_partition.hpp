@@ -12,7 +12,7 @@ namespace firn {
 inline constexpr int block_size = 4;
 
 template <int D>
-inline constexpr int block_nodes = D == 2 ? block_size * block_size : block_size* block_size* block_size;
+inline constexpr int block_nodes = D == 2 ? block_size * block_size : block_size * block_size * block_size;
 
 /// How far, in cells, a particle's base node may leave its block before particles must be sorted again.
 inline constexpr int allowed_drift = 1;
@@ -48,9 +48,10 @@ template <int D>
 struct BlockPartition {
     static constexpr int colour_count = 1 << D;
 
-    std::vector<BlockRange<D>> ranges;                                            ///< sorted by block
-    std::array<std::vector<std::uint32_t>, std::size_t(colour_count)> colours;    ///< numbers of ranges, a colour each
-    std::vector<std::uint32_t> order;  ///< particle of each slot (its id, once particles lie in this order), or no_particle
+    std::vector<BlockRange<D>> ranges;                                          ///< sorted by block
+    std::array<std::vector<std::uint32_t>, std::size_t(colour_count)> colours;  ///< numbers of ranges, a colour each
+    std::vector<std::uint32_t>
+        order;  ///< particle of each slot (its id, once particles lie in this order), or no_particle
     std::size_t particles = 0;
 
     std::size_t slots() const { return order.size(); }

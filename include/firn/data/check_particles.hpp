@@ -24,7 +24,8 @@ template <std::floating_point S, int D, class Position>
 void check_positions(std::size_t count, const Domain<D>& domain, const Position& position) {
     if (count == 0) throw particle_error("There are no particles. Add at least one before simulating.");
     if (count >= 0xffffffffu)
-        throw particle_error(sentence("There are ", count, " particles; up to ", 0xfffffffeu, " are possible in one set."));
+        throw particle_error(
+            sentence("There are ", count, " particles; up to ", 0xfffffffeu, " are possible in one set."));
     std::size_t wrong = 0;
     std::string first;
     for (std::size_t i = 0; i < count; ++i) {

@@ -11,9 +11,9 @@ namespace firn {
 /// An axis-aligned box of any size, with cubic cells of any size. Nodes lie at multiples of `cell_size` from `lower`.
 template <int D>
 struct Domain {
-    Vec<double, D> lower{};                               ///< [m]
-    Vec<double, D> upper = Vec<double, D>::filled(1.0);   ///< [m]
-    double cell_size = 1.0 / 64;                          ///< h [m]
+    Vec<double, D> lower{};                              ///< [m]
+    Vec<double, D> upper = Vec<double, D>::filled(1.0);  ///< [m]
+    double cell_size = 1.0 / 64;                         ///< h [m]
 
     /// Number of cells along an axis; the last one reaches over `upper` where the extent is no multiple of h.
     int cells(int axis) const { return int(std::ceil((upper[axis] - lower[axis]) / cell_size - 1e-6)); }
@@ -34,8 +34,8 @@ void check(const Domain<D>& domain) {
                                            " m along axis ", a, "; upper must be above lower and both finite."));
         const double cells = extent / domain.cell_size;
         if (!(cells >= 2 && cells <= most_cells_per_axis))
-            throw parameter_error(sentence("The domain has ", cells, " cells of ", domain.cell_size, " m along axis ", a,
-                                           "; from 2 to ", most_cells_per_axis, " are possible."));
+            throw parameter_error(sentence("The domain has ", cells, " cells of ", domain.cell_size, " m along axis ",
+                                           a, "; from 2 to ", most_cells_per_axis, " are possible."));
     }
 }
 

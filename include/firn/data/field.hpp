@@ -55,8 +55,8 @@ struct BlockedSpan {
 template <class S>
 struct StridedSpan {
     S* data = nullptr;
-    std::ptrdiff_t stride = 0;                ///< from one particle to the next, in numbers
-    std::array<std::ptrdiff_t, 9> offset{};   ///< of each component, matrices by columns
+    std::ptrdiff_t stride = 0;               ///< from one particle to the next, in numbers
+    std::array<std::ptrdiff_t, 9> offset{};  ///< of each component, matrices by columns
 
     static StridedSpan scalars(S* data, std::ptrdiff_t stride = 1) { return {data, stride, {}}; }
     /// Vectors of D consecutive numbers.
@@ -87,7 +87,8 @@ struct StridedSpan {
         P value;
         for (int l = 0; l < scalar_traits<P>::lanes; ++l) {
             const bool used = slots.index[l] != no_particle;
-            value.set(l, particle(used ? slots.index[l] : slots.index[-std::ptrdiff_t(slots.first % pack_size)], component));
+            value.set(
+                l, particle(used ? slots.index[l] : slots.index[-std::ptrdiff_t(slots.first % pack_size)], component));
         }
         return value;
     }

@@ -43,7 +43,7 @@ public:
         triangles_.reserve(mesh.triangles.size());
         for (const auto& [i, j, k] : mesh.triangles) {
             triangles_.push_back({on_lattice(mesh.vertices[std::size_t(i)]), on_lattice(mesh.vertices[std::size_t(j)]),
-                                on_lattice(mesh.vertices[std::size_t(k)])});
+                                  on_lattice(mesh.vertices[std::size_t(k)])});
         }
         set_bins();
     }

@@ -127,16 +127,14 @@ inline void check_closed(const TriangleMesh& mesh) {
             edges.push_back({std::min(from, to), std::max(from, to), from < to});
         }
     }
-    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
-        return a.low != b.low ? a.low < b.low : a.high < b.high;
-    });
+    std::sort(edges.begin(), edges.end(),
+              [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
 
     std::size_t open = 0, turned = 0, crowded = 0, total = 0;
     const Edge* first_bad = nullptr;
     for (auto begin = edges.begin(); begin != edges.end(); ++total) {
-        const auto end = std::find_if(begin, edges.end(), [&](const Edge& e) {
-            return e.low != begin->low || e.high != begin->high;
-        });
+        const auto end = std::find_if(begin, edges.end(),
+                                      [&](const Edge& e) { return e.low != begin->low || e.high != begin->high; });
         const auto count = end - begin;
         const auto forward = std::count_if(begin, end, [](const Edge& e) { return e.forward; });
         if (count != 2 || forward != 1) {

@@ -100,9 +100,8 @@ FIRN_INLINE State load_state(const std::array<Field, N>& fields, const Slots& sl
     unroll<int(N)>([&](auto f) FIRN_LAMBDA {
         auto& member = state.*(std::get<f>(members).member);
         auto* to = detail::components(member);
-        unroll<component_count<std::remove_cvref_t<decltype(member)>>>([&](auto k) FIRN_LAMBDA {
-            to[k] = fields[f].template load<std::remove_cvref_t<decltype(*to)>>(slots, k);
-        });
+        unroll<component_count<std::remove_cvref_t<decltype(member)>>>(
+            [&](auto k) FIRN_LAMBDA { to[k] = fields[f].template load<std::remove_cvref_t<decltype(*to)>>(slots, k); });
     });
     return state;
 }
@@ -112,7 +111,8 @@ FIRN_INLINE void store_state(const std::array<Field, N>& fields, const Slots& sl
     unroll<int(N)>([&](auto f) FIRN_LAMBDA {
         auto& member = state.*(std::get<f>(members).member);
         const auto* from = detail::components(member);
-        unroll<component_count<std::remove_cvref_t<decltype(member)>>>([&](auto k) FIRN_LAMBDA { fields[f].store(slots, k, from[k]); });
+        unroll<component_count<std::remove_cvref_t<decltype(member)>>>(
+            [&](auto k) FIRN_LAMBDA { fields[f].store(slots, k, from[k]); });
     });
 }
 

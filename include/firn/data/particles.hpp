@@ -19,10 +19,12 @@ public:
     BlockedSpan<S> span() { return {numbers_.data(), components_}; }
     /// A read-only use of the same addressing.
     S get(std::size_t slot, int component) const {
-        return numbers_[(slot / pack_size * std::size_t(components_) + std::size_t(component)) * pack_size + slot % pack_size];
+        return numbers_[(slot / pack_size * std::size_t(components_) + std::size_t(component)) * pack_size +
+                        slot % pack_size];
     }
     S& at(std::size_t slot, int component) {
-        return numbers_[(slot / pack_size * std::size_t(components_) + std::size_t(component)) * pack_size + slot % pack_size];
+        return numbers_[(slot / pack_size * std::size_t(components_) + std::size_t(component)) * pack_size +
+                        slot % pack_size];
     }
     /// Slots, a multiple of pack_size; new ones are zero.
     void resize(std::size_t slots) { numbers_.resize(slots * std::size_t(components_)); }
@@ -35,7 +37,8 @@ public:
             S* to = scratch.data() + pack * std::size_t(components_ * pack_size);
             const std::uint32_t* from = order.data() + pack * pack_size;
             for (int c = 0; c < components_; ++c)
-                for (int l = 0; l < pack_size; ++l) to[c * pack_size + l] = from[l] == no_particle ? S(0) : get(from[l], c);
+                for (int l = 0; l < pack_size; ++l)
+                    to[c * pack_size + l] = from[l] == no_particle ? S(0) : get(from[l], c);
         });
         numbers_.swap(scratch);
     }
@@ -114,7 +117,8 @@ public:
     }
     void set_state(std::size_t slot, State state) {
         constexpr auto members = State::fields();
-        unroll<int(state_fields)>([&](auto f) { set(state_[f], slot, detail::components(state.*(std::get<f>(members).member))); });
+        unroll<int(state_fields)>(
+            [&](auto f) { set(state_[f], slot, detail::components(state.*(std::get<f>(members).member))); });
     }
 
     View view() {
@@ -128,16 +132,18 @@ public:
     template <class Loop>
     void reorder(BlockPartition<D>& partition, const Loop& loop) {
         const std::vector<std::uint32_t>& order = partition.order;
-        for (BlockedField<S>* field : {&position_, &velocity_, &affine_, &stress_, &mass_, &volume_}) field->permute(order, scratch_, loop);
+        for (BlockedField<S>* field : {&position_, &velocity_, &affine_, &stress_, &mass_, &volume_})
+            field->permute(order, scratch_, loop);
         for (BlockedField<S>& field : state_) field.permute(order, scratch_, loop);
         std::vector<std::uint32_t> ids(order.size());
-        for (std::size_t slot = 0; slot < order.size(); ++slot) ids[slot] = order[slot] == no_particle ? no_particle : id_[order[slot]];
+        for (std::size_t slot = 0; slot < order.size(); ++slot)
+            ids[slot] = order[slot] == no_particle ? no_particle : id_[order[slot]];
         id_.swap(ids);
         partition.order = id_;
         end_ = id_.size();
         for (std::size_t slot = 0; slot < end_; ++slot) {
             if (is_particle(slot)) continue;
-            set_state(slot, State{});                              // padding: at rest, undeformed, massless,
+            set_state(slot, State{});                                    // padding: at rest, undeformed, massless,
             set_position(slot, position(slot / pack_size * pack_size));  // beside the first particle of its pack
         }
     }
@@ -152,7 +158,8 @@ public:
 
 private:
     void resize(std::size_t slots) {
-        for (BlockedField<S>* field : {&position_, &velocity_, &affine_, &stress_, &mass_, &volume_}) field->resize(slots);
+        for (BlockedField<S>* field : {&position_, &velocity_, &affine_, &stress_, &mass_, &volume_})
+            field->resize(slots);
         for (BlockedField<S>& field : state_) field.resize(slots);
         id_.resize(slots, no_particle);
     }

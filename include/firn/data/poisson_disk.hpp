@@ -37,8 +37,7 @@ double poisson_radius(double spacing) {
 /// the radius is not above 0, or the background grid would have more than `max_cells` cells.
 template <int D>
 std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, const Vec<double, D>& upper, double radius,
-                                                std::uint64_t seed = 1, double max_cells = 1e9,
-                                                int candidates = 30) {
+                                                std::uint64_t seed = 1, double max_cells = 1e9, int candidates = 30) {
     static_assert(D == 2 || D == 3);
     using Index = std::array<std::int64_t, D>;
     constexpr std::int64_t r = std::int64_t(1) << 20;

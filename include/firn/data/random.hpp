@@ -23,9 +23,7 @@ constexpr std::uint64_t random_bits(std::uint64_t seed, std::uint64_t counter) {
 }
 
 /// The upper 53 bits as a number in [0, 1), exactly.
-constexpr double unit_interval(std::uint64_t bits) {
-    return double(bits >> 11) * 0x1p-53;
-}
+constexpr double unit_interval(std::uint64_t bits) { return double(bits >> 11) * 0x1p-53; }
 
 /// The numbers of a seed one after the other.
 class RandomSequence {

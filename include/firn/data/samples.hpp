@@ -23,11 +23,11 @@ enum class Pattern {
 
 /// How a shape is filled. The same options give the same positions, bit for bit, with every compiler.
 struct SamplingOptions {
-    double spacing = 0;                          ///< mean distance [m] > 0: one particle for spacing^D; must be given
+    double spacing = 0;  ///< mean distance [m] > 0: one particle for spacing^D; must be given
     Pattern pattern = Pattern::lattice;
-    double jitter = 0.25;                        ///< of Pattern::jittered, in spacings, 0 to 0.5
-    std::uint64_t seed = 1;                      ///< of jittered and poisson_disk
-    std::uint64_t max_particles = 200'000'000;   ///< more are refused before memory is asked for
+    double jitter = 0.25;                       ///< of Pattern::jittered, in spacings, 0 to 0.5
+    std::uint64_t seed = 1;                     ///< of jittered and poisson_disk
+    std::uint64_t max_particles = 200'000'000;  ///< more are refused before memory is asked for
 };
 
 /// Particles that fill a shape.

@@ -26,10 +26,10 @@ struct FixedPointScale {
 
 /// What the particles are, as far as the bound needs it. Maxima and integer sums: the same for any order.
 struct FixedPointLoad {
-    double momentum_per_mass = 0;     ///< max q/m [m/s]
-    double gradient_per_mass = 0;     ///< max g/m [m/s]
-    double cell_mass = 0;             ///< M, rounded up [kg]
-    std::uint64_t cell_particles = 0; ///< most particles in a cell
+    double momentum_per_mass = 0;      ///< max q/m [m/s]
+    double gradient_per_mass = 0;      ///< max g/m [m/s]
+    double cell_mass = 0;              ///< M, rounded up [kg]
+    std::uint64_t cell_particles = 0;  ///< most particles in a cell
 };
 
 /// A node with less mass than this counts as empty: its velocity would be made of rounding errors.
@@ -61,22 +61,28 @@ inline double chosen_scale(std::optional<double> given, double largest, const ch
 
 /// \throws overflow_error  if no scale, or not the given one, keeps every sum in range
 template <class Kernel, int D, class Integer>
-FixedPointScale fixed_point_scale(const FixedPointLoad& load, std::optional<double> momentum, std::optional<double> mass) {
+FixedPointScale fixed_point_scale(const FixedPointLoad& load, std::optional<double> momentum,
+                                  std::optional<double> mass) {
     double W = 0;
     for (double w : Kernel::largest_weight) W += w;
     constexpr double integer_max = double(std::numeric_limits<Integer>::max() >> (sizeof(Integer) == 8 ? 1 : 0));
     const double most_mass = std::pow(W, D) * load.cell_mass;
-    const double most_momentum = most_mass * load.momentum_per_mass +
-                                 D * (Kernel::support + 1) * Kernel::largest_gradient * std::pow(W, D - 1) * load.cell_mass * load.gradient_per_mass;
+    const double most_momentum =
+        most_mass * load.momentum_per_mass + D * (Kernel::support + 1) * Kernel::largest_gradient * std::pow(W, D - 1) *
+                                                 load.cell_mass * load.gradient_per_mass;
     const double contributions = std::pow(Kernel::support + 1, D) * double(load.cell_particles);
     if (!std::isfinite(most_momentum) || !std::isfinite(most_mass))
-        throw overflow_error(sentence("The momentum that a node may receive is not finite (largest speed of a particle and "
-                                      "its stress: ", load.momentum_per_mass,
-                                      " m/s). The simulation has blown up: reduce the time step, or look at the initial state."));
+        throw overflow_error(
+            sentence("The momentum that a node may receive is not finite (largest speed of a particle and "
+                     "its stress: ",
+                     load.momentum_per_mass,
+                     " m/s). The simulation has blown up: reduce the time step, or look at the initial state."));
     if (contributions >= integer_max / 2)
-        throw overflow_error(sentence("Up to ", contributions, " particles may add to one node: too many for integers of ",
-                                      8 * sizeof(Integer), " bits. Use smaller cells, fewer particles a cell or 64-bit integers."));
-    return {detail::chosen_scale(momentum, detail::largest_scale(most_momentum, contributions, integer_max), "momentum", "kg m/s"),
+        throw overflow_error(sentence("Up to ", contributions,
+                                      " particles may add to one node: too many for integers of ", 8 * sizeof(Integer),
+                                      " bits. Use smaller cells, fewer particles a cell or 64-bit integers."));
+    return {detail::chosen_scale(momentum, detail::largest_scale(most_momentum, contributions, integer_max), "momentum",
+                                 "kg m/s"),
             detail::chosen_scale(mass, detail::largest_scale(most_mass, contributions, integer_max), "mass", "kg")};
 }
 

@@ -14,8 +14,8 @@ namespace firn {
 
 /// What a G2P saw while it passed over the particles.
 struct G2PReport {
-    double signal_speed = 0;  ///< largest |v| + c [m/s]: bounds the next time step
-    bool sort_needed = false; ///< some particle may have left the reach of its block: partition before the next P2G
+    double signal_speed = 0;   ///< largest |v| + c [m/s]: bounds the next time step
+    bool sort_needed = false;  ///< some particle may have left the reach of its block: partition before the next P2G
 };
 
 namespace detail {
@@ -38,11 +38,17 @@ template <class View, int D>
         const auto velocity = [&](std::size_t, int a) { return double(view.velocity.at(slots, a)); };
         throw particle_error(sentence("Particle ", partition.order[slot], " at ", point_text(slot, D, position),
                                       " m with velocity ", point_text(slot, D, velocity), " m/s ",
-                                      finite ? "has left the domain" : "is not finite any more", " after a step of ", dt,
+                                      finite ? "has left the domain" : "is not finite any more", " after a step of ",
+                                      dt,
                                       " s. Compare the step with the bound of the time step, and look for a force or a "
                                       "stiffness that is too large."));
     }
-    throw particle_error(sentence("A particle near ", point_text(0, D, [&](std::size_t, int a) { return double(view.position.at({range.first_slot, partition.order.data() + range.first_slot}, a)); }),
+    throw particle_error(sentence("A particle near ",
+                                  point_text(0, D,
+                                             [&](std::size_t, int a) {
+                                                 return double(view.position.at(
+                                                     {range.first_slot, partition.order.data() + range.first_slot}, a));
+                                             }),
                                   " m is not finite any more after a step of ", dt,
                                   " s. Compare the step with the bound of the time step."));
 }
@@ -54,8 +60,8 @@ template <class View, int D>
 /// \throws particle_error naming the first particle that is not finite or has left the domain
 template <class Kernel, class Transfer, class Force, class Execution, class Material, std::floating_point S, int D,
           class Field, class State>
-G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>& view, const BlockPartition<D>& partition,
-              const SparseGrid<S, D>& grid, const Material& material, double dt) {
+G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>& view,
+              const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material, double dt) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
@@ -82,8 +88,10 @@ G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>
         const P h = P(S(domain.cell_size)), step = P(S(dt));
         Arena<Kernel, S, D> arena;
         std::fill(std::end(arena.node) - 4 * node_width, std::end(arena.node), S(0));
-        Arena<Kernel, S, D>::for_runs(grid, grid.neighbours(r), [&](int to, const S* from, int count) FIRN_LAMBDA {
-            for (int i = 0; i < count; i += node_width) quad<S>::load(from + i).store(arena.node + to + i);
+        Arena<Kernel, S, D>::for_runs(grid, grid.neighbours(r), [&](int to, const S* from, auto count) FIRN_LAMBDA {
+            unroll<count>([&](auto k) FIRN_LAMBDA {
+                quad<S>::load(from + k * node_width).store(arena.node + to + k * node_width);
+            });
         });
 
         P speed = P(0), rightness = P(0);
@@ -120,7 +128,8 @@ G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>
                     const P moved = x.v[a] + taken.velocity.v[a] * step;
                     const P outside = max(lowest.v[a] - moved, moved - highest.v[a]);
                     sum = sum + taken.velocity.v[a] + select(outside <= h, P(0), P(std::numeric_limits<S>::infinity()));
-                    const P kept = select(moved < lowest.v[a], lowest.v[a], select(moved > highest.v[a], highest.v[a], moved));
+                    const P kept =
+                        select(moved < lowest.v[a], lowest.v[a], select(moved > highest.v[a], highest.v[a], moved));
                     new_position.v[a] = select(real, kept, x.v[a]);
                     view.position.store(slots, a, new_position.v[a]);
                     view.velocity.store(slots, a, taken.velocity.v[a]);

@@ -27,8 +27,10 @@ struct PackSums {
             constexpr std::ptrdiff_t stride = (a == D - 2 ? n : n * n) * node_width;
             std::array<PartialSums<Row, a, moments, gradients>, std::size_t(K)> parts;
             unroll<K>([&](auto k) FIRN_LAMBDA {
-                if constexpr (a == 0) parts[k].value = Row::load(at + k * stride);
-                else parts[k] = self(std::integral_constant<int, a - 1>{}, at + k * stride, self);
+                if constexpr (a == 0)
+                    parts[k].value = Row::load(at + k * stride);
+                else
+                    parts[k] = self(std::integral_constant<int, a - 1>{}, at + k * stride, self);
             });
             return sum_axis<centre>(parts, weights.leading_weights(a, l), weights.leading_gradients(a, l));
         };

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/data/sparse_grid.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/exec/parallel.hpp>
 #include <firn/exec/transpose.hpp>
-#include <firn/data/sparse_grid.hpp>
 #include <firn/stage/grid_update.hpp>
 
 #include <type_traits>
@@ -17,13 +17,16 @@ namespace detail {
 /// The acceleration at a node: a constant vector, or a field f(position) written for any scalar.
 template <class P, int D, class Acceleration>
 FIRN_INLINE Vec<P, D> acceleration_at(const Acceleration& acceleration, const Vec<P, D>& x) {
-    if constexpr (requires { acceleration(x); }) return acceleration(x);
-    else return cast<P>(acceleration);
+    if constexpr (requires { acceleration(x); })
+        return acceleration(x);
+    else
+        return cast<P>(acceleration);
 }
 
 /// One block of nodes, a register of nodes at a time.
 template <std::floating_point S, int D, class Acceleration, class Boundary>
-FIRN_INLINE void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration, const Boundary& boundary) {
+FIRN_INLINE void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
+                              const Boundary& boundary) {
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
     for (int from = 0; from < block_nodes<D>; from += lanes) {
@@ -34,12 +37,14 @@ FIRN_INLINE void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const
         Vec<P, D> x;
         unroll<D>([&](auto a) FIRN_LAMBDA {
             S index[lanes];
-            for (int l = 0; l < lanes; ++l) index[l] = S((from + quad_of_lane<P>(l)) >> (2 * (D - 1 - a)) & (block_size - 1));
+            for (int l = 0; l < lanes; ++l)
+                index[l] = S((from + quad_of_lane<P>(l)) >> (2 * (D - 1 - a)) & (block_size - 1));
             x.v[a] = P(first.v[a]) + P::load(index) * P(h);
         });
         Vec<P, D> momentum;
         unroll<D>([&](auto a) FIRN_LAMBDA { momentum.v[a] = r[a]; });
-        const Vec<P, D> v = node_velocity(momentum, r[node_mass], x, acceleration_at<P, D>(acceleration, x), P(dt), boundary);
+        const Vec<P, D> v =
+            node_velocity(momentum, r[node_mass], x, acceleration_at<P, D>(acceleration, x), P(dt), boundary);
         unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = v.v[a]; });
         store_quads(r, nodes + from * node_width);
     }
@@ -53,21 +58,25 @@ FIRN_INLINE void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary) {
-    static_assert(firn::boundary<Boundary, S, D>, "firn: the boundary must offer velocity(x, v) and reaches(lower, upper)");
+    static_assert(firn::boundary<Boundary, S, D>,
+                  "firn: the boundary must offer velocity(x, v) and reaches(lower, upper)");
     const double h = grid.domain().cell_size;
     const auto lifted = lift<native_pack<S>>(boundary);
     constexpr std::size_t chunk = 16;
-    parallel_for((grid.block_count() + chunk - 1) / chunk, thread_count(requested_threads(execution)), [&](std::size_t c, int) {
-        for (std::size_t b = c * chunk; b < std::min(grid.block_count(), (c + 1) * chunk); ++b) {
-            Vec<double, D> low, high;
-            for (int a = 0; a < D; ++a) {
-                low[a] = grid.domain().lower[a] + h * grid.block(b)[std::size_t(a)] * block_size;
-                high[a] = low[a] + h * (block_size - 1);
-            }
-            if (boundary.reaches(low, high)) detail::update_block(grid.nodes(b), cast<S>(low), S(h), S(dt), acceleration, lifted);
-            else detail::update_block(grid.nodes(b), cast<S>(low), S(h), S(dt), acceleration, NoBoundary{});
-        }
-    });
+    parallel_for((grid.block_count() + chunk - 1) / chunk, thread_count(requested_threads(execution)),
+                 [&](std::size_t c, int) {
+                     for (std::size_t b = c * chunk; b < std::min(grid.block_count(), (c + 1) * chunk); ++b) {
+                         Vec<double, D> low, high;
+                         for (int a = 0; a < D; ++a) {
+                             low[a] = grid.domain().lower[a] + h * grid.block(b)[std::size_t(a)] * block_size;
+                             high[a] = low[a] + h * (block_size - 1);
+                         }
+                         if (boundary.reaches(low, high))
+                             detail::update_block(grid.nodes(b), cast<S>(low), S(h), S(dt), acceleration, lifted);
+                         else
+                             detail::update_block(grid.nodes(b), cast<S>(low), S(h), S(dt), acceleration, NoBoundary{});
+                     }
+                 });
 }
 
 }  // namespace firn

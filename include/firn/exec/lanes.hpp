@@ -23,25 +23,29 @@ struct Arena {
 
     alignas(64) S node[(node_count + 4) * node_width];  // rows of a whole register may reach over the end
 
-    /// Calls f(arena node, grid node) for each run of `count` nodes that are neighbours in both.
+    /// Calls f(number in the arena, numbers in the grid, nodes) for each run of nodes that are neighbours in both; the
+    /// count of nodes is a compile-time constant: these are the loops through which the whole grid passes twice a step.
     template <class Grid, class F>
     FIRN_INLINE static void for_runs(Grid& grid, const std::uint32_t* neighbours, const F& f) {
+        constexpr int before = block_size - allowed_drift;  // nodes of the first block that the arena leaves out
+        constexpr int blocks = (before + n + block_size - 1) / block_size;
         constexpr int lines = node_count / n;
         for (int line = 0; line < lines; ++line) {
             int outer_block = 0, outer_node = 0;
-            for (int a = 0, rest = line, scale = lines / n; a < D - 1; ++a, rest %= scale, scale /= n) {
-                const int i = rest / scale + block_size - allowed_drift;
+            for (int a = 0, scale = lines; a < D - 1; ++a) {
+                scale /= n;
+                const int i = line / scale % n + before;
                 outer_block = outer_block * 3 + i / block_size;
                 outer_node = outer_node * block_size + i % block_size;
-                if (scale == 1) break;
             }
-            for (int i = 0; i < n;) {
-                const int from = i + block_size - allowed_drift;
-                const int count = std::min(block_size - from % block_size, n - i);
-                auto* nodes = grid.nodes(neighbours[outer_block * 3 + from / block_size]);
-                f((line * n + i) * node_width, nodes + (outer_node * block_size + from % block_size) * node_width, count * node_width);
-                i += count;
-            }
+            unroll<blocks>([&](auto b) FIRN_LAMBDA {
+                constexpr int first = b == 0 ? before : 0;
+                constexpr int last = b == blocks - 1 ? before + n - b * block_size : block_size;
+                auto* nodes =
+                    grid.nodes(neighbours[outer_block * 3 + b]) + (outer_node * block_size + first) * node_width;
+                f((line * n + b * block_size + first - before) * node_width, nodes,
+                  std::integral_constant<int, last - first>{});
+            });
         }
     }
 };
@@ -87,7 +91,8 @@ template <class Kernel, class P, int D>
 FIRN_INLINE mask_t<P> strays(const Vec<P, D>& position, const BlockFrame<value_type_t<P>, D>& frame) {
     mask_t<P> stray = P(1) < P(0);
     unroll<D>([&](auto a) FIRN_LAMBDA {
-        const P node = base_node<Kernel>((position.v[a] - P(frame.lower.v[a])) * P(frame.per_cell)) - P(frame.first.v[a]);
+        const P node =
+            base_node<Kernel>((position.v[a] - P(frame.lower.v[a])) * P(frame.per_cell)) - P(frame.first.v[a]);
         stray = stray | (node < P(0)) | (node > P(block_size - 1 + 2 * allowed_drift));
     });
     return stray;
@@ -117,25 +122,30 @@ struct PackWeights {
         constexpr int n = arena_size<Kernel>;
         P corner_node = place.node.v[0];
         unroll<D - 1>([&](auto a) FIRN_LAMBDA { corner_node = corner_node * P(n) + place.node.v[a + 1]; });
-        const typename P::mask_vector index = __builtin_convertvector((corner_node * P(node_width)).lanes, typename P::mask_vector);
+        const typename P::mask_vector index =
+            __builtin_convertvector((corner_node * P(node_width)).lanes, typename P::mask_vector);
         std::memcpy(corner + lane, &index, sizeof index);
         unroll<D>([&](auto a) FIRN_LAMBDA {
             put(a, Kernel::weights(place.fraction.v[a]), lane, leading[a < D - 1 ? int(a) : 0], last);
             if constexpr (Gradients)
-                put(a, Kernel::gradients(place.fraction.v[a]), lane, leading_gradient[a < D - 1 ? int(a) : 0], last_gradient);
+                put(a, Kernel::gradients(place.fraction.v[a]), lane, leading_gradient[a < D - 1 ? int(a) : 0],
+                    last_gradient);
         });
     }
 
     /// Weight of the particle in lane l at node k of leading axis a, …
     FIRN_INLINE std::array<S, std::size_t(K)> leading_weights(int a, int l) const { return pick(leading[a], l); }
     FIRN_INLINE std::array<S, std::size_t(K)> leading_gradients(int a, int l) const {
-        if constexpr (Gradients) return pick(leading_gradient[a], l);
-        else return {};
+        if constexpr (Gradients)
+            return pick(leading_gradient[a], l);
+        else
+            return {};
     }
 
 private:
     template <class A>
-    FIRN_INLINE static void put(A axis, const std::array<P, std::size_t(K)>& values, int lane, S (&lead)[K][pack_size], S* quads) {
+    FIRN_INLINE static void put(A axis, const std::array<P, std::size_t(K)>& values, int lane, S (&lead)[K][pack_size],
+                                S* quads) {
         if constexpr (axis < D - 1) {
             unroll<K>([&](auto k) FIRN_LAMBDA { values[k].store(lead[k] + lane); });
         } else {

@@ -41,8 +41,11 @@ void clear(SparseGrid<S, D>& grid, int threads) {
 /// Where the nodes of the arena of a range lie in the grid: row by row, in runs within one block.
 template <class Kernel, std::floating_point S, int D, class Grid>
 void add_arena(const Arena<Kernel, S, D>& arena, Grid& grid, const std::uint32_t* neighbours) {
-    Arena<Kernel, S, D>::for_runs(grid, neighbours, [&](int from, S* to, int count) FIRN_LAMBDA {
-        for (int i = 0; i < count; i += node_width) (quad<S>::load(to + i) + quad<S>::load(arena.node + from + i)).store(to + i);
+    Arena<Kernel, S, D>::for_runs(grid, neighbours, [&](int from, S* to, auto count) FIRN_LAMBDA {
+        unroll<count>([&](auto k) FIRN_LAMBDA {
+            constexpr int i = k * node_width;
+            (quad<S>::load(to + i) + quad<S>::load(arena.node + from + i)).store(to + i);
+        });
     });
 }
 
@@ -83,7 +86,7 @@ void p2g(const Serial&, const View& view, const BlockPartition<D>& partition,
     for (std::size_t r = 0; r < partition.ranges.size(); ++r) {
         S* node[Arena<Kernel, S, D>::node_count];
         Arena<Kernel, S, D>::for_runs(grid, grid.neighbours(r), [&](int from, S* to, int count) {
-            for (int i = 0; i < count; i += node_width) node[(from + i) / node_width] = to + i;
+            for (int k = 0; k < count; ++k) node[from / node_width + k] = to + k * node_width;
         });
         detail::for_records<Kernel, Transfer, Force>(
             view, partition, partition.ranges[r], grid.domain(), dt, [&](const auto& records, int l) FIRN_LAMBDA {
@@ -112,22 +115,24 @@ FixedPointLoad fixed_point_load(const View& view, const BlockPartition<D>& parti
     parallel_for(ranges, threads, [&](std::size_t r, int) {
         FixedPointLoad load;
         double mass = 0;
-        for_records<Kernel, Transfer, Force>(view, partition, partition.ranges[r], grid.domain(), dt, [&](const auto& records, int l) {
-            using Records = std::remove_cvref_t<decltype(records)>;
-            const int q = quad_offset<typename Records::P>(l);
-            const double m = double(records.value[0][q + node_mass]);
-            mass = std::max(mass, m);
-            for (int a = 0; a < D; ++a) {
-                double momentum = std::abs(double(records.value[0][q + a])), gradient = 0;
-                for (int b = 0; b < D; ++b) {
-                    momentum += largest_offset<Kernel> * std::abs(double(records.value[1 + b][q + a]));
-                    if constexpr (Records::gradients) gradient += std::abs(double(records.value[1 + D + b][q + a]));
+        for_records<Kernel, Transfer, Force>(
+            view, partition, partition.ranges[r], grid.domain(), dt, [&](const auto& records, int l) {
+                using Records = std::remove_cvref_t<decltype(records)>;
+                const int q = quad_offset<typename Records::P>(l);
+                const double m = double(records.value[0][q + node_mass]);
+                mass = std::max(mass, m);
+                for (int a = 0; a < D; ++a) {
+                    double momentum = std::abs(double(records.value[0][q + a])), gradient = 0;
+                    for (int b = 0; b < D; ++b) {
+                        momentum += largest_offset<Kernel> * std::abs(double(records.value[1 + b][q + a]));
+                        if constexpr (Records::gradients) gradient += std::abs(double(records.value[1 + D + b][q + a]));
+                    }
+                    load.momentum_per_mass = std::max(load.momentum_per_mass, momentum / m);
+                    load.gradient_per_mass = std::max(load.gradient_per_mass, gradient / m);
+                    if (!std::isfinite(momentum + gradient))
+                        load.momentum_per_mass = std::numeric_limits<double>::infinity();
                 }
-                load.momentum_per_mass = std::max(load.momentum_per_mass, momentum / m);
-                load.gradient_per_mass = std::max(load.gradient_per_mass, gradient / m);
-                if (!std::isfinite(momentum + gradient)) load.momentum_per_mass = std::numeric_limits<double>::infinity();
-            }
-        });
+            });
         of_range[r] = load;
         largest_mass[r] = mass;
     });
@@ -159,7 +164,8 @@ FixedPointLoad fixed_point_load(const View& view, const BlockPartition<D>& parti
                 node = node * block_size + bounded % block_size;
             }
             const std::size_t cell = std::size_t(grid.neighbours(r)[block]) * per_block + std::size_t(node);
-            cell_mass[cell].fetch_add(std::uint64_t(std::ceil(double(view.mass.at(slots, 0)) * quanta)), std::memory_order_relaxed);
+            cell_mass[cell].fetch_add(std::uint64_t(std::ceil(double(view.mass.at(slots, 0)) * quanta)),
+                                      std::memory_order_relaxed);
             cell_particles[cell].fetch_add(1, std::memory_order_relaxed);
         }
     });
@@ -192,7 +198,8 @@ void p2g(const FixedPoint<Integer>& execution, const View& view, const BlockPart
     parallel_for(partition.ranges.size(), threads, [&](std::size_t r, int) {
         std::size_t node[Arena<Kernel, S, D>::node_count];
         Arena<Kernel, S, D>::for_runs(grid, grid.neighbours(r), [&](int from, S* to, int count) {
-            for (int i = 0; i < count; i += node_width) node[(from + i) / node_width] = std::size_t(to - grid.nodes(0)) + std::size_t(i);
+            for (int k = 0; k < count; ++k)
+                node[from / node_width + k] = std::size_t(to - grid.nodes(0) + k * node_width);
         });
         detail::for_records<Kernel, Transfer, Force>(
             view, partition, partition.ranges[r], grid.domain(), dt, [&](const auto& records, int l) FIRN_LAMBDA {
@@ -203,7 +210,8 @@ void p2g(const FixedPoint<Integer>& execution, const View& view, const BlockPart
                         std::atomic<Integer>* to = sums.get() + node[at / node_width + k];
                         for (int c = 0; c < node_width; ++c) {
                             if (D == 2 && c == 2) continue;
-                            const S quanta = contribution[k * node_width + c] * (c == node_mass ? mass_scale : momentum_scale);
+                            const S quanta =
+                                contribution[k * node_width + c] * (c == node_mass ? mass_scale : momentum_scale);
                             to[c].fetch_add(Integer(std::llrint(quanta)), std::memory_order_relaxed);
                         }
                     }

@@ -124,9 +124,7 @@ template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, State>& view, std::size_t count,
                                       const Domain<D>& domain, int threads = 0) {
     check(domain);
-    const auto position = [&](std::size_t i, int a) {
-        return view.position.particle(i, a);
-    };
+    const auto position = [&](std::size_t i, int a) { return view.position.particle(i, a); };
     check_positions<S, D>(count, domain, position);
     return partition_particles<Kernel, S, D>(count, domain, threads, [](std::size_t) { return true; }, position);
 }

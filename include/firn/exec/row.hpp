@@ -58,9 +58,12 @@ struct row {
     }
     /// In the order of a register split in halves, so that every target gives the same bits.
     FIRN_INLINE quad<S> sum() const {
-        if constexpr (K == 2) return node[0] + node[1];
-        else if constexpr (K == 3) return (node[0] + node[2]) + node[1];
-        else return (node[0] + node[2]) + (node[1] + node[3]);
+        if constexpr (K == 2)
+            return node[0] + node[1];
+        else if constexpr (K == 3)
+            return (node[0] + node[2]) + node[1];
+        else
+            return (node[0] + node[2]) + (node[1] + node[3]);
     }
 
     FIRN_INLINE friend row operator+(const row& a, const row& b) {
@@ -102,7 +105,8 @@ struct row<float, K> {
         return {_mm512_maskz_permutexvar_ps(all, index, _mm512_maskz_broadcast_f32x4(all, _mm_loadu_ps(from)))};
     }
     FIRN_INLINE quad<float> sum() const {
-        const __m256 half = _mm256_add_ps(_mm512_maskz_extractf32x8_ps(0xff, v, 0), _mm512_maskz_extractf32x8_ps(0xff, v, 1));
+        const __m256 half =
+            _mm256_add_ps(_mm512_maskz_extractf32x8_ps(0xff, v, 0), _mm512_maskz_extractf32x8_ps(0xff, v, 1));
         return {_mm_add_ps(_mm256_castps256_ps128(half), _mm256_extractf128_ps(half, 1))};
     }
     FIRN_INLINE friend row operator+(row a, row b) { return {a.v + b.v}; }

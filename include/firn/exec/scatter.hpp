@@ -18,7 +18,8 @@ struct PackRecords {
 
     /// The lane loop: records and weights of one pack of particles.
     template <class Transfer, class View>
-    FIRN_INLINE void fill(const View& view, std::size_t first_slot, const std::uint32_t* order, const BlockFrame<S, D>& frame, S h, S dt) {
+    FIRN_INLINE void fill(const View& view, std::size_t first_slot, const std::uint32_t* order,
+                          const BlockFrame<S, D>& frame, S h, S dt) {
         constexpr int lanes = scalar_traits<P>::lanes;
         for (int lane = 0; lane < pack_size; lane += lanes) {
             const Slots slots{first_slot + std::size_t(lane), order + first_slot + lane};
@@ -31,7 +32,8 @@ struct PackRecords {
             particle.velocity = load_vector<P, D>(view.velocity, slots);
             particle.stress = load_symmetric<P, D>(view.stress, slots);
             if constexpr (Transfer::affine)
-                unroll<D * D>([&](auto k) FIRN_LAMBDA { particle.affine.m[k] = view.affine.template load<P>(slots, k); });
+                unroll<D * D>([&](auto k)
+                                  FIRN_LAMBDA { particle.affine.m[k] = view.affine.template load<P>(slots, k); });
             const P2GRecord<P, D> record =
                 make_record<Kernel, Transfer, Force>(particle, from_centre<Kernel>(place.fraction), P(h), P(dt));
 
@@ -74,10 +76,13 @@ struct PackRecords {
             const auto w = weights.leading_weights(a, l);
             const auto g = weights.leading_gradients(a, l);
             unroll<K>([&](auto k) FIRN_LAMBDA {
-                const auto closed = open.contract(std::integral_constant<int, k - centre>{}, w[k], gradients ? g[k] : S(0));
+                const auto closed =
+                    open.contract(std::integral_constant<int, k - centre>{}, w[k], gradients ? g[k] : S(0));
                 constexpr std::ptrdiff_t stride = (a == D - 2 ? n : n * n) * node_width;
-                if constexpr (a == 0) sink(at + k * stride, closed.value);
-                else self(std::integral_constant<int, a - 1>{}, closed, at + k * stride, self);
+                if constexpr (a == 0)
+                    sink(at + k * stride, closed.value);
+                else
+                    self(std::integral_constant<int, a - 1>{}, closed, at + k * stride, self);
             });
         };
         along(std::integral_constant<int, D - 2>{}, rows, corner, along);

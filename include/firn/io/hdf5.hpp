@@ -6,6 +6,8 @@
 
 #include <firn/core/error.hpp>
 
+#include <hdf5.h>
+
 #include <concepts>
 #include <cstdint>
 #include <exception>
@@ -15,8 +17,6 @@
 #include <type_traits>
 #include <utility>
 #include <vector>
-
-#include <hdf5.h>
 
 namespace firn::hdf5 {
 
@@ -94,12 +94,12 @@ using Properties = Handle<H5Pclose>;
 template <class T>
 struct Number;
 #define FIRN_HDF5_NUMBER(type, in_memory, in_file, other_order, words) \
-    template <>                                                         \
-    struct Number<type> {                                               \
-        static hid_t memory() { return in_memory; }                     \
-        static hid_t file() { return in_file; }                         \
-        static hid_t big_endian() { return other_order; }               \
-        static constexpr std::string_view name = words;                 \
+    template <>                                                        \
+    struct Number<type> {                                              \
+        static hid_t memory() { return in_memory; }                    \
+        static hid_t file() { return in_file; }                        \
+        static hid_t big_endian() { return other_order; }              \
+        static constexpr std::string_view name = words;                \
     }
 FIRN_HDF5_NUMBER(float, H5T_NATIVE_FLOAT, H5T_IEEE_F32LE, H5T_IEEE_F32BE, "32-bit float");
 FIRN_HDF5_NUMBER(double, H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE, H5T_IEEE_F64BE, "64-bit float");

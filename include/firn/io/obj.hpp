@@ -93,7 +93,8 @@ private:
             std::int64_t index = 0;
             const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), index);
             if (code != std::errc{} || end != digits.data() + digits.size() || index == 0) {
-                refuse(sentence("has a face with the vertex index \"", word, "\"; indices are whole numbers from 1, or "
+                refuse(sentence("has a face with the vertex index \"", word,
+                                "\"; indices are whole numbers from 1, or "
                                 "negative ones that count back"));
             }
             if (index < 0 && -index > vertices_) {
@@ -192,7 +193,8 @@ inline std::vector<Vec<double, 3>> read_obj_points(const std::filesystem::path& 
     const detail::ObjCheck found(path, text);
     if (found.vertices() == 0) throw io_error(sentence(path, " has no point (no line \"v x y z\"). Give some."));
     if (found.faces() != 0) {
-        throw io_error(sentence(path, " has ", found.faces(), " faces; bare points are expected. Fill the surface with "
+        throw io_error(sentence(path, " has ", found.faces(),
+                                " faces; bare points are expected. Fill the surface with "
                                 "sample_mesh(read_obj(…)), or take read_obj(…).vertices."));
     }
     return detail::parse_obj(path, text).vertices;

@@ -14,8 +14,10 @@ namespace detail {
 /// Names of the policies, as they stand in files.
 template <class P>
 std::string policy_name() {
-    if constexpr (requires { P::name; }) return P::name;
-    else return "unnamed";
+    if constexpr (requires { P::name; })
+        return P::name;
+    else
+        return "unnamed";
 }
 
 template <class P, class F>
@@ -42,8 +44,9 @@ inline std::string compiler_name() {
 /// What must be the same for a run to go on: names of the policies and the precision.
 template <class S, class Material, class Transfer, class Force, class Kernel, class Boundary>
 std::vector<StateAttribute> policy_attributes() {
-    return {{"kernel", policy_name<Kernel>()},     {"transfer", policy_name<Transfer>()}, {"force", policy_name<Force>()},
-            {"material", policy_name<Material>()}, {"boundary", policy_name<Boundary>()}, {"precision", sizeof(S) == 4 ? "float" : "double"}};
+    return {{"kernel", policy_name<Kernel>()},     {"transfer", policy_name<Transfer>()},
+            {"force", policy_name<Force>()},       {"material", policy_name<Material>()},
+            {"boundary", policy_name<Boundary>()}, {"precision", sizeof(S) == 4 ? "float" : "double"}};
 }
 
 }  // namespace detail
@@ -52,7 +55,8 @@ std::vector<StateAttribute> policy_attributes() {
 /// mass [kg], volume [m^D], in the order of ids; the order of the slots and blocks beside them, so that sums go on in
 /// the same order; parameters with units; names of policies.
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
-State<material_scalar_t<Material>> state_of(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>& simulation) {
+State<material_scalar_t<Material>> state_of(
+    Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>& simulation) {
     using S = material_scalar_t<Material>;
     const BlockPartition<D>& partition = simulation.partition();
     const auto& particles = simulation.particles();
@@ -81,9 +85,12 @@ State<material_scalar_t<Material>> state_of(Simulation<D, Material, Transfer, Fo
     };
     const auto put = [](const auto& value, S* to) {
         using Value = std::remove_cvref_t<decltype(value)>;
-        if constexpr (std::is_arithmetic_v<Value>) *to = value;
-        else if constexpr (component_count<Value> == D) std::copy_n(value.v, D, to);
-        else for (int k = 0; k < D * D; ++k) to[k] = value(k / D, k % D);
+        if constexpr (std::is_arithmetic_v<Value>)
+            *to = value;
+        else if constexpr (component_count<Value> == D)
+            std::copy_n(value.v, D, to);
+        else
+            for (int k = 0; k < D * D; ++k) to[k] = value(k / D, k % D);
     };
     add("position", "m", D, [&](std::size_t slot, S* to) { put(particles.position(slot), to); });
     add("velocity", "m/s", D, [&](std::size_t slot, S* to) { put(particles.velocity(slot), to); });
@@ -95,7 +102,8 @@ State<material_scalar_t<Material>> state_of(Simulation<D, Material, Transfer, Fo
         [&](const auto&... member) {
             const auto add_member = [&](const auto& m) {
                 using Value = std::remove_cvref_t<decltype(particles.state(0).*(m.member))>;
-                add(m.name, m.unit, component_count<Value>, [&](std::size_t slot, S* to) { put(particles.state(slot).*(m.member), to); });
+                add(m.name, m.unit, component_count<Value>,
+                    [&](std::size_t slot, S* to) { put(particles.state(slot).*(m.member), to); });
             };
             (add_member(member), ...);
         },
@@ -109,8 +117,12 @@ State<material_scalar_t<Material>> state_of(Simulation<D, Material, Transfer, Fo
     const auto parameter = [&](const char* group, const char* name, const char* unit, std::vector<double> values) {
         state.parameters.push_back({group, name, unit, std::move(values)});
     };
-    detail::for_parameters(simulation.material(), [&](const auto& p, const auto& value) { parameter("material", p.name, p.unit, detail::as_doubles(value)); });
-    detail::for_parameters(simulation.boundary, [&](const auto& p, const auto& value) { parameter("boundary", p.name, p.unit, detail::as_doubles(value)); });
+    detail::for_parameters(simulation.material(), [&](const auto& p, const auto& value) {
+        parameter("material", p.name, p.unit, detail::as_doubles(value));
+    });
+    detail::for_parameters(simulation.boundary, [&](const auto& p, const auto& value) {
+        parameter("boundary", p.name, p.unit, detail::as_doubles(value));
+    });
     parameter("grid", "lower", "m", detail::as_doubles(simulation.domain().lower));
     parameter("grid", "upper", "m", detail::as_doubles(simulation.domain().upper));
     parameter("grid", "cell_size", "m", {simulation.domain().cell_size});
@@ -155,9 +167,11 @@ void check_same_run(const State<S>& state, const std::vector<StateAttribute>& ou
             throw io_error(sentence("The state says ", found, " for ", mine.name, ", the simulation uses '", mine.value,
                                     "'. Go on with a simulation of the same policies and precision."));
     }
-    if (parameter_values(state, "grid", "lower") != as_doubles(domain.lower) || parameter_values(state, "grid", "upper") != as_doubles(domain.upper) ||
+    if (parameter_values(state, "grid", "lower") != as_doubles(domain.lower) ||
+        parameter_values(state, "grid", "upper") != as_doubles(domain.upper) ||
         parameter_values(state, "grid", "cell_size") != as_doubles(domain.cell_size))
-        throw io_error("The state was made in another domain or with other cells than the simulation's. Give the same.");
+        throw io_error(
+            "The state was made in another domain or with other cells than the simulation's. Give the same.");
 }
 
 inline const StateTable& table(const std::vector<StateTable>& tables, const char* name, int columns) {
@@ -178,13 +192,17 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
              const State<material_scalar_t<Material>>& state) {
     using S = material_scalar_t<Material>;
     using MaterialState = material_state_t<Material, D>;
-    detail::check_same_run(state, detail::policy_attributes<S, Material, Transfer, Force, Kernel, Boundary>(), simulation.domain());
+    detail::check_same_run(state, detail::policy_attributes<S, Material, Transfer, Force, Kernel, Boundary>(),
+                           simulation.domain());
 
     const std::size_t n = state.size();
     const StateTable& slot_of = detail::table(state.tables, "slot", 1);
     const StateTable& blocks = detail::table(state.tables, "blocks", D + 2);
     const StateTable& body_table = detail::table(state.tables, "bodies", 2);
-    const auto damaged = [](const char* what) { return io_error(sentence("The state's ", what, " is inconsistent; the file is damaged. Go on from another state.")); };
+    const auto damaged = [](const char* what) {
+        return io_error(
+            sentence("The state's ", what, " is inconsistent; the file is damaged. Go on from another state."));
+    };
 
     BlockPartition<D> partition;
     std::size_t slots = 0;
@@ -196,9 +214,11 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
             range.block[a] = int(blocks.values[row + a]);
             colour = 2 * colour + (range.block[a] & 1);
         }
-        if (blocks.values[row + D] != std::int64_t(slots) || blocks.values[row + D + 1] < 1 || blocks.values[row + D + 1] > std::int64_t(n))
+        if (blocks.values[row + D] != std::int64_t(slots) || blocks.values[row + D + 1] < 1 ||
+            blocks.values[row + D + 1] > std::int64_t(n))
             throw damaged("table of blocks");
-        if (!partition.ranges.empty() && block_key<D>(range.block) <= block_key<D>(partition.ranges.back().block)) throw damaged("table of blocks");
+        if (!partition.ranges.empty() && block_key<D>(range.block) <= block_key<D>(partition.ranges.back().block))
+            throw damaged("table of blocks");
         range.first_slot = slots;
         range.particles = std::size_t(blocks.values[row + D + 1]);
         slots += range.packs() * pack_size;
@@ -210,7 +230,9 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
     partition.order.assign(slots, no_particle);
     for (std::size_t i = 0; i < n; ++i) {
         const std::int64_t slot = slot_of.values[i];
-        if (slot < 0 || slot >= std::int64_t(slots) || partition.order[std::size_t(slot)] != no_particle || state.id[i] != std::int64_t(i)) throw damaged("order of particles");
+        if (slot < 0 || slot >= std::int64_t(slots) || partition.order[std::size_t(slot)] != no_particle ||
+            state.id[i] != std::int64_t(i))
+            throw damaged("order of particles");
         partition.order[std::size_t(slot)] = std::uint32_t(i);
     }
     for (const BlockRange<D>& range : partition.ranges)
@@ -249,8 +271,10 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
                 for (std::size_t i = 0; i < n; ++i) {
                     MaterialState one = particles.state(i);
                     auto& value = one.*(m.member);
-                    if constexpr (components == D * D) value = matrix(from + i * std::size_t(components));
-                    else std::copy_n(from + i * std::size_t(components), components, detail::components(value));
+                    if constexpr (components == D * D)
+                        value = matrix(from + i * std::size_t(components));
+                    else
+                        std::copy_n(from + i * std::size_t(components), components, detail::components(value));
                     particles.set_state(i, one);
                 }
             };
@@ -264,8 +288,10 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
     particles.reorder(partition, [](std::size_t count, const auto& body) {
         for (std::size_t i = 0; i < count; ++i) body(i);
     });
-    const G2PReport report{detail::parameter_values(state, "run", "signal_speed")[0], detail::parameter_values(state, "run", "sort_needed")[0] != 0};
-    simulation.restore(std::move(particles), std::move(partition), std::move(bodies), report, state.time, state.step, state.dt);
+    const G2PReport report{detail::parameter_values(state, "run", "signal_speed")[0],
+                           detail::parameter_values(state, "run", "sort_needed")[0] != 0};
+    simulation.restore(std::move(particles), std::move(partition), std::move(bodies), report, state.time, state.step,
+                       state.dt);
 }
 
 }  // namespace firn

@@ -71,7 +71,7 @@ struct State {
     std::vector<std::int32_t> material;      ///< n: which material each particle is of
     std::vector<StateParameter> parameters;  ///< in the order of their groups after reading
     std::vector<StateAttribute> attributes;
-    std::vector<StateTable> tables;          ///< in the order of their names after reading
+    std::vector<StateTable> tables;  ///< in the order of their names after reading
 
     bool operator==(const State&) const = default;
 
@@ -140,8 +140,8 @@ void check_state_field(const State<S>& state, const StateField<S>& field) {
                                        " holds as integers; rename the field."));
     }
     if (field.components < 1 || field.components > 1024) {
-        throw parameter_error(sentence("The field '", field.name, "' has ", field.components,
-                                       " components; give 1 to 1024."));
+        throw parameter_error(
+            sentence("The field '", field.name, "' has ", field.components, " components; give 1 to 1024."));
     }
     if (field.values.size() != state.size() * std::size_t(field.components)) {
         throw parameter_error(sentence("The field '", field.name, "' has ", field.values.size(), " values; ",
@@ -195,8 +195,8 @@ void check_state(const State<S>& state) {
         detail::check_state_name("attribute", attribute.name);
         detail::check_state_text(attribute.name, attribute.value);
         if (attribute.name == "schema_version" || attribute.name == "dimension") {
-            throw parameter_error(sentence("An attribute is named '", attribute.name,
-                                           "', which the file itself needs; rename it."));
+            throw parameter_error(
+                sentence("An attribute is named '", attribute.name, "', which the file itself needs; rename it."));
         }
     }
     detail::check_distinct("attribute", state.attributes, [](const auto& a) { return a.name; });

@@ -61,9 +61,8 @@ inline std::vector<std::string> member_names(const hdf5::Group& group) {
     std::vector<std::string> names;
     for (hsize_t i = 0; i < info.nlinks; ++i) {
         std::array<char, max_state_name + 2> name{};
-        const auto length = hdf5::check(H5Lget_name_by_idx(group.id(), ".", index, H5_ITER_INC, i, name.data(),
-                                                           name.size(), H5P_DEFAULT),
-                                        tried);
+        const auto length = hdf5::check(
+            H5Lget_name_by_idx(group.id(), ".", index, H5_ITER_INC, i, name.data(), name.size(), H5P_DEFAULT), tried);
         if (std::size_t(length) > max_state_name) {
             throw io_error(sentence("a member's name has ", length, " bytes; a state's have at most ", max_state_name));
         }
@@ -168,9 +167,9 @@ public:
         table.unit = read_text(dataset.id(), "unit").value_or("");
         table.values.resize(std::size_t(extent[0] * extent[1]));
         if (!table.values.empty()) {
-            hdf5::check(H5Dread(dataset.id(), hdf5::Number<T>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                                table.values.data()),
-                        tried);
+            hdf5::check(
+                H5Dread(dataset.id(), hdf5::Number<T>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, table.values.data()),
+                tried);
         }
         return table;
     }
@@ -189,8 +188,8 @@ private:
         if constexpr (state_scalar<T>) {
             using Other = std::conditional_t<std::same_as<T, float>, double, float>;
             if (hdf5::is_number<Other>(type)) {
-                advice = std::same_as<T, float> ? "; read it with read_state<double>"
-                                                : "; read it with read_state<float>";
+                advice =
+                    std::same_as<T, float> ? "; read it with read_state<double>" : "; read it with read_state<float>";
             }
         }
         throw io_error(sentence("the dataset '", name, "' is of ", found, " where ", hdf5::Number<T>::name,
@@ -235,8 +234,7 @@ private:
         for (unsigned i = 0; i < unsigned(filters); ++i) {
             unsigned flags = 0, settings = 0;
             std::size_t count = 0;
-            const auto filter =
-                H5Pget_filter2(layout.id(), i, &flags, &count, nullptr, 0, nullptr, &settings);
+            const auto filter = H5Pget_filter2(layout.id(), i, &flags, &count, nullptr, 0, nullptr, &settings);
             if (filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_FLETCHER32) {
                 throw io_error(sentence("the dataset '", name, "' is packed with the filter ", filter,
                                         ", which firn does not read"));
@@ -268,8 +266,8 @@ StateField<S> read_field(DatasetReader& reader, hid_t parent, const std::string&
     } else if (components == std::int64_t(table.columns)) {
         field.values = std::move(table.values);
     } else {
-        throw io_error(sentence("the dataset '", dataset, "' notes ", components, " components and has ",
-                                table.columns, " columns"));
+        throw io_error(sentence("the dataset '", dataset, "' notes ", components, " components and has ", table.columns,
+                                " columns"));
     }
     return field;
 }

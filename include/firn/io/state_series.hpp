@@ -3,8 +3,8 @@
 ///     {"file-series-version": "1.0", "files": [{"name": "NAME_0000.hdf", "time": 0}, …]}
 #pragma once
 
-#include <firn/io/state_writer.hpp>
 #include <firn/io/series_file.hpp>
+#include <firn/io/state_writer.hpp>
 
 #include <cstddef>
 #include <filesystem>
@@ -58,8 +58,8 @@ public:
             std::error_code failure;
             std::filesystem::remove(directory_ / stale, failure);
             if (failure) {
-                throw io_error(sentence("The state ", directory_ / stale, " of an older series cannot be removed: ",
-                                        failure.message(), "."));
+                throw io_error(sentence("The state ", directory_ / stale,
+                                        " of an older series cannot be removed: ", failure.message(), "."));
             }
         }
         return directory_ / file;

@@ -132,8 +132,8 @@ private:
         if (compression == 0 && hdf5::FileImage::can_place(values)) {
             image_.place(dataset, values);
         } else if (!values.empty()) {
-            hdf5::check(
-                H5Dwrite(dataset.id(), hdf5::Number<T>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), tried);
+            hdf5::check(H5Dwrite(dataset.id(), hdf5::Number<T>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
+                        tried);
         }
         dataset.close(tried);
     }
@@ -252,8 +252,8 @@ private:
 template <state_scalar S>
 void write_state(const std::filesystem::path& path, const State<S>& state, const StateOptions& options = {}) {
     if (options.compression < 0 || options.compression > 9) {
-        throw parameter_error(sentence("The compression is ", options.compression,
-                                       "; give 0 (none) or 1 (fast) to 9 (small)."));
+        throw parameter_error(
+            sentence("The compression is ", options.compression, "; give 0 (none) or 1 (fast) to 9 (small)."));
     }
     check_state(state);
     AtomicFile file(path);  // first: a path that cannot be written is known before any work

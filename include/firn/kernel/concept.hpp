@@ -45,15 +45,17 @@ concept kernel = has_support<K> && has_weights<K, float> && has_weights<K, doubl
 /// True, or the compiler says what K lacks.
 template <class K>
 consteval bool require_kernel() {
-    static_assert(has_support<K>, "firn: a kernel says how many nodes it touches along an axis, `support` (2 to 4), and "
-                                  "`base_shift`; see firn/kernel/concept.hpp.");
+    static_assert(has_support<K>,
+                  "firn: a kernel says how many nodes it touches along an axis, `support` (2 to 4), and "
+                  "`base_shift`; see firn/kernel/concept.hpp.");
     static_assert(has_weights<K, float> && has_weights<K, double>,
                   "firn: a kernel offers a static weights(f) that gives std::array<S, support> for every scalar S.");
     static_assert(has_gradients<K, float> && has_gradients<K, double>,
                   "firn: a kernel offers a static gradients(f) that gives std::array<S, support> for every scalar S.");
     static_assert(has_inertia<K>, "firn: a kernel states its `inverse_inertia`; see firn/kernel/concept.hpp.");
-    static_assert(has_bounds<K>, "firn: a kernel states its `largest_weight` and `largest_gradient`; see "
-                                 "firn/kernel/concept.hpp.");
+    static_assert(has_bounds<K>,
+                  "firn: a kernel states its `largest_weight` and `largest_gradient`; see "
+                  "firn/kernel/concept.hpp.");
     return kernel<K>;
 }
 

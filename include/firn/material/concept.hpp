@@ -40,7 +40,8 @@ concept has_wave_speed = requires(const M m, const material_scalar_t<M> density,
 
 /// A constitutive model in D dimensions.
 template <class M, int D>
-concept material = scalar<material_scalar_t<M>> && has_parameters<M> && has_kirchhoff_stress<M, D> && has_wave_speed<M, D>;
+concept material =
+    scalar<material_scalar_t<M>> && has_parameters<M> && has_kirchhoff_stress<M, D> && has_wave_speed<M, D>;
 
 template <class M>
 concept has_material_scalar = requires { typename material_scalar_t<M>; } && scalar<material_scalar_t<M>>;
@@ -49,15 +50,18 @@ concept has_material_scalar = requires { typename material_scalar_t<M>; } && sca
 template <class M, int D>
 consteval bool require_material() {
     if constexpr (has_material_scalar<M>) {
-        static_assert(has_parameters<M>, "firn: a material lists its parameters in a static function parameters(); see "
-                                         "firn/core/parameters.hpp.");
+        static_assert(has_parameters<M>,
+                      "firn: a material lists its parameters in a static function parameters(); see "
+                      "firn/core/parameters.hpp.");
         static_assert(has_kirchhoff_stress<M, D>,
                       "firn: a material offers `Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const` [Pa].");
-        static_assert(has_wave_speed<M, D>, "firn: a material offers `S wave_speed(const S& density, const Mat<S, D>& F) "
-                                            "const` [m/s]; the time step is bounded by it.");
+        static_assert(has_wave_speed<M, D>,
+                      "firn: a material offers `S wave_speed(const S& density, const Mat<S, D>& F) "
+                      "const` [m/s]; the time step is bounded by it.");
     } else {
-        static_assert(has_material_scalar<M>, "firn: a material is a template over its scalar, "
-                                              "`template <firn::scalar S> struct MyMaterial`.");
+        static_assert(has_material_scalar<M>,
+                      "firn: a material is a template over its scalar, "
+                      "`template <firn::scalar S> struct MyMaterial`.");
     }
     return material<M, D>;
 }

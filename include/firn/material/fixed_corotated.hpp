@@ -13,12 +13,13 @@ namespace firn {
 /// In 2D the same lines with 2 × 2 matrices: plane strain.
 template <scalar S = float>
 struct FixedCorotated {
-    S mu = S(5e4 / 1.3);               ///< shear modulus [Pa]
-    S lambda = S(3e4 / (1.3 * 0.4));   ///< first Lamé parameter [Pa]
+    S mu = S(5e4 / 1.3);              ///< shear modulus [Pa]
+    S lambda = S(3e4 / (1.3 * 0.4));  ///< first Lamé parameter [Pa]
 
     static constexpr const char* name = "fixed_corotated";
     static constexpr auto parameters() {
-        return std::tuple{parameter{"mu", "Pa", &FixedCorotated::mu}, parameter{"lambda", "Pa", &FixedCorotated::lambda}};
+        return std::tuple{parameter{"mu", "Pa", &FixedCorotated::mu},
+                          parameter{"lambda", "Pa", &FixedCorotated::lambda}};
     }
 
     /// \throws parameter_error unless E > 0 [Pa] and −1 < ν < ½

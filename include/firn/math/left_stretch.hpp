@@ -105,8 +105,8 @@ FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
     return repeat<steps>(sqrt(S(3) * Ib), [&](const S& x) FIRN_LAMBDA {
         const S xx = x * x;
         const S value = ((xx - two_Ib) * x - eight_J) * x + constant;
-        const S slope = (xx - Ib) * x - two_J;   // f′ / 4
-        const S bend = S(3) * xx - Ib;           // f″ / 4
+        const S slope = (xx - Ib) * x - two_J;  // f′ / 4
+        const S bend = S(3) * xx - Ib;          // f″ / 4
         return x - S(2) * value * slope / (S(8) * slope * slope - value * bend);
     });
 }
@@ -129,9 +129,8 @@ FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
 /// derivative: σᵢ + σⱼ = 0.
 template <scalar S>
 FIRN_INLINE Mat<S, 3> left_stretch(const Mat<S, 3>& F) {
-    const Mat<S, 3> b = detail::symmetric<S, 3>([&](auto i, auto j) FIRN_LAMBDA {
-        return F(i, 0) * F(j, 0) + F(i, 1) * F(j, 1) + F(i, 2) * F(j, 2);
-    });
+    const Mat<S, 3> b = detail::symmetric<S, 3>(
+        [&](auto i, auto j) FIRN_LAMBDA { return F(i, 0) * F(j, 0) + F(i, 1) * F(j, 1) + F(i, 2) * F(j, 2); });
     const S J = determinant(F);
     const S Ib = trace(b);
     const S IIb = b(0, 0) * b(1, 1) - b(0, 1) * b(0, 1) + (b(1, 1) * b(2, 2) - b(1, 2) * b(1, 2)) +
@@ -145,8 +144,10 @@ FIRN_INLINE Mat<S, 3> left_stretch(const Mat<S, 3>& F) {
     Mat<S, 3> V = detail::symmetric<S, 3>([&](auto i, auto j) FIRN_LAMBDA {
         const S bb = b(i, 0) * b(0, j) + b(i, 1) * b(1, j) + b(i, 2) * b(2, j);
         const S sum = of_b * b(i, j) - bb;
-        if constexpr (int(i) == int(j)) return (sum + of_identity) * inverse;
-        else return sum * inverse;
+        if constexpr (int(i) == int(j))
+            return (sum + of_identity) * inverse;
+        else
+            return sum * inverse;
     });
 
     constexpr bool single = sizeof(value_type_t<S>) == 4;

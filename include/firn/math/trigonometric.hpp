@@ -11,12 +11,12 @@ namespace detail {
 
 // π/2 in parts so short that their products with the number of quarter turns are exact (Cody & Waite).
 template <class S>
-inline constexpr auto quarter_turn = std::array{0x1.921fb4p+0, 0x1.4442dp-24, 0x1.846988p-48, 0x1.8cc516p-72,
-                                                0x1.01b839a25204ap-96};
+inline constexpr auto quarter_turn =
+    std::array{0x1.921fb4p+0, 0x1.4442dp-24, 0x1.846988p-48, 0x1.8cc516p-72, 0x1.01b839a25204ap-96};
 template <class S>
     requires is_single<S>
-inline constexpr auto quarter_turn<S> = std::array{0x1.92p+0, 0x1.fap-12, 0x1.54p-20, 0x1.1p-30, 0x1.68p-39, 0x1.84p-48,
-                                                   0x1.a62634p-58};
+inline constexpr auto quarter_turn<S> =
+    std::array{0x1.92p+0, 0x1.fap-12, 0x1.54p-20, 0x1.1p-30, 0x1.68p-39, 0x1.84p-48, 0x1.a62634p-58};
 
 /// ±1/n! for n = first, first + 2, …: negative where n/2 is odd, as in the series of sin and cos.
 template <int first, std::size_t N>

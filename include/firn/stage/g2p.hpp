@@ -38,17 +38,19 @@ FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<
         result.affine = Transfer::affine_field((sums.moment - outer(sums.velocity, d)) * h, D_inverse);
     else
         result.affine = Mat<S, D>::zero();
-    if constexpr (g2p_needs_gradient<Transfer, Force>) result.velocity_gradient = sums.gradient * (S(1) / h);
-    else result.velocity_gradient = result.affine;
+    if constexpr (g2p_needs_gradient<Transfer, Force>)
+        result.velocity_gradient = sums.gradient * (S(1) / h);
+    else
+        result.velocity_gradient = result.affine;
     return result;
 }
 
 /// Sums over some axes; the dual of OpenRecord. V holds the velocity of a node, or of a row of nodes.
 template <class V, int Closed, bool Moments, bool Gradients>
 struct PartialSums {
-    V value;                                                       ///< Σ N v
-    std::array<V, std::size_t(Moments ? Closed : 0)> moment{};     ///< Σ N v o, an axis each
-    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient{}; ///< Σ ∂N v, an axis each
+    V value;                                                        ///< Σ N v
+    std::array<V, std::size_t(Moments ? Closed : 0)> moment{};      ///< Σ N v o, an axis each
+    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient{};  ///< Σ ∂N v, an axis each
 };
 
 /// Sums over one more axis: `parts[k]` are the sums of the nodes at offset k − centre, where the kernel has weight w[k]
@@ -65,21 +67,25 @@ FIRN_INLINE PartialSums<V, Closed + 1, Moments, Gradients> sum_axis(
     if constexpr (Moments) {
         unroll<Closed>([&](auto a) FIRN_LAMBDA {
             sums.moment[a] = parts[0].moment[a] * w[0];
-            unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA { sums.moment[a] = sums.moment[a] + parts[k + 1].moment[a] * w[k + 1]; });
+            unroll<int(K) - 1>(
+                [&](auto k) FIRN_LAMBDA { sums.moment[a] = sums.moment[a] + parts[k + 1].moment[a] * w[k + 1]; });
         });
         sums.moment[Closed] = weighted[Centre + 1];  // offset 1; the others follow, 0 gives nothing
         unroll<int(K)>([&](auto k) FIRN_LAMBDA {
             if constexpr (k - Centre != 1)
-                sums.moment[Closed] = plus_times(sums.moment[Closed], weighted[k], std::integral_constant<int, k - Centre>{});
+                sums.moment[Closed] =
+                    plus_times(sums.moment[Closed], weighted[k], std::integral_constant<int, k - Centre>{});
         });
     }
     if constexpr (Gradients) {
         unroll<Closed>([&](auto a) FIRN_LAMBDA {
             sums.gradient[a] = parts[0].gradient[a] * w[0];
-            unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA { sums.gradient[a] = sums.gradient[a] + parts[k + 1].gradient[a] * w[k + 1]; });
+            unroll<int(K) - 1>(
+                [&](auto k) FIRN_LAMBDA { sums.gradient[a] = sums.gradient[a] + parts[k + 1].gradient[a] * w[k + 1]; });
         });
         sums.gradient[Closed] = parts[0].value * g[0];
-        unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA { sums.gradient[Closed] = sums.gradient[Closed] + parts[k + 1].value * g[k + 1]; });
+        unroll<int(K) - 1>(
+            [&](auto k) FIRN_LAMBDA { sums.gradient[Closed] = sums.gradient[Closed] + parts[k + 1].value * g[k + 1]; });
     }
     return sums;
 }

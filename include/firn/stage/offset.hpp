@@ -12,10 +12,14 @@ FIRN_INLINE V plus_times(const V& a, const V& b, const O& o) {
 }
 template <class V, int o>
 FIRN_INLINE V plus_times(const V& a, const V& b, std::integral_constant<int, o>) {
-    if constexpr (o == 0) return a;
-    else if constexpr (o == 1) return a + b;
-    else if constexpr (o == -1) return a - b;
-    else return a + (b + b);  // o = 2, of the cubic kernel
+    if constexpr (o == 0)
+        return a;
+    else if constexpr (o == 1)
+        return a + b;
+    else if constexpr (o == -1)
+        return a - b;
+    else
+        return a + (b + b);  // o = 2, of the cubic kernel
 }
 
 }  // namespace firn

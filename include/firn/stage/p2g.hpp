@@ -31,7 +31,8 @@ struct P2GRecord {
 /// \param d  the particle's position from its centre node, in cells
 /// \param h  cell size [m];  \param dt  time step [s]
 template <class Kernel, class Transfer, class Force, scalar S, int D>
-FIRN_INLINE P2GRecord<S, D> make_record(const P2GParticle<S, D>& particle, const Vec<S, D>& d, const S& h, const S& dt) {
+FIRN_INLINE P2GRecord<S, D> make_record(const P2GParticle<S, D>& particle, const Vec<S, D>& d, const S& h,
+                                        const S& dt) {
     const S D_inverse = S(Kernel::inverse_inertia) / (h * h);
     const Mat<S, D> impulse = particle.stress * (-(dt * particle.volume));
     Mat<S, D> A = Force::affine_part(impulse, D_inverse, h);

@@ -1,10 +1,9 @@
 /// \file How nodes at and beyond the faces of the box move: stick, slip, separate, Coulomb friction. The expected
 /// velocities are those of the definition, written down for one axis at a time.
-#include <firn/boundary/walls.hpp>
-#include <firn/core/dual.hpp>
-
 #include "support/catch.hpp"
 #include "support/random_numbers.hpp"
+#include <firn/boundary/walls.hpp>
+#include <firn/core/dual.hpp>
 
 using namespace firn;
 using test_support::Random;
@@ -41,9 +40,10 @@ TEMPLATE_TEST_CASE_SIG("nodes inside the box are left alone to the bit", "[bound
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("one face: stick stops, slip stops the normal motion, separate lets matter leave; on the face and "
-                       "at the ghost nodes beyond it",
-                       "[boundary]", ((int D), D), 2, 3) {
+TEMPLATE_TEST_CASE_SIG(
+    "one face: stick stops, slip stops the normal motion, separate lets matter leave; on the face and "
+    "at the ghost nodes beyond it",
+    "[boundary]", ((int D), D), 2, 3) {
     Random random(31);
     for (int axis = 0; axis < D; ++axis) {
         for (bool upper : {false, true}) {
@@ -56,15 +56,16 @@ TEMPLATE_TEST_CASE_SIG("one face: stick stops, slip stops the normal motion, sep
                     CHECK(unit_box<D>(Contact::stick, 0).velocity(x, v) == Vec<double, D>::zero());
                     CHECK(unit_box<D>(Contact::slip, 0).velocity(x, v) == tangential(v, axis));
                     CHECK(unit_box<D>(Contact::separate, 0).velocity(x, v) == (leaves ? v : tangential(v, axis)));
-                    if (leaves) CHECK(unit_box<D>(Contact::separate, 0.7).velocity(x, v) == v);  // no friction without contact
+                    if (leaves)
+                        CHECK(unit_box<D>(Contact::separate, 0.7).velocity(x, v) == v);  // no friction without contact
                 }
             }
         }
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("Coulomb: the tangential speed falls by min(μ |Δv_n|, |v_t|) and keeps its direction", "[boundary]",
-                       ((int D), D), 2, 3) {
+TEMPLATE_TEST_CASE_SIG("Coulomb: the tangential speed falls by min(μ |Δv_n|, |v_t|) and keeps its direction",
+                       "[boundary]", ((int D), D), 2, 3) {
     Random random(32);
     int stuck = 0, sliding = 0;
     for (int trial = 0; trial < 300; ++trial) {
@@ -128,26 +129,28 @@ TEMPLATE_TEST_CASE_SIG("each face has its own condition", "[boundary]", ((int D)
     CHECK(walls.velocity(with<D>(0, 1.0, 0.5), v) == tangential(v, 0));
 }
 
-TEMPLATE_TEST_CASE("friction has derivatives everywhere, at rest and where it stops the motion, too", "[boundary][dual]",
-                   double) {
+TEMPLATE_TEST_CASE("friction has derivatives everywhere, at rest and where it stops the motion, too",
+                   "[boundary][dual]", double) {
     using S = dual<TestType>;
     const Vec<S, 2> normal{S(0), S(1)};
     const auto derivative = [&](S along, S across, double friction) {
         return velocity_after_contact(Vec<S, 2>{along, across}, normal, Contact::separate, S(friction))[0].derivative;
     };
     const S at_rest(0, 1), moving(2, 1), into(-1, 0);
-    CHECK(derivative(at_rest, into, 0) == 1);       // frictionless: slides as it is pushed
-    CHECK(derivative(at_rest, into, 0.5) == 0);     // held
-    CHECK(derivative(at_rest, S(0), 0.5) == 1);     // nothing presses it on
+    CHECK(derivative(at_rest, into, 0) == 1);    // frictionless: slides as it is pushed
+    CHECK(derivative(at_rest, into, 0.5) == 0);  // held
+    CHECK(derivative(at_rest, S(0), 0.5) == 1);  // nothing presses it on
     CHECK(derivative(moving, into, 0.5) == Approx(1));
-    CHECK(derivative(moving, into, 3) == 0);        // stopped
+    CHECK(derivative(moving, into, 3) == 0);                // stopped
     CHECK(derivative(S(2), S(-1, 1), 0.5) == Approx(0.5));  // pressed on less
 }
 
-TEMPLATE_TEST_CASE_SIG("reaches() tells whether a block of nodes is touched", "[boundary]", ((class S, int D), S, D), (float, 2),
-                       (float, 3), (double, 2), (double, 3)) {
+TEMPLATE_TEST_CASE_SIG("reaches() tells whether a block of nodes is touched", "[boundary]", ((class S, int D), S, D),
+                       (float, 2), (float, 3), (double, 2), (double, 3)) {
     const auto walls = Walls<S, D>::all(Vec<S, D>::zero(), Vec<S, D>::filled(S(1)), {Contact::stick, 0});
-    const auto block = [](double low, double high) { return std::pair{Vec<double, D>::filled(low), Vec<double, D>::filled(high)}; };
+    const auto block = [](double low, double high) {
+        return std::pair{Vec<double, D>::filled(low), Vec<double, D>::filled(high)};
+    };
     const auto reaches = [&](const auto& b) { return walls.reaches(b.first, b.second); };
     CHECK_FALSE(reaches(block(0.1, 0.9)));
     CHECK(reaches(block(0, 0.5)));
@@ -173,7 +176,8 @@ TEMPLATE_TEST_CASE_SIG("reaches() tells whether a block of nodes is touched", "[
     }
 }
 
-TEMPLATE_TEST_CASE("the nodes on a face are seen as such, however lower + i h is rounded", "[boundary]", float, double) {
+TEMPLATE_TEST_CASE("the nodes on a face are seen as such, however lower + i h is rounded", "[boundary]", float,
+                   double) {
     // As grid_update() computes them: the first node of a block in double, its neighbours by adding i h in S. Without
     // room for rounding, 3 % (float) and 16 % (double) of these boxes would have a face that moves.
     using S = TestType;
@@ -182,7 +186,8 @@ TEMPLATE_TEST_CASE("the nodes on a face are seen as such, however lower + i h is
         for (double extent : {1.0, 2.0, 0.7, 3.0}) {
             for (int n = 8; n < 200; ++n) {
                 const double h = extent / n, block = lower + h * (n / 4 * 4);
-                const auto walls = Walls<S, 2>::all({S(lower), S(lower)}, {S(lower + extent), S(lower + extent)}, {Contact::stick, 0});
+                const auto walls =
+                    Walls<S, 2>::all({S(lower), S(lower)}, {S(lower + extent), S(lower + extent)}, {Contact::stick, 0});
                 const S upper_node = S(block) + S(n % 4) * S(h);
                 const S inner_node = S(lower + h * ((n - 1) / 4 * 4)) + S((n - 1) % 4) * S(h);
                 const S middle = S(lower + extent / 2);
@@ -199,7 +204,8 @@ TEMPLATE_TEST_CASE("the nodes on a face are seen as such, however lower + i h is
 
 TEST_CASE("walls that cannot be are refused", "[boundary][error]") {
     using W = Walls<double, 2>;
-    const double not_a_number = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
+    const double not_a_number = std::numeric_limits<double>::quiet_NaN(),
+                 infinity = std::numeric_limits<double>::infinity();
     for (double friction : {-0.1, not_a_number, infinity}) {
         CHECK_THROWS_AS(W::all({0.0, 0.0}, {1.0, 1.0}, {Contact::slip, friction}), parameter_error);
         W walls = W::all({0.0, 0.0}, {1.0, 1.0}, {});
@@ -224,6 +230,7 @@ TEMPLATE_TEST_CASE_SIG("contact with an inclined surface", "[boundary]", ((int D
         CHECK(norm(velocity_after_contact(v, normal, Contact::separate, 0.5) - along * 2.0) <= 1e-14);
         CHECK(norm(velocity_after_contact(v, normal, Contact::slip, 0.5) - along * 2.0) <= 1e-14);
         CHECK(norm(velocity_after_contact(v, normal, Contact::stick, 0.5)) == 0);
-        CHECK(norm(velocity_after_contact(along * 3.0 + normal * 2.0, normal, Contact::separate, 0.5) - along * 3.0 - normal * 2.0) <= 1e-14);
+        CHECK(norm(velocity_after_contact(along * 3.0 + normal * 2.0, normal, Contact::separate, 0.5) - along * 3.0 -
+                   normal * 2.0) <= 1e-14);
     }
 }

@@ -1,7 +1,6 @@
+#include "support/catch.hpp"
 #include <firn/core/bits.hpp>
 #include <firn/core/pack.hpp>
-
-#include "support/catch.hpp"
 
 #include <cmath>
 

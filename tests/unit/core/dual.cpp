@@ -1,8 +1,7 @@
 /// \file Forward derivatives against the rules of calculus.
+#include "support/catch.hpp"
 #include <firn/core/dual.hpp>
 #include <firn/core/pack.hpp>
-
-#include "support/catch.hpp"
 
 using namespace firn;
 using D1 = dual<double>;

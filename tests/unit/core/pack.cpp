@@ -1,7 +1,6 @@
 /// \file Lanes: memory, masks and reductions, for packs narrower and wider than a register.
-#include <firn/core/pack.hpp>
-
 #include "support/catch.hpp"
+#include <firn/core/pack.hpp>
 
 #include <array>
 #include <limits>
@@ -17,8 +16,9 @@ std::array<T, std::size_t(N + 1)> ramp() {
 }
 }  // namespace
 
-TEMPLATE_TEST_CASE_SIG("lanes are consecutive numbers in memory, of any alignment", "[core][pack]", ((class T, int N), T, N),
-                       (float, 2), (float, 4), (float, 8), (float, 16), (double, 2), (double, 4), (double, 8)) {
+TEMPLATE_TEST_CASE_SIG("lanes are consecutive numbers in memory, of any alignment", "[core][pack]",
+                       ((class T, int N), T, N), (float, 2), (float, 4), (float, 8), (float, 16), (double, 2),
+                       (double, 4), (double, 8)) {
     const auto numbers = ramp<T, N>();
     const auto p = pack<T, N>::load(numbers.data() + 1);
     for (int l = 0; l < N; ++l) CHECK(p[l] == numbers[std::size_t(l + 1)]);
@@ -34,8 +34,9 @@ TEMPLATE_TEST_CASE_SIG("lanes are consecutive numbers in memory, of any alignmen
     CHECK(scalar_traits<pack<T, N>>::lanes == N);
 }
 
-TEMPLATE_TEST_CASE_SIG("a mask chooses lane by lane; any() sees each single lane", "[core][pack]", ((class T, int N), T, N),
-                       (float, 2), (float, 4), (float, 8), (float, 16), (double, 2), (double, 4), (double, 8)) {
+TEMPLATE_TEST_CASE_SIG("a mask chooses lane by lane; any() sees each single lane", "[core][pack]",
+                       ((class T, int N), T, N), (float, 2), (float, 4), (float, 8), (float, 16), (double, 2),
+                       (double, 4), (double, 8)) {
     using P = pack<T, N>;
     CHECK_FALSE(any(P(1) < P(0)));
     for (int one = 0; one < N; ++one) {
@@ -57,7 +58,8 @@ TEMPLATE_TEST_CASE_SIG("a mask chooses lane by lane; any() sees each single lane
     CHECK(reduce_max(P(-3)) == T(-3));
 }
 
-TEMPLATE_TEST_CASE("what is not a number is in no comparison, and select keeps the other lanes clean", "[core][pack]", float, double) {
+TEMPLATE_TEST_CASE("what is not a number is in no comparison, and select keeps the other lanes clean", "[core][pack]",
+                   float, double) {
     using P = native_pack<TestType>;
     P a(4);
     a.set(1, std::numeric_limits<TestType>::quiet_NaN());

@@ -1,10 +1,9 @@
 /// \file Policies of a stranger, lifted to other scalars.
+#include "support/catch.hpp"
 #include <firn/core/dual.hpp>
+#include <firn/core/error.hpp>
 #include <firn/core/pack.hpp>
 #include <firn/core/parameters.hpp>
-#include <firn/core/error.hpp>
-
-#include "support/catch.hpp"
 
 #include <string>
 
@@ -15,7 +14,8 @@ struct Spring {
     S stiffness = S(2);
     S length = S(0.5);
     static constexpr auto parameters() {
-        return std::tuple{firn::parameter{"stiffness", "N/m", &Spring::stiffness}, firn::parameter{"length", "m", &Spring::length}};
+        return std::tuple{firn::parameter{"stiffness", "N/m", &Spring::stiffness},
+                          firn::parameter{"length", "m", &Spring::length}};
     }
 };
 template <firn::scalar S, int D>

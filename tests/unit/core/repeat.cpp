@@ -1,6 +1,5 @@
-#include <firn/core/repeat.hpp>
-
 #include "support/catch.hpp"
+#include <firn/core/repeat.hpp>
 
 TEST_CASE("repeat applies a function N times to its own result") {
     CHECK(firn::repeat<0>(5, [](int x) { return 2 * x; }) == 5);

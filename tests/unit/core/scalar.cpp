@@ -17,7 +17,8 @@ double size_of(const double* in) { return std::max({1.0, std::abs(in[0]), std::a
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("arithmetic, roots and choices of every scalar are those of double", "[core][scalar]", FIRN_EVERY_SCALAR) {
+TEMPLATE_TEST_CASE("arithmetic, roots and choices of every scalar are those of double", "[core][scalar]",
+                   FIRN_EVERY_SCALAR) {
     using S = TestType;
     static_assert(scalar<S>);
     const auto arithmetic = [](const auto* in) {
@@ -27,7 +28,15 @@ TEMPLATE_TEST_CASE("arithmetic, roots and choices of every scalar are those of d
         sum += b;
         difference -= b;
         product *= b;
-        return Numbers<T>{}.add(a + b).add(a - b).add(a * b).add(-a).add(sum).add(difference).add(product).add(a * T(2) - T(0.5));
+        return Numbers<T>{}
+            .add(a + b)
+            .add(a - b)
+            .add(a * b)
+            .add(-a)
+            .add(sum)
+            .add(difference)
+            .add(product)
+            .add(a * T(2) - T(0.5));
     };
     same_as_double<S>(arithmetic, pairs(1, -4, 4), [](const double*) { return 16; }, 1);
     const auto division = [](const auto* in) {
@@ -68,7 +77,8 @@ TEMPLATE_TEST_CASE("comparisons of equal numbers", "[core][scalar]", FIRN_EVERY_
 }
 
 TEST_CASE("floor rounds down: negative, whole, large numbers", "[core][scalar]") {
-    for (double x : {0.0, 0.5, -0.5, -1.0, 1.0, -1.5, 2.999, -2.999, 8388607.0, 8388609.0, -8388609.0, 3e9, -3e9, 1e30, -1e30}) {
+    for (double x :
+         {0.0, 0.5, -0.5, -1.0, 1.0, -1.5, 2.999, -2.999, 8388607.0, 8388609.0, -8388609.0, 3e9, -3e9, 1e30, -1e30}) {
         CAPTURE(x);
         CHECK(firn::floor(x) == std::floor(x));
         CHECK(floor(native_pack<double>(x))[1] == std::floor(x));

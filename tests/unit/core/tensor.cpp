@@ -1,8 +1,7 @@
 /// \file Vec and Mat against Eigen, and their memory layout, which is Eigen's.
-#include <firn/core/eigen.hpp>
-
 #include "support/catch.hpp"
 #include "support/random_numbers.hpp"
+#include <firn/core/eigen.hpp>
 
 using namespace firn;
 using test_support::Random;
@@ -14,7 +13,9 @@ TEMPLATE_TEST_CASE_SIG("operations are those of Eigen, 2D and 3D", "[core][tenso
         const Vec<double, D> x = random.vector<D>(-1, 1), y = random.vector<D>(-1, 1);
         const Eigen::Matrix<double, D, D> a = as_eigen(A), b = as_eigen(B);
         const Eigen::Matrix<double, D, 1> u = as_eigen(x), v = as_eigen(y);
-        const auto same = [](const auto& mine, const auto& expected) { return (as_eigen(mine) - expected).norm() <= 1e-14; };
+        const auto same = [](const auto& mine, const auto& expected) {
+            return (as_eigen(mine) - expected).norm() <= 1e-14;
+        };
 
         CHECK(same(A + B, a + b));
         CHECK(same(A - B, a - b));

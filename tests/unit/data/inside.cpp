@@ -1,10 +1,10 @@
 /// \file firn/data/inside.hpp: the winding number is right where a ray meets edges and vertices, and for real meshes.
+#include "support/catch.hpp"
 #include <firn/data/inside.hpp>
 #include <firn/data/random.hpp>
 #include <firn/io/obj.hpp>
 
 #include "meshes.hpp"
-#include "support/catch.hpp"
 
 #include <limits>
 #include <numbers>
@@ -33,8 +33,7 @@ double convex_depth(const TriangleMesh& mesh, const Vec<double, 3>& x) {
     double depth = std::numeric_limits<double>::infinity();
     for (const auto& [i, j, k] : mesh.triangles) {
         const auto a = mesh.vertices[std::size_t(i)];
-        const auto normal =
-            cross(mesh.vertices[std::size_t(j)] - a, mesh.vertices[std::size_t(k)] - a);
+        const auto normal = cross(mesh.vertices[std::size_t(j)] - a, mesh.vertices[std::size_t(k)] - a);
         depth = std::min(depth, dot(normal, a - x) / norm(normal));
     }
     return depth;

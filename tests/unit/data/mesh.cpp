@@ -1,8 +1,8 @@
 /// \file firn/data/mesh.hpp: checks, volumes and placing of closed meshes.
+#include "support/catch.hpp"
 #include <firn/data/mesh.hpp>
 
 #include "meshes.hpp"
-#include "support/catch.hpp"
 
 #include <limits>
 #include <numbers>
@@ -20,9 +20,7 @@ std::string message_of(const F& f) {
     }
     return "";
 }
-bool holds(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
-}
+bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 }  // namespace
 

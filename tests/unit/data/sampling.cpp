@@ -1,9 +1,9 @@
 /// \file firn/data/{random,samples,poisson_disk,sampling}.hpp: how shapes are filled, and that it repeats bit for bit.
+#include "support/catch.hpp"
 #include <firn/data/sampling.hpp>
 #include <firn/io/obj.hpp>
 
 #include "meshes.hpp"
-#include "support/catch.hpp"
 
 #include <bit>
 #include <limits>
@@ -68,9 +68,7 @@ std::string message_of(const F& f) {
     }
     return "";
 }
-bool holds(const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
-}
+bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 }  // namespace
 

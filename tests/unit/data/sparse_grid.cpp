@@ -9,7 +9,8 @@ namespace {
 BlockPartition<3> partition_at(const Domain<3>& domain, double corner, std::vector<double>& x) {
     x.clear();
     for (int p = 0; p < 500; ++p)
-        for (int a = 0; a < 3; ++a) x.push_back(corner + 10 * domain.cell_size * scenes::noise(std::uint64_t(3 * p + a)));
+        for (int a = 0; a < 3; ++a)
+            x.push_back(corner + 10 * domain.cell_size * scenes::noise(std::uint64_t(3 * p + a)));
     ForeignParticles<double, 3> view{};
     view.position = StridedSpan<double>::vectors<3>(x.data());
     return partition_particles<QuadraticBSpline>(view, 500, domain);

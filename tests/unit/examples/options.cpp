@@ -1,7 +1,8 @@
 /// \file The options that examples share: which steps are written, and what is refused.
+#include "../../../examples/support/options.hpp"
+
 #include "support/catch.hpp"
 
-#include "../../../examples/support/options.hpp"
 #include "../../../examples/support/progress.hpp"
 
 #include <iostream>

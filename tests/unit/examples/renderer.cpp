@@ -1,8 +1,9 @@
 /// \file The examples' renderer and PNG writer: what hides what, what is refused, and that pictures repeat.
+#include "../../../examples/support/renderer.hpp"
+
 #include "support/catch.hpp"
 
 #include "../../../examples/support/png.hpp"
-#include "../../../examples/support/renderer.hpp"
 
 #include <cstdlib>
 #include <filesystem>

@@ -21,7 +21,8 @@ void step(const ForeignParticles<S, D>& view, std::size_t count, const Domain<D>
     for (int i = 0; i < steps; ++i) {
         p2g<QuadraticBSpline, Apic, MlsForce>(Coloured{2}, view, partition, grid, dt);
         grid_update(Coloured{2}, grid, dt, gravity, walls);
-        if (!g2p<QuadraticBSpline, Apic, MlsForce>(Coloured{2}, view, partition, grid, material, dt).sort_needed) continue;
+        if (!g2p<QuadraticBSpline, Apic, MlsForce>(Coloured{2}, view, partition, grid, material, dt).sort_needed)
+            continue;
         partition = partition_particles<QuadraticBSpline>(view, count, domain);
         grid.activate(partition);
     }
@@ -57,10 +58,13 @@ TEMPLATE_TEST_CASE("A foreign program's particles move as firn's own do", "", fl
     using Span = StridedSpan<S>;
     constexpr std::ptrdiff_t stride = sizeof(Particle) / sizeof(S);
     Particle& first = theirs[0];
-    const ForeignParticles<S, 3> view{Span::template vectors<3>(first.x, stride), Span::template vectors<3>(first.v, stride),
+    const ForeignParticles<S, 3> view{Span::template vectors<3>(first.x, stride),
+                                      Span::template vectors<3>(first.v, stride),
                                       Span::template matrices<3>(&first.C[0][0], true, stride),
-                                      symmetric_matrices<3>(&first.stress[0][0], stride), Span::scalars(&first.mass, stride),
-                                      Span::scalars(&first.volume, stride), {Span::template matrices<3>(&first.F[0][0], true, stride)}};
+                                      symmetric_matrices<3>(&first.stress[0][0], stride),
+                                      Span::scalars(&first.mass, stride),
+                                      Span::scalars(&first.volume, stride),
+                                      {Span::template matrices<3>(&first.F[0][0], true, stride)}};
     const int steps = 100;
     step<S, 3>(view, theirs.size(), domain, steps);
     for (int i = 0; i < steps; ++i) own.step();
@@ -71,7 +75,8 @@ TEMPLATE_TEST_CASE("A foreign program's particles move as firn's own do", "", fl
         const Particle& p = theirs[own.particles().id(slot)];
         for (int a = 0; a < 3; ++a) {
             of_x = std::max(of_x, std::abs(double(p.x[a] - own.particles().position(slot)[a])));
-            for (int b = 0; b < 3; ++b) of_F = std::max(of_F, std::abs(double(p.F[a][b] - own.particles().state(slot).F(a, b))));
+            for (int b = 0; b < 3; ++b)
+                of_F = std::max(of_F, std::abs(double(p.F[a][b] - own.particles().state(slot).F(a, b))));
         }
         moved = std::max(moved, std::abs(double(p.x[0]) - samples.positions[own.particles().id(slot)][0]));
         CHECK(p.yours == int(own.particles().id(slot)));

@@ -46,7 +46,8 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
 
 /// The definition, written out: Σ over particles and the 3^D nodes around each, from the kernel's own functions.
 template <class C>
-std::vector<double> by_definition(scenes::RandomCloud<typename C::S, C::D>& cloud, const SparseGrid<typename C::S, C::D>& grid) {
+std::vector<double> by_definition(scenes::RandomCloud<typename C::S, C::D>& cloud,
+                                  const SparseGrid<typename C::S, C::D>& grid) {
     constexpr int D = C::D;
     std::vector<double> sums(grid.block_count() * std::size_t(block_nodes<D> * node_width), 0.0);
     const double h = cloud.domain.cell_size;
@@ -82,7 +83,8 @@ std::vector<double> by_definition(scenes::RandomCloud<typename C::S, C::D>& clou
                 for (int j = 0; j < D; ++j) {
                     const std::size_t ij = p * D * D + std::size_t(D * i + j);
                     if (C::Transfer::affine) momentum += m * weight * double(cloud.C[ij]) * offset[j];
-                    const double direction = C::Force::weight_gradients ? gradient[j] : weight * 4 / (h * h) * offset[j];
+                    const double direction =
+                        C::Force::weight_gradients ? gradient[j] : weight * 4 / (h * h) * offset[j];
                     momentum -= dt * V * double(cloud.stress[ij]) * direction;
                 }
                 sum[i] += momentum;
@@ -149,8 +151,10 @@ TEST_CASE("Fixed-point sums have the same bits for any order of the particles") 
         reversed.mass[q] = cloud.mass[p];
         reversed.volume[q] = cloud.volume[p];
     }
-    CHECK(numbers(scattered<C>(cloud, FixedPoint<std::int32_t>{2})) == numbers(scattered<C>(reversed, FixedPoint<std::int32_t>{1})));
-    CHECK(numbers(scattered<C>(cloud, FixedPoint<std::int64_t>{2})) == numbers(scattered<C>(reversed, FixedPoint<std::int64_t>{7})));
+    CHECK(numbers(scattered<C>(cloud, FixedPoint<std::int32_t>{2})) ==
+          numbers(scattered<C>(reversed, FixedPoint<std::int32_t>{1})));
+    CHECK(numbers(scattered<C>(cloud, FixedPoint<std::int64_t>{2})) ==
+          numbers(scattered<C>(reversed, FixedPoint<std::int64_t>{7})));
     // Floating-point sums do depend on it: the test can see a difference.
     CHECK(numbers(scattered<C>(cloud, Serial{})) != numbers(scattered<C>(reversed, Serial{})));
 }
@@ -198,7 +202,8 @@ TEST_CASE("The fixed-point scale fits the worst heap of particles and is not nee
     CHECK(scale.momentum * 3 * bound > 0x1p29);
 }
 
-TEST_CASE("A fixed-point scale that could overflow is refused before anything is added, and the sentence says what fits") {
+TEST_CASE(
+    "A fixed-point scale that could overflow is refused before anything is added, and the sentence says what fits") {
     using C = Case<float, 3, Apic, MlsForce>;
     auto cloud = heap(1000, 3.0f);
     FixedPoint<std::int32_t> execution;

@@ -43,7 +43,8 @@ TEST_CASE("Blocks of one colour are two blocks apart, so that their nodes never 
                 if (i == j) continue;
                 int distance = 0;
                 for (std::size_t a = 0; a < 3; ++a)
-                    distance = std::max(distance, std::abs(partition.ranges[i].block[a] - partition.ranges[j].block[a]));
+                    distance =
+                        std::max(distance, std::abs(partition.ranges[i].block[a] - partition.ranges[j].block[a]));
                 CHECK(distance * block_size >= arena_size<QuadraticBSpline>);
             }
     }
@@ -62,7 +63,9 @@ TEST_CASE("The order is the same for any number of threads") {
 
 TEST_CASE("Particles that are not finite or outside are refused, by number, count and place") {
     scenes::RandomCloud<float, 2> cloud(100);
-    const auto partition = [&] { return partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain); };
+    const auto partition = [&] {
+        return partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain);
+    };
     CHECK_NOTHROW(partition());
     cloud.x[2 * 41] = std::numeric_limits<float>::quiet_NaN();
     cloud.x[2 * 57 + 1] = 3.5f;

@@ -25,7 +25,7 @@ struct ThreeParticles {
     }
     ForeignParticles<double, 2> view() {
         using Span = StridedSpan<double>;
-        return {Span::vectors<2>(x.data()), Span::vectors<2>(v.data()), Span::matrices<2>(C.data(), true),
+        return {Span::vectors<2>(x.data()),           Span::vectors<2>(v.data()), Span::matrices<2>(C.data(), true),
                 symmetric_matrices<2>(stress.data()), Span::scalars(mass.data()), Span::scalars(volume.data()),
                 {Span::matrices<2>(F.data(), true)}};
     }
@@ -59,20 +59,24 @@ void check_step(const std::string& form) {
         CHECK(node[node_mass] == Approx(csv::number(row, "m")).epsilon(1e-11).margin(1e-15));
         for (int a = 0; a < 2; ++a) {
             const std::string c = std::to_string(a);
-            CHECK(node[a] == Approx(csv::number(row, "mv" + c) + dt * csv::number(row, "f" + c)).epsilon(1e-11).margin(1e-15));
+            CHECK(node[a] ==
+                  Approx(csv::number(row, "mv" + c) + dt * csv::number(row, "f" + c)).epsilon(1e-11).margin(1e-15));
         }
     }
     grid_update(Coloured{}, grid, dt, gravity, walls);
     for (const auto& row : nodes) {
         CAPTURE(row.at("i"), row.at("j"));
-        if (csv::number(row, "m") == 0) continue;  // a particle on the border of its support: weight 0, or a rounding error
+        if (csv::number(row, "m") == 0)
+            continue;  // a particle on the border of its support: weight 0, or a rounding error
         // The lightest nodes carry 1e-7 of the mass: what the sums round there shows.
-        for (int a = 0; a < 2; ++a) CHECK(at(row)[a] == Approx(csv::number(row, "v" + std::to_string(a))).epsilon(1e-9).margin(1e-12));
+        for (int a = 0; a < 2; ++a)
+            CHECK(at(row)[a] == Approx(csv::number(row, "v" + std::to_string(a))).epsilon(1e-9).margin(1e-12));
     }
     g2p<QuadraticBSpline, Apic, Force>(Coloured{}, view, partition, grid, material, dt);
     const auto same = [](const std::vector<double>& ours, const std::vector<double>& theirs, double epsilon) {
         REQUIRE(ours.size() == theirs.size());
-        for (std::size_t i = 0; i < ours.size(); ++i) CHECK(ours[i] == Approx(theirs[i]).epsilon(epsilon).margin(epsilon));
+        for (std::size_t i = 0; i < ours.size(); ++i)
+            CHECK(ours[i] == Approx(theirs[i]).epsilon(epsilon).margin(epsilon));
     };
     same(particles.x, expected.x, 1e-11);
     same(particles.v, expected.v, 1e-11);

@@ -1,8 +1,7 @@
 /// \file firn/io/atomic_file.hpp: a file appears whole or not at all, and every failure is an error.
-#include <firn/io/atomic_file.hpp>
-
 #include "support/catch.hpp"
 #include "support/temporary_folder.hpp"
+#include <firn/io/atomic_file.hpp>
 
 #include <fstream>
 #include <iterator>
@@ -14,9 +13,7 @@ std::string content(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
 }
-void put(const std::filesystem::path& path, const std::string& text) {
-    std::ofstream(path, std::ios::binary) << text;
-}
+void put(const std::filesystem::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
 }  // namespace
 
 TEST_CASE("Before commit the old file stands, after it the new one, and no temporary file stays") {

@@ -3,6 +3,8 @@
 
 #include <firn/io/state.hpp>
 
+#include <stdlib.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -14,8 +16,6 @@
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include <stdlib.h>
 
 namespace states {
 

@@ -1,7 +1,7 @@
+#include "support/catch.hpp"
 #include <firn/io/hdf5.hpp>
 
 #include "example_state.hpp"
-#include "support/catch.hpp"
 
 TEST_CASE("A failed call throws what was tried and HDF5's reason, and prints nothing", "[io][hdf5]") {
     const states::Folder folder;
@@ -55,9 +55,14 @@ TEMPLATE_TEST_CASE("Each number has its type, recognised in either byte order an
     using firn::hdf5::Number;
     CHECK(H5Tget_size(Number<TestType>::memory()) == sizeof(TestType));
     CHECK(H5Tget_size(Number<TestType>::file()) == sizeof(TestType));
-    const hid_t all[] = {Number<float>::file(),        Number<double>::file(),       Number<std::uint8_t>::file(),
-                         Number<std::int32_t>::file(), Number<std::int64_t>::file(), Number<std::uint64_t>::file(),
-                         H5T_STD_U32LE,                H5T_C_S1};
+    const hid_t all[] = {Number<float>::file(),
+                         Number<double>::file(),
+                         Number<std::uint8_t>::file(),
+                         Number<std::int32_t>::file(),
+                         Number<std::int64_t>::file(),
+                         Number<std::uint64_t>::file(),
+                         H5T_STD_U32LE,
+                         H5T_C_S1};
     int matches = 0;
     for (const hid_t id : all) {
         const firn::hdf5::Datatype type(H5Tcopy(id), "copy");

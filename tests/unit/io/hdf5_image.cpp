@@ -1,7 +1,7 @@
+#include "support/catch.hpp"
 #include <firn/io/hdf5_image.hpp>
 
 #include "example_state.hpp"
-#include "support/catch.hpp"
 
 #include <numeric>
 

@@ -1,9 +1,8 @@
 /// \file firn/io/obj.hpp: what is read is what the file says, and what cannot be read is refused with its line.
-#include <firn/data/inside.hpp>
-#include <firn/io/obj.hpp>
-
 #include "support/catch.hpp"
 #include "support/temporary_folder.hpp"
+#include <firn/data/inside.hpp>
+#include <firn/io/obj.hpp>
 
 #include <limits>
 
@@ -11,12 +10,9 @@ using namespace firn;
 
 namespace {
 
-const std::string cube_vertices =
-    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
+const std::string cube_vertices = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
 
-void put(const std::filesystem::path& path, const std::string& text) {
-    std::ofstream(path, std::ios::binary) << text;
-}
+void put(const std::filesystem::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
 
 /// The message with which reading this text is refused, or "read".
 std::string refusal(const std::string& text, bool points = false) {
@@ -52,12 +48,10 @@ TEST_CASE("A cube of quads, of negative indices, of vt/vn corners, with groups a
     const TemporaryFolder folder;
     const auto path = folder.path() / "cube.obj";
     std::string text;
-    SECTION("quads") {
-        text = cube_vertices + "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8 4\n";
-    }
+    SECTION("quads") { text = cube_vertices + "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8 4\n"; }
     SECTION("negative indices count back from the face") {
-        text = cube_vertices +
-               "f -5 -6 -7 -8\nf -4 -3 -2 -1\nf -8 -7 -3 -4\nf -6 -5 -1 -2\nf -7 -6 -2 -3\nf -8 -4 -1 -5";
+        text =
+            cube_vertices + "f -5 -6 -7 -8\nf -4 -3 -2 -1\nf -8 -7 -3 -4\nf -6 -5 -1 -2\nf -7 -6 -2 -3\nf -8 -4 -1 -5";
     }
     SECTION("texture and normal indices, groups, materials, comments, blanks, CRLF") {
         text = "# a cube\r\nmtllib none.mtl\r\no cube\r\n\r\n" + cube_vertices +
@@ -79,10 +73,11 @@ TEST_CASE("A prism over a hollow (not convex) hexagon: polygons are cut within t
     const TemporaryFolder folder;
     const auto path = folder.path() / "prism.obj";
     // An L of three unit squares, height 2: volume 6.
-    put(path, "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n"
-              "v 0 0 2\nv 2 0 2\nv 2 1 2\nv 1 1 2\nv 1 2 2\nv 0 2 2\n"
-              "f 6 5 4 3 2 1\nf 7 8 9 10 11 12\n"
-              "f 1 2 8 7\nf 2 3 9 8\nf 3 4 10 9\nf 4 5 11 10\nf 5 6 12 11\nf 6 1 7 12\n");
+    put(path,
+        "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\n"
+        "v 0 0 2\nv 2 0 2\nv 2 1 2\nv 1 1 2\nv 1 2 2\nv 0 2 2\n"
+        "f 6 5 4 3 2 1\nf 7 8 9 10 11 12\n"
+        "f 1 2 8 7\nf 2 3 9 8\nf 3 4 10 9\nf 4 5 11 10\nf 5 6 12 11\nf 6 1 7 12\n");
     const auto mesh = read_obj(path);
     CHECK(mesh.triangles.size() == 2 * 4 + 6 * 2);
     CHECK(signed_volume(mesh) == Approx(6).epsilon(1e-15));

@@ -1,7 +1,7 @@
+#include "support/catch.hpp"
 #include <firn/io/series_file.hpp>
 
 #include "example_state.hpp"
-#include "support/catch.hpp"
 
 #include <limits>
 

@@ -1,9 +1,9 @@
 /// \file A stored run goes on to the same bits as one that was never stopped; what does not fit is refused.
-#include "example_state.hpp"
 #include "support/catch.hpp"
 #include "support/scenes.hpp"
-
 #include <firn/io/states.hpp>
+
+#include "example_state.hpp"
 
 using namespace firn;
 

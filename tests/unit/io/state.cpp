@@ -1,7 +1,7 @@
+#include "support/catch.hpp"
 #include <firn/io/state.hpp>
 
 #include "example_state.hpp"
-#include "support/catch.hpp"
 
 #include <functional>
 #include <limits>

@@ -1,15 +1,14 @@
+#include "support/catch.hpp"
 #include <firn/io/state_reader.hpp>
 #include <firn/io/state_writer.hpp>
 
 #include "example_state.hpp"
-#include "support/catch.hpp"
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <functional>
 #include <limits>
-
-#include <sys/wait.h>
-#include <unistd.h>
 
 using states::example;
 using states::Folder;
@@ -43,8 +42,9 @@ TEST_CASE("A state of the other precision is refused with the advice how to read
     const Folder folder;
     firn::write_state(folder / "f.hdf", example<float>(3, 2));
     firn::write_state(folder / "d.hdf", example<double>(3, 2));
-    CHECK(states::holds(refusal(folder / "d.hdf"), "64-bit float where 32-bit float is asked for; read it with "
-                                                   "read_state<double>"));
+    CHECK(states::holds(refusal(folder / "d.hdf"),
+                        "64-bit float where 32-bit float is asked for; read it with "
+                        "read_state<double>"));
     CHECK(states::holds(states::message<firn::io_error>([&] { firn::read_state<double>(folder / "f.hdf"); }),
                         "read_state<float>"));
 }
@@ -165,8 +165,8 @@ TEST_CASE("A well-formed HDF5 file that is no state, or claims what it does not 
          [=](hid_t f) { replace(f, "/VTKHDF/Points", {many, 3}, H5P_DEFAULT, H5T_IEEE_F32LE, false); }},
         {"more than the file's",
          [&](hid_t f) { replace(f, "/firn/parameters/grid/lower", {many}, chunked.id(), H5T_IEEE_F64LE, false); }},
-        {"outside of the file", [&](hid_t f) { replace(f, "/VTKHDF/PointData/mass", {4}, outside.id(),
-                                                       H5T_IEEE_F32LE, false); }},
+        {"outside of the file",
+         [&](hid_t f) { replace(f, "/VTKHDF/PointData/mass", {4}, outside.id(), H5T_IEEE_F32LE, false); }},
         {"which firn does not read", [&](hid_t f) { replace(f, "/VTKHDF/PointData/mass", {4}, unknown_filter.id()); }},
         {"link to elsewhere",
          [](hid_t f) {

@@ -1,8 +1,8 @@
+#include "support/catch.hpp"
 #include <firn/io/state_reader.hpp>
 #include <firn/io/state_series.hpp>
 
 #include "example_state.hpp"
-#include "support/catch.hpp"
 
 using states::example;
 using states::Folder;

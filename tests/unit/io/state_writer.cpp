@@ -1,15 +1,14 @@
+#include "support/catch.hpp"
 #include <firn/io/state_reader.hpp>
 #include <firn/io/state_writer.hpp>
 
 #include "example_state.hpp"
-#include "support/catch.hpp"
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <thread>
-
-#include <sys/resource.h>
 
 using states::example;
 using states::Folder;

@@ -1,10 +1,9 @@
 /// \file What the transfers rest on: the kernel's sums, its derivative, and the bounds that the fixed-point scale uses.
+#include "support/catch.hpp"
+#include "support/csv.hpp"
 #include <firn/core/dual.hpp>
 #include <firn/data/block_partition.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
-
-#include "support/catch.hpp"
-#include "support/csv.hpp"
 
 using namespace firn;
 
@@ -24,9 +23,10 @@ constexpr int places = 1000;  // fractional positions looked at, both ends of [Â
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("weights are positive, sum to one, reproduce linear fields, have the inertia that is stated; their "
-                   "gradients sum to zero and reproduce a slope of one",
-                   "[kernel]", QuadraticBSpline) {
+TEMPLATE_TEST_CASE(
+    "weights are positive, sum to one, reproduce linear fields, have the inertia that is stated; their "
+    "gradients sum to zero and reproduce a slope of one",
+    "[kernel]", QuadraticBSpline) {
     using K = TestType;
     for (int place = 0; place <= places; ++place) {
         const double f = lowest_f + double(place) / places;
@@ -73,7 +73,8 @@ TEMPLATE_TEST_CASE("a node's weight and its slope are continuous where a particl
     }
 }
 
-TEMPLATE_TEST_CASE("largest_weight and largest_gradient are reached and not exceeded", "[kernel][bounds]", QuadraticBSpline) {
+TEMPLATE_TEST_CASE("largest_weight and largest_gradient are reached and not exceeded", "[kernel][bounds]",
+                   QuadraticBSpline) {
     using K = TestType;
     constexpr int cells = K::support + 1;
     double gradient = 0;
@@ -93,7 +94,8 @@ TEMPLATE_TEST_CASE("largest_weight and largest_gradient are reached and not exce
     CHECK(gradient >= K::largest_gradient - 1e-9);
 }
 
-TEST_CASE("quadratic B-spline: base node, weights and gradients of the table, from exact rationals", "[kernel][reference]") {
+TEST_CASE("quadratic B-spline: base node, weights and gradients of the table, from exact rationals",
+          "[kernel][reference]") {
     for (const csv::Row& row : csv::read("bspline_quadratic.csv")) {
         const double x = csv::number(row, "x");
         CAPTURE(x);

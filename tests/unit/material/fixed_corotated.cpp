@@ -1,10 +1,9 @@
 /// \file Fixed corotated elasticity against numbers computed independently, against its own energy by dual numbers,
 /// and the bound of its wave speed against the acoustic tensor.
-#include <firn/material/fixed_corotated.hpp>
-
 #include "support/catch.hpp"
 #include "support/csv.hpp"
 #include "support/random_numbers.hpp"
+#include <firn/material/fixed_corotated.hpp>
 
 #include <limits>
 
@@ -80,7 +79,8 @@ TEMPLATE_TEST_CASE("Kirchhoff stress and energy of the reference table: stretch,
     }
 }
 
-TEMPLATE_TEST_CASE("stress of uniaxial strain in closed form, 2D (plane strain) and 3D", "[material][reference]", float, double) {
+TEMPLATE_TEST_CASE("stress of uniaxial strain in closed form, 2D (plane strain) and 3D", "[material][reference]", float,
+                   double) {
     using S = TestType;
     const double tolerance = sizeof(S) == 4 ? 1e-4 : 1e-12;
     const auto model = FixedCorotated<S>::from_young_poisson(1e5, 0.3);
@@ -98,7 +98,8 @@ TEMPLATE_TEST_CASE("stress of uniaxial strain in closed form, 2D (plane strain) 
         const double along_axis = csv::number(row, "tau11"), across = csv::number(row, "tau22");
         const double allowed = tolerance * std::max(std::abs(along_axis), std::abs(across));
         for (double tau : {double(tau2(0, 0)), double(tau3(0, 0))}) CHECK(std::abs(tau - along_axis) <= allowed);
-        for (double tau : {double(tau2(1, 1)), double(tau3(1, 1)), double(tau3(2, 2))}) CHECK(std::abs(tau - across) <= allowed);
+        for (double tau : {double(tau2(1, 1)), double(tau3(1, 1)), double(tau3(2, 2))})
+            CHECK(std::abs(tau - across) <= allowed);
     }
     CHECK(rows == 4);
 }
@@ -140,8 +141,8 @@ TEMPLATE_TEST_CASE_SIG("the stress turns with the body and does not see how it w
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("the stress is symmetric to the bit", "[material]", ((class S, int D), S, D), (float, 2), (float, 3),
-                       (double, 2), (double, 3)) {
+TEMPLATE_TEST_CASE_SIG("the stress is symmetric to the bit", "[material]", ((class S, int D), S, D), (float, 2),
+                       (float, 3), (double, 2), (double, 3)) {
     const FixedCorotated<S> model{S(3), S(5)};
     Random random(22);
     for (int trial = 0; trial < 200; ++trial) {
@@ -164,7 +165,8 @@ TEMPLATE_TEST_CASE_SIG("a body at rest, and a turned one, has no stress and no e
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("the wave speed at rest is that of pressure waves, √((λ + 2μ)/ρ)", "[material]", ((int D), D), 2, 3) {
+TEMPLATE_TEST_CASE_SIG("the wave speed at rest is that of pressure waves, √((λ + 2μ)/ρ)", "[material]", ((int D), D), 2,
+                       3) {
     const auto model = FixedCorotated<double>::from_young_poisson(1e5, 0.3);
     const double c = std::sqrt((model.lambda + 2 * model.mu) / 1200);
     CHECK(model.wave_speed(1200.0, Mat<double, D>::identity()) == Approx(c).epsilon(1e-14));
@@ -173,8 +175,8 @@ TEMPLATE_TEST_CASE_SIG("the wave speed at rest is that of pressure waves, √((�
     CHECK(std::sqrt(stiffest(model, Mat<double, D>::identity(), n) / 1200) == Approx(c).epsilon(1e-9));
 }
 
-TEMPLATE_TEST_CASE_SIG("the wave speed bounds every plane wave in a deformed body that is not inverted", "[material][dual]",
-                       ((int D), D), 2, 3) {
+TEMPLATE_TEST_CASE_SIG("the wave speed bounds every plane wave in a deformed body that is not inverted",
+                       "[material][dual]", ((int D), D), 2, 3) {
     // Checked against the largest eigenvalue of the acoustic tensor, by dual numbers through the stress.
     Random random(24);
     double closest = 0;

@@ -1,8 +1,7 @@
+#include "support/catch.hpp"
 #include <firn/core/pack.hpp>
 #include <firn/core/strict.hpp>
 #include <firn/math/elementary.hpp>
-
-#include "support/catch.hpp"
 
 #include <bit>
 #include <cmath>
@@ -178,8 +177,8 @@ TEMPLATE_TEST_CASE("Lanes give what the scalar gives", "", float, double) {
     using T = TestType;
     using P = firn::native_pack<T>;
     constexpr int lanes = firn::scalar_traits<P>::lanes;
-    const T special[] = {T(0), T(-1), T(inf), T(-inf), T(not_a_number), std::numeric_limits<T>::denorm_min(), T(1),
-                         T(-0.5)};
+    const T special[] = {T(0), T(-1),  T(inf), T(-inf), T(not_a_number), std::numeric_limits<T>::denorm_min(),
+                         T(1), T(-0.5)};
     const auto same = [](T a, T b) {
         if (std::isnan(a) || std::isnan(b)) return std::isnan(a) && std::isnan(b);
 #if defined(__FMA__) || defined(__ARM_FEATURE_FMA)

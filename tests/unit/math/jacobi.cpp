@@ -1,6 +1,5 @@
-#include <firn/math/jacobi.hpp>
-
 #include "support/catch.hpp"
+#include <firn/math/jacobi.hpp>
 
 #include <cmath>
 #include <limits>

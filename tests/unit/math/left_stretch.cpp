@@ -1,9 +1,8 @@
+#include "support/catch.hpp"
 #include <firn/core/eigen.hpp>
 #include <firn/core/pack.hpp>
 #include <firn/core/strict.hpp>
 #include <firn/math/left_stretch.hpp>
-
-#include "support/catch.hpp"
 
 #include <Eigen/Dense>
 
@@ -87,8 +86,7 @@ Quality quality(const Mat<T, D>& F, const Mat<T, D>& V) {
     const double smallest = svd.singularValues()(D - 1);
     const bool decided = smallest > 50 * double(epsilon) * double(std::sqrt(size));
     const bool sign_right = (v.determinant() < 0) == (f.determinant() < 0);
-    return {symmetric, size > 0 ? double(residual / (epsilon * size)) : double(residual),
-            !decided || sign_right};
+    return {symmetric, size > 0 ? double(residual / (epsilon * size)) : double(residual), !decided || sign_right};
 }
 
 /// What the docstrings promise, and that V is what the singular value decomposition gives where that is well posed.

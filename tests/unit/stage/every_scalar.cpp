@@ -1,6 +1,7 @@
-/// \file Every policy, every scalar, one test body: kernel, transfers, forces, material, boundary and the stages give in
-/// float, double, SIMD lanes, dual numbers and the strict scalar what they give in plain double. No number is stored:
-/// the double evaluation itself is held to reference numbers by the tests of each policy.
+/// \file Every policy, every scalar, one test body: kernel, transfers, forces, material, boundary and the stages give
+/// in float, double, SIMD lanes, dual numbers and the strict scalar what they give in plain double. No number is
+/// stored: the double evaluation itself is held to reference numbers by the tests of each policy.
+#include "support/each_scalar.hpp"
 #include <firn/boundary/walls.hpp>
 #include <firn/data/block_partition.hpp>
 #include <firn/force/mls.hpp>
@@ -12,8 +13,6 @@
 #include <firn/stage/p2g.hpp>
 #include <firn/transfer/apic.hpp>
 #include <firn/transfer/pic.hpp>
-
-#include "support/each_scalar.hpp"
 
 using namespace firn;
 using test_support::Numbers;
@@ -81,7 +80,8 @@ void check_record() {
         return Numbers<T>{}.add(record.mass).add(record.momentum).add(record.affine).add(record.gradient);
     };
     // The largest terms: D⁻¹ h τ V0 dt = 4/h · 3, of D columns.
-    same_as_double<S>(definition, random_cases(11, 2 + 2 * D + 2 * D * D, -1, 1), [](const double*) { return 12 / h * D; }, 4);
+    same_as_double<S>(
+        definition, random_cases(11, 2 + 2 * D + 2 * D * D, -1, 1), [](const double*) { return 12 / h * D; }, 4);
 }
 
 template <class S, int D, class Transfer, class Force>

@@ -1,12 +1,12 @@
-/// \file What one particle takes from the nodes around it: sums made axis by axis against the plain double and triple sum.
+/// \file What one particle takes from the nodes around it: sums made axis by axis against the plain double and triple
+/// sum.
+#include "support/catch.hpp"
+#include "support/one_particle.hpp"
 #include <firn/force/mls.hpp>
 #include <firn/force/weight_gradient.hpp>
 #include <firn/stage/g2p.hpp>
 #include <firn/transfer/apic.hpp>
 #include <firn/transfer/pic.hpp>
-
-#include "support/catch.hpp"
-#include "support/one_particle.hpp"
 
 using namespace firn;
 using namespace test_support;
@@ -85,8 +85,9 @@ TEMPLATE_TEST_CASE_SIG("sums made axis by axis are the sums over all nodes", "[s
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("a particle takes v = Σ N v_i, C = 4/h² Σ N v_i (x_i − x_p)ᵀ, and ∇v by C or by weight gradients",
-                       "[stage]", ((int D), D), 2, 3) {
+TEMPLATE_TEST_CASE_SIG(
+    "a particle takes v = Σ N v_i, C = 4/h² Σ N v_i (x_i − x_p)ᵀ, and ∇v by C or by weight gradients", "[stage]",
+    ((int D), D), 2, 3) {
     Random random(61);
     for (int trial = 0; trial < 50; ++trial) {
         const OneParticle<Kernel, D> place(random.vector<D>(0.5, 1.5));

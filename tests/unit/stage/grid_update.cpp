@@ -1,10 +1,9 @@
 /// \file One node between P2G and G2P, and the offsets that sums are made with.
+#include "support/catch.hpp"
 #include <firn/boundary/walls.hpp>
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/offset.hpp>
 #include <firn/stage/time_step.hpp>
-
-#include "support/catch.hpp"
 
 using namespace firn;
 
@@ -27,7 +26,8 @@ TEST_CASE("a node without mass has no velocity, whatever its momentum and the fo
 TEST_CASE("a node with the least mass keeps its velocity", "[stage]") {
     // The smallest normal float: 1/m is finite still, and m v / m is v.
     const float mass = std::numeric_limits<float>::min();
-    const Vec<float, 2> v = node_velocity(Vec<float, 2>{2 * mass, 0.0f}, mass, {0.5f, 0.5f}, {0.0f, 0.0f}, 0.1f, NoBoundary{});
+    const Vec<float, 2> v =
+        node_velocity(Vec<float, 2>{2 * mass, 0.0f}, mass, {0.5f, 0.5f}, {0.0f, 0.0f}, 0.1f, NoBoundary{});
     CHECK(v[0] == Approx(2));
 }
 

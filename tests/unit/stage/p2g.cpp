@@ -1,13 +1,12 @@
 /// \file What one particle gives to the nodes around it: the record contracted axis by axis against the formulas of the
 /// papers, summed plainly over all 9 or 27 nodes.
+#include "support/catch.hpp"
+#include "support/one_particle.hpp"
 #include <firn/force/mls.hpp>
 #include <firn/force/weight_gradient.hpp>
 #include <firn/stage/p2g.hpp>
 #include <firn/transfer/apic.hpp>
 #include <firn/transfer/pic.hpp>
-
-#include "support/catch.hpp"
-#include "support/one_particle.hpp"
 
 using namespace firn;
 using namespace test_support;
@@ -38,19 +37,24 @@ void for_each_node(const P2GRecord<double, D>& record, const OneParticle<Kernel,
         open.column[std::size_t(a)] = with_mass(record.affine.column(a), 0);
         if constexpr (Gradients) open.gradient[std::size_t(a)] = with_mass(record.gradient.column(a), 0);
     }
-    const auto close = [&](auto axis, const auto& rest, std::size_t number, std::size_t scale, const auto& self) -> void {
+    const auto close = [&](auto axis, const auto& rest, std::size_t number, std::size_t scale,
+                           const auto& self) -> void {
         constexpr std::size_t a = std::size_t(int(axis));
         unroll<Kernel::support>([&](auto k) {
             constexpr int offset = k - centre_node<Kernel>;
             const std::size_t node = number + std::size_t(int(k)) * scale;
             const auto next = [&] {
                 if constexpr (Constant)
-                    return rest.contract(std::integral_constant<int, offset>{}, place.w[a][std::size_t(int(k))], place.g[a][std::size_t(int(k))]);
+                    return rest.contract(std::integral_constant<int, offset>{}, place.w[a][std::size_t(int(k))],
+                                         place.g[a][std::size_t(int(k))]);
                 else
-                    return rest.contract(double(offset), place.w[a][std::size_t(int(k))], place.g[a][std::size_t(int(k))]);
+                    return rest.contract(double(offset), place.w[a][std::size_t(int(k))],
+                                         place.g[a][std::size_t(int(k))]);
             }();
-            if constexpr (a == 0) sink(place.nodes[node], next.value);
-            else self(std::integral_constant<int, int(a) - 1>{}, next, node, scale * Kernel::support, self);
+            if constexpr (a == 0)
+                sink(place.nodes[node], next.value);
+            else
+                self(std::integral_constant<int, int(a) - 1>{}, next, node, scale * Kernel::support, self);
         });
     };
     close(std::integral_constant<int, D - 1>{}, open, 0, 1, close);
@@ -76,7 +80,8 @@ void check_against_the_paper() {
         int visited = 0;
         const auto check = [&](const Node<D>& node, const NodeSum<D>& given) {
             ++visited;
-            const auto expected = with_mass(by_the_paper<D, Transfer, Force>(particle, node, place.d), particle.mass * node.weight);
+            const auto expected =
+                with_mass(by_the_paper<D, Transfer, Force>(particle, node, place.d), particle.mass * node.weight);
             CHECK(norm(given - expected) <= 1e-13 * 40);  // dt V0 τ 4/h ≈ 40
         };
         for_each_node<D, Force::weight_gradients, true>(record, place, check);
@@ -118,15 +123,17 @@ TEMPLATE_TEST_CASE_SIG("P2G of one particle keeps mass, momentum and angular mom
             const auto record = make_record<Kernel, Transfer, Force>(particle, place.d, h, dt);
             NodeSum<D> sum = NodeSum<D>::zero();
             Vec<double, 3> L = Vec<double, 3>::zero();
-            for_each_node<D, Force::weight_gradients, true>(record, place, [&](const Node<D>& node, const NodeSum<D>& given) {
-                sum += given;
-                Vec<double, D> momentum{};
-                for (int i = 0; i < D; ++i) momentum[i] = given[i];
-                L += cross_product((node.offset - place.d) * h, momentum);
-            });
+            for_each_node<D, Force::weight_gradients, true>(
+                record, place, [&](const Node<D>& node, const NodeSum<D>& given) {
+                    sum += given;
+                    Vec<double, D> momentum{};
+                    for (int i = 0; i < D; ++i) momentum[i] = given[i];
+                    L += cross_product((node.offset - place.d) * h, momentum);
+                });
             const double allowed = 1e-13 * 40;
             CHECK(norm(sum - with_mass(particle.velocity * particle.mass, particle.mass)) <= allowed);
-            const Vec<double, 3> spin = axial(particle.affine) * (particle.mass * h * h / 4 * (Transfer::affine ? 1 : 0));
+            const Vec<double, 3> spin =
+                axial(particle.affine) * (particle.mass * h * h / 4 * (Transfer::affine ? 1 : 0));
             CHECK(norm(L - spin) <= allowed * h);
         }
     };

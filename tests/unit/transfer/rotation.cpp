@@ -1,6 +1,9 @@
 /// \file What each transfer keeps of a spinning disk, against numbers computed independently (tests/reference/
 /// rotation.csv), and what every transfer keeps of any cloud of particles. By the public stages, in double, with a
 /// material of this test's own that has no stress.
+#include "support/catch.hpp"
+#include "support/csv.hpp"
+#include "support/random_numbers.hpp"
 #include <firn/exec/g2p.hpp>
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g.hpp>
@@ -10,10 +13,6 @@
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/transfer/apic.hpp>
 #include <firn/transfer/pic.hpp>
-
-#include "support/catch.hpp"
-#include "support/csv.hpp"
-#include "support/random_numbers.hpp"
 
 using namespace firn;
 using test_support::Random;
@@ -62,7 +61,8 @@ struct Cloud {
     std::vector<Mat<double, D>> C, F, stress;
     std::vector<double> mass, volume;
 
-    void add(const Vec<double, D>& position, const Vec<double, D>& velocity, double m, const Mat<double, D>& affine = {}) {
+    void add(const Vec<double, D>& position, const Vec<double, D>& velocity, double m,
+             const Mat<double, D>& affine = {}) {
         x.push_back(position);
         v.push_back(velocity);
         C.push_back(affine);
@@ -73,8 +73,12 @@ struct Cloud {
     }
     ForeignParticles<double, D> view() {
         using Span = StridedSpan<double>;
-        return {Span::template vectors<D>(x[0].v), Span::template vectors<D>(v[0].v), Span::template matrices<D>(C[0].m, false),
-                symmetric_matrices<D>(stress[0].m), Span::scalars(mass.data()), Span::scalars(volume.data()),
+        return {Span::template vectors<D>(x[0].v),
+                Span::template vectors<D>(v[0].v),
+                Span::template matrices<D>(C[0].m, false),
+                symmetric_matrices<D>(stress[0].m),
+                Span::scalars(mass.data()),
+                Span::scalars(volume.data()),
                 {Span::template matrices<D>(F[0].m, false)}};
     }
     Vec<double, D> momentum() const {
@@ -174,8 +178,10 @@ TEMPLATE_TEST_CASE_SIG("every transfer keeps momentum, APIC the angular momentum
         transfer_there_and_back<decltype(transfer), decltype(force)>(cloud, domain, 1e-3);
         CHECK(norm(cloud.momentum() - p) <= 1e-13 * norm(p) + 1e-13);
         const double lost = norm(cloud.angular_momentum(domain.cell_size) - L);
-        if (affine) CHECK(lost <= 1e-13 * norm(L) + 1e-13);
-        else CHECK(lost > 1e-3 * norm(L));
+        if (affine)
+            CHECK(lost <= 1e-13 * norm(L) + 1e-13);
+        else
+            CHECK(lost > 1e-3 * norm(L));
     };
     check(Apic{}, MlsForce{}, true);
     check(Apic{}, WeightGradientForce{}, true);
@@ -183,7 +189,8 @@ TEMPLATE_TEST_CASE_SIG("every transfer keeps momentum, APIC the angular momentum
     check(Pic{}, WeightGradientForce{}, false);
 }
 
-TEMPLATE_TEST_CASE_SIG("APIC hands an affine velocity field back unchanged, and its gradient", "[transfer]", ((int D), D), 2, 3) {
+TEMPLATE_TEST_CASE_SIG("APIC hands an affine velocity field back unchanged, and its gradient", "[transfer]",
+                       ((int D), D), 2, 3) {
     // v = a + G x on the grid: exact for particles whose nodes all carry it (Jiang et al. 2015, §5.3).
     const Domain<D> domain{Vec<double, D>::zero(), Vec<double, D>::filled(1), 0.1};
     Random random(41);
