@@ -41,7 +41,7 @@ struct Stages {
             particles.slots(), domain, execution.threads, [&](std::size_t i) { return particles.is_particle(i); },
             [&](std::size_t i, int a) { return particles.position(i)[a]; });
         particles.reorder(partition, [&](std::size_t n, const auto& body) {
-            firn::parallel_for(n, execution.threads, [&](std::size_t i, int) { body(i); });
+            firn::parallel_for(n, execution.threads, [&](std::size_t i, int) { body(i); }, 64);
         });
     }
     void activate() { grid.activate(partition); }

@@ -204,10 +204,7 @@ private:
             particles_.slots(), domain(), threads, [&](std::size_t i) { return particles_.is_particle(i); },
             [&](std::size_t i, int a) { return particles_.position(i)[a]; });
         particles_.reorder(partition_, [&](std::size_t n, const auto& body) {
-            constexpr std::size_t chunk = 64;
-            parallel_for((n + chunk - 1) / chunk, thread_count(threads), [&](std::size_t c, int) {
-                for (std::size_t i = c * chunk; i < std::min(n, (c + 1) * chunk); ++i) body(i);
-            });
+            parallel_for(n, thread_count(threads), [&](std::size_t i, int) { body(i); }, 64);
         });
         grid_.activate(partition_);
     }

@@ -45,6 +45,22 @@ struct Walls {
         }
     }
 
+    /// "lower face of axis 0: separate, friction 0; …", for files.
+    std::string description() const {
+        std::string text;
+        for (std::size_t a = 0; a < std::size_t(D); ++a) {
+            for (const bool upper_face : {false, true}) {
+                const Wall& wall = (upper_face ? at_upper : at_lower)[a];
+                const char* contact = wall.contact == Contact::stick  ? "stick"
+                                      : wall.contact == Contact::slip ? "slip"
+                                                                      : "separate";
+                text += sentence(text.empty() ? "" : "; ", upper_face ? "upper" : "lower", " face of axis ", a, ": ",
+                                 contact, ", friction ", wall.friction);
+            }
+        }
+        return text;
+    }
+
     static constexpr const char* name = "walls";
     static constexpr auto parameters() {
         return std::tuple{parameter{"lower", "m", &Walls::lower}, parameter{"upper", "m", &Walls::upper}};

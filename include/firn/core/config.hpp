@@ -4,14 +4,27 @@
 #include <cstddef>
 #include <utility>
 
-#if defined(__clang__) || defined(__GNUC__)
-/// A function that must dissolve into its caller: the physics is small and lives in registers.
+#if !defined(__clang__) && !defined(__GNUC__)
+#error "firn needs g++ 12 or clang 19, or later: it uses their vector extension for SIMD lanes."
+#endif
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define FIRN_SANITIZED
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define FIRN_SANITIZED
+#endif
+#endif
+
+#if defined(__OPTIMIZE__) && !defined(FIRN_SANITIZED)
+/// A function that must dissolve into its caller: the physics is small and lives in registers. (Not where every access
+/// is instrumented, nor without optimisation: there it would only make the code large.)
 #define FIRN_INLINE [[gnu::always_inline]] inline
 /// The same for a lambda, written after its parameter list.
 #define FIRN_LAMBDA __attribute__((always_inline))
-#define FIRN_RESTRICT __restrict__
 #else
-#error "firn needs g++ 12 or clang 19, or later: it uses their vector extension for SIMD lanes."
+#define FIRN_INLINE inline
+#define FIRN_LAMBDA
 #endif
 
 namespace firn {

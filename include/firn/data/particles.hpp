@@ -128,7 +128,7 @@ public:
     }
 
     /// Moves all particles into the order of the partition, whose order then names ids.
-    /// \param loop  loop(n, body) calls body(i) for 0 ≤ i < n
+    /// \param loop  loop(n, body) calls body(pack) for 0 ≤ pack < n
     template <class Loop>
     void reorder(BlockPartition<D>& partition, const Loop& loop) {
         const std::vector<std::uint32_t>& order = partition.order;
@@ -136,15 +136,19 @@ public:
             field->permute(order, scratch_, loop);
         for (BlockedField<S>& field : state_) field.permute(order, scratch_, loop);
         std::vector<std::uint32_t> ids(order.size());
-        for (std::size_t slot = 0; slot < order.size(); ++slot)
-            ids[slot] = order[slot] == no_particle ? no_particle : id_[order[slot]];
+        loop(order.size() / pack_size, [&](std::size_t pack) {
+            for (std::size_t slot = pack * pack_size; slot < (pack + 1) * pack_size; ++slot)
+                ids[slot] = order[slot] == no_particle ? no_particle : id_[order[slot]];
+        });
         id_.swap(ids);
         partition.order = id_;
         end_ = id_.size();
-        for (std::size_t slot = 0; slot < end_; ++slot) {
-            if (is_particle(slot)) continue;
-            set_state(slot, State{});                                    // padding: at rest, undeformed, massless,
-            set_position(slot, position(slot / pack_size * pack_size));  // beside the first particle of its pack
+        for (const BlockRange<D>& range : partition.ranges) {
+            const std::size_t padding = range.first_slot + range.particles;
+            for (std::size_t slot = padding; slot < range.first_slot + range.packs() * pack_size; ++slot) {
+                set_state(slot, State{});                                    // padding: at rest, undeformed, massless,
+                set_position(slot, position(slot / pack_size * pack_size));  // beside the first particle of its pack
+            }
         }
     }
 

@@ -43,13 +43,9 @@ template <class View, int D>
                                       " s. Compare the step with the bound of the time step, and look for a force or a "
                                       "stiffness that is too large."));
     }
-    throw particle_error(sentence("A particle near ",
-                                  point_text(0, D,
-                                             [&](std::size_t, int a) {
-                                                 return double(view.position.at(
-                                                     {range.first_slot, partition.order.data() + range.first_slot}, a));
-                                             }),
-                                  " m is not finite any more after a step of ", dt,
+    // Its stress was finite, its deformation gradient not: there is no telling which of the block it was.
+    throw particle_error(sentence("One of the ", range.particles, " particles from particle ",
+                                  partition.order[range.first_slot], " on is not finite any more after a step of ", dt,
                                   " s. Compare the step with the bound of the time step."));
 }
 

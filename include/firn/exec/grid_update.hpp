@@ -62,21 +62,19 @@ void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
                   "firn: the boundary must offer velocity(x, v) and reaches(lower, upper)");
     const double h = grid.domain().cell_size;
     const auto lifted = lift<native_pack<S>>(boundary);
-    constexpr std::size_t chunk = 16;
-    parallel_for((grid.block_count() + chunk - 1) / chunk, thread_count(requested_threads(execution)),
-                 [&](std::size_t c, int) {
-                     for (std::size_t b = c * chunk; b < std::min(grid.block_count(), (c + 1) * chunk); ++b) {
-                         Vec<double, D> low, high;
-                         for (int a = 0; a < D; ++a) {
-                             low[a] = grid.domain().lower[a] + h * grid.block(b)[std::size_t(a)] * block_size;
-                             high[a] = low[a] + h * (block_size - 1);
-                         }
-                         if (boundary.reaches(low, high))
-                             detail::update_block(grid.nodes(b), cast<S>(low), S(h), S(dt), acceleration, lifted);
-                         else
-                             detail::update_block(grid.nodes(b), cast<S>(low), S(h), S(dt), acceleration, NoBoundary{});
-                     }
-                 });
+    const auto update = [&](std::size_t b, int) {
+        Vec<double, D> low, high;
+        for (int a = 0; a < D; ++a) {
+            low[a] = grid.domain().lower[a] + h * grid.block(b)[std::size_t(a)] * block_size;
+            high[a] = low[a] + h * (block_size - 1);
+        }
+        const Vec<S, D> first = cast<S>(low);
+        if (boundary.reaches(low, high))
+            detail::update_block(grid.nodes(b), first, S(h), S(dt), acceleration, lifted);
+        else
+            detail::update_block(grid.nodes(b), first, S(h), S(dt), acceleration, NoBoundary{});
+    };
+    parallel_for(grid.block_count(), thread_count(requested_threads(execution)), update, 16);
 }
 
 }  // namespace firn

@@ -30,15 +30,11 @@ FIRN_INLINE void for_records(const View& view, const BlockPartition<D>& partitio
 
 template <std::floating_point S, int D>
 void clear(SparseGrid<S, D>& grid, int threads) {
-    constexpr std::size_t chunk = 64;
-    const std::size_t blocks = grid.block_count();
-    parallel_for((blocks + chunk - 1) / chunk, threads, [&](std::size_t c, int) {
-        const std::size_t count = std::min(chunk, blocks - c * chunk);
-        std::fill_n(grid.nodes(c * chunk), count * std::size_t(block_nodes<D> * node_width), S(0));
-    });
+    const auto clear_block = [&](std::size_t b, int) { std::fill_n(grid.nodes(b), block_nodes<D> * node_width, S(0)); };
+    parallel_for(grid.block_count(), threads, clear_block, 64);
 }
 
-/// Where the nodes of the arena of a range lie in the grid: row by row, in runs within one block.
+/// Adds what a range has gathered in its arena to the blocks of the grid.
 template <class Kernel, std::floating_point S, int D, class Grid>
 void add_arena(const Arena<Kernel, S, D>& arena, Grid& grid, const std::uint32_t* neighbours) {
     Arena<Kernel, S, D>::for_runs(grid, neighbours, [&](int from, S* to, auto count) FIRN_LAMBDA {

@@ -19,16 +19,17 @@ inline int thread_count([[maybe_unused]] int requested) {
 #endif
 }
 
-/// Calls body(i, thread) for 0 ≤ i < n, in any order and on `threads` threads. Exceptions reach the caller.
+/// Calls body(i, thread) for 0 ≤ i < n, in any order and on `threads` threads, `grain` consecutive ones at a time.
+/// Exceptions reach the caller.
 template <class Body>
-void parallel_for(std::size_t n, int threads, const Body& body) {
-    if (threads <= 1 || n <= 1) {
+void parallel_for(std::size_t n, int threads, const Body& body, std::size_t grain = 1) {
+    if (threads <= 1 || n <= grain) {
         for (std::size_t i = 0; i < n; ++i) body(i, 0);
         return;
     }
 #ifdef _OPENMP
     std::exception_ptr failure;
-#pragma omp parallel for num_threads(threads) schedule(dynamic)
+#pragma omp parallel for num_threads(threads) schedule(dynamic, std::ptrdiff_t(grain))
     for (std::ptrdiff_t i = 0; i < std::ptrdiff_t(n); ++i) {
         try {
             body(std::size_t(i), omp_get_thread_num());

@@ -110,6 +110,8 @@ State<material_scalar_t<Material>> state_of(
         material_state_t<Material, D>::fields());
 
     state.attributes = detail::policy_attributes<S, Material, Transfer, Force, Kernel, Boundary>();
+    if constexpr (requires { simulation.boundary.description(); })
+        state.attributes.push_back({"boundary_conditions", simulation.boundary.description()});
     state.attributes.push_back({"execution", Execution::name});
     state.attributes.push_back({"library_version", version()});
     state.attributes.push_back({"compiler", detail::compiler_name()});

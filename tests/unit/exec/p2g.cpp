@@ -125,18 +125,21 @@ TEMPLATE_TEST_CASE("P2G conserves mass and momentum to rounding", "", (Case<floa
         expected[node_mass] += double(cloud.mass[p]);
         speed_scale += 2 * double(cloud.mass[p]);
     }
-    const auto check_sums = [&](const auto& grid, double tolerance) {
+    const auto check_sums = [&](const auto& grid, double tolerance, double mass_tolerance) {
         double sums[4] = {};
         const auto all = numbers(grid);
         for (std::size_t i = 0; i < all.size(); ++i) sums[i % 4] += all[i];
         for (int c = 0; c < 4; ++c)
-            if (c < D || c == node_mass) CHECK(std::abs(sums[c] - expected[c]) < tolerance * speed_scale);
+            if (c < D) CHECK(std::abs(sums[c] - expected[c]) < tolerance * speed_scale);
+        CHECK(std::abs(sums[node_mass] - expected[node_mass]) < mass_tolerance * expected[node_mass]);
     };
     const double epsilon = sizeof(S) == 4 ? 0x1p-23 : 0x1p-52;
-    check_sums(scattered<TestType>(cloud, Serial{}), 8 * epsilon);
-    check_sums(scattered<TestType>(cloud, Coloured{2}), 8 * epsilon);
-    check_sums(scattered<TestType>(cloud, FixedPoint<std::int64_t>{2}), 8 * epsilon);
-    check_sums(scattered<TestType>(cloud, FixedPoint<std::int32_t>{2}), 2e-7);  // the RMS of the notes on fixed point
+    check_sums(scattered<TestType>(cloud, Serial{}), 8 * epsilon, 8 * epsilon);
+    check_sums(scattered<TestType>(cloud, Coloured{2}), 8 * epsilon, 8 * epsilon);
+    check_sums(scattered<TestType>(cloud, FixedPoint<std::int64_t>{2}), 8 * epsilon, 8 * epsilon);
+    // Rounding to nearest errs by half a quantum either way, √(n/12) quanta in all for n = 54,000 contributions;
+    // cutting off would lose n/2 quanta of mass, 1e-7 of it here.
+    check_sums(scattered<TestType>(cloud, FixedPoint<std::int32_t>{2}), 2e-7, 2e-8);
 }
 
 TEST_CASE("Fixed-point sums have the same bits for any order of the particles") {
