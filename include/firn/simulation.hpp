@@ -172,6 +172,7 @@ private:
 
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
+        prepared_ = false;  // should the step fail, the next one looks at the particles anew
         if (report_.sort_needed) sort();
         const auto view = particles_.view();
         p2g<Kernel, Transfer, Force>(execution, view, partition_, grid_, dt);
@@ -180,6 +181,7 @@ private:
         time_ += dt;
         last_time_step_ = dt;
         ++steps_;
+        prepared_ = true;
     }
 
     /// Makes ready for a step particles that were added or changed by hand.

@@ -189,6 +189,7 @@ TEST_CASE("A run that blows up stops with the particle, its place and the likely
         CHECK(text.find("velocity (") != std::string::npos);
         CHECK(text.find("bound of the time step") != std::string::npos);
     }
+    REQUIRE_THROWS_AS(simulation.step(), particle_error);  // and does not go on from what is broken
 }
 
 TEST_CASE("Bodies that cannot be simulated are refused, and nothing is added") {
