@@ -114,6 +114,23 @@ TEMPLATE_TEST_CASE("P2G is the sum that the papers define, in every execution", 
     CHECK(difference(numbers(scattered<TestType>(cloud, FixedPoint<std::int32_t>{2})), expected) < 2e-5);
 }
 
+TEMPLATE_TEST_CASE("P2G reaches every node of particles that have drifted up to a cell since they were sorted", "",
+                   (Case<double, 3, Apic, MlsForce>), (Case<double, 2, Pic, WeightGradientForce>)) {
+    scenes::RandomCloud<double, TestType::D> cloud(3000);
+    const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 1);
+    for (std::size_t i = 0; i < cloud.x.size(); ++i)
+        cloud.x[i] += 0.999 * cloud.domain.cell_size * (2 * scenes::noise(i) - 1);
+    const auto check = [&](auto execution) {
+        SparseGrid<double, TestType::D> grid(cloud.domain);
+        grid.activate(partition);
+        p2g<QuadraticBSpline, typename TestType::Transfer, typename TestType::Force>(execution, cloud.view(), partition,
+                                                                                     grid, dt);
+        CHECK(difference(numbers(grid), by_definition<TestType>(cloud, grid)) < 64 * 0x1p-52);
+    };
+    check(Serial{});
+    check(Coloured{2});
+}
+
 TEMPLATE_TEST_CASE("P2G conserves mass and momentum to rounding", "", (Case<float, 3, Apic, MlsForce>),
                    (Case<double, 2, Apic, WeightGradientForce>)) {
     using S = typename TestType::S;
