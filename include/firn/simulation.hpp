@@ -87,11 +87,16 @@ public:
             if (!std::isfinite(velocity[a]))
                 throw parameter_error(
                     sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
+        const S volume = S(samples.volume), mass = S(density * samples.volume);
+        if (!(volume > 0) || !(mass > 0) || !std::isfinite(volume) || !std::isfinite(mass))
+            throw parameter_error(sentence("A particle of ", samples.volume, " m^", D, " and ",
+                                           density * samples.volume,
+                                           " kg is too small or too large for the simulation's precision. Use "
+                                           "double."));
         const auto& x = samples.positions;
         check_positions<S, D>(x.size(), domain(), [&](std::size_t i, int a) { return S(x[i][a]); });
         const Body body{std::uint32_t(particles_.size()), std::uint32_t(x.size())};
-        for (const auto& point : x)
-            particles_.push_back(cast<S>(point), cast<S>(velocity), S(density * samples.volume), S(samples.volume));
+        for (const auto& point : x) particles_.push_back(cast<S>(point), cast<S>(velocity), mass, volume);
         bodies_.push_back(body);
         prepared_ = false;
         return body;
@@ -110,12 +115,7 @@ public:
     /// vector
     template <class Acceleration>
     void step(const Acceleration& acceleration) {
-        const double bound = stable_time_step();
-        if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
-            throw parameter_error(
-                sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
-        if (fixed_time_step > bound) warn_of(fixed_time_step / bound);
-        step_by(fixed_time_step > 0 ? fixed_time_step : bound, acceleration);
+        step_by(next_time_step(), acceleration);
     }
 
     /// Steps until `duration` [s] has passed; the last step is shortened to end there.
@@ -126,9 +126,7 @@ public:
             throw parameter_error(sentence("The time to advance is ", duration, " s; it must not be negative."));
         const double end = time_ + duration;
         while (time_ < end) {
-            const double bound = stable_time_step();
-            if (fixed_time_step > bound) warn_of(fixed_time_step / bound);
-            const double dt = fixed_time_step > 0 ? fixed_time_step : bound;
+            const double dt = next_time_step();
             const double left = end - time_;
             step_by(left < dt * (1 + 1e-9) ? left : dt, acceleration);
             if (left < dt * (1 + 1e-9)) time_ = end;
@@ -168,6 +166,16 @@ private:
             return Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
         else
             return {};
+    }
+
+    /// The fixed time step, with a warning where it is above the bound; or the bound.
+    double next_time_step() {
+        const double bound = stable_time_step();
+        if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
+            throw parameter_error(
+                sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
+        if (fixed_time_step > bound) warn_of(fixed_time_step / bound);
+        return fixed_time_step > 0 ? fixed_time_step : bound;
     }
 
     template <class Acceleration>

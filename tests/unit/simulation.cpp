@@ -200,6 +200,7 @@ TEST_CASE("Bodies that cannot be simulated are refused, and nothing is added") {
     REQUIRE_THROWS_AS(simulation.add(box, -1.0), parameter_error);
     REQUIRE_THROWS_AS(simulation.add(box, nan), parameter_error);
     REQUIRE_THROWS_AS(simulation.add(box, 1.0, {nan, 0.0}), parameter_error);
+    REQUIRE_THROWS_AS(simulation.add(box, 1e-45), parameter_error);  // no mass is left of it in float
     REQUIRE_THROWS_AS(simulation.add(Samples<2>{{}, 1.0}, 1.0), particle_error);
     REQUIRE_THROWS_AS(simulation.add(Samples<2>{{{0.5, 0.5}}, 0.0}, 1.0), parameter_error);
     REQUIRE_THROWS_AS(simulation.add(Samples<2>{{{0.5, 0.5}, {0.5, 1.5}}, 1.0}, 1.0), particle_error);
