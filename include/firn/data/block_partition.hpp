@@ -34,6 +34,14 @@ BlockCoordinate<D> block_of_key(std::uint64_t key) {
     return block;
 }
 
+/// The colour of a block, 0 to 2^D − 1: whether each coordinate is odd. Blocks of one colour lie two blocks apart.
+template <int D>
+std::size_t block_colour(const BlockCoordinate<D>& block) {
+    std::size_t colour = 0;
+    for (const int coordinate : block) colour = 2 * colour + std::size_t(coordinate & 1);
+    return colour;
+}
+
 /// The particles whose base node lay in one block when they were sorted.
 template <int D>
 struct BlockRange {

@@ -4,8 +4,6 @@
 #include <firn/data/block_partition.hpp>
 #include <firn/data/particle_view.hpp>
 
-#include <cassert>
-
 namespace firn {
 
 /// One field of all particles: [pack][component][lane].

@@ -1,10 +1,8 @@
 /// \file A grid that holds only the blocks of nodes around matter. Its cost is that of the matter, not of the domain.
 #pragma once
 
+#include <firn/data/block_numbers.hpp>
 #include <firn/data/block_partition.hpp>
-
-#include <algorithm>
-#include <bit>
 
 namespace firn {
 
@@ -16,13 +14,13 @@ template <std::floating_point S, int D>
 class SparseGrid {
 public:
     static constexpr int neighbour_count = D == 2 ? 9 : 27;
-    static constexpr std::uint32_t no_block = 0xffffffffu;
+    static constexpr std::uint32_t no_block = BlockNumbers::none;
 
     explicit SparseGrid(const Domain<D>& domain) : domain_(domain) { check(domain); }
 
     const Domain<D>& domain() const { return domain_; }
     std::size_t block_count() const { return blocks_.size(); }
-    const BlockCoordinate<D>& block(std::size_t b) const { return blocks_[b]; }
+    BlockCoordinate<D> block(std::size_t b) const { return block_of_key<D>(blocks_.key(b)); }
 
     /// Nodes of block b: block_nodes<D> × node_width numbers, last axis fastest.
     S* nodes(std::size_t b) { return nodes_.data() + b * std::size_t(block_nodes<D> * node_width); }
@@ -36,26 +34,18 @@ public:
     void activate(const BlockPartition<D>& partition) {
         blocks_.clear();
         neighbours_.resize(partition.ranges.size() * neighbour_count);
-        table_.assign(std::bit_ceil(std::max<std::size_t>(64, 4 * partition.ranges.size())), Entry{});
         for (std::size_t r = 0; r < partition.ranges.size(); ++r) {
             for (int n = 0; n < neighbour_count; ++n) {
                 BlockCoordinate<D> block = partition.ranges[r].block;
                 for (int a = D - 1, rest = n; a >= 0; --a, rest /= 3) block[std::size_t(a)] += rest % 3 - 1;
-                neighbours_[r * neighbour_count + std::size_t(n)] = insert(block);
+                neighbours_[r * neighbour_count + std::size_t(n)] = blocks_.number(block_key<D>(block));
             }
         }
         nodes_.resize(blocks_.size() * std::size_t(block_nodes<D> * node_width));
     }
 
     /// Number of a block, or no_block.
-    std::uint32_t find(const BlockCoordinate<D>& block) const {
-        if (table_.empty()) return no_block;
-        const std::uint64_t key = block_key<D>(block);
-        for (std::size_t i = hash(key);; ++i) {
-            const Entry& entry = table_[i & (table_.size() - 1)];
-            if (entry.number == no_block || entry.key == key) return entry.number;
-        }
-    }
+    std::uint32_t find(const BlockCoordinate<D>& block) const { return blocks_.find(block_key<D>(block)); }
 
     /// The numbers of a node by its index from the lower corner (ghost nodes: −1, …), or null where there is no matter.
     const S* find_node(const std::array<int, std::size_t(D)>& node) const {
@@ -71,46 +61,12 @@ public:
 
     /// Bytes in use.
     std::size_t bytes() const {
-        return nodes_.capacity() * sizeof(S) + table_.capacity() * sizeof(Entry) +
-               neighbours_.capacity() * sizeof(std::uint32_t) + blocks_.capacity() * sizeof(BlockCoordinate<D>);
+        return nodes_.capacity() * sizeof(S) + neighbours_.capacity() * sizeof(std::uint32_t) + blocks_.bytes();
     }
 
 private:
-    struct Entry {
-        std::uint64_t key = 0;
-        std::uint32_t number = no_block;
-    };
-
-    static std::size_t hash(std::uint64_t key) { return std::size_t((key * 0x9e3779b97f4a7c15ull) >> 32); }
-
-    std::uint32_t insert(const BlockCoordinate<D>& block) {
-        if (4 * (blocks_.size() + 1) > 3 * table_.size()) grow();
-        const std::uint64_t key = block_key<D>(block);
-        for (std::size_t i = hash(key);; ++i) {
-            Entry& entry = table_[i & (table_.size() - 1)];
-            if (entry.number != no_block && entry.key != key) continue;
-            if (entry.number == no_block) {
-                entry = {key, std::uint32_t(blocks_.size())};
-                blocks_.push_back(block);
-            }
-            return entry.number;
-        }
-    }
-
-    void grow() {
-        std::vector<Entry> old(table_.size() * 2);
-        old.swap(table_);
-        for (const Entry& moved : old) {
-            if (moved.number == no_block) continue;
-            std::size_t i = hash(moved.key);
-            while (table_[i & (table_.size() - 1)].number != no_block) ++i;
-            table_[i & (table_.size() - 1)] = moved;
-        }
-    }
-
     Domain<D> domain_;
-    std::vector<BlockCoordinate<D>> blocks_;
-    std::vector<Entry> table_;  // open addressing, a power of two
+    BlockNumbers blocks_;
     std::vector<std::uint32_t> neighbours_;
     aligned_vector<S> nodes_;
 };

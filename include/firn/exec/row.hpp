@@ -26,13 +26,11 @@ struct quad {
     }
     FIRN_INLINE void store(S* to) const { std::memcpy(to, &v, sizeof v); }
     FIRN_INLINE friend quad operator+(quad a, quad b) { return {a.v + b.v}; }
-    FIRN_INLINE friend quad operator*(quad a, S s) { return {a.v * s}; }
 };
 
 /// Portable: a register a node.
 template <std::floating_point S, int K>
 struct row {
-    static constexpr int nodes_touched = K;  ///< nodes read and written from the first one on
     quad<S> node[K];
 
     FIRN_INLINE static row load(const S* from) {
@@ -93,7 +91,6 @@ struct row {
 /// weights are zero: they are read and written back unchanged.
 template <int K>
 struct row<float, K> {
-    static constexpr int nodes_touched = 4;
     static constexpr __mmask16 all = 0xffff;  // the unmasked intrinsics of g++ 12 warn of uninitialised values
     __m512 v;
 

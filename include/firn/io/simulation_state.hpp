@@ -210,11 +210,9 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
     std::size_t slots = 0;
     for (std::size_t row = 0; row < blocks.values.size(); row += D + 2) {
         BlockRange<D> range{};
-        int colour = 0;
         for (std::size_t a = 0; a < std::size_t(D); ++a) {
             if (std::abs(blocks.values[row + a]) >= (1 << 20)) throw damaged("table of blocks");
             range.block[a] = int(blocks.values[row + a]);
-            colour = 2 * colour + (range.block[a] & 1);
         }
         if (blocks.values[row + D] != std::int64_t(slots) || blocks.values[row + D + 1] < 1 ||
             blocks.values[row + D + 1] > std::int64_t(n))
@@ -225,7 +223,7 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
         range.particles = std::size_t(blocks.values[row + D + 1]);
         slots += range.packs() * pack_size;
         partition.particles += range.particles;
-        partition.colours[std::size_t(colour)].push_back(std::uint32_t(partition.ranges.size()));
+        partition.colours[block_colour<D>(range.block)].push_back(std::uint32_t(partition.ranges.size()));
         partition.ranges.push_back(range);
     }
     if (partition.particles != n || slot_of.values.size() != n) throw damaged("table of blocks");

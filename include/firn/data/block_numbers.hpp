@@ -1,0 +1,62 @@
+/// \file Numbers for the blocks that are met, in the order in which they are met.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace firn {
+
+/// From block keys to 0, 1, 2, …: a hash table with open addressing.
+class BlockNumbers {
+public:
+    static constexpr std::uint32_t none = 0xffffffffu;
+
+    std::size_t size() const { return keys_.size(); }
+    std::uint64_t key(std::size_t number) const { return keys_[number]; }
+    const std::vector<std::uint64_t>& keys() const { return keys_; }
+
+    /// Forgets all blocks and keeps the memory.
+    void clear() {
+        keys_.clear();
+        table_.assign(table_.size(), none);
+    }
+
+    /// The number of a key; a new one is given the next number.
+    std::uint32_t number(std::uint64_t key) {
+        if (!keys_.empty() && keys_[last_] == key) return last_;
+        if (2 * (keys_.size() + 1) > table_.size()) grow();
+        std::uint32_t& entry = table_[place(key)];
+        if (entry == none) {
+            entry = std::uint32_t(keys_.size());
+            keys_.push_back(key);
+        }
+        return last_ = entry;
+    }
+
+    /// The number of a key, or none.
+    std::uint32_t find(std::uint64_t key) const { return table_.empty() ? none : table_[place(key)]; }
+
+    std::size_t bytes() const {
+        return keys_.capacity() * sizeof(std::uint64_t) + table_.capacity() * sizeof(std::uint32_t);
+    }
+
+private:
+    /// Where the key is, or would be put. The multiplier is 2⁶⁴ over the golden ratio (Knuth, vol. 3, §6.4).
+    std::size_t place(std::uint64_t key) const {
+        const std::size_t last = table_.size() - 1;  // a power of two, less one
+        std::size_t i = std::size_t((key * 0x9e3779b97f4a7c15ull) >> 32) & last;
+        while (table_[i] != none && keys_[table_[i]] != key) i = (i + 1) & last;
+        return i;
+    }
+    void grow() {
+        table_.assign(table_.empty() ? 256 : 2 * table_.size(), none);
+        for (std::uint32_t n = 0; n < keys_.size(); ++n) table_[place(keys_[n])] = n;
+    }
+
+    std::vector<std::uint64_t> keys_;
+    std::vector<std::uint32_t> table_;
+    std::uint32_t last_ = 0;  // neighbours in memory mostly share a block
+};
+
+}  // namespace firn
