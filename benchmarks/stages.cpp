@@ -12,7 +12,7 @@ using Kernel = firn::QuadraticBSpline;
 struct Stages {
     firn::Domain<3> domain = scenes::unit_box();
     Material material = Material::from_young_poisson(scenes::young, scenes::poisson);
-    firn::Particles<float, 3> particles;
+    firn::Particles<float, 3> particles{domain};
     firn::BlockPartition<3> partition;
     firn::SparseGrid<float, 3> grid{domain};
     firn::Walls<float, 3> walls = firn::Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {});
@@ -36,14 +36,7 @@ struct Stages {
     void g2p() {
         firn::g2p<Kernel, firn::Apic, firn::MlsForce>(execution, particles.view(), partition, grid, material, 1e-9);
     }
-    void sort() {
-        partition = firn::partition_particles<Kernel, float, 3>(
-            particles.slots(), domain, execution.threads, [&](std::size_t i) { return particles.is_particle(i); },
-            [&](std::size_t i, int a) { return particles.position(i)[a]; });
-        particles.reorder(partition, [&](std::size_t n, const auto& body) {
-            firn::parallel_for(n, execution.threads, [&](std::size_t i, int) { body(i); }, 64);
-        });
-    }
+    void sort() { partition = firn::sort_particles<Kernel>(particles, execution.threads); }
     void activate() { grid.activate(partition); }
 };
 

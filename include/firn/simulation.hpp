@@ -7,7 +7,7 @@
 #include <firn/data/sampling.hpp>
 #include <firn/exec/g2p.hpp>
 #include <firn/exec/grid_update.hpp>
-#include <firn/exec/p2g.hpp>
+#include <firn/exec/p2g_fixed_point.hpp>
 #include <firn/exec/partition.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
@@ -46,7 +46,7 @@ public:
     explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
         : Simulation(domain, material, how, default_boundary(domain)) {}
     Simulation(const Domain<D>& domain, const Material& material, const Execution& how, const Boundary& walls)
-        : boundary(walls), execution(how), material_(material), grid_(domain) {
+        : boundary(walls), execution(how), material_(material), grid_(domain), particles_(domain) {
         gravity[1] = -9.81;
     }
 
@@ -54,6 +54,9 @@ public:
     Boundary boundary;                                ///< by default: walls on all faces that let go, without friction
     Execution execution;
     double fixed_time_step = 0;  ///< [s]; 0: the bound of the time step, anew for every step
+    /// Particles are sorted when one may leave the reach of its block; and whenever the number of steps is a multiple
+    /// of this, unless it is 0.
+    std::uint64_t most_steps_between_sorts = 0;
     /// Takes warnings: a fixed time step above the bound. By default they go to std::cerr.
     std::function<void(const std::string&)> warn = [](const std::string& text) {
         std::cerr << "firn: " << text << '\n';
@@ -94,9 +97,10 @@ public:
                                            " kg is too small or too large for the simulation's precision. Use "
                                            "double."));
         const auto& x = samples.positions;
-        check_positions<S, D>(x.size(), domain(), [&](std::size_t i, int a) { return S(x[i][a]); });
+        check_positions<double, D>(x.size(), domain(), [&](std::size_t i, int a) { return x[i][a]; });
         const Body body{std::uint32_t(particles_.size()), std::uint32_t(x.size())};
-        for (const auto& point : x) particles_.push_back(cast<S>(point), cast<S>(velocity), mass, volume);
+        particles_.reserve(particles_.size() + x.size());
+        for (const auto& point : x) particles_.push_back(point, cast<S>(velocity), mass, volume);
         bodies_.push_back(body);
         prepared_ = false;
         return body;
@@ -181,7 +185,8 @@ private:
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
         prepared_ = false;  // should the step fail, the next one looks at the particles anew
-        if (report_.sort_needed) sort();
+        const bool due = most_steps_between_sorts > 0 && steps_ % most_steps_between_sorts == 0;
+        if (report_.sort_needed || due) sort();
         const auto view = particles_.view();
         p2g<Kernel, Transfer, Force>(execution, view, partition_, grid_, dt);
         grid_update(execution, grid_, dt, acceleration, boundary);
@@ -195,8 +200,8 @@ private:
     /// Makes ready for a step particles that were added or changed by hand.
     void prepare() {
         if (prepared_) return;
-        check_positions<S, D>(particles_.slots(), domain(), [&](std::size_t i, int a) {
-            return particles_.is_particle(i) ? particles_.position(i)[a] : S(domain().lower[a]);
+        check_positions<double, D>(particles_.slots(), domain(), [&](std::size_t i, int a) {
+            return particles_.is_particle(i) ? particles_.exact_position(i)[a] : domain().lower[a];
         });
         sort();
         report_ = update_stress(execution, particles_.view(), partition_, material_);
@@ -209,13 +214,7 @@ private:
     }
 
     void sort() {
-        const int threads = requested_threads(execution);
-        partition_ = partition_particles<Kernel, S, D>(
-            particles_.slots(), domain(), threads, [&](std::size_t i) { return particles_.is_particle(i); },
-            [&](std::size_t i, int a) { return particles_.position(i)[a]; });
-        particles_.reorder(partition_, [&](std::size_t n, const auto& body) {
-            parallel_for(n, thread_count(threads), [&](std::size_t i, int) { body(i); }, 64);
-        });
+        partition_ = sort_particles<Kernel>(particles_, requested_threads(execution));
         grid_.activate(partition_);
     }
 

@@ -46,3 +46,8 @@ TEST_CASE("Fixed point with 64 bits, 3D: the same bits for 1, 2, 3, 4 and 7 thre
     const auto one = hash_of_run<3, float, Apic, WeightGradientForce>(FixedPoint<std::int64_t>{1});
     CHECK(hash_of_run<3, float, Apic, WeightGradientForce>(FixedPoint<std::int64_t>{7}) == one);
 }
+TEST_CASE("Coloured fixed point, 3D: the bits of the atomic one, for 1 and 7 threads") {
+    const auto atomic = hash_of_run<3, float, Apic, MlsForce>(FixedPoint<std::int32_t>{2});
+    CHECK(hash_of_run<3, float, Apic, MlsForce>(ColouredFixedPoint<std::int32_t>{1}) == atomic);
+    CHECK(hash_of_run<3, float, Apic, MlsForce>(ColouredFixedPoint<std::int32_t>{7}) == atomic);
+}

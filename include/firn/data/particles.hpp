@@ -1,98 +1,175 @@
 /// \file firn's own particles: named fields, each in blocks of sixteen, kept in the order of their blocks of cells.
+/// A position is kept as a block of cells and a place in it, so that it is as fine in the farthest corner of the
+/// largest domain as at the origin.
 #pragma once
 
 #include <firn/data/block_partition.hpp>
 #include <firn/data/particle_view.hpp>
 
+#include <algorithm>
+#include <limits>
+
 namespace firn {
 
-/// One field of all particles: [pack][component][lane].
+/// The fields of all particles, each [pack][component][lane], one after the other in one piece of memory, with room
+/// for one more. Sorting moves every field into the room beside it, which thereby moves from one end to the other: no
+/// second copy, and nothing is allocated while the number of slots fits.
 template <class S>
-class BlockedField {
+class BlockedFields {
 public:
-    BlockedField() = default;
-    explicit BlockedField(int components) : components_(components) {}
-
-    int components() const { return components_; }
-    BlockedSpan<S> span() { return {numbers_.data(), components_}; }
-    /// A read-only use of the same addressing.
-    S get(std::size_t slot, int component) const {
-        return numbers_[(slot / pack_size * std::size_t(components_) + std::size_t(component)) * pack_size +
-                        slot % pack_size];
+    explicit BlockedFields(std::vector<int> components) : components_(std::move(components)) {
+        offset_.resize(components_.size());
+        widest_ = *std::max_element(components_.begin(), components_.end());
+        for (int c : components_) width_ += c;
     }
-    S& at(std::size_t slot, int component) {
-        return numbers_[(slot / pack_size * std::size_t(components_) + std::size_t(component)) * pack_size +
-                        slot % pack_size];
-    }
-    /// Slots, a multiple of pack_size; new ones are zero.
-    void resize(std::size_t slots) { numbers_.resize(slots * std::size_t(components_)); }
 
-    /// The field in the order of a partition, through `scratch`, which takes the old memory. Padding: zeros.
+    int components(std::size_t field) const { return components_[field]; }
+    BlockedSpan<S> span(std::size_t field) { return {numbers_.data() + offset_[field], components_[field]}; }
+    S get(std::size_t field, std::size_t slot, int component) const {
+        return numbers_[offset_[field] + place(slot, components_[field]) + std::size_t(component * pack_size)];
+    }
+    S& at(std::size_t field, std::size_t slot, int component) {
+        return numbers_[offset_[field] + place(slot, components_[field]) + std::size_t(component * pack_size)];
+    }
+    std::size_t bytes() const { return numbers_.capacity() * sizeof(S); }
+
+    /// Makes the number of slots larger; the new ones are zero.
+    void grow(std::size_t slots) {
+        BlockedFields larger(components_);
+        larger.allocate(slots);
+        for (std::size_t f = 0; f < components_.size(); ++f)
+            std::copy_n(numbers_.data() + offset_[f], slots_ * std::size_t(components_[f]),
+                        larger.numbers_.data() + larger.offset_[f]);
+        *this = std::move(larger);
+    }
+
+    /// Puts the particle of slot order[i] into slot i; where there is none: anything.
     template <class Loop>
-    void permute(const std::vector<std::uint32_t>& order, aligned_vector<S>& scratch, const Loop& loop) {
-        scratch.resize(order.size() * std::size_t(components_));
-        loop(order.size() / pack_size, [&](std::size_t pack) {
-            S* to = scratch.data() + pack * std::size_t(components_ * pack_size);
-            const std::uint32_t* from = order.data() + pack * pack_size;
-            for (int c = 0; c < components_; ++c)
-                for (int l = 0; l < pack_size; ++l)
-                    to[c * pack_size + l] = from[l] == no_particle ? S(0) : get(from[l], c);
-        });
-        numbers_.swap(scratch);
+    void permute(const std::vector<std::uint32_t>& order, const Loop& loop) {
+        if (numbers_.size() < needed(order.size())) grow(order.size() + order.size() / 64 / pack_size * pack_size);
+        slots_ = order.size();
+        const std::size_t count = components_.size();
+        const bool to_the_end = room_at_end_;
+        std::size_t end = to_the_end ? numbers_.size() : 0;  // of what has been moved
+        for (std::size_t i = 0; i < count; ++i) {
+            const std::size_t f = to_the_end ? count - 1 - i : i, size = slots_ * std::size_t(components_[f]);
+            const std::size_t to = to_the_end ? end - size : end;
+            move(f, order, numbers_.data() + to, loop);
+            offset_[f] = to;
+            end = to_the_end ? to : to + size;
+        }
+        room_at_end_ = !to_the_end;
     }
 
 private:
-    int components_ = 1;
+    static std::size_t place(std::size_t slot, int components) {
+        return slot / pack_size * std::size_t(components * pack_size) + slot % pack_size;
+    }
+    std::size_t needed(std::size_t slots) const { return slots * std::size_t(width_ + widest_); }
+
+    void allocate(std::size_t slots) {
+        slots_ = slots;
+        numbers_.resize(needed(slots));
+        std::size_t offset = 0;
+        for (std::size_t f = 0; f < components_.size(); ++f) {
+            offset_[f] = offset;
+            offset += slots * std::size_t(components_[f]);
+        }
+    }
+
+    template <class Loop>
+    void move(std::size_t field, const std::vector<std::uint32_t>& order, S* to, const Loop& loop) const {
+        const S* from = numbers_.data() + offset_[field];
+        const int components = components_[field];
+        loop(order.size() / pack_size, [&](std::size_t pack) {
+            move_pack(from, components, order.data() + pack * pack_size,
+                      to + pack * std::size_t(components * pack_size));
+        });
+    }
+    FIRN_INLINE static void move_pack(const S* from, int components, const std::uint32_t* order, S* to) {
+        bool run = true;  // of slots, all along
+        for (int l = 1; l < pack_size; ++l) run = run & (order[l] == order[0] + std::uint32_t(l));
+        if (run) {
+            const int first = int(order[0] % pack_size);
+            const S* low = from + place(order[0], components);
+            const S* high = from + place(order[pack_size - 1], components) - (pack_size - 1);
+            for (int c = 0; c < components; ++c, low += pack_size, high += pack_size, to += pack_size)
+                for (int l = 0; l < pack_size; ++l) to[l] = *((l < pack_size - first ? low : high) + l);
+            return;
+        }
+        const S* of[pack_size];
+        for (int l = 0; l < pack_size; ++l) of[l] = from + (order[l] == no_particle ? 0 : place(order[l], components));
+        for (int c = 0; c < components; ++c, to += pack_size)
+            for (int l = 0; l < pack_size; ++l) to[l] = of[l][c * pack_size];
+    }
+
+    std::vector<int> components_;
+    std::vector<std::size_t> offset_;
+    int width_ = 0, widest_ = 0;  // components: of all fields, of the widest
+    std::size_t slots_ = 0;
+    bool room_at_end_ = true;
     aligned_vector<S> numbers_;
 };
 
 /// What the material's state, the transfers and the grid need of every particle.
-/// Bytes a particle in float, 3D, elastic: x 12, v 12, C 36, τ 24, F 36, m 4, V0 4, id 4 = 132 (and padding, 1–3 %);
-/// sorting adds 12 and one field's worth of scratch, 36.
+/// Bytes a particle in float, 3D, elastic: x 12 and the number of its block 4, v 12, C 36, τ 24, F 36, m 4, V0 4, id 4
+/// = 136 (and padding, 1–3 % of dense matter); the partition adds 4 and sorting one field's worth of scratch, 36.
 template <std::floating_point S, int D, class State = ElasticState<S, D>>
 class Particles {
 public:
     using View = ParticleView<S, D, BlockedSpan<S>, State>;
     static constexpr std::size_t state_fields = state_field_count<State>;
 
-    Particles() {
-        constexpr auto members = State::fields();
-        unroll<int(state_fields)>([&](auto f) {
-            using Member = std::remove_cvref_t<decltype(std::declval<State>().*(std::get<f>(members).member))>;
-            state_[f] = BlockedField<S>(component_count<Member>);
-        });
-    }
+    /// \param domain  of the grid that they will meet; they may lie outside it
+    explicit Particles(const Domain<D>& domain) : domain_(domain), fields_(components()) {}
 
     std::size_t size() const { return size_; }
     std::size_t slots() const { return id_.size(); }
 
+    /// Makes room for this many particles.
+    void reserve(std::size_t count) {
+        const std::size_t needed = (end_ - size_ + count + pack_size - 1) / pack_size * pack_size;
+        if (needed > slots()) grow(needed);
+    }
+
     /// Appends a particle; its id is the number of particles added before. Ends the order by blocks.
-    void push_back(const Vec<S, D>& x, const Vec<S, D>& v, S mass, S volume) {
-        if (end_ == slots()) resize(std::max<std::size_t>(4 * pack_size, 2 * slots()));
+    void push_back(const Vec<double, D>& x, const Vec<S, D>& v, S mass, S volume) {
+        if (end_ == slots()) grow(std::max<std::size_t>(4 * pack_size, slots() + slots() / 2 / pack_size * pack_size));
         const std::size_t slot = end_++;
-        for (int a = 0; a < D; ++a) {
-            position_.at(slot, a) = x[a];
-            velocity_.at(slot, a) = v[a];
-        }
-        mass_.at(slot, 0) = mass;
-        volume_.at(slot, 0) = volume;
-        State state{};
-        set_state(slot, state);
+        set_position(slot, x);
+        set_velocity(slot, v);
+        fields_.at(of_mass, slot, 0) = mass;
+        fields_.at(of_volume, slot, 0) = volume;
+        set_state(slot, State{});
         id_[slot] = std::uint32_t(size_++);
     }
 
     std::uint32_t id(std::size_t slot) const { return id_[slot]; }
     bool is_particle(std::size_t slot) const { return id_[slot] != no_particle; }
-    Vec<S, D> position(std::size_t slot) const { return vector(position_, slot); }
-    Vec<S, D> velocity(std::size_t slot) const { return vector(velocity_, slot); }
-    Mat<S, D> affine(std::size_t slot) const { return matrix(affine_, slot); }
-    S mass(std::size_t slot) const { return mass_.get(slot, 0); }
-    S volume(std::size_t slot) const { return volume_.get(slot, 0); }
+    /// x [m], rounded to S.
+    Vec<S, D> position(std::size_t slot) const { return cast<S>(exact_position(slot)); }
+    /// x [m], as fine as it is kept.
+    Vec<double, D> exact_position(std::size_t slot) const {
+        const BlockCoordinate<D> of = block(slot);
+        Vec<double, D> x{};
+        for (int a = 0; a < D; ++a)
+            x[a] = domain_.lower[a] +
+                   domain_.cell_size * (block_size * of[std::size_t(a)] + double(fields_.get(of_position, slot, a)));
+        return x;
+    }
+    /// The block that the position counts from, and the position from there, in cells.
+    BlockCoordinate<D> block(std::size_t slot) const { return block_of_key<D>(blocks_[block_[slot]]); }
+    Vec<S, D> place(std::size_t slot) const { return vector(of_position, slot); }
+    std::uint64_t block_key_of(std::size_t slot) const { return blocks_[block_[slot]]; }
+    Vec<S, D> velocity(std::size_t slot) const { return vector(of_velocity, slot); }
+    Mat<S, D> affine(std::size_t slot) const { return matrix(of_affine, slot); }
+    S mass(std::size_t slot) const { return fields_.get(of_mass, slot, 0); }
+    S volume(std::size_t slot) const { return fields_.get(of_volume, slot, 0); }
     /// Kirchhoff stress τ [Pa] of the current state.
     Mat<S, D> stress(std::size_t slot) const {
         Mat<S, D> r{};
         for (int i = 0; i < D; ++i)
-            for (int j = 0; j < D; ++j) r(i, j) = stress_.get(slot, symmetric_index<D>(i, j));
+            for (int j = 0; j < D; ++j) r(i, j) = fields_.get(of_stress, slot, symmetric_index<D>(i, j));
         return r;
     }
     State state(std::size_t slot) const {
@@ -101,90 +178,144 @@ public:
         unroll<int(state_fields)>([&](auto f) {
             auto& member = state.*(std::get<f>(members).member);
             auto* to = detail::components(member);
-            for (int k = 0; k < state_[f].components(); ++k) to[k] = state_[f].get(slot, k);
+            for (int k = 0; k < fields_.components(of_state + f); ++k) to[k] = fields_.get(of_state + f, slot, k);
         });
         return state;
     }
 
-    void set_position(std::size_t slot, const Vec<S, D>& x) { set(position_, slot, x.v); }
-    void set_velocity(std::size_t slot, const Vec<S, D>& v) { set(velocity_, slot, v.v); }
-    void set_affine(std::size_t slot, const Mat<S, D>& C) { set(affine_, slot, C.m); }
+    void set_position(std::size_t slot, const Vec<double, D>& x) {
+        BlockCoordinate<D> of{};
+        Vec<S, D> place{};
+        for (int a = 0; a < D; ++a) {
+            const double cells = (x[a] - domain_.lower[a]) / domain_.cell_size;
+            const double block = std::floor(cells / block_size);
+            of[std::size_t(a)] = std::abs(block) < most_blocks_per_axis ? int(block) : 0;  // 0: also for NaN
+            place[a] = S(cells - block_size * double(of[std::size_t(a)]));
+        }
+        set_place(slot, of, place);
+    }
+    void set_place(std::size_t slot, const BlockCoordinate<D>& of, const Vec<S, D>& place) {
+        const std::uint64_t key = block_key<D>(of);
+        if (blocks_.empty() || blocks_.back() != key) blocks_.push_back(key);
+        block_[slot] = std::uint32_t(blocks_.size() - 1);
+        set(of_position, slot, place.v);
+    }
+    void set_velocity(std::size_t slot, const Vec<S, D>& v) { set(of_velocity, slot, v.v); }
+    void set_affine(std::size_t slot, const Mat<S, D>& C) { set(of_affine, slot, C.m); }
     void set_stress(std::size_t slot, const Mat<S, D>& stress) {
         for (int i = 0; i < D; ++i)
-            for (int j = i; j < D; ++j) stress_.at(slot, symmetric_index<D>(i, j)) = stress(i, j);
+            for (int j = i; j < D; ++j) fields_.at(of_stress, slot, symmetric_index<D>(i, j)) = stress(i, j);
     }
     void set_state(std::size_t slot, State state) {
         constexpr auto members = State::fields();
         unroll<int(state_fields)>(
-            [&](auto f) { set(state_[f], slot, detail::components(state.*(std::get<f>(members).member))); });
+            [&](auto f) { set(of_state + f, slot, detail::components(state.*(std::get<f>(members).member))); });
     }
 
     View view() {
-        View view{position_.span(), velocity_.span(), affine_.span(), stress_.span(), mass_.span(), volume_.span(), {}};
-        for (std::size_t f = 0; f < state_fields; ++f) view.state[f] = state_[f].span();
+        View view{fields_.span(of_position),
+                  fields_.span(of_velocity),
+                  fields_.span(of_affine),
+                  fields_.span(of_stress),
+                  fields_.span(of_mass),
+                  fields_.span(of_volume),
+                  {}};
+        for (std::size_t f = 0; f < state_fields; ++f) view.state[f] = fields_.span(of_state + f);
         return view;
     }
 
     /// Moves all particles into the order of the partition, whose order then names ids.
-    /// \param loop  loop(n, body) calls body(pack) for 0 ≤ pack < n
+    /// \param loop  loop(n, body) calls body(i) for 0 ≤ i < n
     template <class Loop>
     void reorder(BlockPartition<D>& partition, const Loop& loop) {
         const std::vector<std::uint32_t>& order = partition.order;
-        for (BlockedField<S>* field : {&position_, &velocity_, &affine_, &stress_, &mass_, &volume_})
-            field->permute(order, scratch_, loop);
-        for (BlockedField<S>& field : state_) field.permute(order, scratch_, loop);
-        std::vector<std::uint32_t> ids(order.size());
-        loop(order.size() / pack_size, [&](std::size_t pack) {
-            for (std::size_t slot = pack * pack_size; slot < (pack + 1) * pack_size; ++slot)
-                ids[slot] = order[slot] == no_particle ? no_particle : id_[order[slot]];
+        fields_.permute(order, loop);
+
+        std::vector<std::uint32_t> ids(order.size()), blocks(order.size());
+        loop(partition.groups.size(), [&](std::size_t g) {
+            const BlockGroup& group = partition.groups[g];
+            for (std::size_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
+                const BlockRange<D>& range = partition.ranges[r];
+                const std::uint64_t key = block_key<D>(range.block);
+                for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) {
+                    ids[slot] = id_[order[slot]];
+                    blocks[slot] = std::uint32_t(r);
+                    const std::uint64_t old_key = blocks_[block_[order[slot]]];
+                    if (old_key == key) continue;
+                    const BlockCoordinate<D> old = block_of_key<D>(old_key);
+                    for (std::size_t a = 0; a < std::size_t(D); ++a)
+                        fields_.at(of_position, slot, int(a)) += S(block_size * (old[a] - range.block[a]));
+                }
+            }
+            const std::uint32_t last = group.first_range + group.ranges - 1;
+            const std::size_t end = group.first_slot + group.packs() * pack_size;
+            for (std::size_t slot = group.first_slot + group.particles; slot < end; ++slot) {
+                ids[slot] = no_particle;
+                blocks[slot] = last;
+                make_padding(slot);
+            }
         });
         id_.swap(ids);
+        block_.swap(blocks);
         partition.order = id_;
         end_ = id_.size();
-        for (const BlockRange<D>& range : partition.ranges) {
-            const std::size_t padding = range.first_slot + range.particles;
-            for (std::size_t slot = padding; slot < range.first_slot + range.packs() * pack_size; ++slot) {
-                set_state(slot, State{});                                    // padding: at rest, undeformed, massless,
-                set_position(slot, position(slot / pack_size * pack_size));  // beside the first particle of its pack
-            }
-        }
+        blocks_.resize(partition.ranges.size());
+        for (std::size_t r = 0; r < blocks_.size(); ++r) blocks_[r] = block_key<D>(partition.ranges[r].block);
     }
 
+    /// Of memory held.
     std::size_t bytes() const {
-        std::size_t numbers = scratch_.capacity();
-        for (const BlockedField<S>* field : {&position_, &velocity_, &affine_, &stress_, &mass_, &volume_})
-            numbers += slots() * std::size_t(field->components());
-        for (const BlockedField<S>& field : state_) numbers += slots() * std::size_t(field.components());
-        return numbers * sizeof(S) + id_.capacity() * sizeof(std::uint32_t);
+        return fields_.bytes() + blocks_.capacity() * sizeof(std::uint64_t) +
+               (id_.capacity() + block_.capacity()) * sizeof(std::uint32_t);
     }
 
 private:
-    void resize(std::size_t slots) {
-        for (BlockedField<S>* field : {&position_, &velocity_, &affine_, &stress_, &mass_, &volume_})
-            field->resize(slots);
-        for (BlockedField<S>& field : state_) field.resize(slots);
+    enum Field : std::size_t { of_position, of_velocity, of_affine, of_stress, of_mass, of_volume, of_state };
+
+    static std::vector<int> components() {
+        std::vector<int> all{D, D, D * D, symmetric_size<D>, 1, 1};
+        constexpr auto members = State::fields();
+        unroll<int(state_fields)>([&](auto f) {
+            using Member = std::remove_cvref_t<decltype(std::declval<State>().*(std::get<f>(members).member))>;
+            all.push_back(component_count<Member>);
+        });
+        return all;
+    }
+    void grow(std::size_t slots) {
+        fields_.grow(slots);
         id_.resize(slots, no_particle);
+        block_.resize(slots, 0);
     }
-    static Vec<S, D> vector(const BlockedField<S>& field, std::size_t slot) {
+    /// Padding is inert: at rest, undeformed, massless, in the middle of its block.
+    void make_padding(std::size_t slot) {
+        for (const std::size_t f : {of_velocity, of_affine, of_stress, of_mass, of_volume})
+            for (int k = 0; k < fields_.components(f); ++k) fields_.at(f, slot, k) = 0;
+        for (int a = 0; a < D; ++a) fields_.at(of_position, slot, a) = S(block_size / 2);
+        set_state(slot, State{});
+    }
+    Vec<S, D> vector(std::size_t field, std::size_t slot) const {
         Vec<S, D> r{};
-        for (int a = 0; a < D; ++a) r[a] = field.get(slot, a);
+        for (int a = 0; a < D; ++a) r[a] = fields_.get(field, slot, a);
         return r;
     }
-    static Mat<S, D> matrix(const BlockedField<S>& field, std::size_t slot) {
+    Mat<S, D> matrix(std::size_t field, std::size_t slot) const {
         Mat<S, D> r{};
-        for (int k = 0; k < D * D; ++k) r.m[k] = field.get(slot, k);
+        for (int k = 0; k < D * D; ++k) r.m[k] = fields_.get(field, slot, k);
         return r;
     }
-    static void set(BlockedField<S>& field, std::size_t slot, const S* numbers) {
-        for (int k = 0; k < field.components(); ++k) field.at(slot, k) = numbers[k];
+    void set(std::size_t field, std::size_t slot, const S* numbers) {
+        for (int k = 0; k < fields_.components(field); ++k) fields_.at(field, slot, k) = numbers[k];
     }
 
+    static constexpr double most_blocks_per_axis = 1 << 20;
+
+    Domain<D> domain_;
     std::size_t size_ = 0;  ///< particles
     std::size_t end_ = 0;   ///< slots in use, padding included
-    BlockedField<S> position_{D}, velocity_{D}, affine_{D * D}, stress_{symmetric_size<D>}, mass_{1}, volume_{1};
-    std::array<BlockedField<S>, state_fields> state_;
+    BlockedFields<S> fields_;
     std::vector<std::uint32_t> id_;
-    aligned_vector<S> scratch_;
+    std::vector<std::uint32_t> block_;   // of each slot: which of blocks_ its position counts from
+    std::vector<std::uint64_t> blocks_;  // keys
 };
 
 }  // namespace firn

@@ -1,8 +1,10 @@
 /// \file A grid that holds only the blocks of nodes around matter. Its cost is that of the matter, not of the domain.
 #pragma once
 
-#include <firn/data/block_numbers.hpp>
 #include <firn/data/block_partition.hpp>
+
+#include <algorithm>
+#include <type_traits>
 
 namespace firn {
 
@@ -14,13 +16,13 @@ template <std::floating_point S, int D>
 class SparseGrid {
 public:
     static constexpr int neighbour_count = D == 2 ? 9 : 27;
-    static constexpr std::uint32_t no_block = BlockNumbers::none;
+    static constexpr std::uint32_t no_block = 0xffffffffu;
 
     explicit SparseGrid(const Domain<D>& domain) : domain_(domain) { check(domain); }
 
     const Domain<D>& domain() const { return domain_; }
     std::size_t block_count() const { return blocks_.size(); }
-    BlockCoordinate<D> block(std::size_t b) const { return block_of_key<D>(blocks_.key(b)); }
+    BlockCoordinate<D> block(std::size_t b) const { return block_of_key<D>(blocks_[b]); }
 
     /// Nodes of block b: block_nodes<D> × node_width numbers, last axis fastest.
     S* nodes(std::size_t b) { return nodes_.data() + b * std::size_t(block_nodes<D> * node_width); }
@@ -29,23 +31,49 @@ public:
     /// The 3^D blocks around range r of the partition, last axis fastest.
     const std::uint32_t* neighbours(std::size_t r) const { return neighbours_.data() + r * neighbour_count; }
 
-    /// Makes room for every node that particles of the partition can reach before they are sorted again.
-    /// Contents are lost.
+    /// Makes room for every node that particles of the partition can reach before they are sorted again: the blocks of
+    /// the partition and their neighbours, in the order of their keys. Contents are lost.
     void activate(const BlockPartition<D>& partition) {
-        blocks_.clear();
+        std::vector<std::uint64_t> grown;
+        blocks_.resize(partition.ranges.size());
+        for (std::size_t i = 0; i < blocks_.size(); ++i)
+            blocks_[i] = block_key<D>(partition.ranges[partition.by_block[i]].block);
+        for (int a = 0; a < D; ++a) {
+            grow(blocks_, std::uint64_t(1) << 21 * (D - 1 - a), grown);
+            blocks_.swap(grown);
+        }
+
+        // Neighbours along the last axis are neighbours in the list; the others are found by walking along it.
         neighbours_.resize(partition.ranges.size() * neighbour_count);
-        for (std::size_t r = 0; r < partition.ranges.size(); ++r) {
-            for (int n = 0; n < neighbour_count; ++n) {
+        for (int line = 0; line < neighbour_count / 3; ++line) {
+            std::size_t b = 0;
+            for (const std::uint32_t r : partition.by_block) {
                 BlockCoordinate<D> block = partition.ranges[r].block;
-                for (int a = D - 1, rest = n; a >= 0; --a, rest /= 3) block[std::size_t(a)] += rest % 3 - 1;
-                neighbours_[r * neighbour_count + std::size_t(n)] = blocks_.number(block_key<D>(block));
+                block[D - 1] -= 1;
+                for (int a = D - 2, rest = line; a >= 0; --a, rest /= 3) block[std::size_t(a)] += rest % 3 - 1;
+                const std::uint64_t key = block_key<D>(block);
+                while (blocks_[b] < key) ++b;
+                for (std::uint32_t n = 0; n < 3; ++n)
+                    neighbours_[r * std::size_t(neighbour_count) + std::size_t(line) * 3 + n] = std::uint32_t(b) + n;
             }
         }
         nodes_.resize(blocks_.size() * std::size_t(block_nodes<D> * node_width));
     }
 
+    /// Memory for a T each node, kept from step to step: what it holds is left from its last use.
+    template <class T>
+    T* scratch() {
+        static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= 64);
+        scratch_.resize(std::max(scratch_.size(), blocks_.size() * std::size_t(block_nodes<D>) * sizeof(T)));
+        return reinterpret_cast<T*>(scratch_.data());
+    }
+
     /// Number of a block, or no_block.
-    std::uint32_t find(const BlockCoordinate<D>& block) const { return blocks_.find(block_key<D>(block)); }
+    std::uint32_t find(const BlockCoordinate<D>& block) const {
+        const std::uint64_t key = block_key<D>(block);
+        const auto found = std::lower_bound(blocks_.begin(), blocks_.end(), key);
+        return found != blocks_.end() && *found == key ? std::uint32_t(found - blocks_.begin()) : no_block;
+    }
 
     /// The numbers of a node by its index from the lower corner (ghost nodes: −1, …), or null where there is no matter.
     const S* find_node(const std::array<int, std::size_t(D)>& node) const {
@@ -61,14 +89,32 @@ public:
 
     /// Bytes in use.
     std::size_t bytes() const {
-        return nodes_.capacity() * sizeof(S) + neighbours_.capacity() * sizeof(std::uint32_t) + blocks_.bytes();
+        return nodes_.capacity() * sizeof(S) + neighbours_.capacity() * sizeof(std::uint32_t) +
+               blocks_.capacity() * sizeof(std::uint64_t) + scratch_.capacity();
     }
 
 private:
+    /// All keys of a sorted list, and those one step below and above: sorted, each once.
+    static void grow(const std::vector<std::uint64_t>& keys, std::uint64_t step, std::vector<std::uint64_t>& grown) {
+        grown.clear();
+        grown.reserve(3 * keys.size());
+        std::size_t low = 0, middle = 0, high = 0;
+        while (high < keys.size()) {
+            std::uint64_t next = keys[high] + step;
+            if (middle < keys.size()) next = std::min(next, keys[middle]);
+            if (low < keys.size()) next = std::min(next, keys[low] - step);
+            grown.push_back(next);
+            low += low < keys.size() && keys[low] - step == next;
+            middle += middle < keys.size() && keys[middle] == next;
+            high += keys[high] + step == next;
+        }
+    }
+
     Domain<D> domain_;
-    BlockNumbers blocks_;
+    std::vector<std::uint64_t> blocks_;  // keys, sorted
     std::vector<std::uint32_t> neighbours_;
     aligned_vector<S> nodes_;
+    aligned_vector<std::byte> scratch_;
 };
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-/// \file How the loops run: the three executions of P2G. They differ only in how sums are made.
+/// \file How the loops run: the executions of P2G. They differ only in how sums are made.
 #pragma once
 
 #include <concepts>
@@ -19,18 +19,27 @@ struct Coloured {
     int threads = 0;  ///< 0: as many as OpenMP offers
 };
 
-/// Every thread adds with atomics, in integers: what WebGPU forces on a GPU. Integer sums know no order: the same bits
-/// for any number of threads and any order of the particles.
+/// How fixed-point sums are added up. Integer sums know no order: both give the same bits.
+enum class Adding {
+    atomic,   ///< every thread adds to the grid with atomics: what WebGPU forces on a GPU
+    coloured  ///< blocks of one colour share no node, as in Coloured: no atomics
+};
+
+/// Sums in integers: the same bits for any number of threads and any order of the particles.
 /// \tparam Integer  std::int32_t, as on a GPU, or std::int64_t, whose error vanishes beside that of float
-template <class Integer = std::int32_t>
+template <class Integer = std::int32_t, Adding How = Adding::atomic>
     requires std::same_as<Integer, std::int32_t> || std::same_as<Integer, std::int64_t>
 struct FixedPoint {
-    static constexpr const char* name = sizeof(Integer) == 4 ? "fixed_point" : "fixed_point_64";
+    static constexpr const char* name =
+        How == Adding::atomic ? (sizeof(Integer) == 4 ? "fixed_point" : "fixed_point_64")
+                              : (sizeof(Integer) == 4 ? "coloured_fixed_point" : "coloured_fixed_point_64");
     int threads = 0;  ///< 0: as many as OpenMP offers
     /// Quanta per kg m/s and per kg, powers of two. Not given: the largest for which no sum can overflow.
     /// A given scale that could overflow is refused with overflow_error before anything is added.
     std::optional<double> momentum_scale{}, mass_scale{};
 };
+template <class Integer = std::int32_t>
+using ColouredFixedPoint = FixedPoint<Integer, Adding::coloured>;
 
 inline int requested_threads(const Serial&) { return 1; }
 template <class Execution>

@@ -20,34 +20,176 @@ struct G2PReport {
 
 namespace detail {
 
-/// Names the first particle of the range that is not finite or would have moved more than a cell beyond the domain.
+/// Names the first particle of the group that is not finite or would have moved more than a cell beyond the domain.
 template <class View, int D>
 [[noreturn, gnu::cold]] void throw_wrong_particle(const View& view, const BlockPartition<D>& partition,
-                                                  const BlockRange<D>& range, const Domain<D>& domain, double dt) {
-    for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) {
-        const Slots slots{slot, partition.order.data() + slot};
-        bool finite = true, inside = true;
-        for (int a = 0; a < D; ++a) {
-            const double v = double(view.velocity.at(slots, a));
-            finite = finite && std::isfinite(double(view.position.at(slots, a))) && std::isfinite(v);
-            inside = inside && dt * std::abs(v) <= domain.cell_size;
+                                                  const BlockGroup& group, const Domain<D>& domain, double dt) {
+    constexpr bool in_cells = Positions<View>::in_cells;
+    std::size_t of_group = 0;
+    for (std::uint32_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
+        const BlockRange<D>& range = partition.ranges[r];
+        for (std::size_t i = 0; i < range.particles; ++i, ++of_group) {
+            const std::size_t slot = group.first_slot + of_group;
+            const Slots slots{slot, partition.order.data() + slot};
+            const auto position = [&](std::size_t, int a) {
+                const double x = double(view.position.at(slots, a));
+                if (!in_cells) return x;
+                return domain.lower[a] + domain.cell_size * (block_size * range.block[std::size_t(a)] + x);
+            };
+            const auto velocity = [&](std::size_t, int a) { return double(view.velocity.at(slots, a)); };
+            bool finite = true, inside = true;
+            for (int a = 0; a < D; ++a) {
+                finite = finite && std::isfinite(position(0, a)) && std::isfinite(velocity(0, a));
+                inside = inside && dt * std::abs(velocity(0, a)) <= domain.cell_size;
+            }
+            for (int k = 0; k < symmetric_size<D>; ++k)
+                finite = finite && std::isfinite(double(view.stress.at(slots, k)));
+            if (finite && inside) continue;
+            throw particle_error(sentence(
+                "Particle ", partition.order[slot], " at ", point_text(slot, D, position), " m with velocity ",
+                point_text(slot, D, velocity), " m/s ", finite ? "has left the domain" : "is not finite any more",
+                " after a step of ", dt,
+                " s. Compare the step with the bound of the time step, and look for a force or a stiffness that is too "
+                "large."));
         }
-        for (int k = 0; k < symmetric_size<D>; ++k) finite = finite && std::isfinite(double(view.stress.at(slots, k)));
-        if (finite && inside) continue;
-        const auto position = [&](std::size_t, int a) { return double(view.position.at(slots, a)); };
-        const auto velocity = [&](std::size_t, int a) { return double(view.velocity.at(slots, a)); };
-        throw particle_error(sentence("Particle ", partition.order[slot], " at ", point_text(slot, D, position),
-                                      " m with velocity ", point_text(slot, D, velocity), " m/s ",
-                                      finite ? "has left the domain" : "is not finite any more", " after a step of ",
-                                      dt,
-                                      " s. Compare the step with the bound of the time step, and look for a force or a "
-                                      "stiffness that is too large."));
     }
     // Its stress was finite, its deformation gradient not: there is no telling which of the block it was.
-    throw particle_error(sentence("One of the ", range.particles, " particles from particle ",
-                                  partition.order[range.first_slot], " on is not finite any more after a step of ", dt,
+    throw particle_error(sentence("One of the ", group.particles, " particles from particle ",
+                                  partition.order[group.first_slot], " on is not finite any more after a step of ", dt,
                                   " s. Compare the step with the bound of the time step."));
 }
+
+/// What a thread saw of its particles.
+struct alignas(64) G2PThreadReport {
+    double signal_speed = 0;
+    bool sort_needed = false;
+    std::size_t wrong_group = std::numeric_limits<std::size_t>::max();
+};
+
+/// G2P of one group after the other: a pack is gathered row by row, then updated in lanes.
+template <class Kernel, class Transfer, class Force, class Material, class View>
+class GroupUpdate {
+    using S = typename View::scalar_type;
+    static constexpr int D = View::dimension;
+    using P = native_pack<S>;
+    using Lifted = with_scalar_t<Material, P>;
+    using LiftedState = material_state_t<Lifted, D>;
+    static constexpr int lanes = scalar_traits<P>::lanes;
+
+public:
+    GroupUpdate(const View& view, const BlockPartition<D>& partition, const SparseGrid<S, D>& grid,
+                const Material& material, double dt)
+        : view_(view),
+          partition_(partition),
+          grid_(grid),
+          positions_(grid.domain()),
+          material_(lift<P>(material)),
+          h_(S(grid.domain().cell_size)),
+          dt_(S(dt)),
+          per_velocity_(positions_.per_velocity(dt, grid.domain().cell_size)) {}
+
+    void operator()(std::size_t g, G2PThreadReport& report) const {
+        const BlockGroup& group = partition_.groups[g];
+        const BlocksOfSlots<S, D> blocks(partition_, group);
+        PackSums<Kernel, Transfer, Force, S, D> sums;
+        Seen seen;
+        const auto update_packs = [&](const auto& gather) FIRN_LAMBDA {
+            for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
+                for (int lane = 0; lane < pack_size; lane += lanes) {
+                    const Slots slots = slots_of(group, slot + std::size_t(lane));
+                    const auto position = positions_.in_block(load_vector<P, D>(view_.position, slots),
+                                                              blocks.template lower<P>(slot + std::size_t(lane)));
+                    sums.locate(lane, position);
+                }
+                for (int l = 0; l < pack_size; ++l) gather(slot, l);
+                for (int lane = 0; lane < pack_size; lane += lanes)
+                    update(slots_of(group, slot + std::size_t(lane)),
+                           blocks.template lower<P>(slot + std::size_t(lane)), sums.offset(lane), sums.lanes(lane),
+                           seen);
+            }
+        };
+
+        const S* nodes = grid_.nodes(0);
+        if (group.ranges == 1) {
+            Arena<Kernel, S, D> arena;
+            std::fill(std::end(arena.node) - 4 * node_width, std::end(arena.node), S(0));
+            Arena<Kernel, S, D>::for_runs(
+                nodes, grid_.neighbours(group.first_range), [&](int to, const S* from, auto count) FIRN_LAMBDA {
+                    unroll<count>([&](auto k) FIRN_LAMBDA {
+                        quad<S>::load(from + k * node_width).store(arena.node + to + k * node_width);
+                    });
+                });
+            update_packs([&](std::size_t, int l) FIRN_LAMBDA {
+                sums.template gather<arena_size<Kernel>>(l, arena.node + sums.weights.corner[l]);
+            });
+        } else {
+            NodesOfOne<Kernel, S, D> around{};
+            update_packs([&](std::size_t slot, int l) FIRN_LAMBDA {
+                around.fill(nodes, grid_.neighbours(blocks.range(slot + std::size_t(l))), sums.weights.corner[l]);
+                sums.template gather<4>(l, around.node);
+            });
+        }
+
+        report.signal_speed = std::max(report.signal_speed, double(reduce_max(seen.speed)));
+        report.sort_needed = report.sort_needed || any(seen.stray);
+        if (any(!(seen.rightness == P(0)))) report.wrong_group = std::min(report.wrong_group, g);
+    }
+
+private:
+    struct Seen {
+        P speed = P(0);
+        P rightness = P(0);  // 0, or NaN once a number was not finite
+        mask_t<P> stray = P(1) < P(0);
+    };
+
+    FIRN_INLINE Slots slots_of(const BlockGroup& group, std::size_t slot) const {
+        return {group.first_slot + slot, partition_.order.data() + group.first_slot + slot};
+    }
+
+    /// \param block   lower corner of the particle's block [cells];  \param offset  from its centre node [cells]
+    FIRN_INLINE void update(const Slots& slots, const Vec<P, D>& block, const Vec<P, D>& offset,
+                            const G2PSums<P, D>& sums, Seen& seen) const {
+        const auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_));
+        const P mass = view_.mass.template load_or_zero<P>(slots, 0);
+        const auto real = mass > P(0);
+
+        LiftedState state = load_state<LiftedState>(view_.state, slots);
+        state = updated(material_, state, taken.velocity_gradient, P(dt_));
+        const Mat<P, D> stress = kirchhoff_stress(material_, state);
+        store_state(view_.state, slots, state);
+        store_symmetric(view_.stress, slots, stress);
+        if constexpr (Transfer::affine)
+            unroll<D * D>([&](auto k) FIRN_LAMBDA { view_.affine.store(slots, k, taken.affine.m[k]); });
+
+        // A sum that is finite exactly if all its numbers are (they are far from overflow, or wrong already).
+        P sum = trace(stress);
+        const Vec<P, D> lowest = positions_.lowest(block), highest = positions_.highest(block);
+        const Vec<P, D> position = load_vector<P, D>(view_.position, slots);
+        Vec<P, D> new_position;
+        unroll<D>([&](auto a) FIRN_LAMBDA {
+            const P moved = position.v[a] + taken.velocity.v[a] * P(per_velocity_);
+            const P outside = max(lowest.v[a] - moved, moved - highest.v[a]);
+            sum = sum + taken.velocity.v[a] +
+                  select(outside <= P(positions_.cell()), P(0), P(std::numeric_limits<S>::infinity()));
+            const P kept = select(moved < lowest.v[a], lowest.v[a], select(moved > highest.v[a], highest.v[a], moved));
+            new_position.v[a] = select(real, kept, position.v[a]);
+            view_.position.store(slots, a, new_position.v[a]);
+            view_.velocity.store(slots, a, taken.velocity.v[a]);
+        });
+        seen.stray = seen.stray | (real & strays<Kernel>(positions_.in_block(new_position, block)));
+        seen.rightness = seen.rightness + select(real, sum * P(0), P(0));
+        const P density = mass / select(real, view_.volume.template load<P>(slots, 0), P(1));
+        const P signal = norm(taken.velocity) + wave_speed(material_, select(real, density, P(1)), state);
+        seen.speed = max(seen.speed, select(real, signal, P(0)));
+    }
+
+    const View& view_;
+    const BlockPartition<D>& partition_;
+    const SparseGrid<S, D>& grid_;
+    Positions<View> positions_;
+    Lifted material_;
+    S h_, dt_, per_velocity_;
+};
 
 }  // namespace detail
 
@@ -59,99 +201,22 @@ template <class Kernel, class Transfer, class Force, class Execution, class Mate
 G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>& view,
               const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material, double dt) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
-    using P = native_pack<S>;
-    constexpr int lanes = scalar_traits<P>::lanes;
-    using LiftedState = material_state_t<with_scalar_t<Material, P>, D>;
-    const Domain<D>& domain = grid.domain();
-    const auto lifted = lift<P>(material);
     const int threads = thread_count(requested_threads(execution));
-
-    struct alignas(64) ThreadReport {
-        double signal_speed = 0;
-        bool sort_needed = false;
-        std::size_t wrong_range = std::numeric_limits<std::size_t>::max();
-    };
-    std::vector<ThreadReport> reports{std::size_t(threads)};
-
-    parallel_for(partition.ranges.size(), threads, [&](std::size_t r, int thread) {
-        const BlockRange<D>& range = partition.ranges[r];
-        const BlockFrame<S, D> frame(domain, range.block);
-        Vec<P, D> lowest, highest;
-        for (int a = 0; a < D; ++a) {
-            lowest[a] = P(S(domain.lower[a]));
-            highest[a] = P(S(domain.upper[a]));
-        }
-        const P h = P(S(domain.cell_size)), step = P(S(dt));
-        Arena<Kernel, S, D> arena;
-        std::fill(std::end(arena.node) - 4 * node_width, std::end(arena.node), S(0));
-        Arena<Kernel, S, D>::for_runs(grid, grid.neighbours(r), [&](int to, const S* from, auto count) FIRN_LAMBDA {
-            unroll<count>([&](auto k) FIRN_LAMBDA {
-                quad<S>::load(from + k * node_width).store(arena.node + to + k * node_width);
-            });
-        });
-
-        P speed = P(0), rightness = P(0);
-        mask_t<P> stray = P(1) < P(0);
-        PackSums<Kernel, Transfer, Force, S, D> sums;
-        for (std::size_t p = 0; p < range.packs(); ++p) {
-            const std::size_t pack_slot = range.first_slot + p * pack_size;
-            for (int lane = 0; lane < pack_size; lane += lanes) {
-                const Slots slots{pack_slot + std::size_t(lane), partition.order.data() + pack_slot + lane};
-                sums.weights.fill(lane, locate<Kernel>(load_vector<P, D>(view.position, slots), frame));
-            }
-            for (int l = 0; l < pack_size; ++l) sums.gather(l, arena.node);
-            for (int lane = 0; lane < pack_size; lane += lanes) {
-                const Slots slots{pack_slot + std::size_t(lane), partition.order.data() + pack_slot + lane};
-                const Vec<P, D> x = load_vector<P, D>(view.position, slots);
-                const Place<P, D> place = locate<Kernel>(x, frame);
-                const G2PResult<P, D> taken =
-                    take_from_grid<Kernel, Transfer, Force>(sums.lanes(lane), from_centre<Kernel>(place.fraction), h);
-                const P mass = view.mass.template load_or_zero<P>(slots, 0);
-                const auto real = mass > P(0);
-
-                LiftedState state = load_state<LiftedState>(view.state, slots);
-                state = updated(lifted, state, taken.velocity_gradient, step);
-                const Mat<P, D> stress = kirchhoff_stress(lifted, state);
-                store_state(view.state, slots, state);
-                store_symmetric(view.stress, slots, stress);
-                if constexpr (Transfer::affine)
-                    unroll<D * D>([&](auto k) FIRN_LAMBDA { view.affine.store(slots, k, taken.affine.m[k]); });
-
-                // A sum that is finite exactly if all its numbers are (they are far from overflow, or wrong already).
-                P sum = trace(stress);
-                Vec<P, D> new_position;
-                unroll<D>([&](auto a) FIRN_LAMBDA {
-                    const P moved = x.v[a] + taken.velocity.v[a] * step;
-                    const P outside = max(lowest.v[a] - moved, moved - highest.v[a]);
-                    sum = sum + taken.velocity.v[a] + select(outside <= h, P(0), P(std::numeric_limits<S>::infinity()));
-                    const P kept =
-                        select(moved < lowest.v[a], lowest.v[a], select(moved > highest.v[a], highest.v[a], moved));
-                    new_position.v[a] = select(real, kept, x.v[a]);
-                    view.position.store(slots, a, new_position.v[a]);
-                    view.velocity.store(slots, a, taken.velocity.v[a]);
-                });
-                stray = stray | (real & strays<Kernel>(new_position, frame));
-                rightness = rightness + select(real, sum * P(0), P(0));  // 0, or NaN once a sum was not finite
-                const P density = mass / select(real, view.volume.template load<P>(slots, 0), P(1));
-                const P signal = norm(taken.velocity) + wave_speed(lifted, select(real, density, P(1)), state);
-                speed = max(speed, select(real, signal, P(0)));
-            }
-        }
-        ThreadReport& report = reports[std::size_t(thread)];
-        report.signal_speed = std::max(report.signal_speed, double(reduce_max(speed)));
-        report.sort_needed = report.sort_needed || any(stray);
-        if (any(!(rightness == P(0)))) report.wrong_range = std::min(report.wrong_range, r);
-    });
+    const detail::GroupUpdate<Kernel, Transfer, Force, Material, ParticleView<S, D, Field, State>> update(
+        view, partition, grid, material, dt);
+    std::vector<detail::G2PThreadReport> reports{std::size_t(threads)};
+    parallel_for(partition.groups.size(), threads,
+                 [&](std::size_t g, int thread) { update(g, reports[std::size_t(thread)]); });
 
     G2PReport report;
-    std::size_t wrong_range = std::numeric_limits<std::size_t>::max();
-    for (const ThreadReport& of_thread : reports) {
+    std::size_t wrong_group = std::numeric_limits<std::size_t>::max();
+    for (const auto& of_thread : reports) {
         report.signal_speed = std::max(report.signal_speed, of_thread.signal_speed);
         report.sort_needed = report.sort_needed || of_thread.sort_needed;
-        wrong_range = std::min(wrong_range, of_thread.wrong_range);
+        wrong_group = std::min(wrong_group, of_thread.wrong_group);
     }
-    if (wrong_range < partition.ranges.size())
-        detail::throw_wrong_particle(view, partition, partition.ranges[wrong_range], domain, dt);
+    if (wrong_group < partition.groups.size())
+        detail::throw_wrong_particle(view, partition, partition.groups[wrong_group], grid.domain(), dt);
     return report;
 }
 
@@ -162,22 +227,27 @@ G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Fie
     using P = native_pack<S>;
     using LiftedState = material_state_t<with_scalar_t<Material, P>, D>;
     const auto lifted = lift<P>(material);
-    std::vector<double> speeds(partition.ranges.size());
-    parallel_for(partition.ranges.size(), thread_count(requested_threads(execution)), [&](std::size_t r, int) {
-        const BlockRange<D>& range = partition.ranges[r];
-        P speed = P(0);
-        for (std::size_t lane = 0; lane < range.packs() * pack_size; lane += scalar_traits<P>::lanes) {
-            const Slots slots{range.first_slot + lane, partition.order.data() + range.first_slot + lane};
-            const LiftedState state = load_state<LiftedState>(view.state, slots);
-            store_symmetric(view.stress, slots, kirchhoff_stress(lifted, state));
-            const P mass = view.mass.template load_or_zero<P>(slots, 0);
-            const auto real = mass > P(0);
-            const P density = select(real, mass, P(1)) / select(real, view.volume.template load<P>(slots, 0), P(1));
-            const P signal = norm(load_vector<P, D>(view.velocity, slots)) + wave_speed(lifted, density, state);
-            speed = max(speed, select(real, signal, P(0)));
-        }
-        speeds[r] = double(reduce_max(speed));
-    });
+    const std::size_t packs = partition.slots() / pack_size;
+    const int threads = thread_count(requested_threads(execution));
+    std::vector<double> speeds(packs);
+    parallel_for(
+        packs, threads,
+        [&](std::size_t pack, int) {
+            P speed = P(0);
+            for (std::size_t lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
+                const std::size_t slot = pack * pack_size + lane;
+                const Slots slots{slot, partition.order.data() + slot};
+                const LiftedState state = load_state<LiftedState>(view.state, slots);
+                store_symmetric(view.stress, slots, kirchhoff_stress(lifted, state));
+                const P mass = view.mass.template load_or_zero<P>(slots, 0);
+                const auto real = mass > P(0);
+                const P density = select(real, mass, P(1)) / select(real, view.volume.template load<P>(slots, 0), P(1));
+                const P signal = norm(load_vector<P, D>(view.velocity, slots)) + wave_speed(lifted, density, state);
+                speed = max(speed, select(real, signal, P(0)));
+            }
+            speeds[pack] = double(reduce_max(speed));
+        },
+        64);
     G2PReport report;
     for (double speed : speeds) report.signal_speed = std::max(report.signal_speed, speed);
     return report;

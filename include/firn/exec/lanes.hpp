@@ -1,4 +1,4 @@
-/// \file A block of cells as the lane loops see it: where its arena of nodes begins, and where a particle lies in it.
+/// \file Blocks of cells as the lane loops see them: the nodes around a block, and where a particle lies among them.
 #pragma once
 
 #include <firn/data/particle_view.hpp>
@@ -15,18 +15,20 @@ template <class Kernel>
 inline constexpr int arena_size = block_size + 2 * allowed_drift + Kernel::support - 1;
 
 /// Rows of nodes of one block and its surroundings: contiguous, with compile-time strides.
-template <class Kernel, std::floating_point S, int D>
+/// \tparam Number  of floating point, or an integer for fixed-point sums
+template <class Kernel, class Number, int D>
 struct Arena {
     static_assert(arena_size<Kernel> <= 2 * block_size, "firn: this kernel is too wide for blocks of four cells");
     static constexpr int n = arena_size<Kernel>;
     static constexpr int node_count = D == 2 ? n * n : n * n * n;
 
-    alignas(64) S node[(node_count + 4) * node_width];  // rows of a whole register may reach over the end
+    alignas(64) Number node[(node_count + 4) * node_width];  // rows of a whole register may reach over the end
 
     /// Calls f(number in the arena, numbers in the grid, nodes) for each run of nodes that are neighbours in both; the
     /// count of nodes is a compile-time constant: these are the loops through which the whole grid passes twice a step.
-    template <class Grid, class F>
-    FIRN_INLINE static void for_runs(Grid& grid, const std::uint32_t* neighbours, const F& f) {
+    /// \param nodes  of the whole grid; neighbours: the blocks around this one
+    template <class N, class F>
+    FIRN_INLINE static void for_runs(N* nodes, const std::uint32_t* neighbours, const F& f) {
         constexpr int before = block_size - allowed_drift;  // nodes of the first block that the arena leaves out
         constexpr int blocks = (before + n + block_size - 1) / block_size;
         constexpr int lines = node_count / n;
@@ -41,28 +43,127 @@ struct Arena {
             unroll<blocks>([&](auto b) FIRN_LAMBDA {
                 constexpr int first = b == 0 ? before : 0;
                 constexpr int last = b == blocks - 1 ? before + n - b * block_size : block_size;
-                auto* nodes =
-                    grid.nodes(neighbours[outer_block * 3 + b]) + (outer_node * block_size + first) * node_width;
-                f((line * n + b * block_size + first - before) * node_width, nodes,
+                const std::size_t block = neighbours[outer_block * 3 + b];
+                N* run = nodes + (block * block_nodes<D> + std::size_t(outer_node * block_size + first)) * node_width;
+                f((line * n + b * block_size + first - before) * node_width, run,
                   std::integral_constant<int, last - first>{});
             });
         }
     }
 };
 
-/// What is the same for all particles of a block.
-template <std::floating_point S, int D>
-struct BlockFrame {
-    Vec<S, D> lower;  ///< of the domain [m]
-    S per_cell;       ///< 1/h [1/m]
-    Vec<S, D> first;  ///< index of the arena's first node
+/// Where in the grid a node of a block's arena is, whether the arena is filled or not.
+template <class Kernel, int D>
+class ArenaNodes {
+public:
+    /// Its place in the grid, in nodes.
+    FIRN_INLINE static std::size_t in_grid(const std::uint32_t* neighbours, std::ptrdiff_t node) {
+        const Place place = places[std::size_t(node)];
+        return std::size_t(neighbours[place.neighbour]) * std::size_t(block_nodes<D>) + place.node;
+    }
 
-    BlockFrame(const Domain<D>& domain, const BlockCoordinate<D>& block) : per_cell(S(1 / domain.cell_size)) {
-        for (int a = 0; a < D; ++a) {
-            lower[a] = S(domain.lower[a]);
-            first[a] = S(block[std::size_t(a)] * block_size - allowed_drift);
+private:
+    static constexpr int n = arena_size<Kernel>;
+    struct Place {
+        std::uint8_t neighbour, node;
+    };
+    static constexpr auto places = [] {
+        std::array<Place, std::size_t(D == 2 ? n * n : n * n * n)> table{};
+        for (int i = 0; i < int(table.size()); ++i) {
+            int neighbour = 0, node = 0;
+            for (int a = 0, scale = int(table.size()) / n; a < D; ++a, scale /= n) {
+                const int k = i / scale % n + block_size - allowed_drift;
+                neighbour = neighbour * 3 + k / block_size;
+                node = node * block_size + k % block_size;
+            }
+            table[std::size_t(i)] = {std::uint8_t(neighbour), std::uint8_t(node)};
+        }
+        return table;
+    }();
+};
+
+/// The blocks that the slots of a group belong to.
+template <std::floating_point S, int D>
+class BlocksOfSlots {
+public:
+    BlocksOfSlots(const BlockPartition<D>& partition, const BlockGroup& group)
+        : mask_(group.ranges == 1 ? pack_size - 1 : most_grouped - 1) {
+        std::size_t slot = 0;
+        for (std::uint32_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
+            const BlockRange<D>& range = partition.ranges[r];
+            const bool last = r + 1 == group.first_range + group.ranges;
+            for (const std::size_t end = last ? mask_ + 1 : slot + range.particles; slot < end; ++slot) {
+                for (int a = 0; a < D; ++a) lower_[a][slot] = S(range.block[std::size_t(a)] * block_size);
+                range_[slot] = r;
+            }
         }
     }
+
+    /// Lower corners, in cells from the domain's, of the blocks of the slots from `slot` of the group on.
+    template <class P>
+    FIRN_INLINE Vec<P, D> lower(std::size_t slot) const {
+        Vec<P, D> r;
+        unroll<D>([&](auto a) FIRN_LAMBDA { r.v[a] = P::load(lower_[a] + (slot & mask_)); });
+        return r;
+    }
+    std::uint32_t range(std::size_t slot) const { return range_[slot & mask_]; }
+
+private:
+    std::size_t mask_;
+    alignas(64) S lower_[D][most_grouped];
+    std::uint32_t range_[most_grouped];
+};
+
+/// How positions are stored. In firn's own particles: in cells, from the lower corner of the particle's block, so that
+/// they are equally fine everywhere. In a foreign program's arrays: in metres.
+template <class View>
+class Positions {
+    using S = typename View::scalar_type;
+    static constexpr int D = View::dimension;
+
+public:
+    static constexpr bool in_cells = std::same_as<decltype(View::position), BlockedSpan<S>>;
+
+    explicit Positions(const Domain<D>& domain) : per_cell_(S(1 / domain.cell_size)) {
+        for (int a = 0; a < D; ++a) {
+            const double cells = (domain.upper[a] - domain.lower[a]) / domain.cell_size;
+            const S rounded = S(cells);
+            lower_[a] = in_cells ? S(0) : S(domain.lower[a]);
+            upper_[a] = !in_cells                 ? S(domain.upper[a])
+                        : double(rounded) > cells ? std::nextafter(rounded, S(0))
+                                                  : rounded;
+        }
+        cell_ = in_cells ? S(1) : S(domain.cell_size);
+    }
+
+    /// In cells, from the lower corner of the block that begins at `block` [cells].
+    template <class P>
+    FIRN_INLINE Vec<P, D> in_block(const Vec<P, D>& position, const Vec<P, D>& block) const {
+        if constexpr (in_cells) {
+            return position;
+        } else {
+            Vec<P, D> r;
+            unroll<D>([&](auto a)
+                          FIRN_LAMBDA { r.v[a] = (position.v[a] - P(lower_.v[a])) * P(per_cell_) - block.v[a]; });
+            return r;
+        }
+    }
+    /// The faces of the domain.
+    template <class P>
+    FIRN_INLINE Vec<P, D> lowest(const Vec<P, D>& block) const {
+        return in_cells ? cast<P>(lower_) - block : cast<P>(lower_);
+    }
+    template <class P>
+    FIRN_INLINE Vec<P, D> highest(const Vec<P, D>& block) const {
+        return in_cells ? cast<P>(upper_) - block : cast<P>(upper_);
+    }
+    S cell() const { return cell_; }
+    /// What a velocity [m/s] is multiplied with to move a position by dt.
+    S per_velocity(double dt, double h) const { return S(in_cells ? dt / h : dt); }
+
+private:
+    Vec<S, D> lower_, upper_;
+    S per_cell_, cell_;
 };
 
 /// A particle's place: its base node in the arena, and the fractional position.
@@ -72,28 +173,28 @@ struct Place {
     Vec<P, D> fraction;  ///< f = x/h − base, in cells
 };
 
+/// \param position  in cells, from the lower corner of the particle's block
 template <class Kernel, class P, int D>
-FIRN_INLINE Place<P, D> locate(const Vec<P, D>& position, const BlockFrame<value_type_t<P>, D>& frame) {
+FIRN_INLINE Place<P, D> locate(const Vec<P, D>& position) {
     constexpr int last = block_size - 1 + 2 * allowed_drift;
     Place<P, D> place;
     unroll<D>([&](auto a) FIRN_LAMBDA {
-        const P x = (position.v[a] - P(frame.lower.v[a])) * P(frame.per_cell);
-        const P node = base_node<Kernel>(x) - P(frame.first.v[a]);
+        const P node = base_node<Kernel>(position.v[a]) + P(allowed_drift);
         // Bounded even if a position were not a number: memory outside the arena is never touched.
         place.node.v[a] = select(node > P(0), select(node < P(last), node, P(last)), P(0));
-        place.fraction.v[a] = x - (place.node.v[a] + P(frame.first.v[a]));
+        place.fraction.v[a] = position.v[a] - (place.node.v[a] - P(allowed_drift));
     });
     return place;
 }
 
 /// Which particles lie beyond the reach of their block.
+/// \param position  in cells, from the lower corner of the particle's block
 template <class Kernel, class P, int D>
-FIRN_INLINE mask_t<P> strays(const Vec<P, D>& position, const BlockFrame<value_type_t<P>, D>& frame) {
+FIRN_INLINE mask_t<P> strays(const Vec<P, D>& position) {
     mask_t<P> stray = P(1) < P(0);
     unroll<D>([&](auto a) FIRN_LAMBDA {
-        const P node =
-            base_node<Kernel>((position.v[a] - P(frame.lower.v[a])) * P(frame.per_cell)) - P(frame.first.v[a]);
-        stray = stray | (node < P(0)) | (node > P(block_size - 1 + 2 * allowed_drift));
+        const P node = base_node<Kernel>(position.v[a]);
+        stray = stray | (node < P(-allowed_drift)) | (node > P(block_size - 1 + allowed_drift));
     });
     return stray;
 }

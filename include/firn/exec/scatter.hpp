@@ -6,6 +6,58 @@
 
 namespace firn {
 
+/// What P2G reads of the particles of a group.
+template <class View>
+class GroupReader {
+public:
+    using S = typename View::scalar_type;
+    static constexpr int D = View::dimension;
+
+    GroupReader(const View& view, const BlockPartition<D>& partition, const BlockGroup& group, const Domain<D>& domain,
+                double dt)
+        : view_(view),
+          positions_(domain),
+          blocks_(partition, group),
+          first_(group.first_slot),
+          order_(partition.order.data()),
+          h_(S(domain.cell_size)),
+          dt_(S(dt)) {}
+
+    std::uint32_t range(std::size_t slot) const { return blocks_.range(slot); }
+
+    template <class P>
+    FIRN_INLINE P mass(std::size_t slot) const {
+        return view_.mass.template load_or_zero<P>(slots(slot), 0);
+    }
+    /// In cells, from the lower corner of the block.
+    template <class P>
+    FIRN_INLINE Vec<P, D> position(std::size_t slot) const {
+        return positions_.in_block(load_vector<P, D>(view_.position, slots(slot)), blocks_.template lower<P>(slot));
+    }
+    template <class Kernel, class Transfer, class Force, class P>
+    FIRN_INLINE P2GRecord<P, D> record(std::size_t slot, const Vec<P, D>& fraction) const {
+        const Slots at = slots(slot);
+        P2GParticle<P, D> particle;
+        particle.mass = mass<P>(slot);
+        particle.volume = view_.volume.template load_or_zero<P>(at, 0);
+        particle.velocity = load_vector<P, D>(view_.velocity, at);
+        particle.stress = load_symmetric<P, D>(view_.stress, at);
+        if constexpr (Transfer::affine)
+            unroll<D * D>([&](auto k) FIRN_LAMBDA { particle.affine.m[k] = view_.affine.template load<P>(at, k); });
+        return make_record<Kernel, Transfer, Force>(particle, from_centre<Kernel>(fraction), P(h_), P(dt_));
+    }
+
+private:
+    FIRN_INLINE Slots slots(std::size_t slot) const { return {first_ + slot, order_ + first_ + slot}; }
+
+    const View& view_;
+    Positions<View> positions_;
+    BlocksOfSlots<S, D> blocks_;
+    std::size_t first_;
+    const std::uint32_t* order_;
+    S h_, dt_;
+};
+
 /// Sixteen records, a quad for each of p (with the mass), the columns of A, the columns of G.
 template <class Kernel, class Force, std::floating_point S, int D>
 struct PackRecords {
@@ -16,26 +68,15 @@ struct PackRecords {
     PackWeights<Kernel, S, D, gradients> weights;
     alignas(64) S value[quads][pack_size * 4];
 
-    /// The lane loop: records and weights of one pack of particles.
-    template <class Transfer, class View>
-    FIRN_INLINE void fill(const View& view, std::size_t first_slot, const std::uint32_t* order,
-                          const BlockFrame<S, D>& frame, S h, S dt) {
+    /// The lane loop: records and weights of one pack of particles, from slot `slot` of a group on.
+    template <class Transfer, class Pass>
+    FIRN_INLINE void fill(const Pass& pass, std::size_t slot) {
         constexpr int lanes = scalar_traits<P>::lanes;
         for (int lane = 0; lane < pack_size; lane += lanes) {
-            const Slots slots{first_slot + std::size_t(lane), order + first_slot + lane};
-            const Place<P, D> place = locate<Kernel>(load_vector<P, D>(view.position, slots), frame);
+            const Place<P, D> place = locate<Kernel>(pass.template position<P>(slot + std::size_t(lane)));
             weights.fill(lane, place);
-
-            P2GParticle<P, D> particle;
-            particle.mass = view.mass.template load_or_zero<P>(slots, 0);
-            particle.volume = view.volume.template load_or_zero<P>(slots, 0);
-            particle.velocity = load_vector<P, D>(view.velocity, slots);
-            particle.stress = load_symmetric<P, D>(view.stress, slots);
-            if constexpr (Transfer::affine)
-                unroll<D * D>([&](auto k)
-                                  FIRN_LAMBDA { particle.affine.m[k] = view.affine.template load<P>(slots, k); });
             const P2GRecord<P, D> record =
-                make_record<Kernel, Transfer, Force>(particle, from_centre<Kernel>(place.fraction), P(h), P(dt));
+                pass.template record<Kernel, Transfer, Force>(slot + std::size_t(lane), place.fraction);
 
             P r[4];
             put(record.momentum, r);

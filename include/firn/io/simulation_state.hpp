@@ -51,7 +51,8 @@ std::vector<StateAttribute> policy_attributes() {
 
 }  // namespace detail
 
-/// The state of a simulation as it is: positions [m], velocities [m/s], C [1/s], the material's state (F), τ [Pa],
+/// The state of a simulation as it is: positions [m] and places [cells from the lower corner of the particle's block:
+/// what positions are rounded from], velocities [m/s], C [1/s], the material's state (F), τ [Pa],
 /// mass [kg], volume [m^D], in the order of ids; the order of the slots and blocks beside them, so that sums go on in
 /// the same order; parameters with units; names of policies.
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
@@ -93,6 +94,7 @@ State<material_scalar_t<Material>> state_of(
             for (int k = 0; k < D * D; ++k) to[k] = value(k / D, k % D);
     };
     add("position", "m", D, [&](std::size_t slot, S* to) { put(particles.position(slot), to); });
+    add("place", "1", D, [&](std::size_t slot, S* to) { put(particles.place(slot), to); });
     add("velocity", "m/s", D, [&](std::size_t slot, S* to) { put(particles.velocity(slot), to); });
     add("affine_velocity", "1/s", D * D, [&](std::size_t slot, S* to) { put(particles.affine(slot), to); });
     add("kirchhoff_stress", "Pa", D * D, [&](std::size_t slot, S* to) { put(particles.stress(slot), to); });
@@ -135,7 +137,8 @@ State<material_scalar_t<Material>> state_of(
 
     StateTable slots{"slot", 1, {slot_of.begin(), slot_of.end()}};
     StateTable blocks{"blocks", D + 2, {}};
-    for (const BlockRange<D>& range : partition.ranges) {
+    for (const std::uint32_t r : partition.by_block) {
+        const BlockRange<D>& range = partition.ranges[r];
         for (const int coordinate : range.block) blocks.values.push_back(coordinate);
         blocks.values.push_back(std::int64_t(range.first_slot));
         blocks.values.push_back(std::int64_t(range.particles));
@@ -206,28 +209,26 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
             sentence("The state's ", what, " is inconsistent; the file is damaged. Go on from another state."));
     };
 
-    BlockPartition<D> partition;
-    std::size_t slots = 0;
+    std::vector<BlockRange<D>> ranges;
     for (std::size_t row = 0; row < blocks.values.size(); row += D + 2) {
         BlockRange<D> range{};
         for (std::size_t a = 0; a < std::size_t(D); ++a) {
             if (std::abs(blocks.values[row + a]) >= (1 << 20)) throw damaged("table of blocks");
             range.block[a] = int(blocks.values[row + a]);
         }
-        if (blocks.values[row + D] != std::int64_t(slots) || blocks.values[row + D + 1] < 1 ||
-            blocks.values[row + D + 1] > std::int64_t(n))
+        if (blocks.values[row + D + 1] < 1 || blocks.values[row + D + 1] > std::int64_t(n))
             throw damaged("table of blocks");
-        if (!partition.ranges.empty() && block_key<D>(range.block) <= block_key<D>(partition.ranges.back().block))
-            throw damaged("table of blocks");
-        range.first_slot = slots;
         range.particles = std::size_t(blocks.values[row + D + 1]);
-        slots += range.packs() * pack_size;
-        partition.particles += range.particles;
-        partition.colours[block_colour<D>(range.block)].push_back(std::uint32_t(partition.ranges.size()));
-        partition.ranges.push_back(range);
+        if (!ranges.empty() && block_key<D>(range.block) <= block_key<D>(ranges.back().block))
+            throw damaged("table of blocks");
+        ranges.push_back(range);
     }
+    BlockPartition<D> partition = arrange<D>(ranges);
+    const std::size_t slots = partition.slots();
+    for (std::size_t i = 0; i < ranges.size(); ++i)
+        if (std::size_t(blocks.values[i * (D + 2) + D]) != partition.ranges[partition.by_block[i]].first_slot)
+            throw damaged("table of blocks");
     if (partition.particles != n || slot_of.values.size() != n) throw damaged("table of blocks");
-    partition.order.assign(slots, no_particle);
     for (std::size_t i = 0; i < n; ++i) {
         const std::int64_t slot = slot_of.values[i];
         if (slot < 0 || slot >= std::int64_t(slots) || partition.order[std::size_t(slot)] != no_particle ||
@@ -249,19 +250,36 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
         for (int k = 0; k < D * D; ++k) m(k / D, k % D) = from[k];
         return m;
     };
-    const S *x = field("position", D), *v = field("velocity", D), *C = field("affine_velocity", D * D),
-            *stress = field("kirchhoff_stress", D * D), *mass = field("mass", 1), *volume = field("volume", 1);
-    Particles<S, D, MaterialState> particles;
+    const S *x = field("position", D), *place = field("place", D), *v = field("velocity", D),
+            *C = field("affine_velocity", D * D), *stress = field("kirchhoff_stress", D * D), *mass = field("mass", 1),
+            *volume = field("volume", 1);
+    std::vector<std::uint32_t> range_of(n);
+    for (std::size_t r = 0; r < partition.ranges.size(); ++r)
+        for (std::size_t i = 0; i < partition.ranges[r].particles; ++i)
+            range_of[partition.order[partition.ranges[r].first_slot + i]] = std::uint32_t(r);
+
+    Particles<S, D, MaterialState> particles(simulation.domain());
+    particles.reserve(n);
     for (std::size_t i = 0; i < n; ++i) {
-        Vec<S, D> position{}, velocity{};
+        Vec<double, D> position{};
+        Vec<S, D> of_block{}, velocity{};
         std::copy_n(x + i * D, D, position.v);
+        std::copy_n(place + i * D, D, of_block.v);
         std::copy_n(v + i * D, D, velocity.v);
         if (!(mass[i] > 0) || !(volume[i] > 0)) throw damaged("mass or volume");
         particles.push_back(position, velocity, mass[i], volume[i]);
+        particles.set_place(i, partition.ranges[range_of[i]].block, of_block);
+        for (int a = 0; a < D; ++a) {
+            const double rounding = 4 * double(std::numeric_limits<S>::epsilon()) * std::abs(position[a]);
+            if (!(std::abs(particles.exact_position(i)[a] - position[a]) <=
+                  rounding + 1e-9 * simulation.domain().cell_size))
+                throw damaged("place or position of a particle");
+        }
         particles.set_affine(i, matrix(C + i * D * D));
         particles.set_stress(i, matrix(stress + i * D * D));
     }
-    check_positions<S, D>(n, simulation.domain(), [&](std::size_t i, int a) { return particles.position(i)[a]; });
+    check_positions<double, D>(n, simulation.domain(),
+                               [&](std::size_t i, int a) { return particles.exact_position(i)[a]; });
     std::apply(
         [&](const auto&... member) {
             const auto read = [&](const auto& m) {

@@ -6,45 +6,93 @@
 
 using namespace firn;
 
-TEMPLATE_TEST_CASE("Every particle lies once in the range of its block, in the order it had", "", float, double) {
-    scenes::RandomCloud<TestType, 3> cloud(20000);
+namespace {
+
+/// Dense matter in one half, a few particles a block in the other.
+template <class S, int D>
+scenes::RandomCloud<S, D> cloud_and_spray(std::size_t count) {
+    scenes::RandomCloud<S, D> cloud(count);
+    for (std::size_t p = 0; p < count; ++p)
+        if (p % 16 != 0)
+            for (std::size_t a = 0; a < std::size_t(D); ++a)
+                cloud.x[p * std::size_t(D) + a] = S(-0.2) + (cloud.x[p * std::size_t(D) + a] + S(0.2)) / 2;
+    return cloud;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("Every particle lies once in the range of its block, by cell, and in the order it had", "", float,
+                   double) {
+    auto cloud = cloud_and_spray<TestType, 3>(20000);
     const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 2);
     std::set<std::uint32_t> seen;
     for (const auto& range : partition.ranges) {
-        REQUIRE(range.first_slot % pack_size == 0);
-        std::uint32_t before = 0;
-        for (std::size_t i = 0; i < range.packs() * pack_size; ++i) {
+        std::pair<int, std::uint32_t> before{-1, 0};
+        for (std::size_t i = 0; i < range.particles; ++i) {
             const std::uint32_t p = partition.order[range.first_slot + i];
-            if (i >= range.particles) {
-                CHECK(p == no_particle);
-                continue;
-            }
+            REQUIRE(p < cloud.size());
             CHECK(seen.insert(p).second);
-            CHECK((i == 0 || p > before));  // stable
-            before = p;
+            int cell = 0;
             for (std::size_t a = 0; a < 3; ++a) {
                 const TestType cells = (cloud.x[3 * p + a] - TestType(-0.25)) * TestType(1 / 0.05);
-                CHECK(int(std::floor(cells - TestType(0.5))) >> 2 == range.block[a]);
+                const int node = int(std::floor(cells - TestType(0.5)));
+                CHECK(node >> 2 == range.block[a]);
+                cell = cell * 4 + (node & 3);
             }
+            CHECK(std::pair{cell, p} > before);
+            before = {cell, p};
         }
     }
     CHECK(seen.size() == cloud.size());
     CHECK(partition.particles == cloud.size());
 }
 
+TEST_CASE("Groups are whole packs of one block, or of several small ones of one colour, and hold every range once") {
+    auto cloud = cloud_and_spray<float, 3>(20000);
+    const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 1);
+    std::size_t range = 0, slot = 0, merged = 0, alone = 0;
+    for (const BlockGroup& group : partition.groups) {
+        REQUIRE(group.first_range == range);
+        REQUIRE(group.first_slot == slot);
+        std::size_t particles = 0;
+        for (std::size_t r = range; r < range + group.ranges; ++r) {
+            CHECK(partition.ranges[r].first_slot == slot + particles);
+            CHECK(block_colour<3>(partition.ranges[r].block) == block_colour<3>(partition.ranges[range].block));
+            if (group.ranges > 1) CHECK(partition.ranges[r].particles <= few_particles);
+            particles += partition.ranges[r].particles;
+        }
+        CHECK(group.particles == particles);
+        if (group.ranges > 1) CHECK(particles <= most_grouped);
+        for (std::size_t i = slot + particles; i < slot + group.packs() * pack_size; ++i)
+            CHECK(partition.order[i] == no_particle);
+        ++(group.ranges > 1 ? merged : alone);
+        range += group.ranges;
+        slot += group.packs() * pack_size;
+    }
+    CHECK(range == partition.ranges.size());
+    CHECK(slot == partition.slots());
+    CHECK(merged > 10);
+    CHECK(alone > 10);
+    for (std::size_t i = 1; i < partition.by_block.size(); ++i)
+        CHECK(block_key<3>(partition.ranges[partition.by_block[i - 1]].block) <
+              block_key<3>(partition.ranges[partition.by_block[i]].block));
+}
+
 TEST_CASE("Blocks of one colour are two blocks apart, so that their nodes never overlap") {
-    scenes::RandomCloud<float, 3> cloud(20000);
+    auto cloud = cloud_and_spray<float, 3>(20000);
     const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 1);
     std::size_t ranges = 0;
     for (const auto& colour : partition.colours) {
-        ranges += colour.size();
-        for (const auto i : colour)
-            for (const auto j : colour) {
-                if (i == j) continue;
+        std::vector<BlockCoordinate<3>> blocks;
+        for (const std::uint32_t g : colour)
+            for (std::uint32_t r = 0; r < partition.groups[g].ranges; ++r)
+                blocks.push_back(partition.ranges[partition.groups[g].first_range + r].block);
+        ranges += blocks.size();
+        for (std::size_t i = 0; i < blocks.size(); ++i)
+            for (std::size_t j = 0; j < i; ++j) {
                 int distance = 0;
                 for (std::size_t a = 0; a < 3; ++a)
-                    distance =
-                        std::max(distance, std::abs(partition.ranges[i].block[a] - partition.ranges[j].block[a]));
+                    distance = std::max(distance, std::abs(blocks[i][a] - blocks[j][a]));
                 CHECK(distance * block_size >= arena_size<QuadraticBSpline>);
             }
     }
