@@ -1,0 +1,65 @@
+/// \file G2P takes from the grid what the definition says, for dense matter and for spray.
+#include "support/catch.hpp"
+#include "support/scenes.hpp"
+
+using namespace firn;
+
+namespace {
+
+/// Σ N_i v_i over the nodes around a particle, from the kernel's own function.
+template <int D>
+Vec<double, D> interpolated(const SparseGrid<double, D>& grid, const double* x) {
+    std::array<int, std::size_t(D)> base{};
+    std::array<std::array<double, 3>, std::size_t(D)> w{};
+    for (int a = 0; a < D; ++a) {
+        const double cells = (x[a] - grid.domain().lower[a]) / grid.domain().cell_size;
+        base[std::size_t(a)] = int(std::floor(cells - 0.5));
+        w[std::size_t(a)] = QuadraticBSpline::weights(cells - base[std::size_t(a)]);
+    }
+    Vec<double, D> v{};
+    for (int n = 0; n < (D == 2 ? 9 : 27); ++n) {
+        auto node = base;
+        double weight = 1;
+        for (int a = 0, rest = n; a < D; ++a, rest /= 3) {
+            node[std::size_t(a)] += rest % 3;
+            weight *= w[std::size_t(a)][std::size_t(rest % 3)];
+        }
+        const double* of_node = grid.find_node(node);
+        REQUIRE(of_node != nullptr);
+        for (int a = 0; a < D; ++a) v[a] += weight * of_node[a];
+    }
+    return v;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE_SIG("G2P interpolates by definition, for blocks of many particles and for groups of small ones", "",
+                       ((int D, int count), D, count), (2, 4000), (3, 4000), (2, 60), (3, 300)) {
+    scenes::RandomCloud<double, D> cloud(count);
+    for (std::size_t i = 0; i < cloud.F.size(); ++i) cloud.F[i] = i % (D * D) % (D + 1) == 0;
+    const auto view = cloud.view();
+    const auto partition = partition_particles<QuadraticBSpline>(view, cloud.size(), cloud.domain, 1);
+    std::size_t merged = 0;
+    for (const BlockGroup& group : partition.groups) merged += std::size_t(group.ranges > 1);
+    if (count < 1000)
+        REQUIRE(merged > 0);
+    else
+        REQUIRE(partition.groups.size() > merged);
+    SparseGrid<double, D> grid(cloud.domain);
+    grid.activate(partition);
+    for (std::size_t i = 0; i < grid.block_count() * std::size_t(block_nodes<D> * node_width); ++i)
+        grid.nodes(0)[i] = scenes::noise(i) - 0.5;
+
+    std::vector<Vec<double, D>> expected;
+    const double dt = 1e-3;
+    const auto before = cloud.x;
+    for (std::size_t p = 0; p < cloud.size(); ++p)
+        expected.push_back(interpolated<D>(grid, cloud.x.data() + p * std::size_t(D)));
+    g2p<QuadraticBSpline, Apic, MlsForce>(Coloured{2}, view, partition, grid, FixedCorotated<double>{}, dt);
+    for (std::size_t p = 0; p < cloud.size(); ++p)
+        for (std::size_t a = 0; a < std::size_t(D); ++a) {
+            const std::size_t i = p * std::size_t(D) + a;
+            CHECK(std::abs(cloud.v[i] - expected[p][int(a)]) < 1e-14);  // a sum of 27 numbers below 1
+            CHECK(std::abs(cloud.x[i] - (before[i] + dt * expected[p][int(a)])) < 1e-15);
+        }
+}
