@@ -4,6 +4,8 @@
 #include <firn/data/domain.hpp>
 #include <firn/data/field.hpp>
 
+#include <algorithm>
+#include <compare>
 #include <vector>
 
 namespace firn {
@@ -34,7 +36,8 @@ BlockCoordinate<D> block_of_key(std::uint64_t key) {
     return block;
 }
 
-/// The colour of a block, 0 to 2^D − 1: whether each coordinate is odd. Blocks of one colour lie two blocks apart.
+/// The colour of a block, or of a cube of blocks, 0 to 2^D − 1: whether each coordinate is odd. Those of one colour
+/// have one of another colour between them.
 template <int D>
 std::size_t block_colour(const BlockCoordinate<D>& block) {
     std::size_t colour = 0;
@@ -50,27 +53,30 @@ struct BlockRange {
     std::size_t particles;  ///< from first_slot on
 };
 
-/// What is worked through at once: the particles of one block, or those of several blocks of one colour that have few
-/// particles each and share packs. The rest of the last pack is padding.
+/// What one thread works through at once: the particles of one block; or those of all the sparse blocks in a cube of
+/// 2^D blocks, which share packs. The rest of the last pack is padding.
 struct BlockGroup {
     std::uint32_t first_range, ranges;
     std::size_t first_slot;  ///< a multiple of pack_size
     std::size_t particles;   ///< from first_slot on
+    bool sparse;
 
     std::size_t packs() const { return (particles + pack_size - 1) / pack_size; }
 };
 
-/// Blocks with no more particles than this share packs, as many as make up a group of at most most_grouped.
-inline constexpr std::size_t few_particles = 24, most_grouped = 64;
+/// A block with no more particles than this is sparse: packs of its own would be mostly padding, and an arena of its
+/// own would hold mostly nodes that no particle reaches.
+inline constexpr std::size_t sparse_particles = 24;
 
 template <int D>
 struct BlockPartition {
-    static constexpr int colour_count = 1 << D;
+    /// First the colours of the dense blocks, then those of the cubes of sparse ones.
+    static constexpr std::size_t colour_count = 2 << D;
 
-    std::vector<BlockRange<D>> ranges;    ///< blocks of many particles by block, then those of few by colour and block
+    std::vector<BlockRange<D>> ranges;    ///< dense blocks by block, then sparse ones by colour, cube and block
     std::vector<BlockGroup> groups;       ///< in the order of their ranges
     std::vector<std::uint32_t> by_block;  ///< numbers of ranges, sorted by block
-    std::array<std::vector<std::uint32_t>, std::size_t(colour_count)> colours;  ///< numbers of groups, a colour each
+    std::array<std::vector<std::uint32_t>, colour_count> colours;  ///< numbers of groups, a colour each
     std::vector<std::uint32_t>
         order;  ///< particle of each slot (its id, once particles lie in this order), or no_particle
     std::size_t particles = 0;
@@ -82,44 +88,51 @@ struct BlockPartition {
 /// \param sorted  by block, each once, with at least one particle
 template <int D>
 BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted) {
-    BlockPartition<D> partition;
-    const std::size_t count = sorted.size();
-    partition.ranges.resize(count);
-    partition.by_block.resize(count);
-
-    constexpr std::size_t many = BlockPartition<D>::colour_count;  // a place before the colours of the small ones
-    const auto place_of = [&](const BlockRange<D>& range) {
-        return range.particles > few_particles ? 0 : 1 + block_colour<D>(range.block);
+    struct Place {
+        std::uint64_t colour, cube;  // 0 for dense blocks: they stay in the order of blocks
+        std::uint32_t number;        // in `sorted`
+        auto operator<=>(const Place&) const = default;
     };
-    std::array<std::size_t, many + 2> first{};
-    for (const BlockRange<D>& range : sorted) ++first[place_of(range) + 1];
-    for (std::size_t p = 0; p <= many; ++p) first[p + 1] += first[p];
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::size_t r = first[place_of(sorted[i])]++;
-        partition.ranges[r] = sorted[i];
-        partition.by_block[i] = std::uint32_t(r);
+    const auto is_sparse = [](const BlockRange<D>& range) { return range.particles <= sparse_particles; };
+    const auto cube_of = [](BlockCoordinate<D> block) {
+        for (int& coordinate : block) coordinate >>= 1;
+        return block;
+    };
+    std::vector<Place> dense, sparse;
+    for (std::uint32_t i = 0; i < sorted.size(); ++i) {
+        if (is_sparse(sorted[i])) {
+            const BlockCoordinate<D> cube = cube_of(sorted[i].block);
+            sparse.push_back({block_colour<D>(cube), block_key<D>(cube), i});
+        } else {
+            dense.push_back({0, 0, i});
+        }
     }
+    std::sort(sparse.begin(), sparse.end());
 
+    BlockPartition<D> partition;
+    partition.ranges.reserve(sorted.size());
+    partition.by_block.resize(sorted.size());
     std::size_t slots = 0;
-    for (std::size_t r = 0; r < count;) {
-        BlockGroup group{std::uint32_t(r), 0, slots, 0};
-        const std::size_t colour = block_colour<D>(partition.ranges[r].block);
-        const auto fits = [&](const BlockRange<D>& range) {
-            return group.ranges == 0 ||
-                   (range.particles <= few_particles && group.particles + range.particles <= most_grouped &&
-                    block_colour<D>(range.block) == colour);
-        };
-        const bool alone = partition.ranges[r].particles > few_particles;
-        do {
-            partition.ranges[r].first_slot = slots + group.particles;
-            group.particles += partition.ranges[r].particles;
-            ++group.ranges;
-            ++r;
-        } while (!alone && r < count && fits(partition.ranges[r]));
+    const auto add_group = [&](const Place* first, const Place* last, std::size_t colour) {
+        BlockGroup group{std::uint32_t(partition.ranges.size()), std::uint32_t(last - first), slots, 0,
+                         is_sparse(sorted[first->number])};
+        for (const Place* place = first; place != last; ++place) {
+            partition.by_block[place->number] = std::uint32_t(partition.ranges.size());
+            partition.ranges.push_back(sorted[place->number]);
+            partition.ranges.back().first_slot = slots + group.particles;
+            group.particles += sorted[place->number].particles;
+        }
         slots += group.packs() * pack_size;
         partition.particles += group.particles;
         partition.colours[colour].push_back(std::uint32_t(partition.groups.size()));
         partition.groups.push_back(group);
+    };
+    for (const Place& place : dense) add_group(&place, &place + 1, block_colour<D>(sorted[place.number].block));
+    for (const Place *first = sparse.data(), *end = first + sparse.size(); first != end;) {
+        const Place* last = first;
+        while (last != end && last->colour == first->colour && last->cube == first->cube) ++last;
+        add_group(first, last, (1 << D) + first->colour);
+        first = last;
     }
     partition.order.assign(slots, no_particle);
     return partition;

@@ -12,11 +12,13 @@ namespace firn {
 inline constexpr int node_width = 4;
 inline constexpr int node_mass = 3;
 
+/// In place of a block's number: the grid does not hold it.
+inline constexpr std::uint32_t no_block = 0xffffffffu;
+
 template <std::floating_point S, int D>
 class SparseGrid {
 public:
     static constexpr int neighbour_count = D == 2 ? 9 : 27;
-    static constexpr std::uint32_t no_block = 0xffffffffu;
 
     explicit SparseGrid(const Domain<D>& domain) : domain_(domain) { check(domain); }
 

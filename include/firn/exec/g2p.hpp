@@ -5,6 +5,7 @@
 #include <firn/exec/execution.hpp>
 #include <firn/exec/gather.hpp>
 #include <firn/exec/parallel.hpp>
+#include <firn/exec/scatter.hpp>
 #include <firn/material/concept.hpp>
 
 #include <limits>
@@ -90,46 +91,11 @@ public:
 
     void operator()(std::size_t g, G2PThreadReport& report) const {
         const BlockGroup& group = partition_.groups[g];
-        const BlocksOfSlots<S, D> blocks(partition_, group);
-        PackSums<Kernel, Transfer, Force, S, D> sums;
         Seen seen;
-        const auto update_packs = [&](const auto& gather) FIRN_LAMBDA {
-            for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
-                for (int lane = 0; lane < pack_size; lane += lanes) {
-                    const Slots slots = slots_of(group, slot + std::size_t(lane));
-                    const auto position = positions_.in_block(load_vector<P, D>(view_.position, slots),
-                                                              blocks.template lower<P>(slot + std::size_t(lane)));
-                    sums.locate(lane, position);
-                }
-                for (int l = 0; l < pack_size; ++l) gather(slot, l);
-                for (int lane = 0; lane < pack_size; lane += lanes)
-                    update(slots_of(group, slot + std::size_t(lane)),
-                           blocks.template lower<P>(slot + std::size_t(lane)), sums.offset(lane), sums.lanes(lane),
-                           seen);
-            }
-        };
-
-        const S* nodes = grid_.nodes(0);
-        if (group.ranges == 1) {
-            Arena<Kernel, S, D> arena;
-            std::fill(std::end(arena.node) - 4 * node_width, std::end(arena.node), S(0));
-            Arena<Kernel, S, D>::for_runs(
-                nodes, grid_.neighbours(group.first_range), [&](int to, const S* from, auto count) FIRN_LAMBDA {
-                    unroll<count>([&](auto k) FIRN_LAMBDA {
-                        quad<S>::load(from + k * node_width).store(arena.node + to + k * node_width);
-                    });
-                });
-            update_packs([&](std::size_t, int l) FIRN_LAMBDA {
-                sums.template gather<arena_size<Kernel>>(l, arena.node + sums.weights.corner[l]);
-            });
-        } else {
-            NodesOfOne<Kernel, S, D> around{};
-            update_packs([&](std::size_t slot, int l) FIRN_LAMBDA {
-                around.fill(nodes, grid_.neighbours(blocks.range(slot + std::size_t(l))), sums.weights.corner[l]);
-                sums.template gather<4>(l, around.node);
-            });
-        }
-
+        if (group.sparse)
+            update_group<2>(group, seen);
+        else
+            update_group<1>(group, seen);
         report.signal_speed = std::max(report.signal_speed, double(reduce_max(seen.speed)));
         report.sort_needed = report.sort_needed || any(seen.stray);
         if (any(!(seen.rightness == P(0)))) report.wrong_group = std::min(report.wrong_group, g);
@@ -142,8 +108,32 @@ private:
         mask_t<P> stray = P(1) < P(0);
     };
 
-    FIRN_INLINE Slots slots_of(const BlockGroup& group, std::size_t slot) const {
-        return {group.first_slot + slot, partition_.order.data() + group.first_slot + slot};
+    template <int Blocks>
+    FIRN_INLINE void update_group(const BlockGroup& group, Seen& seen) const {
+        using GroupArena = Arena<Kernel, S, D, Blocks>;
+        const GroupPlaces<View> places(view_, partition_, group, positions_);
+        const BlocksOfSlots<S, D>& blocks = places.blocks();
+        const ArenaBox<D> box = places.template box<Kernel>(group.packs());
+        GroupArena arena;
+        arena.clear(box);
+        const BlocksAround<D, Blocks> around(grid_, partition_, group);
+        GroupArena::for_runs(grid_.nodes(0), around.data(), box, [&](int to, const S* from, auto count) FIRN_LAMBDA {
+            unroll<count>([&](auto k) FIRN_LAMBDA {
+                quad<S>::load(from + k * node_width).store(arena.node + to + k * node_width);
+            });
+        });
+
+        PackSums<Kernel, Transfer, Force, S, D> sums;
+        for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
+            for (int lane = 0; lane < pack_size; lane += lanes)
+                sums.locate(lane, places.template position<P>(slot + std::size_t(lane)),
+                            blocks.template in_cube<P>(slot + std::size_t(lane)), GroupArena::n);
+            for (int l = 0; l < pack_size; ++l)
+                sums.template gather<GroupArena::n>(l, arena.node + sums.weights.corner[l]);
+            for (int lane = 0; lane < pack_size; lane += lanes)
+                update(places.slots(slot + std::size_t(lane)), blocks.template lower<P>(slot + std::size_t(lane)),
+                       sums.offset(lane), sums.lanes(lane), seen);
+        }
     }
 
     /// \param block   lower corner of the particle's block [cells];  \param offset  from its centre node [cells]

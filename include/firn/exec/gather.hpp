@@ -6,27 +6,6 @@
 
 namespace firn {
 
-/// The K^D nodes that one particle reaches, wherever they lie in the grid, gathered to rows of four.
-template <class Kernel, std::floating_point S, int D>
-struct NodesOfOne {
-    static_assert(Kernel::support <= 4);
-    static constexpr int K = Kernel::support;
-    alignas(64) S node[(D == 2 ? K : K * 4) * 4 * node_width];
-
-    /// \param corner  of the particle, in numbers of its block's arena
-    FIRN_INLINE void fill(const S* nodes, const std::uint32_t* neighbours, std::ptrdiff_t corner) {
-        constexpr int n = arena_size<Kernel>;
-        unroll<(D == 2 ? K : K * K)>([&](auto line) FIRN_LAMBDA {
-            constexpr int from = D == 2 ? line * n : (line / K * n + line % K) * n;
-            constexpr int to = D == 2 ? line * 4 : (line / K * 4 + line % K) * 4;
-            unroll<K>([&](auto k) FIRN_LAMBDA {
-                const std::size_t place = ArenaNodes<Kernel, D>::in_grid(neighbours, corner / node_width + from + k);
-                quad<S>::load(nodes + place * node_width).store(node + (to + k) * node_width);
-            });
-        });
-    }
-};
-
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D>
 struct PackSums {
     static constexpr bool moments = g2p_needs_moment<Transfer>;
@@ -38,10 +17,11 @@ struct PackSums {
     alignas(64) S value[quads][pack_size * 4];
     alignas(64) S from_centre_node[D][pack_size];  ///< [cells]
 
-    /// Sets the particles of the lanes from `lane` on, by their positions in their blocks [cells].
-    FIRN_INLINE void locate(int lane, const Vec<P, D>& position) {
+    /// Sets the particles of the lanes from `lane` on.
+    /// \param position  in their blocks [cells];  \param block  of their blocks in the arena;  \param n  its size
+    FIRN_INLINE void locate(int lane, const Vec<P, D>& position, const Vec<P, D>& block, int n) {
         const Place<P, D> place = firn::locate<Kernel>(position);
-        weights.fill(lane, place);
+        weights.fill(lane, place, block, n);
         const Vec<P, D> offset = from_centre<Kernel>(place.fraction);
         unroll<D>([&](auto a) FIRN_LAMBDA { offset.v[a].store(from_centre_node[a] + lane); });
     }

@@ -9,45 +9,71 @@
 
 namespace firn {
 
-/// Nodes along one axis that the particles of a block can touch until they are sorted again. Blocks of one colour lie
-/// two blocks apart, so theirs never overlap.
-template <class Kernel>
-inline constexpr int arena_size = block_size + 2 * allowed_drift + Kernel::support - 1;
+/// Nodes along one axis that the particles of a cube of Blocks^D blocks can touch until they are sorted again. There is
+/// another cube between two cubes of one colour, so theirs never overlap.
+template <class Kernel, int Blocks = 1>
+inline constexpr int arena_size = Blocks * block_size + 2 * allowed_drift + Kernel::support - 1;
 
-/// Rows of nodes of one block and its surroundings: contiguous, with compile-time strides.
+/// Which nodes of an arena particles reach, both ends included.
+template <int D>
+struct ArenaBox {
+    int first[D], last[D];
+};
+
+/// Rows of nodes of a cube of blocks and its surroundings: contiguous, with compile-time strides.
 /// \tparam Number  of floating point, or an integer for fixed-point sums
-template <class Kernel, class Number, int D>
+template <class Kernel, class Number, int D, int Blocks>
 struct Arena {
-    static_assert(arena_size<Kernel> <= 2 * block_size, "firn: this kernel is too wide for blocks of four cells");
-    static constexpr int n = arena_size<Kernel>;
-    static constexpr int node_count = D == 2 ? n * n : n * n * n;
+    static constexpr int n = arena_size<Kernel, Blocks>;
+    static constexpr int blocks = Blocks + 2;  ///< along an axis, those around it included
+    static constexpr int block_count = D == 2 ? blocks * blocks : blocks * blocks * blocks;
+    static constexpr int line_count = D == 2 ? n : n * n;
+    static_assert(n <= 2 * Blocks * block_size, "firn: this kernel is too wide for blocks of four cells");
+    static_assert(n + block_size - allowed_drift <= blocks * block_size);
 
-    alignas(64) Number node[(node_count + 4) * node_width];  // rows of a whole register may reach over the end
+    alignas(64) Number node[(line_count * n + 4) * node_width];  // rows of a whole register may reach over the end
 
-    /// Calls f(number in the arena, numbers in the grid, nodes) for each run of nodes that are neighbours in both; the
-    /// count of nodes is a compile-time constant: these are the loops through which the whole grid passes twice a step.
-    /// \param nodes  of the whole grid; neighbours: the blocks around this one
+    /// Zeros the lines of a box.
+    FIRN_INLINE void clear(const ArenaBox<D>& box) {
+        for_lines(box, [&](int line, int, int)
+                           FIRN_LAMBDA { std::fill_n(node + line * n * node_width, n * node_width, Number(0)); });
+        std::fill_n(node + line_count * n * node_width, 4 * node_width, Number(0));
+    }
+
+    /// Calls f(number in the arena, numbers in the grid, count) for runs of nodes that are neighbours in both and hold
+    /// the box; the count of nodes is a compile-time constant.
+    /// \param nodes  of the whole grid;  \param of_block  numbers of the blocks around, or no_block
     template <class N, class F>
-    FIRN_INLINE static void for_runs(N* nodes, const std::uint32_t* neighbours, const F& f) {
-        constexpr int before = block_size - allowed_drift;  // nodes of the first block that the arena leaves out
-        constexpr int blocks = (before + n + block_size - 1) / block_size;
-        constexpr int lines = node_count / n;
-        for (int line = 0; line < lines; ++line) {
-            int outer_block = 0, outer_node = 0;
-            for (int a = 0, scale = lines; a < D - 1; ++a) {
-                scale /= n;
-                const int i = line / scale % n + before;
-                outer_block = outer_block * 3 + i / block_size;
-                outer_node = outer_node * block_size + i % block_size;
-            }
+    FIRN_INLINE static void for_runs(N* nodes, const std::uint32_t* of_block, const ArenaBox<D>& box, const F& f) {
+        for_lines(box, [&](int line, int outer_block, int outer_node) FIRN_LAMBDA {
             unroll<blocks>([&](auto b) FIRN_LAMBDA {
                 constexpr int first = b == 0 ? before : 0;
-                constexpr int last = b == blocks - 1 ? before + n - b * block_size : block_size;
-                const std::size_t block = neighbours[outer_block * 3 + b];
-                N* run = nodes + (block * block_nodes<D> + std::size_t(outer_node * block_size + first)) * node_width;
-                f((line * n + b * block_size + first - before) * node_width, run,
-                  std::integral_constant<int, last - first>{});
+                constexpr int last =
+                    b * block_size + block_size > before + n ? before + n - b * block_size : block_size;
+                constexpr int place = b * block_size + first - before;  // in the line
+                const std::uint32_t block = of_block[outer_block * blocks + b];
+                if (place > box.last[D - 1] || place + last - first <= box.first[D - 1] || block == no_block) return;
+                N* run = nodes + (block * std::size_t(block_nodes<D>) + std::size_t(outer_node * block_size + first)) *
+                                     node_width;
+                f((line * n + place) * node_width, run, std::integral_constant<int, last - first>{});
             });
+        });
+    }
+
+private:
+    static constexpr int before = block_size - allowed_drift;  // nodes of the first block that the arena leaves out
+
+    /// f(line, block and node in it along the leading axes)
+    template <class F>
+    FIRN_INLINE static void for_lines(const ArenaBox<D>& box, const F& f) {
+        for (int i = box.first[0]; i <= box.last[0]; ++i) {
+            const int block = (i + before) / block_size, in_block = (i + before) % block_size;
+            if constexpr (D == 2)
+                f(i, block, in_block);
+            else
+                for (int j = box.first[1]; j <= box.last[1]; ++j)
+                    f(i * n + j, block * blocks + (j + before) / block_size,
+                      in_block * block_size + (j + before) % block_size);
         }
     }
 };
@@ -87,15 +113,20 @@ template <std::floating_point S, int D>
 class BlocksOfSlots {
 public:
     BlocksOfSlots(const BlockPartition<D>& partition, const BlockGroup& group)
-        : mask_(group.ranges == 1 ? pack_size - 1 : most_grouped - 1) {
+        : mask_(group.sparse ? most_slots - 1 : pack_size - 1) {
         std::size_t slot = 0;
         for (std::uint32_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
             const BlockRange<D>& range = partition.ranges[r];
+            const std::size_t padded = group.sparse ? group.packs() * pack_size : std::size_t(pack_size);
             const bool last = r + 1 == group.first_range + group.ranges;
-            for (const std::size_t end = last ? mask_ + 1 : slot + range.particles; slot < end; ++slot) {
+            for (const std::size_t end = last ? padded : slot + range.particles; slot < end; ++slot) {
                 for (int a = 0; a < D; ++a) lower_[a][slot] = S(range.block[std::size_t(a)] * block_size);
                 range_[slot] = r;
             }
+        }
+        for (int a = 0; a < D; ++a) {
+            const int block = partition.ranges[group.first_range].block[std::size_t(a)];
+            origin_[a] = S((group.sparse ? block & ~1 : block) * block_size);
         }
     }
 
@@ -106,12 +137,51 @@ public:
         unroll<D>([&](auto a) FIRN_LAMBDA { r.v[a] = P::load(lower_[a] + (slot & mask_)); });
         return r;
     }
+    /// The same from the lower corner of the group's cube of blocks: 0 or block_size.
+    template <class P>
+    FIRN_INLINE Vec<P, D> in_cube(std::size_t slot) const {
+        return lower<P>(slot) - cast<P>(origin_);
+    }
     std::uint32_t range(std::size_t slot) const { return range_[slot & mask_]; }
 
 private:
-    std::size_t mask_;
-    alignas(64) S lower_[D][most_grouped];
-    std::uint32_t range_[most_grouped];
+    static constexpr std::size_t most_slots = 256;
+    static_assert((sparse_particles << D) + pack_size <= most_slots);
+
+    std::size_t mask_;  // all slots of a dense group belong to one block: the first pack stands for all
+    Vec<S, D> origin_;
+    alignas(64) S lower_[D][most_slots];
+    std::uint32_t range_[most_slots];
+};
+
+/// Numbers of the blocks around the cube of a group, for its arena: those that the grid has around its ranges.
+template <int D, int Blocks>
+class BlocksAround {
+public:
+    template <class Grid>
+    BlocksAround(const Grid& grid, const BlockPartition<D>& partition, const BlockGroup& group) {
+        if constexpr (Blocks == 1) {
+            blocks_ = grid.neighbours(group.first_range);
+        } else {
+            constexpr int n = Blocks + 2;
+            blocks_ = table_;
+            std::fill(std::begin(table_), std::end(table_), no_block);
+            for (std::uint32_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
+                int corner = 0;
+                for (const int coordinate : partition.ranges[r].block) corner = corner * n + (coordinate & 1);
+                const std::uint32_t* neighbour = grid.neighbours(r);
+                for (int line = 0; line < (D == 2 ? 3 : 9); ++line)
+                    for (int k = 0; k < 3; ++k)
+                        table_[corner + (D == 2 ? line : line / 3 * n + line % 3) * n + k] = *neighbour++;
+            }
+        }
+    }
+    BlocksAround(const BlocksAround&) = delete;
+    const std::uint32_t* data() const { return blocks_; }
+
+private:
+    const std::uint32_t* blocks_;
+    std::uint32_t table_[Blocks == 1 ? 1 : (D == 2 ? 16 : 64)];
 };
 
 /// How positions are stored. In firn's own particles: in cells, from the lower corner of the particle's block, so that
@@ -219,10 +289,11 @@ struct PackWeights {
     alignas(64) S last_gradient[Gradients ? pack_size * 4 : 4];
     alignas(64) Index corner[pack_size];  ///< the base node's first number in the arena
 
-    FIRN_INLINE void fill(int lane, const Place<P, D>& place) {
-        constexpr int n = arena_size<Kernel>;
-        P corner_node = place.node.v[0];
-        unroll<D - 1>([&](auto a) FIRN_LAMBDA { corner_node = corner_node * P(n) + place.node.v[a + 1]; });
+    /// \param block  where the particles' blocks begin in the arena;  \param n  the arena's size
+    FIRN_INLINE void fill(int lane, const Place<P, D>& place, const Vec<P, D>& block, int n) {
+        const Vec<P, D> node = place.node + block;
+        P corner_node = node.v[0];
+        unroll<D - 1>([&](auto a) FIRN_LAMBDA { corner_node = corner_node * P(S(n)) + node.v[a + 1]; });
         const typename P::mask_vector index =
             __builtin_convertvector((corner_node * P(node_width)).lanes, typename P::mask_vector);
         std::memcpy(corner + lane, &index, sizeof index);

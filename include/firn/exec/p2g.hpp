@@ -11,26 +11,29 @@ namespace firn {
 
 namespace detail {
 
-/// Calls body(records, l, range) for every particle of the group: the one in lane l of `records`.
+/// Calls body(records, l, slot in the group) for every particle of the group: the one in lane l of `records`.
+/// \param n  size of the arena
 template <class Kernel, class Transfer, class Force, class View, class Body>
-FIRN_INLINE void for_records(const GroupReader<View>& reader, const BlockGroup& group, const Body& body) {
+FIRN_INLINE void for_records(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
+                             const BlockGroup& group, int n, const Body& body) {
     PackRecords<Kernel, Force, typename View::scalar_type, View::dimension> records;
     for (std::size_t slot = 0; slot < group.particles; slot += pack_size) {
-        records.template fill<Transfer>(reader, slot);
+        records.template fill<Transfer>(reader, places, slot, n);
         const int used = int(std::min<std::size_t>(pack_size, group.particles - slot));
-        for (int l = 0; l < used; ++l) body(records, l, reader.range(slot + std::size_t(l)));
+        for (int l = 0; l < used; ++l) body(records, l, slot + std::size_t(l));
     }
 }
 
 /// Scatters a group straight to the grid's nodes.
 /// \param sums  how a quad of numbers is added. \see FloatSums
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
-void scatter_to_nodes(const GroupReader<View>& reader, const BlockGroup& group, const SparseGrid<S, D>& grid,
-                      const Sums& sums, typename Sums::number* nodes) {
+void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View>& places, const BlockGroup& group,
+                      const SparseGrid<S, D>& grid, const Sums& sums, typename Sums::number* nodes) {
+    constexpr int n = arena_size<Kernel>;
     for_records<Kernel, Transfer, Force>(
-        reader, group, [&](const auto& records, int l, std::uint32_t range) FIRN_LAMBDA {
-            const std::uint32_t* neighbours = grid.neighbours(range);
-            records.scatter(l, [&](std::ptrdiff_t at, const auto& added) FIRN_LAMBDA {
+        reader, places, group, n, [&](const auto& records, int l, std::size_t slot) FIRN_LAMBDA {
+            const std::uint32_t* neighbours = grid.neighbours(places.blocks().range(slot));
+            records.template scatter<n>(l, [&](std::ptrdiff_t at, const auto& added) FIRN_LAMBDA {
                 S numbers[16];
                 added.store(numbers);
                 unroll<Kernel::support>([&](auto k) FIRN_LAMBDA {
@@ -41,34 +44,53 @@ void scatter_to_nodes(const GroupReader<View>& reader, const BlockGroup& group, 
         });
 }
 
-/// Scatters a group of one block to an arena of its nodes, then adds that to the grid.
-template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
-void scatter_to_arena(const GroupReader<View>& reader, const BlockGroup& group, const SparseGrid<S, D>& grid,
+/// Scatters a group to an arena of the nodes around its cube of blocks, then adds that to the grid.
+template <int Blocks, class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
+void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
+                      const BlockPartition<D>& partition, const BlockGroup& group, const SparseGrid<S, D>& grid,
                       const Sums& sums, typename Sums::number* nodes) {
     using Number = typename Sums::number;
-    Arena<Kernel, Number, D> arena;
-    std::fill(std::begin(arena.node), std::end(arena.node), Number(0));
-    for_records<Kernel, Transfer, Force>(reader, group, [&](const auto& records, int l, std::uint32_t) FIRN_LAMBDA {
-        records.scatter(
-            l, [&](std::ptrdiff_t at, const auto& added) FIRN_LAMBDA { sums.add_row(arena.node + at, added); });
-    });
-    Arena<Kernel, Number, D>::for_runs(
-        nodes, grid.neighbours(group.first_range), [&](int from, Number* to, auto count) FIRN_LAMBDA {
-            unroll<count * node_width>([&](auto i) FIRN_LAMBDA { to[i] += arena.node[from + i]; });
+    using GroupArena = Arena<Kernel, Number, D, Blocks>;
+    const ArenaBox<D> box = places.template box<Kernel>(group.packs());
+    GroupArena arena;
+    arena.clear(box);
+    for_records<Kernel, Transfer, Force>(
+        reader, places, group, GroupArena::n, [&](const auto& records, int l, std::size_t) FIRN_LAMBDA {
+            records.template scatter<GroupArena::n>(
+                l, [&](std::ptrdiff_t at, const auto& added) FIRN_LAMBDA { sums.add_row(arena.node + at, added); });
         });
+    const BlocksAround<D, Blocks> around(grid, partition, group);
+    GroupArena::for_runs(nodes, around.data(), box, [&](int from, Number* to, auto count) FIRN_LAMBDA {
+        unroll<count>([&](auto k) FIRN_LAMBDA {
+            constexpr int i = k * node_width;
+            (quad<Number>::load(to + i) + quad<Number>::load(arena.node + from + i)).store(to + i);
+        });
+    });
 }
 
 /// All groups, colour after colour: no two threads ever add to one node, and every node is added to in one order.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 void scatter_coloured(const View& view, const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, double dt,
                       int threads, const Sums& sums, typename Sums::number* nodes) {
+    const Positions<View> positions(grid.domain());
+    const ParticleReader<View> reader(view, grid.domain(), dt);
     for_groups_by_colour(partition, threads, [&](const BlockGroup& group, int) {
-        const GroupReader<View> reader(view, partition, group, grid.domain(), dt);
-        if (group.ranges == 1)
-            scatter_to_arena<Kernel, Transfer, Force>(reader, group, grid, sums, nodes);
+        const GroupPlaces<View> places(view, partition, group, positions);
+        if (group.sparse)
+            scatter_to_arena<2, Kernel, Transfer, Force>(reader, places, partition, group, grid, sums, nodes);
         else
-            scatter_to_nodes<Kernel, Transfer, Force>(reader, group, grid, sums, nodes);
+            scatter_to_arena<1, Kernel, Transfer, Force>(reader, places, partition, group, grid, sums, nodes);
     });
+}
+
+/// One group straight to the nodes, for a thread that is alone or adds atomically.
+template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
+void scatter_group(const View& view, const BlockPartition<D>& partition, const BlockGroup& group,
+                   const SparseGrid<S, D>& grid, double dt, const Sums& sums, typename Sums::number* nodes) {
+    const Positions<View> positions(grid.domain());
+    scatter_to_nodes<Kernel, Transfer, Force>(ParticleReader<View>(view, grid.domain(), dt),
+                                              GroupPlaces<View>(view, partition, group, positions), group, grid, sums,
+                                              nodes);
 }
 
 template <std::floating_point S>
@@ -107,9 +129,8 @@ void p2g(const Serial&, const View& view, const BlockPartition<D>& partition,
          SparseGrid<typename View::scalar_type, D>& grid, double dt) {
     detail::clear(grid, 1);
     for (const BlockGroup& group : partition.groups)
-        detail::scatter_to_nodes<Kernel, Transfer, Force>(GroupReader<View>(view, partition, group, grid.domain(), dt),
-                                                          group, grid, detail::FloatSums<typename View::scalar_type>{},
-                                                          grid.nodes(0));
+        detail::scatter_group<Kernel, Transfer, Force>(view, partition, group, grid, dt,
+                                                       detail::FloatSums<typename View::scalar_type>{}, grid.nodes(0));
 }
 
 }  // namespace firn

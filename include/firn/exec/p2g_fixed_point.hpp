@@ -53,13 +53,15 @@ FixedPointLoad fixed_point_load(const View& view, const BlockPartition<D>& parti
         grid.block_count(), threads,
         [&](std::size_t b, int) { std::fill_n(cells + b * per_block, per_block, CellLoad{}); }, 64);
 
+    const Positions<View> positions(grid.domain());
+    const ParticleReader<View> reader(view, grid.domain(), dt);
     for_groups_by_colour(partition, threads, [&](const BlockGroup& group, int thread) {
-        const GroupReader<View> reader(view, partition, group, grid.domain(), dt);
+        const GroupPlaces<View> places(view, partition, group, positions);
         P momentum_per_mass = P(0), gradient_per_mass = P(0);
         for (std::size_t slot = 0; slot < group.particles; slot += lanes) {
-            const Vec<P, D> position = reader.template position<P>(slot);
+            const Vec<P, D> position = places.template position<P>(slot);
             const auto record =
-                reader.template record<Kernel, Transfer, Force>(slot, locate<Kernel>(position).fraction);
+                reader.template record<Kernel, Transfer, Force>(places.slots(slot), locate<Kernel>(position).fraction);
             const auto real = record.mass > P(0);
             const P per_mass = P(1) / select(real, record.mass, P(1));
             unroll<D>([&](auto a) FIRN_LAMBDA {
@@ -84,8 +86,8 @@ FixedPointLoad fixed_point_load(const View& view, const BlockPartition<D>& parti
             const P mass = -floor(-record.mass * P(S(quanta)));  // rounded up
             const std::size_t end = std::min<std::size_t>(lanes, group.particles - slot);
             for (std::size_t l = 0; l < end; ++l) {
-                const std::size_t cell = ArenaNodes<Kernel, D>::in_grid(grid.neighbours(reader.range(slot + l)),
-                                                                        std::ptrdiff_t(node[int(l)]));
+                const std::size_t cell = ArenaNodes<Kernel, D>::in_grid(
+                    grid.neighbours(places.blocks().range(slot + l)), std::ptrdiff_t(node[int(l)]));
                 cells[cell].mass_and_count += CellLoad::vector{std::uint64_t(mass[int(l)]), 1};
             }
         }
@@ -171,9 +173,8 @@ void p2g(const FixedPoint<Integer, How>& execution, const View& view, const Bloc
     } else {
         const detail::AtomicSums<Integer, S> atomic(scale);
         parallel_for(partition.groups.size(), threads, [&](std::size_t g, int) {
-            const BlockGroup& group = partition.groups[g];
-            detail::scatter_to_nodes<Kernel, Transfer, Force>(
-                GroupReader<View>(view, partition, group, grid.domain(), dt), group, grid, atomic, sums);
+            detail::scatter_group<Kernel, Transfer, Force>(view, partition, partition.groups[g], grid, dt, atomic,
+                                                           sums);
         });
     }
 

@@ -136,9 +136,11 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
 /// Calls body(group, thread) for all groups, colour after colour; those of one colour share no node.
 template <int D, class Body>
 void for_groups_by_colour(const BlockPartition<D>& partition, int threads, const Body& body) {
-    for (const auto& colour : partition.colours)
-        parallel_for(colour.size(), threads,
-                     [&](std::size_t c, int thread) { body(partition.groups[colour[c]], thread); });
+    std::array<std::size_t, BlockPartition<D>::colour_count> counts{};
+    for (std::size_t c = 0; c < counts.size(); ++c) counts[c] = partition.colours[c].size();
+    parallel_phases(counts, threads, [&](std::size_t colour, std::size_t i, int thread) {
+        body(partition.groups[partition.colours[colour][i]], thread);
+    });
 }
 
 /// Sorts firn's own particles and moves them into that order.

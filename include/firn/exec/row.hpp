@@ -14,7 +14,7 @@
 namespace firn {
 
 /// The four numbers of one node: D components of momentum or velocity, and the mass.
-template <std::floating_point S>
+template <class S>
 struct quad {
     using vector [[gnu::vector_size(4 * sizeof(S))]] = S;
     vector v;

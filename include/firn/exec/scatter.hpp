@@ -6,55 +6,83 @@
 
 namespace firn {
 
-/// What P2G reads of the particles of a group.
+/// Where the particles of a group are.
 template <class View>
-class GroupReader {
+class GroupPlaces {
 public:
     using S = typename View::scalar_type;
     static constexpr int D = View::dimension;
 
-    GroupReader(const View& view, const BlockPartition<D>& partition, const BlockGroup& group, const Domain<D>& domain,
-                double dt)
+    GroupPlaces(const View& view, const BlockPartition<D>& partition, const BlockGroup& group,
+                const Positions<View>& positions)
         : view_(view),
-          positions_(domain),
+          positions_(positions),
           blocks_(partition, group),
           first_(group.first_slot),
-          order_(partition.order.data()),
-          h_(S(domain.cell_size)),
-          dt_(S(dt)) {}
+          order_(partition.order.data()) {}
 
-    std::uint32_t range(std::size_t slot) const { return blocks_.range(slot); }
+    const BlocksOfSlots<S, D>& blocks() const { return blocks_; }
+    FIRN_INLINE Slots slots(std::size_t slot) const { return {first_ + slot, order_ + first_ + slot}; }
 
-    template <class P>
-    FIRN_INLINE P mass(std::size_t slot) const {
-        return view_.mass.template load_or_zero<P>(slots(slot), 0);
-    }
-    /// In cells, from the lower corner of the block.
+    /// In cells, from the lower corner of each particle's block.
     template <class P>
     FIRN_INLINE Vec<P, D> position(std::size_t slot) const {
         return positions_.in_block(load_vector<P, D>(view_.position, slots(slot)), blocks_.template lower<P>(slot));
     }
+
+    /// The nodes that the group's particles reach, in the arena of its cube of blocks.
+    template <class Kernel>
+    FIRN_INLINE ArenaBox<D> box(std::size_t packs) const {
+        using P = native_pack<S>;
+        constexpr int lanes = scalar_traits<P>::lanes;
+        Vec<P, D> low, high;
+        for (std::size_t slot = 0; slot < packs * pack_size; slot += lanes) {
+            const Vec<P, D> node = locate<Kernel>(position<P>(slot)).node + blocks_.template in_cube<P>(slot);
+            unroll<D>([&](auto a) FIRN_LAMBDA {
+                low.v[a] = slot == 0 ? node.v[a] : min(low.v[a], node.v[a]);
+                high.v[a] = slot == 0 ? node.v[a] : max(high.v[a], node.v[a]);
+            });
+        }
+        ArenaBox<D> box;
+        for (int a = 0; a < D; ++a) {
+            box.first[a] = -int(reduce_max(-low[a]));
+            box.last[a] = int(reduce_max(high[a])) + Kernel::support - 1;
+        }
+        return box;
+    }
+
+private:
+    const View& view_;
+    const Positions<View>& positions_;
+    BlocksOfSlots<S, D> blocks_;
+    std::size_t first_;
+    const std::uint32_t* order_;
+};
+
+/// What a P2G reads of particles.
+template <class View>
+class ParticleReader {
+public:
+    using S = typename View::scalar_type;
+    static constexpr int D = View::dimension;
+
+    ParticleReader(const View& view, const Domain<D>& domain, double dt)
+        : view_(view), h_(S(domain.cell_size)), dt_(S(dt)) {}
+
     template <class Kernel, class Transfer, class Force, class P>
-    FIRN_INLINE P2GRecord<P, D> record(std::size_t slot, const Vec<P, D>& fraction) const {
-        const Slots at = slots(slot);
+    FIRN_INLINE P2GRecord<P, D> record(const Slots& slots, const Vec<P, D>& fraction) const {
         P2GParticle<P, D> particle;
-        particle.mass = mass<P>(slot);
-        particle.volume = view_.volume.template load_or_zero<P>(at, 0);
-        particle.velocity = load_vector<P, D>(view_.velocity, at);
-        particle.stress = load_symmetric<P, D>(view_.stress, at);
+        particle.mass = view_.mass.template load_or_zero<P>(slots, 0);
+        particle.volume = view_.volume.template load_or_zero<P>(slots, 0);
+        particle.velocity = load_vector<P, D>(view_.velocity, slots);
+        particle.stress = load_symmetric<P, D>(view_.stress, slots);
         if constexpr (Transfer::affine)
-            unroll<D * D>([&](auto k) FIRN_LAMBDA { particle.affine.m[k] = view_.affine.template load<P>(at, k); });
+            unroll<D * D>([&](auto k) FIRN_LAMBDA { particle.affine.m[k] = view_.affine.template load<P>(slots, k); });
         return make_record<Kernel, Transfer, Force>(particle, from_centre<Kernel>(fraction), P(h_), P(dt_));
     }
 
 private:
-    FIRN_INLINE Slots slots(std::size_t slot) const { return {first_ + slot, order_ + first_ + slot}; }
-
     const View& view_;
-    Positions<View> positions_;
-    BlocksOfSlots<S, D> blocks_;
-    std::size_t first_;
-    const std::uint32_t* order_;
     S h_, dt_;
 };
 
@@ -69,14 +97,18 @@ struct PackRecords {
     alignas(64) S value[quads][pack_size * 4];
 
     /// The lane loop: records and weights of one pack of particles, from slot `slot` of a group on.
-    template <class Transfer, class Pass>
-    FIRN_INLINE void fill(const Pass& pass, std::size_t slot) {
+    /// \param n  size of the arena
+    template <class Transfer, class View>
+    FIRN_INLINE void fill(const ParticleReader<View>& reader, const GroupPlaces<View>& places, std::size_t slot,
+                          int n) {
         constexpr int lanes = scalar_traits<P>::lanes;
-        for (int lane = 0; lane < pack_size; lane += lanes) {
-            const Place<P, D> place = locate<Kernel>(pass.template position<P>(slot + std::size_t(lane)));
-            weights.fill(lane, place);
+        for (int lane = 0; lane < pack_size; lane += lanes, slot += lanes) {
+            const Place<P, D> place = locate<Kernel>(places.template position<P>(slot));
+            const Vec<P, D> block =
+                n == arena_size<Kernel> ? Vec<P, D>::zero() : places.blocks().template in_cube<P>(slot);
+            weights.fill(lane, place, block, n);
             const P2GRecord<P, D> record =
-                pass.template record<Kernel, Transfer, Force>(slot + std::size_t(lane), place.fraction);
+                reader.template record<Kernel, Transfer, Force>(places.slots(slot), place.fraction);
 
             P r[4];
             put(record.momentum, r);
@@ -94,10 +126,11 @@ struct PackRecords {
     }
 
     /// Calls sink(arena offset of the row's first number, row) for the rows that the particle of lane l reaches.
-    template <class Sink>
+    /// \tparam n  size of the arena
+    template <int n, class Sink>
     FIRN_INLINE void scatter(int l, Sink&& sink) const {
         using Row = row<S, Kernel::support>;
-        constexpr int n = arena_size<Kernel>, K = Kernel::support, centre = centre_node<Kernel>;
+        constexpr int K = Kernel::support, centre = centre_node<Kernel>;
         const int q = quad_offset<P>(l);
 
         OpenRecord<Row, D, gradients> record;

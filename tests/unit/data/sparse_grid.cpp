@@ -42,7 +42,7 @@ TEST_CASE("Each range finds the 3^D blocks around it, and no node twice") {
             for (std::size_t a = 0; a < 3; ++a) CHECK(block[a] == partition.ranges[r].block[a] + offset[a]);
         }
     for (std::size_t b = 0; b < grid.block_count(); ++b) CHECK(grid.find(grid.block(b)) == b);
-    CHECK(grid.find({1000, 1000, 1000}) == SparseGrid<float, 3>::no_block);
+    CHECK(grid.find({1000, 1000, 1000}) == no_block);
     CHECK(grid.find_node({-1, -1, -1}) != nullptr);
     CHECK(grid.find_node({1000, 0, 0}) == nullptr);
 }

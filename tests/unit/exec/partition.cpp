@@ -47,56 +47,63 @@ TEMPLATE_TEST_CASE("Every particle lies once in the range of its block, by cell,
     CHECK(partition.particles == cloud.size());
 }
 
-TEST_CASE("Groups are whole packs of one block, or of several small ones of one colour, and hold every range once") {
+TEST_CASE("Groups are whole packs of one block, or of the sparse blocks of one cube, and hold every range once") {
     auto cloud = cloud_and_spray<float, 3>(20000);
     const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 1);
-    std::size_t range = 0, slot = 0, merged = 0, alone = 0;
+    std::size_t range = 0, slot = 0, sparse = 0, dense = 0;
     for (const BlockGroup& group : partition.groups) {
         REQUIRE(group.first_range == range);
         REQUIRE(group.first_slot == slot);
         std::size_t particles = 0;
         for (std::size_t r = range; r < range + group.ranges; ++r) {
             CHECK(partition.ranges[r].first_slot == slot + particles);
-            CHECK(block_colour<3>(partition.ranges[r].block) == block_colour<3>(partition.ranges[range].block));
-            if (group.ranges > 1) CHECK(partition.ranges[r].particles <= few_particles);
+            for (std::size_t a = 0; a < 3; ++a)
+                CHECK(partition.ranges[r].block[a] >> 1 == partition.ranges[range].block[a] >> 1);
+            CHECK(group.sparse == (partition.ranges[r].particles <= sparse_particles));
             particles += partition.ranges[r].particles;
         }
         CHECK(group.particles == particles);
-        if (group.ranges > 1) CHECK(particles <= most_grouped);
+        if (!group.sparse) CHECK(group.ranges == 1);
         for (std::size_t i = slot + particles; i < slot + group.packs() * pack_size; ++i)
             CHECK(partition.order[i] == no_particle);
-        ++(group.ranges > 1 ? merged : alone);
+        ++(group.sparse ? sparse : dense);
         range += group.ranges;
         slot += group.packs() * pack_size;
     }
     CHECK(range == partition.ranges.size());
     CHECK(slot == partition.slots());
-    CHECK(merged > 10);
-    CHECK(alone > 10);
+    CHECK(sparse > 10);
+    CHECK(dense > 10);
     for (std::size_t i = 1; i < partition.by_block.size(); ++i)
         CHECK(block_key<3>(partition.ranges[partition.by_block[i - 1]].block) <
               block_key<3>(partition.ranges[partition.by_block[i]].block));
 }
 
-TEST_CASE("Blocks of one colour are two blocks apart, so that their nodes never overlap") {
+TEST_CASE("The nodes of two groups of one colour never overlap, and every group has a colour") {
     auto cloud = cloud_and_spray<float, 3>(20000);
     const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 1);
-    std::size_t ranges = 0;
-    for (const auto& colour : partition.colours) {
-        std::vector<BlockCoordinate<3>> blocks;
-        for (const std::uint32_t g : colour)
-            for (std::uint32_t r = 0; r < partition.groups[g].ranges; ++r)
-                blocks.push_back(partition.ranges[partition.groups[g].first_range + r].block);
-        ranges += blocks.size();
-        for (std::size_t i = 0; i < blocks.size(); ++i)
-            for (std::size_t j = 0; j < i; ++j) {
-                int distance = 0;
-                for (std::size_t a = 0; a < 3; ++a)
-                    distance = std::max(distance, std::abs(blocks[i][a] - blocks[j][a]));
-                CHECK(distance * block_size >= arena_size<QuadraticBSpline>);
+    std::set<std::uint32_t> seen;
+    for (const auto& colour : partition.colours)
+        for (const std::uint32_t g : colour) {
+            CHECK(seen.insert(g).second);
+            for (const std::uint32_t other : colour) {
+                if (other == g) continue;
+                int distance = 0;  // in blocks, between the closest of the two
+                for (std::size_t a = 0; a < 3; ++a) {
+                    const auto extent = [&](std::uint32_t group) {
+                        const BlockGroup& of = partition.groups[group];
+                        const int block = partition.ranges[of.first_range].block[a];
+                        return of.sparse ? std::pair{block & ~1, block | 1} : std::pair{block, block};
+                    };
+                    const auto [low, high] = extent(g);
+                    const auto [other_low, other_high] = extent(other);
+                    distance = std::max({distance, other_low - high, low - other_high});
+                }
+                // Each reaches `allowed_drift` cells below its blocks and support − 1 + drift above.
+                CHECK((distance - 1) * block_size >= QuadraticBSpline::support - 1 + 2 * allowed_drift);
             }
-    }
-    CHECK(ranges == partition.ranges.size());
+        }
+    CHECK(seen.size() == partition.groups.size());
 }
 
 TEST_CASE("The order is the same for any number of threads") {

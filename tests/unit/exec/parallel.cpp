@@ -1,0 +1,338 @@
+/// \file What loops over threads promise: each index once, phases in order, exceptions, and waiting that ends.
+///
+/// Threads that must meet wait for each other, a minute at most, so that a promise broken fails and does not hang.
+#include "support/catch.hpp"
+#include <firn/core/config.hpp>
+#include <firn/exec/parallel.hpp>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <ctime>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+using namespace firn;
+
+namespace {
+
+/// More than this machine has, so that threads must take turns.
+const int many_threads = 2 * int(std::max(2u, std::thread::hardware_concurrency())) + 1;
+
+/// Holds each thread that comes until `count` have come: then that many run at once.
+class Meeting {
+public:
+    explicit Meeting(int count) : missing_(count) {}
+    bool join() {
+        --missing_;
+        const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+        while (missing_ > 0) {
+            if (std::chrono::steady_clock::now() > end) return false;
+            std::this_thread::sleep_for(std::chrono::microseconds(100));
+        }
+        return true;
+    }
+
+private:
+    std::atomic<int> missing_;
+};
+
+/// Notes calls of a loop from many threads.
+class Calls {
+public:
+    Calls(std::size_t n, int threads) : count_(n), active_(std::size_t(threads)) {}
+
+    void begin(std::size_t i, int thread) {
+        ++count_.at(i);
+        if (active_.at(std::size_t(thread))++ != 0) wrong_ = true;
+    }
+    void end(int thread) { --active_[std::size_t(thread)]; }
+    void operator()(std::size_t i, int thread) {
+        begin(i, thread);
+        end(thread);
+    }
+    bool each_once() const {
+        return std::all_of(count_.begin(), count_.end(), [](const auto& c) { return c == 1; });
+    }
+    bool ids_distinct() const { return !wrong_; }
+    bool quiet() const {
+        return std::all_of(active_.begin(), active_.end(), [](const auto& a) { return a == 0; });
+    }
+
+private:
+    std::vector<std::atomic<int>> count_, active_;
+    std::atomic<bool> wrong_ = false;
+};
+
+/// CPU time of all threads of this process [s].
+double cpu_time() { return double(std::clock()) / CLOCKS_PER_SEC; }
+
+void sleep_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
+
+}  // namespace
+
+TEST_CASE("A loop calls its body once for each index, with thread numbers that no two use at once",
+          "[exec][parallel]") {
+    for (const int threads : {0, 1, 2, 3, many_threads})
+        for (const std::size_t n : {0, 1, 2, 7, 64, 1000})
+            for (const std::size_t grain : {1, 3, 64, 5000}) {
+                CAPTURE(threads, n, grain);
+                Calls calls(n, std::max(threads, 1));
+                parallel_for(n, threads, [&](std::size_t i, int thread) { calls(i, thread); }, grain);
+                CHECK(calls.each_once());
+                CHECK(calls.ids_distinct());
+                CHECK(calls.quiet());
+            }
+}
+
+TEST_CASE("As many threads as asked for run at once, also when they slept before", "[exec][parallel]") {
+    for (const int threads : {2, many_threads, 2, 3}) {
+        sleep_ms(20);
+        CAPTURE(threads);
+        Meeting meeting(threads);
+        Calls calls(std::size_t(threads), threads);
+        std::atomic<int> met = 0;
+        parallel_for(std::size_t(threads), threads, [&](std::size_t i, int thread) {
+            calls.begin(i, thread);
+            met += meeting.join();
+            calls.end(thread);
+        });
+        CHECK(met == threads);
+        CHECK(calls.each_once());
+        CHECK(calls.ids_distinct());
+    }
+}
+
+TEST_CASE("A phase begins when all of the phase before is done, and sees what it wrote", "[exec][parallel]") {
+    const std::vector<std::size_t> counts = {100, 1, 0, 37, 100, 0, 0, 2, 1000, 0};
+    for (const int threads : {1, 2, 3, many_threads})
+        for (const std::size_t grain : {1, 8}) {
+            CAPTURE(threads, grain);
+            // Plain numbers: each call reads one of the phase before that another thread may have written.
+            std::vector<std::vector<std::uint64_t>> value;
+            for (const std::size_t n : counts) value.emplace_back(n, 0);
+            std::vector<std::atomic<std::size_t>> done(counts.size());
+            std::atomic<bool> in_order = true;
+            const auto before = [&](std::size_t phase) {
+                while (phase > 0 && counts[phase - 1] == 0) --phase;
+                return phase;
+            };
+            const auto body = [&](std::size_t phase, std::size_t i, int) {
+                for (std::size_t p = 0; p < phase; ++p)
+                    if (done[p] != counts[p]) in_order = false;
+                for (std::size_t p = phase + 1; p < counts.size(); ++p)
+                    if (done[p] != 0) in_order = false;
+                const std::size_t last = before(phase);
+                value[phase][i] = last == 0 ? i : value[last - 1][(i * 7 + 3) % counts[last - 1]] + i;
+                ++done[phase];
+            };
+            parallel_phases(counts, threads, body, grain);
+            CHECK(in_order);
+
+            std::vector<std::uint64_t> expected;
+            for (std::size_t phase = 0; phase < counts.size(); ++phase) {
+                CHECK(done[phase] == counts[phase]);
+                std::vector<std::uint64_t> now(counts[phase]);
+                for (std::size_t i = 0; i < now.size(); ++i)
+                    now[i] = before(phase) == 0 ? i : expected[(i * 7 + 3) % expected.size()] + i;
+                CHECK(value[phase] == now);
+                if (!now.empty()) expected = now;
+            }
+        }
+}
+
+TEST_CASE("A thread that sleeps for the end of a phase is woken for the next", "[exec][parallel]") {
+    for (int repeat = 0; repeat < 5; ++repeat) {
+        Meeting first(2), second(2);
+        std::atomic<int> met = 0;
+        const std::size_t counts[] = {2, 2};
+        parallel_phases(counts, 2, [&](std::size_t phase, std::size_t, int thread) {
+            met += (phase == 0 ? first : second).join();
+            if (phase == 0 && thread == repeat % 2) sleep_ms(20);  // meanwhile the other falls asleep
+        });
+        CHECK(met == 4);
+    }
+}
+
+TEST_CASE("An exception reaches the caller when all is quiet, and later phases do not begin", "[exec][parallel]") {
+    for (int thrower = 0; thrower < 2; ++thrower) {
+        CAPTURE(thrower);
+        Meeting meeting(2);
+        std::atomic<int> active = 0, later = 0, after = 0;
+        std::string message;
+        const std::size_t counts[] = {1000, 10};
+        try {
+            parallel_phases(counts, 2, [&](std::size_t phase, std::size_t i, int thread) {
+                if (phase > 0) ++later;
+                if (i > 1) {
+                    ++after;
+                    return;
+                }
+                ++active;
+                meeting.join();
+                if (thread == thrower) {
+                    --active;
+                    throw std::runtime_error("from thread " + std::to_string(thread));
+                }
+                sleep_ms(20);
+                --active;
+            });
+        } catch (const std::runtime_error& error) {
+            message = error.what();
+            CHECK(active == 0);
+        }
+        CHECK(message == "from thread " + std::to_string(thrower));
+        CHECK(later == 0);
+        CHECK(after == 0);  // the other thread slept while the rest was given up
+
+        Calls calls(100, 2);
+        parallel_for(100, 2, [&](std::size_t i, int thread) { calls(i, thread); });
+        CHECK(calls.each_once());
+    }
+    // Many at once: one arrives.
+    for (int repeat = 0; repeat < 100; ++repeat)
+        CHECK_THROWS_AS(parallel_for(100, many_threads, [](std::size_t i, int) { throw i; }), std::size_t);
+    // And alone.
+    std::size_t calls = 0;
+    CHECK_THROWS_AS(parallel_for(100, 1,
+                                 [&](std::size_t i, int) {
+                                     ++calls;
+                                     if (i == 3) throw i;
+                                 }),
+                    std::size_t);
+    CHECK(calls == 4);
+}
+
+TEST_CASE("A loop inside a loop runs on the thread that calls it", "[exec][parallel]") {
+    Calls outer(20, 3);
+    std::atomic<int> wrong = 0;
+    parallel_for(20, 3, [&](std::size_t i, int thread) {
+        outer.begin(i, thread);
+        const auto self = std::this_thread::get_id();
+        std::vector<int> inner(50);  // plain: only this thread touches it
+        parallel_for(50, 4, [&](std::size_t k, int inner_thread) {
+            wrong += self != std::this_thread::get_id() || inner_thread != 0;
+            ++inner[k];
+        });
+        wrong += inner != std::vector<int>(50, 1);
+        outer.end(thread);
+    });
+    CHECK(outer.each_once());
+    CHECK(outer.ids_distinct());
+    CHECK(wrong == 0);
+}
+
+TEST_CASE("Several user threads run loops at the same time", "[exec][parallel]") {
+    std::atomic<int> wrong = 0;
+    std::vector<std::thread> users;
+    for (int user = 0; user < 4; ++user)
+        users.emplace_back([&, user] {
+            for (int repeat = 0; repeat < 300; ++repeat) {
+                const std::size_t n = std::size_t(1 + (repeat * 7 + user) % 40);
+                Calls calls(n, 2 + user);
+                parallel_for(n, 2 + user, [&](std::size_t i, int thread) { calls(i, thread); });
+                wrong += !calls.each_once() || !calls.ids_distinct() || !calls.quiet();
+            }
+        });
+    for (std::thread& user : users) user.join();
+    CHECK(wrong == 0);
+}
+
+TEST_CASE("A loop that is over is left alone by threads that come late", "[exec][parallel]") {
+    // Loops so short that most threads come when theirs is over. Each has its numbers, and its body, where the one
+    // before had them.
+    std::uint64_t random = 1;
+    int wrong = 0;
+    for (int repeat = 0; repeat < 30000; ++repeat) {
+        random = random * 6364136223846793005u + 1442695040888963407u;
+        const int threads = 2 + int(random >> 60) % 4;
+        const std::size_t n = 2 + std::size_t(random >> 40) % 5, grain = 1 + std::size_t(random >> 30) % 2;
+        int count[6] = {};
+        if (random >> 63) {
+            parallel_for(n, threads, [&](std::size_t i, int) { ++count[i]; }, grain);
+        } else {
+            const std::size_t counts[] = {n, 0, n};
+            const auto body = [&](std::size_t phase, std::size_t i, int) { count[i] += phase == 0 ? 3 : -2; };
+            parallel_phases(counts, threads, body, grain);
+        }
+        for (std::size_t i = 0; i < 6; ++i) wrong += count[i] != (i < n ? 1 : 0);
+        if (repeat % 1000 == 0) sleep_ms(1);  // from sleep, too
+    }
+    CHECK(wrong == 0);
+}
+
+TEST_CASE("The number of threads is the one asked for, or what is on offer", "[exec][parallel]") {
+    CHECK(thread_count(1) == 1);
+    CHECK(thread_count(7) == 7);
+    CHECK(thread_count(0) >= 1);
+#ifdef _OPENMP
+    const int before = omp_get_max_threads();
+    omp_set_num_threads(3);
+    CHECK(thread_count(0) == std::min(3, omp_get_thread_limit()));
+    std::atomic<int> inside = 0;
+#pragma omp parallel num_threads(2)
+    inside += omp_in_parallel() ? thread_count(0) : 1;
+    CHECK((inside == 2 || inside == 1));  // one each, of one or two
+    omp_set_num_threads(before);
+#endif
+}
+
+#ifndef FIRN_OPENMP_THREADS  // OpenMP's threads wait as its settings say, and do not survive a fork
+
+TEST_CASE("Threads without work sleep", "[exec][parallel]") {
+    // Spinning threads would take as much CPU time as the wall time that passes, each. A quarter of it is far more than
+    // a few microseconds of looking, and far less than one spinning thread takes even on a machine twice overcommitted.
+    SECTION("between loops") {
+        parallel_for(100, many_threads, [](std::size_t, int) {});
+        const double begin = cpu_time();
+        sleep_ms(400);
+        CHECK(cpu_time() - begin < 0.1);
+    }
+    SECTION("while another has the last chunk, be it the caller or not") {
+        const int sleeper = GENERATE(0, 1);
+        Meeting meeting(2);
+        const double begin = cpu_time();
+        parallel_for(2, 2, [&](std::size_t, int thread) {
+            meeting.join();
+            if (thread == sleeper) sleep_ms(400);
+        });
+        CHECK(cpu_time() - begin < 0.1);
+    }
+}
+
+#if !defined(FIRN_SANITIZED)  // ThreadSanitizer allows no threads in a forked child
+TEST_CASE("A forked child has threads of its own", "[exec][parallel]") {
+    const auto meets = [] {
+        Meeting meeting(2);
+        std::atomic<int> met = 0;
+        parallel_for(2, 2, [&](std::size_t, int) { met += meeting.join(); });
+        return met == 2;
+    };
+    REQUIRE(meets());
+    const pid_t child = ::fork();
+    REQUIRE(child >= 0);
+    if (child == 0) std::_Exit(meets() ? 0 : 1);
+    int status = -1;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(status == 0);
+    CHECK(meets());
+}
+#endif
+
+#endif
+
+namespace {
+/// Destroyed after firn's threads have ended, since they began later.
+struct LoopAtExit {
+    ~LoopAtExit() {
+        Calls calls(100, 2);
+        parallel_for(100, 2, [&](std::size_t i, int thread) { calls(i, thread); });
+        if (!calls.each_once()) std::_Exit(EXIT_FAILURE);
+    }
+};
+const LoopAtExit loop_at_exit;
+}  // namespace
