@@ -2,7 +2,13 @@
 # what one compiler installed serves another, with or without OpenMP and HDF5.
 # BUILD_INTERFACE keeps what was found here out of the exported targets: each consumer finds its own.
 
-# Threads. Without OpenMP every execution still runs, on one thread.
+# The threads that loops are shared out among.
+macro(firn_link_threads target)
+    find_package(Threads REQUIRED)
+    target_link_libraries(${target} INTERFACE $<BUILD_INTERFACE:Threads::Threads>)
+endmacro()
+
+# OpenMP's settings say how many threads there are; with FIRN_OPENMP_THREADS they are OpenMP's own.
 macro(firn_link_openmp target)
     find_package(OpenMP QUIET COMPONENTS CXX)
     if(OpenMP_CXX_FOUND)

@@ -15,7 +15,7 @@ math       :
 kernel transfer force material boundary :
 data       : openmp
 stage      :
-exec wgsl  : openmp intrinsics
+exec wgsl  : openmp intrinsics posix
 lagrangian : openmp
 simulation : openmp
 firn       :

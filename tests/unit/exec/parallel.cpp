@@ -69,7 +69,7 @@ private:
 };
 
 /// CPU time of all threads of this process [s].
-double cpu_time() { return double(std::clock()) / CLOCKS_PER_SEC; }
+[[maybe_unused]] double cpu_time() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 void sleep_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
