@@ -39,6 +39,14 @@ inline constexpr std::size_t register_bytes =
     16;
 #endif
 
+/// How many such registers it has.
+inline constexpr int vector_registers =
+#if defined(__AVX512F__) || defined(__aarch64__)
+    32;
+#else
+    16;
+#endif
+
 /// Calls f(0), f(1), …, f(N−1), each index a compile-time constant.
 template <int N, class F>
 FIRN_INLINE constexpr void unroll(F&& f) {

@@ -43,6 +43,12 @@ struct BlockedSpan {
     FIRN_INLINE void store(const Slots& slots, int component, const P& value) const {
         value.store(at(slots.first, component));
     }
+    /// Calls the numbers of the pack that begins at `slot` into the cache.
+    FIRN_INLINE void prefetch(std::size_t slot) const {
+        const char* pack = reinterpret_cast<const char*>(at(slot, 0));
+        for (int line = 0; line < components * int(pack_size * sizeof(S) / 64); ++line)
+            __builtin_prefetch(pack + 64 * line);
+    }
     FIRN_INLINE S& at(const Slots& slots, int component) const { return *at(slots.first, component); }
     FIRN_INLINE S* at(std::size_t slot, int component) const {
         return data + (slot / pack_size) * std::size_t(components * pack_size) + std::size_t(component * pack_size) +
@@ -104,6 +110,7 @@ struct StridedSpan {
         for (int l = 0; l < scalar_traits<P>::lanes; ++l)
             if (slots.index[l] != no_particle) particle(slots.index[l], component) = value[l];
     }
+    FIRN_INLINE void prefetch(std::size_t) const {}  // these lie anywhere
     FIRN_INLINE S& at(const Slots& slots, int component) const { return particle(slots.index[0], component); }
     FIRN_INLINE S& particle(std::size_t i, int component) const {
         return data[std::ptrdiff_t(i) * stride + offset[std::size_t(component)]];

@@ -125,15 +125,29 @@ private:
 
         PackSums<Kernel, Transfer, Force, S, D> sums;
         for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
+            prefetch(group.first_slot + slot + pack_size);
             for (int lane = 0; lane < pack_size; lane += lanes)
                 sums.locate(lane, places.template position<P>(slot + std::size_t(lane)),
                             blocks.template in_cube<P>(slot + std::size_t(lane)), GroupArena::n);
-            for (int l = 0; l < pack_size; ++l)
-                sums.template gather<GroupArena::n>(l, arena.node + sums.weights.corner[l]);
+            for (int l = 0; l < pack_size; ++l) {
+                const S* corner = arena.node + sums.weights.corner[l];
+                sums.gather(l, [&](auto line) FIRN_LAMBDA {
+                    return row<S, Kernel::support>::load(corner +
+                                                         line_begin<Kernel, D, GroupArena::n>(line) * node_width);
+                });
+            }
             for (int lane = 0; lane < pack_size; lane += lanes)
                 update(places.slots(slot + std::size_t(lane)), blocks.template lower<P>(slot + std::size_t(lane)),
                        sums.offset(lane), sums.lanes(lane), seen);
         }
+    }
+
+    /// Calls the particles of the pack that begins at `slot` into the cache, also those numbers that are only written.
+    FIRN_INLINE void prefetch(std::size_t slot) const {
+        for (const auto* field : {&view_.position, &view_.velocity, &view_.stress, &view_.mass, &view_.volume})
+            field->prefetch(slot);
+        if constexpr (Transfer::affine) view_.affine.prefetch(slot);
+        for (const auto& field : view_.state) field.prefetch(slot);
     }
 
     /// \param block   lower corner of the particle's block [cells];  \param offset  from its centre node [cells]

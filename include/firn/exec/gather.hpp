@@ -31,40 +31,50 @@ struct PackSums {
         return r;
     }
 
-    /// Sums of the particle of lane l over the nodes from `corner` on.
-    /// \tparam n  nodes a line, in memory
-    template <int n>
-    FIRN_INLINE void gather(int l, const S* corner) {
-        using Row = row<S, Kernel::support>;
+    /// Sums of the particle of lane l over the nodes that it reaches.
+    /// \param row_of_line  row_of_line(i): the row of its line i of nodes, in any form. \see line_begin
+    template <class RowOfLine>
+    FIRN_INLINE void gather(int l, const RowOfLine& row_of_line) {
+        using Row = std::remove_cvref_t<decltype(row_of_line(std::integral_constant<int, 0>{}))>;
+        using Number = typename Row::Number;
         constexpr int K = Kernel::support, centre = centre_node<Kernel>;
 
-        const auto along = [&](auto axis, const S* at, const auto& self) FIRN_LAMBDA {
+        const auto close = [&](auto axis, auto line, const auto& self) FIRN_LAMBDA {
             constexpr int a = axis;
-            constexpr std::ptrdiff_t stride = (a == D - 2 ? n : n * n) * node_width;
             std::array<PartialSums<Row, a, moments, gradients>, std::size_t(K)> parts;
+            std::array<Number, std::size_t(K)> w, g{};
             unroll<K>([&](auto k) FIRN_LAMBDA {
+                constexpr std::integral_constant<int, line + (D == 3 && a == 0 ? K : 1) * k> next{};
                 if constexpr (a == 0)
-                    parts[k].value = Row::load(at + k * stride);
+                    parts[k].value = row_of_line(next);
                 else
-                    parts[k] = self(std::integral_constant<int, a - 1>{}, at + k * stride, self);
+                    parts[k] = self(std::integral_constant<int, a - 1>{}, next, self);
+                w[k] = Number::fill(&weights.leading[a][k][l]);
+                if constexpr (gradients) g[k] = Number::fill(&weights.leading_gradient[a][k][l]);
             });
-            return sum_axis<centre>(parts, weights.leading_weights(a, l), weights.leading_gradients(a, l));
+            return sum_axis<centre>(parts, w, g);
         };
-        const auto rows = along(std::integral_constant<int, D - 2>{}, corner, along);
+        const auto rows = close(std::integral_constant<int, D - 2>{}, std::integral_constant<int, 0>{}, close);
 
+        // Along the last axis a row falls into its nodes.
         const int q = quad_offset<P>(l);
-        const Row w = Row::spread(weights.last + q);
-        (rows.value * w).sum().store(value[0] + q);
-        if constexpr (moments) {
-            constexpr S row_offsets[4] = {S(0 - centre), S(1 - centre), S(2 - centre), S(3 - centre)};
-            unroll<D - 1>([&](auto a) FIRN_LAMBDA { (rows.moment[a] * w).sum().store(value[1 + a] + q); });
-            ((rows.value * w) * Row::spread(row_offsets)).sum().store(value[D] + q);
-        }
-        if constexpr (gradients) {
-            constexpr int first = 1 + (moments ? D : 0);
-            unroll<D - 1>([&](auto a) FIRN_LAMBDA { (rows.gradient[a] * w).sum().store(value[first + a] + q); });
-            (rows.value * Row::spread(weights.last_gradient + q)).sum().store(value[first + D - 1] + q);
-        }
+        std::array<PartialSums<quad<S>, D - 1, moments, gradients>, std::size_t(K)> nodes;
+        std::array<quad<S>, std::size_t(K)> w, g{};
+        unroll<K>([&](auto k) FIRN_LAMBDA {
+            nodes[k].value = rows.value.template node<k>();
+            unroll<D - 1>([&](auto a) FIRN_LAMBDA {
+                if constexpr (moments) nodes[k].moment[a] = rows.moment[a].template node<k>();
+                if constexpr (gradients) nodes[k].gradient[a] = rows.gradient[a].template node<k>();
+            });
+            w[k] = quad<S>::fill(weights.last + q + k);
+            if constexpr (gradients) g[k] = quad<S>::fill(weights.last_gradient + q + k);
+        });
+        const auto sums = sum_axis<centre>(nodes, w, g);
+        sums.value.store(value[0] + q);
+        unroll<D>([&](auto a) FIRN_LAMBDA {
+            if constexpr (moments) sums.moment[a].store(value[1 + a] + q);
+            if constexpr (gradients) sums.gradient[a].store(value[1 + (moments ? D : 0) + a] + q);
+        });
     }
 
     /// The sums of the lanes from `lane` on.

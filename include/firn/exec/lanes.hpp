@@ -108,6 +108,17 @@ private:
     }();
 };
 
+/// Lines of nodes, one row each, that a particle reaches.
+template <class Kernel, int D>
+inline constexpr int lines_of_particle = D == 2 ? Kernel::support : Kernel::support * Kernel::support;
+
+/// Where line `line` begins, in nodes of an arena of n a line, from the particle's base node on.
+template <class Kernel, int D, int n>
+FIRN_INLINE constexpr std::ptrdiff_t line_begin(int line) {
+    constexpr int K = Kernel::support;
+    return (D == 2 ? line : line / K * n + line % K) * n;
+}
+
 /// The blocks that the slots of a group belong to.
 template <std::floating_point S, int D>
 class BlocksOfSlots {
@@ -305,15 +316,6 @@ struct PackWeights {
         });
     }
 
-    /// Weight of the particle in lane l at node k of leading axis a, …
-    FIRN_INLINE std::array<S, std::size_t(K)> leading_weights(int a, int l) const { return pick(leading[a], l); }
-    FIRN_INLINE std::array<S, std::size_t(K)> leading_gradients(int a, int l) const {
-        if constexpr (Gradients)
-            return pick(leading_gradient[a], l);
-        else
-            return {};
-    }
-
 private:
     template <class A>
     FIRN_INLINE static void put(A axis, const std::array<P, std::size_t(K)>& values, int lane, S (&lead)[K][pack_size],
@@ -326,18 +328,13 @@ private:
             store_quads(r, quads + lane * 4);
         }
     }
-    FIRN_INLINE static std::array<S, std::size_t(K)> pick(const S (&table)[K][pack_size], int l) {
-        std::array<S, std::size_t(K)> r;
-        unroll<K>([&](auto k) FIRN_LAMBDA { r[k] = table[k][l]; });
-        return r;
-    }
 };
 
 /// Where lane l (of sixteen) of a pack has its quad, in numbers.
 template <class P>
 FIRN_INLINE constexpr int quad_offset(int l) {
-    constexpr int lanes = scalar_traits<P>::lanes;
-    return (l / lanes * lanes + quad_of_lane<P>(l % lanes)) * 4;
+    constexpr unsigned lanes = scalar_traits<P>::lanes;
+    return int(unsigned(l) / lanes * lanes + unsigned(quad_of_lane<P>(int(unsigned(l) % lanes)))) * 4;
 }
 
 }  // namespace firn

@@ -11,36 +11,34 @@ namespace firn {
 
 namespace detail {
 
-/// Calls body(records, l, slot in the group) for every particle of the group: the one in lane l of `records`.
+/// Calls body(records, slot, used) for every pack of the group: the particles of lanes 0 to used − 1 of `records`.
 /// \param n  size of the arena
-template <class Kernel, class Transfer, class Force, class View, class Body>
-FIRN_INLINE void for_records(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
-                             const BlockGroup& group, int n, const Body& body) {
+template <class Kernel, class Transfer, class Force, class View, class Sums, class Body>
+FIRN_INLINE void for_packs(const ParticleReader<View>& reader, const GroupPlaces<View>& places, const BlockGroup& group,
+                           int n, const Sums& sums, const Body& body) {
     PackRecords<Kernel, Force, typename View::scalar_type, View::dimension> records;
     for (std::size_t slot = 0; slot < group.particles; slot += pack_size) {
-        records.template fill<Transfer>(reader, places, slot, n);
-        const int used = int(std::min<std::size_t>(pack_size, group.particles - slot));
-        for (int l = 0; l < used; ++l) body(records, l, slot + std::size_t(l));
+        reader.template prefetch<Transfer>(group.first_slot + slot + pack_size);
+        records.template fill<Transfer>(reader, places, slot, n, sums);
+        body(records, slot, int(std::min<std::size_t>(pack_size, group.particles - slot)));
     }
 }
 
 /// Scatters a group straight to the grid's nodes.
-/// \param sums  how a quad of numbers is added. \see FloatSums
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View>& places, const BlockGroup& group,
                       const SparseGrid<S, D>& grid, const Sums& sums, typename Sums::number* nodes) {
-    constexpr int n = arena_size<Kernel>;
-    for_records<Kernel, Transfer, Force>(
-        reader, places, group, n, [&](const auto& records, int l, std::size_t slot) FIRN_LAMBDA {
-            const std::uint32_t* neighbours = grid.neighbours(places.blocks().range(slot));
-            records.template scatter<n>(l, [&](std::ptrdiff_t at, const auto& added) FIRN_LAMBDA {
-                S numbers[16];
-                added.store(numbers);
-                unroll<Kernel::support>([&](auto k) FIRN_LAMBDA {
-                    const std::size_t node = ArenaNodes<Kernel, D>::in_grid(neighbours, at / node_width + k);
-                    sums.add(nodes + node * node_width, numbers + k * node_width);
+    for_packs<Kernel, Transfer, Force>(
+        reader, places, group, arena_size<Kernel>, sums,
+        [&](const auto& records, std::size_t slot, int used) FIRN_LAMBDA {
+            const auto range_of = [&](int l) { return places.blocks().range(slot + std::size_t(l)); };
+            for (int first = 0, last = 1; first < used; first = last++) {
+                while (last < used && range_of(last) == range_of(first)) ++last;
+                const std::uint32_t* neighbours = grid.neighbours(range_of(first));
+                records.template scatter<Sums::costly>(first, last, [&](std::ptrdiff_t corner) FIRN_LAMBDA {
+                    return GridRows<Sums, Kernel, S, D>(nodes, neighbours, corner);
                 });
-            });
+            }
         });
 }
 
@@ -51,20 +49,19 @@ void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View
                       const Sums& sums, typename Sums::number* nodes) {
     using Number = typename Sums::number;
     using GroupArena = Arena<Kernel, Number, D, Blocks>;
+    using Rows = ArenaRows<Sums, Kernel, S, D, GroupArena::n>;
     const ArenaBox<D> box = places.template box<Kernel>(group.packs());
     GroupArena arena;
     arena.clear(box);
-    for_records<Kernel, Transfer, Force>(
-        reader, places, group, GroupArena::n, [&](const auto& records, int l, std::size_t) FIRN_LAMBDA {
-            records.template scatter<GroupArena::n>(
-                l, [&](std::ptrdiff_t at, const auto& added) FIRN_LAMBDA { sums.add_row(arena.node + at, added); });
+    for_packs<Kernel, Transfer, Force>(
+        reader, places, group, GroupArena::n, sums, [&](const auto& records, std::size_t, int used) FIRN_LAMBDA {
+            records.template scatter<rows_fit<typename Rows::Row, lines_of_particle<Kernel, D>>>(
+                0, used, [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node, corner); });
         });
     const BlocksAround<D, Blocks> around(grid, partition, group);
     GroupArena::for_runs(nodes, around.data(), box, [&](int from, Number* to, auto count) FIRN_LAMBDA {
-        unroll<count>([&](auto k) FIRN_LAMBDA {
-            constexpr int i = k * node_width;
-            (quad<Number>::load(to + i) + quad<Number>::load(arena.node + from + i)).store(to + i);
-        });
+        using Run = exact_row<S, count>;
+        (Sums::template load<Run>(to) + Sums::template load<Run>(arena.node + from)).store(to);
     });
 }
 
@@ -93,16 +90,6 @@ void scatter_group(const View& view, const BlockPartition<D>& partition, const B
                                               nodes);
 }
 
-template <std::floating_point S>
-struct FloatSums {
-    using number = S;
-    FIRN_INLINE void add(S* to, const S* numbers) const { (quad<S>::load(to) + quad<S>::load(numbers)).store(to); }
-    template <class Row>
-    FIRN_INLINE void add_row(S* to, const Row& added) const {
-        (Row::load(to) + added).store(to);
-    }
-};
-
 template <std::floating_point S, int D>
 void clear(SparseGrid<S, D>& grid, int threads) {
     const auto clear_block = [&](std::size_t b, int) { std::fill_n(grid.nodes(b), block_nodes<D> * node_width, S(0)); };
@@ -120,7 +107,7 @@ void p2g(const Coloured& execution, const View& view, const BlockPartition<D>& p
     const int threads = thread_count(execution.threads);
     detail::clear(grid, threads);
     detail::scatter_coloured<Kernel, Transfer, Force>(view, partition, grid, dt, threads,
-                                                      detail::FloatSums<typename View::scalar_type>{}, grid.nodes(0));
+                                                      FloatSums<typename View::scalar_type>{}, grid.nodes(0));
 }
 
 /// \copydoc p2g
@@ -130,7 +117,7 @@ void p2g(const Serial&, const View& view, const BlockPartition<D>& partition,
     detail::clear(grid, 1);
     for (const BlockGroup& group : partition.groups)
         detail::scatter_group<Kernel, Transfer, Force>(view, partition, group, grid, dt,
-                                                       detail::FloatSums<typename View::scalar_type>{}, grid.nodes(0));
+                                                       FloatSums<typename View::scalar_type>{}, grid.nodes(0));
 }
 
 }  // namespace firn

@@ -4,8 +4,6 @@
 #include <firn/exec/fixed_point.hpp>
 #include <firn/exec/p2g.hpp>
 
-#include <atomic>
-
 namespace firn {
 
 namespace detail {
@@ -115,39 +113,6 @@ FixedPointLoad fixed_point_load(const View& view, const BlockPartition<D>& parti
     return load;
 }
 
-/// Integers that one thread at a time adds to.
-template <class Integer, std::floating_point S>
-struct IntegerSums {
-    using number = Integer;
-    alignas(64) S scale[node_width];  ///< quanta per unit: of momentum, and of mass
-
-    explicit IntegerSums(const FixedPointScale& scales)
-        : scale{S(scales.momentum), S(scales.momentum), S(scales.momentum), S(scales.mass)} {}
-
-    FIRN_INLINE void add(Integer* to, const S* numbers) const {
-        unroll<node_width>([&](auto c) FIRN_LAMBDA { to[c] += Integer(std::llrint(numbers[c] * scale[c])); });
-    }
-    template <class Row>
-    FIRN_INLINE void add_row(Integer* to, const Row& added) const {
-        S numbers[16];
-        added.store(numbers);
-        for (int c = 0; c < 12; ++c) to[c] += Integer(std::llrint(numbers[c] * scale[c % 4]));
-    }
-};
-
-/// Integers that all threads add to.
-template <class Integer, std::floating_point S>
-struct AtomicSums : IntegerSums<Integer, S> {
-    using IntegerSums<Integer, S>::IntegerSums;
-
-    FIRN_INLINE void add(Integer* to, const S* numbers) const {
-        unroll<node_width>([&](auto c) FIRN_LAMBDA {
-            const auto quanta = Integer(std::llrint(numbers[c] * this->scale[c]));
-            if (quanta != 0) std::atomic_ref<Integer>(to[c]).fetch_add(quanta, std::memory_order_relaxed);
-        });
-    }
-};
-
 }  // namespace detail
 
 /// \copydoc p2g
@@ -169,9 +134,9 @@ void p2g(const FixedPoint<Integer, How>& execution, const View& view, const Bloc
 
     if constexpr (How == Adding::coloured) {
         detail::scatter_coloured<Kernel, Transfer, Force>(view, partition, grid, dt, threads,
-                                                          detail::IntegerSums<Integer, S>(scale), sums);
+                                                          IntegerSums<Integer, S>(scale), sums);
     } else {
-        const detail::AtomicSums<Integer, S> atomic(scale);
+        const AtomicSums<Integer, S> atomic(scale);
         parallel_for(partition.groups.size(), threads, [&](std::size_t g, int) {
             detail::scatter_group<Kernel, Transfer, Force>(view, partition, partition.groups[g], grid, dt, atomic,
                                                            sums);

@@ -1,5 +1,10 @@
 /// \file A row of nodes in registers: `K` neighbouring nodes along the last axis, four numbers each.
 /// The unit in which P2G writes and G2P reads; policies never see it.
+///
+/// Where the target has registers of several nodes, a row has fewer of them. Every form does the same operations on
+/// every number in the same order, and gives the same bits: what a compiler may fuse into one operation is said here,
+/// too, and not left to what it sees around. FIRN_PORTABLE_ROWS, if defined, leaves only the form that every target
+/// has, of a node a register.
 #pragma once
 
 #include <firn/core/config.hpp>
@@ -7,110 +12,216 @@
 #include <concepts>
 #include <cstring>
 
-#if defined(__AVX512F__) && defined(__AVX512DQ__)
+#if defined(__AVX__) && !defined(FIRN_PORTABLE_ROWS)
+#define FIRN_WIDE_ROWS
 #include <immintrin.h>
 #endif
 
 namespace firn {
 
-/// The four numbers of one node: D components of momentum or velocity, and the mass.
-template <class S>
-struct quad {
-    using vector [[gnu::vector_size(4 * sizeof(S))]] = S;
+namespace detail {
+
+/// A product that is rounded before anything is added to it, whatever the compiler may fuse.
+template <class V>
+FIRN_INLINE V rounded_product(const V& a, const V& b) {
+#ifdef __clang__
+#pragma clang fp contract(off)
+    return a * b;
+#else
+    V product = a * b;
+#ifdef __FMA__
+    asm("" : "+v"(product));  // nothing else tells g++ that leaves the vector whole
+#elif defined(__aarch64__)
+    if constexpr (sizeof(V) <= register_bytes) asm("" : "+w"(product));
+#endif
+    return product;
+#endif
+}
+
+/// A register of N numbers, N/4 nodes. Arithmetic is the compilers' vector extension's. Intrinsics stand only where
+/// g++ 12 takes a shuffle between registers of different widths through memory; unmasked ones of AVX-512 make it warn
+/// of uninitialised values.
+template <std::floating_point S, int N>
+struct node_register {
+    using vector [[gnu::vector_size(N * sizeof(S))]] = S;
     vector v;
 
-    FIRN_INLINE static quad load(const S* from) {
-        quad q;
-        std::memcpy(&q.v, from, sizeof q.v);
-        return q;
+    FIRN_INLINE static node_register load(const S* from) {
+        node_register r;
+        std::memcpy(&r.v, from, sizeof r.v);
+        return r;
     }
     FIRN_INLINE void store(S* to) const { std::memcpy(to, &v, sizeof v); }
-    FIRN_INLINE friend quad operator+(quad a, quad b) { return {a.v + b.v}; }
-};
 
-/// Portable: a register a node.
-template <std::floating_point S, int K>
-struct row {
-    quad<S> node[K];
+    /// One number everywhere.
+    FIRN_INLINE static node_register fill(const S* from) { return {*from - vector{}}; }
 
-    FIRN_INLINE static row load(const S* from) {
-        row r;
-        unroll<K>([&](auto k) FIRN_LAMBDA { r.node[k] = quad<S>::load(from + 4 * k); });
+    /// The same four numbers in every node.
+    FIRN_INLINE static node_register repeat(const S* from) {
+        if constexpr (N == 4) return load(from);
+#ifdef FIRN_WIDE_ROWS
+        if constexpr (N == 8 && sizeof(S) == 4) return {_mm256_broadcast_ps(reinterpret_cast<const __m128*>(from))};
+#ifdef __AVX512F__
+        if constexpr (N == 8 && sizeof(S) == 8) return {_mm512_maskz_broadcast_f64x4(0xff, _mm256_loadu_pd(from))};
+        if constexpr (N == 16) return {_mm512_maskz_broadcast_f32x4(0xffff, _mm_loadu_ps(from))};
+#endif
+#endif
+    }
+
+    /// Node k holds from[k] four times. \param from  four numbers, if N is 16
+    FIRN_INLINE static node_register spread(const S* from) {
+        if constexpr (N == 4) return fill(from);
+#ifdef FIRN_WIDE_ROWS
+        if constexpr (N == 8 && sizeof(S) == 4)
+            return {_mm256_blend_ps(_mm256_broadcast_ss(from), _mm256_broadcast_ss(from + 1), 0xf0)};
+#ifdef __AVX512F__
+        if constexpr (N == 8 && sizeof(S) == 8)
+            return {_mm512_mask_broadcastsd_pd(fill(from).v, 0xf0, _mm_load_sd(from + 1))};
+        if constexpr (N == 16) {
+            const __m512i index = _mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0);
+            return {_mm512_maskz_permutexvar_ps(0xffff, index, repeat(from).v)};
+        }
+#endif
+#endif
+    }
+
+    template <int k>
+    FIRN_INLINE node_register<S, 4> node() const {
+#if defined(FIRN_WIDE_ROWS) && defined(__AVX512F__)
+        if constexpr (N == 8 && sizeof(S) == 8 && k == 1) return {_mm512_maskz_extractf64x4_pd(0xff, v, 1)};
+#endif
+        node_register<S, 4> r;
+        std::memcpy(&r.v, reinterpret_cast<const char*>(&v) + 4 * k * sizeof(S), sizeof r.v);
         return r;
     }
+
+    FIRN_INLINE friend node_register operator+(node_register a, node_register b) { return {a.v + b.v}; }
+    FIRN_INLINE friend node_register operator-(node_register a, node_register b) { return {a.v - b.v}; }
+    FIRN_INLINE friend node_register operator*(node_register a, node_register b) { return {rounded_product(a.v, b.v)}; }
+    /// a + b c, in one operation where the target has it and the compiler is allowed to use it (-ffp-contract).
+    FIRN_INLINE friend node_register plus_times(node_register a, node_register b, node_register c) {
+        return {a.v + b.v * c.v};
+    }
+};
+
+/// Numbers in the registers of a row of K nodes.
+template <class S, int K>
+inline constexpr int row_register =
+#ifdef FIRN_WIDE_ROWS
+    register_bytes / sizeof(S) == 16 && K > 2 ? 16
+    : register_bytes / sizeof(S) >= 8         ? 8
+                                              : 4;
+#else
+    4;
+#endif
+
+}  // namespace detail
+
+/// The four numbers of one node: D components of momentum or velocity, and the mass.
+template <std::floating_point S>
+using quad = detail::node_register<S, 4>;
+
+/// A row in registers of W numbers: 4 (a node), 8 or 16. What does not fill 8 has a register of 4; 16 numbers are taken
+/// for three nodes, too: the row then reaches over a fourth, whose weight is zero, and writes it back as it was.
+template <std::floating_point S, int K, int W>
+struct row_of {
+    static constexpr int nodes = K;
+    static constexpr int width = W == 8 && K == 1 ? 4 : W;
+    using Number = detail::node_register<S, width>;
+    using Rest = row_of<S, (K > width / 4 ? K - width / 4 : 0), width>;
+    /// Of the target, that it fills.
+    static constexpr int registers = int((width * sizeof(S) - 1) / register_bytes + 1) + Rest::registers;
+
+    Number first;
+    [[no_unique_address]] Rest rest;
+
+    FIRN_INLINE static row_of load(const S* from) { return {Number::load(from), Rest::load(from + width)}; }
     FIRN_INLINE void store(S* to) const {
-        unroll<K>([&](auto k) FIRN_LAMBDA { node[k].store(to + 4 * k); });
+        first.store(to);
+        rest.store(to + width);
     }
     /// The same four numbers in every node.
-    FIRN_INLINE static row repeat(const S* from) {
-        row r;
-        const quad<S> q = quad<S>::load(from);
-        unroll<K>([&](auto k) FIRN_LAMBDA { r.node[k] = q; });
-        return r;
+    FIRN_INLINE static row_of repeat(const S* from) { return {Number::repeat(from), Rest::repeat(from)}; }
+    /// Node k holds from[k] four times. \param from  four numbers; those beyond node K − 1 are zero
+    FIRN_INLINE static row_of spread(const S* from) { return {Number::spread(from), Rest::spread(from + width / 4)}; }
+    /// Of a node a register: node k is f(k).
+    template <int k = 0, class F>
+        requires(W == 4)
+    FIRN_INLINE static row_of of_nodes(const F& f) {
+        return {f(std::integral_constant<int, k>{}), Rest::template of_nodes<k + 1>(f)};
     }
-    /// Node k holds from[k] four times; from[k] = 0 beyond the kernel's support.
-    FIRN_INLINE static row spread(const S* from) {
-        row r;
-        unroll<K>([&](auto k) FIRN_LAMBDA { r.node[k].v = from[k] - typename quad<S>::vector{}; });
-        return r;
-    }
-    /// In the order of a register split in halves, so that every target gives the same bits.
-    FIRN_INLINE quad<S> sum() const {
-        if constexpr (K == 2)
-            return node[0] + node[1];
-        else if constexpr (K == 3)
-            return (node[0] + node[2]) + node[1];
+
+    template <int k>
+    FIRN_INLINE quad<S> node() const {
+        if constexpr (k < width / 4)
+            return first.template node<k>();
         else
-            return (node[0] + node[2]) + (node[1] + node[3]);
+            return rest.template node<k - width / 4>();
     }
 
-    FIRN_INLINE friend row operator+(const row& a, const row& b) {
-        row r;
-        unroll<K>([&](auto k) FIRN_LAMBDA { r.node[k].v = a.node[k].v + b.node[k].v; });
-        return r;
+    FIRN_INLINE friend row_of operator+(const row_of& a, const row_of& b) {
+        return {a.first + b.first, a.rest + b.rest};
     }
-    FIRN_INLINE friend row operator-(const row& a, const row& b) {
-        row r;
-        unroll<K>([&](auto k) FIRN_LAMBDA { r.node[k].v = a.node[k].v - b.node[k].v; });
-        return r;
+    FIRN_INLINE friend row_of operator-(const row_of& a, const row_of& b) {
+        return {a.first - b.first, a.rest - b.rest};
     }
-    FIRN_INLINE friend row operator*(const row& a, const row& b) {
-        row r;
-        unroll<K>([&](auto k) FIRN_LAMBDA { r.node[k].v = a.node[k].v * b.node[k].v; });
-        return r;
+    FIRN_INLINE friend row_of operator*(const row_of& a, const row_of& b) {
+        return {a.first * b.first, a.rest * b.rest};
     }
-    FIRN_INLINE friend row operator*(const row& a, S s) {
-        row r;
-        unroll<K>([&](auto k) FIRN_LAMBDA { r.node[k].v = a.node[k].v * s; });
-        return r;
+    FIRN_INLINE friend row_of plus_times(const row_of& a, const row_of& b, const row_of& c) {
+        return {plus_times(a.first, b.first, c.first), plus_times(a.rest, b.rest, c.rest)};
+    }
+    // With one number for the whole row.
+    FIRN_INLINE friend row_of operator*(const row_of& a, const Number& s) {
+        return {a.first * s, a.rest * Rest::narrowed(s)};
+    }
+    FIRN_INLINE friend row_of plus_times(const row_of& a, const row_of& b, const Number& s) {
+        return {plus_times(a.first, b.first, s), plus_times(a.rest, b.rest, Rest::narrowed(s))};
+    }
+    template <int N>
+    FIRN_INLINE static Number narrowed(const detail::node_register<S, N>& s) {
+        if constexpr (N == width)
+            return s;
+        else
+            return s.template node<0>();
     }
 };
 
-#if defined(__AVX512F__) && defined(__AVX512DQ__)
-/// AVX-512: up to four nodes of float in one register. The register reaches over nodes beyond the support, whose
-/// weights are zero: they are read and written back unchanged.
-template <int K>
-struct row<float, K> {
-    static constexpr __mmask16 all = 0xffff;  // the unmasked intrinsics of g++ 12 warn of uninitialised values
-    __m512 v;
-
-    FIRN_INLINE static row load(const float* from) { return {_mm512_loadu_ps(from)}; }
-    FIRN_INLINE void store(float* to) const { _mm512_storeu_ps(to, v); }
-    FIRN_INLINE static row repeat(const float* from) { return {_mm512_maskz_broadcast_f32x4(all, _mm_loadu_ps(from))}; }
-    FIRN_INLINE static row spread(const float* from) {
-        const __m512i index = _mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0);
-        return {_mm512_maskz_permutexvar_ps(all, index, _mm512_maskz_broadcast_f32x4(all, _mm_loadu_ps(from)))};
+/// No nodes are left.
+template <std::floating_point S, int W>
+struct row_of<S, 0, W> {
+    static constexpr int width = W, registers = 0;
+    FIRN_INLINE static row_of load(const S*) { return {}; }
+    FIRN_INLINE void store(S*) const {}
+    FIRN_INLINE static row_of repeat(const S*) { return {}; }
+    FIRN_INLINE static row_of spread(const S*) { return {}; }
+    template <int, class F>
+    FIRN_INLINE static row_of of_nodes(const F&) {
+        return {};
     }
-    FIRN_INLINE quad<float> sum() const {
-        const __m256 half =
-            _mm256_add_ps(_mm512_maskz_extractf32x8_ps(0xff, v, 0), _mm512_maskz_extractf32x8_ps(0xff, v, 1));
-        return {_mm_add_ps(_mm256_castps256_ps128(half), _mm256_extractf128_ps(half, 1))};
-    }
-    FIRN_INLINE friend row operator+(row a, row b) { return {a.v + b.v}; }
-    FIRN_INLINE friend row operator-(row a, row b) { return {a.v - b.v}; }
-    FIRN_INLINE friend row operator*(row a, row b) { return {a.v * b.v}; }
-    FIRN_INLINE friend row operator*(row a, float s) { return {a.v * _mm512_set1_ps(s)}; }
+    FIRN_INLINE friend row_of operator+(row_of, row_of) { return {}; }
+    FIRN_INLINE friend row_of operator-(row_of, row_of) { return {}; }
+    FIRN_INLINE friend row_of operator*(row_of, row_of) { return {}; }
+    FIRN_INLINE friend row_of plus_times(row_of, row_of, row_of) { return {}; }
+    FIRN_INLINE friend row_of operator*(row_of, const detail::node_register<S, W>&) { return {}; }
+    FIRN_INLINE friend row_of plus_times(row_of, row_of, const detail::node_register<S, W>&) { return {}; }
+    FIRN_INLINE static const detail::node_register<S, W>& narrowed(const detail::node_register<S, W>& s) { return s; }
 };
-#endif
+
+/// A node a register.
+template <std::floating_point S, int K>
+using portable_row = row_of<S, K, 4>;
+
+/// In the registers that suit the target best.
+template <std::floating_point S, int K>
+using row = row_of<S, K, detail::row_register<S, K>>;
+
+/// The same, but no form of it reaches over other nodes.
+template <std::floating_point S, int K>
+using exact_row = row_of<S, K, (detail::row_register<S, 4> > 4 ? 8 : 4)>;
+
+/// Whether as many rows stay in registers, with others beside them to work in.
+template <class Row, int count>
+inline constexpr bool rows_fit = 16 * count * Row::registers <= 9 * vector_registers;
 
 }  // namespace firn

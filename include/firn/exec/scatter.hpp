@@ -1,8 +1,8 @@
-/// \file Sixteen particles to the rows of nodes around them. Where rows are added up is the sink's business.
+/// \file Sixteen particles to the rows of nodes around them. What rows are added up in, and where, is named from
+/// outside.
 #pragma once
 
-#include <firn/exec/lanes.hpp>
-#include <firn/stage/p2g.hpp>
+#include <firn/exec/row_sums.hpp>
 
 namespace firn {
 
@@ -81,6 +81,14 @@ public:
         return make_record<Kernel, Transfer, Force>(particle, from_centre<Kernel>(fraction), P(h_), P(dt_));
     }
 
+    /// Calls into the cache what record() will read of the pack that begins at `slot`.
+    template <class Transfer>
+    FIRN_INLINE void prefetch(std::size_t slot) const {
+        for (const auto* field : {&view_.position, &view_.velocity, &view_.stress, &view_.mass, &view_.volume})
+            field->prefetch(slot);
+        if constexpr (Transfer::affine) view_.affine.prefetch(slot);
+    }
+
 private:
     const View& view_;
     S h_, dt_;
@@ -91,24 +99,29 @@ template <class Kernel, class Force, std::floating_point S, int D>
 struct PackRecords {
     static constexpr bool gradients = Force::weight_gradients;
     static constexpr int quads = 1 + D + (gradients ? D : 0);
+    static constexpr int K = Kernel::support, centre = centre_node<Kernel>;
+    static constexpr int lines = lines_of_particle<Kernel, D>;
     using P = native_pack<S>;
 
     PackWeights<Kernel, S, D, gradients> weights;
     alignas(64) S value[quads][pack_size * 4];
+    alignas(64) S product[lines][pack_size];  ///< of the leading axes' weights; and with one axis's gradient instead:
+    alignas(64) S gradient_product[gradients ? lines : 1][D - 1][pack_size];
 
     /// The lane loop: records and weights of one pack of particles, from slot `slot` of a group on.
-    /// \param n  size of the arena
-    template <class Transfer, class View>
-    FIRN_INLINE void fill(const ParticleReader<View>& reader, const GroupPlaces<View>& places, std::size_t slot,
-                          int n) {
+    /// \param n     size of the arena
+    /// \param unit  unit(record): in which the record shall be summed
+    template <class Transfer, class Reader, class Places, class Unit>
+    FIRN_INLINE void fill(const Reader& reader, const Places& places, std::size_t slot, int n, const Unit& unit) {
         constexpr int lanes = scalar_traits<P>::lanes;
         for (int lane = 0; lane < pack_size; lane += lanes, slot += lanes) {
             const Place<P, D> place = locate<Kernel>(places.template position<P>(slot));
             const Vec<P, D> block =
                 n == arena_size<Kernel> ? Vec<P, D>::zero() : places.blocks().template in_cube<P>(slot);
             weights.fill(lane, place, block, n);
+            unroll<lines>([&](auto line) FIRN_LAMBDA { fill_products(line, lane); });
             const P2GRecord<P, D> record =
-                reader.template record<Kernel, Transfer, Force>(places.slots(slot), place.fraction);
+                unit(reader.template record<Kernel, Transfer, Force>(places.slots(slot), place.fraction));
 
             P r[4];
             put(record.momentum, r);
@@ -125,44 +138,92 @@ struct PackRecords {
         }
     }
 
-    /// Calls sink(arena offset of the row's first number, row) for the rows that the particle of lane l reaches.
-    /// \tparam n  size of the arena
-    template <int n, class Sink>
-    FIRN_INLINE void scatter(int l, Sink&& sink) const {
-        using Row = row<S, Kernel::support>;
-        constexpr int K = Kernel::support, centre = centre_node<Kernel>;
-        const int q = quad_offset<P>(l);
+    /// Adds up the rows that the particles of lanes [first, last) reach.
+    /// \param rows_at  rows_at(corner): where they are added up. \see ArenaRows, GridRows
+    /// \tparam Held  whether sums are made of each cell's particles before they are stored. The same additions in the
+    ///               same order: it only matters how long sums stay in registers.
+    template <bool Held, class RowsAt>
+    FIRN_INLINE void scatter(int first, int last, const RowsAt& rows_at) const {
+        using Row = typename decltype(rows_at(0))::Row;
+        for (int l = first; l < last;) {
+            const std::ptrdiff_t corner = weights.corner[l];
+            const auto rows = rows_at(corner);
+            if constexpr (Held) {
+                decltype(rows.load(0)) sums[lines];
+                unroll<lines>([&](auto line) FIRN_LAMBDA { sums[line] = rows.load(line); });
+                do {
+                    for_rows<Row>(l, [&](auto line, const auto&... row)
+                                         FIRN_LAMBDA { sums[line] = rows.plus(sums[line], row...); });
+                } while (++l < last && weights.corner[l] == corner);
+                unroll<lines>([&](auto line) FIRN_LAMBDA { rows.store(line, sums[line]); });
+            } else {
+                for_rows<Row>(l, [&](auto line, const auto&... row)
+                                     FIRN_LAMBDA { rows.store(line, rows.plus(rows.load(line), row...)); });
+                ++l;
+            }
+        }
+    }
 
+private:
+    /// Number of a line's node along leading axis a.
+    FIRN_INLINE static constexpr int along(int a, int line) { return D == 3 && a == 0 ? line / K : line % K; }
+
+    /// The products of line `line` for the lanes from `lane` on.
+    FIRN_INLINE void fill_products(int line, int lane) {
+        const auto factor = [&](const auto& table, int a)
+                                FIRN_LAMBDA { return P::load(table[a][along(a, line)] + lane); };
+        P weight = factor(weights.leading, 0);
+        if constexpr (D == 3) weight *= factor(weights.leading, 1);
+        weight.store(product[line] + lane);
+        if constexpr (gradients)
+            unroll<D - 1>([&](auto a) FIRN_LAMBDA {
+                P gradient = factor(weights.leading_gradient, a);
+                if constexpr (D == 3) gradient *= factor(weights.leading, 1 - a);
+                gradient.store(gradient_product[line][a] + lane);
+            });
+    }
+
+    /// Calls f(line, record, weight, gradients) for the rows of the particle of lane l: the record, moved there, and
+    /// what it is weighted with.
+    template <class Row, class F>
+    FIRN_INLINE void for_rows(int l, const F& f) const {
+        using Number = typename Row::Number;
+        const int q = quad_offset<P>(l);
         OpenRecord<Row, D, gradients> record;
         record.value = Row::repeat(value[0] + q);
         unroll<D>([&](auto a) FIRN_LAMBDA {
             record.column[a] = Row::repeat(value[1 + a] + q);
             if constexpr (gradients) record.gradient[a] = Row::repeat(value[1 + D + a] + q);
         });
-        constexpr S row_offsets[4] = {S(0 - centre), S(1 - centre), S(2 - centre), S(3 - centre)};
-        Row gradient_row{};
-        if constexpr (gradients) gradient_row = Row::spread(weights.last_gradient + q);
-        const auto rows = record.contract(Row::spread(row_offsets), Row::spread(weights.last + q), gradient_row);
+        Row gradient{};
+        if constexpr (gradients) gradient = Row::spread(weights.last_gradient + q);
+        const auto row = record.contract(Row::load(row_offsets.data()), Row::spread(weights.last + q), gradient);
 
-        const std::ptrdiff_t corner = weights.corner[l];
-        const auto along = [&](auto axis, const auto& open, std::ptrdiff_t at, const auto& self) FIRN_LAMBDA -> void {
-            constexpr int a = axis;
-            const auto w = weights.leading_weights(a, l);
-            const auto g = weights.leading_gradients(a, l);
+        const auto go = [&](auto axis, auto line, const auto& at, const auto& self) FIRN_LAMBDA -> void {
             unroll<K>([&](auto k) FIRN_LAMBDA {
-                const auto closed =
-                    open.contract(std::integral_constant<int, k - centre>{}, w[k], gradients ? g[k] : S(0));
-                constexpr std::ptrdiff_t stride = (a == D - 2 ? n : n * n) * node_width;
-                if constexpr (a == 0)
-                    sink(at + k * stride, closed.value);
-                else
-                    self(std::integral_constant<int, a - 1>{}, closed, at + k * stride, self);
+                constexpr int a = axis;
+                constexpr std::integral_constant<int, line + (D == 3 && a == 0 ? K : 1) * k> to{};
+                const auto there = at.moved(a, std::integral_constant<int, k - centre>{});
+                if constexpr (a > 0) {
+                    self(std::integral_constant<int, a - 1>{}, to, there, self);
+                } else {
+                    std::array<Number, std::size_t(gradients ? D - 1 : 0)> g;
+                    if constexpr (gradients)
+                        unroll<D - 1>([&](auto b) FIRN_LAMBDA { g[b] = Number::fill(&gradient_product[to][b][l]); });
+                    f(to, there, Number::fill(&product[to][l]), g);
+                }
             });
         };
-        along(std::integral_constant<int, D - 2>{}, rows, corner, along);
+        go(std::integral_constant<int, D - 2>{}, std::integral_constant<int, 0>{}, row, go);
     }
 
-private:
+    /// Offsets of the nodes of a row from the centre node, four times each.
+    alignas(64) static constexpr std::array<S, 16> row_offsets = [] {
+        std::array<S, 16> r{};
+        for (int i = 0; i < 16; ++i) r[std::size_t(i)] = S(i / 4 - centre);
+        return r;
+    }();
+
     FIRN_INLINE static void put(const Vec<P, D>& v, P (&r)[4]) {
         r[2] = r[3] = P(0);
         unroll<D>([&](auto i) FIRN_LAMBDA { r[i] = v.v[i]; });

@@ -37,7 +37,8 @@ FIRN_INLINE void transpose_groups(P (&r)[4]) {
 /// quads come in the order of the registers.
 template <class P>
 FIRN_INLINE constexpr int quad_of_lane(int lane) {
-    return lane % 4 * (scalar_traits<P>::lanes / 4) + lane / 4;
+    const unsigned l = unsigned(lane);  // division by powers of two without a sign
+    return int(l % 4 * (scalar_traits<P>::lanes / 4) + l / 4);
 }
 
 template <class P>

@@ -60,19 +60,28 @@ FIRN_INLINE PartialSums<V, Closed + 1, Moments, Gradients> sum_axis(
     const std::array<PartialSums<V, Closed, Moments, Gradients>, K>& parts, const std::array<W, K>& w,
     const std::array<W, K>& g) {
     PartialSums<V, Closed + 1, Moments, Gradients> sums;
+    // Products that the moment along this axis needs, too, are made once.
     std::array<V, K> weighted;
-    unroll<int(K)>([&](auto k) FIRN_LAMBDA { weighted[k] = parts[k].value * w[k]; });
+    unroll<int(K)>([&](auto k) FIRN_LAMBDA {
+        if constexpr (k == 0 || (Moments && k != Centre)) weighted[k] = parts[k].value * w[k];
+    });
     sums.value = weighted[0];
-    unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA { sums.value = sums.value + weighted[k + 1]; });
+    unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA {
+        if constexpr (Moments && k + 1 != Centre)
+            sums.value = sums.value + weighted[k + 1];
+        else
+            sums.value = plus_times(sums.value, parts[k + 1].value, w[k + 1]);
+    });
     if constexpr (Moments) {
         unroll<Closed>([&](auto a) FIRN_LAMBDA {
             sums.moment[a] = parts[0].moment[a] * w[0];
-            unroll<int(K) - 1>(
-                [&](auto k) FIRN_LAMBDA { sums.moment[a] = sums.moment[a] + parts[k + 1].moment[a] * w[k + 1]; });
+            unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA {
+                sums.moment[a] = plus_times(sums.moment[a], parts[k + 1].moment[a], w[k + 1]);
+            });
         });
         sums.moment[Closed] = weighted[Centre + 1];  // offset 1; the others follow, 0 gives nothing
         unroll<int(K)>([&](auto k) FIRN_LAMBDA {
-            if constexpr (k - Centre != 1)
+            if constexpr (k != Centre && k != Centre + 1)
                 sums.moment[Closed] =
                     plus_times(sums.moment[Closed], weighted[k], std::integral_constant<int, k - Centre>{});
         });
@@ -80,12 +89,14 @@ FIRN_INLINE PartialSums<V, Closed + 1, Moments, Gradients> sum_axis(
     if constexpr (Gradients) {
         unroll<Closed>([&](auto a) FIRN_LAMBDA {
             sums.gradient[a] = parts[0].gradient[a] * w[0];
-            unroll<int(K) - 1>(
-                [&](auto k) FIRN_LAMBDA { sums.gradient[a] = sums.gradient[a] + parts[k + 1].gradient[a] * w[k + 1]; });
+            unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA {
+                sums.gradient[a] = plus_times(sums.gradient[a], parts[k + 1].gradient[a], w[k + 1]);
+            });
         });
         sums.gradient[Closed] = parts[0].value * g[0];
-        unroll<int(K) - 1>(
-            [&](auto k) FIRN_LAMBDA { sums.gradient[Closed] = sums.gradient[Closed] + parts[k + 1].value * g[k + 1]; });
+        unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA {
+            sums.gradient[Closed] = plus_times(sums.gradient[Closed], parts[k + 1].value, g[k + 1]);
+        });
     }
     return sums;
 }

@@ -41,7 +41,8 @@ FIRN_INLINE P2GRecord<S, D> make_record(const P2GParticle<S, D>& particle, const
 }
 
 /// A record whose leading axes are still open: V holds momentum and mass of a node, or of a row of nodes.
-/// contract() evaluates it along one axis; after all axes `value` is what the node receives.
+/// Either contract() closes one axis after the other, and `value` is then what the node receives. Or, in fewer
+/// operations where many nodes share the weights' products, move() goes along each axis and weighted() weighs the sum.
 template <class V, int Open, bool Gradients>
 struct OpenRecord {
     V value;
@@ -53,12 +54,40 @@ struct OpenRecord {
     FIRN_INLINE OpenRecord<V, Open - 1, Gradients> contract(const O& o, const W& w, const W& g) const {
         OpenRecord<V, Open - 1, Gradients> rest;
         rest.value = plus_times(value, column[Open - 1], o) * w;
-        if constexpr (Gradients) rest.value = rest.value + gradient[Open - 1] * g;
+        if constexpr (Gradients) rest.value = plus_times(rest.value, gradient[Open - 1], g);
         unroll<Open - 1>([&](auto a) FIRN_LAMBDA {
             rest.column[a] = column[a] * w;
             if constexpr (Gradients) rest.gradient[a] = gradient[a] * w;
         });
         return rest;
+    }
+
+    /// Goes to offset o along open axis a.
+    template <class O>
+    FIRN_INLINE OpenRecord moved(int a, const O& o) const {
+        OpenRecord there = *this;
+        there.value = plus_times(value, column[std::size_t(a)], o);
+        return there;
+    }
+    /// What the node receives that has been moved to along all open axes.
+    /// \param weight     product of these axes' weights
+    /// \param gradients  for each axis, the same product with its gradient in place of its weight
+    template <class W>
+    FIRN_INLINE V weighted(const W& weight, const std::array<W, std::size_t(Gradients ? Open : 0)>& gradients) const {
+        return with_gradients(value * weight, gradients);
+    }
+    /// sum + weighted(…)
+    template <class W>
+    FIRN_INLINE V added_to(const V& sum, const W& weight,
+                           const std::array<W, std::size_t(Gradients ? Open : 0)>& gradients) const {
+        return with_gradients(plus_times(sum, value, weight), gradients);
+    }
+
+private:
+    template <class W, std::size_t N>
+    FIRN_INLINE V with_gradients(V sum, const std::array<W, N>& gradients) const {
+        unroll<int(N)>([&](auto a) FIRN_LAMBDA { sum = plus_times(sum, gradient[a], gradients[a]); });
+        return sum;
     }
 };
 

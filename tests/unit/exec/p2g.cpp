@@ -112,10 +112,6 @@ TEMPLATE_TEST_CASE("P2G is the sum that the papers define, in every execution", 
     CHECK(difference(numbers(scattered<TestType>(cloud, FixedPoint<std::int64_t>{2})), expected) < tolerance);
     // 32 bits: at most half a quantum from each of n contributions, and the a-priori bound costs some bits.
     CHECK(difference(numbers(scattered<TestType>(cloud, FixedPoint<std::int32_t>{2})), expected) < 2e-5);
-})) ==
-          numbers(scattered<TestType>(cloud, FixedPoint<std::int32_t>{2})));
-CHECK(numbers(scattered<TestType>(cloud, ColouredFixedPoint<std::int64_t>{2})) ==
-      numbers(scattered<TestType>(cloud, FixedPoint<std::int64_t>{1})));
 }
 
 TEMPLATE_TEST_CASE("P2G reaches every node of particles that have drifted up to a cell since they were sorted", "",

@@ -1,5 +1,5 @@
-/// \file What one particle gives to the nodes around it: the record contracted axis by axis against the formulas of the
-/// papers, summed plainly over all 9 or 27 nodes.
+/// \file What one particle gives to the nodes around it: the record contracted axis by axis, and moved to each node and
+/// weighted there, against the formulas of the papers, summed plainly over all 9 or 27 nodes.
 #include "support/catch.hpp"
 #include "support/one_particle.hpp"
 #include <firn/force/mls.hpp>
@@ -28,15 +28,21 @@ NodeSum<D> with_mass(const Vec<double, D>& momentum, double mass) {
     return r;
 }
 
-/// Closes the axes from the last to the first, the order of the row kernels. Offsets as constants where `Constant`.
-template <int D, bool Gradients, bool Constant, class Sink>
-void for_each_node(const P2GRecord<double, D>& record, const OneParticle<Kernel, D>& place, const Sink& sink) {
+template <int D, bool Gradients>
+OpenRecord<NodeSum<D>, D, Gradients> opened(const P2GRecord<double, D>& record) {
     OpenRecord<NodeSum<D>, D, Gradients> open;
     open.value = with_mass(record.momentum, record.mass);
     for (int a = 0; a < D; ++a) {
         open.column[std::size_t(a)] = with_mass(record.affine.column(a), 0);
         if constexpr (Gradients) open.gradient[std::size_t(a)] = with_mass(record.gradient.column(a), 0);
     }
+    return open;
+}
+
+/// Closes the axes from the last to the first, the order of the row kernels. Offsets as constants where `Constant`.
+template <int D, bool Gradients, bool Constant, class Sink>
+void for_each_node(const P2GRecord<double, D>& record, const OneParticle<Kernel, D>& place, const Sink& sink) {
+    const auto open = opened<D, Gradients>(record);
     const auto close = [&](auto axis, const auto& rest, std::size_t number, std::size_t scale,
                            const auto& self) -> void {
         constexpr std::size_t a = std::size_t(int(axis));
@@ -58,6 +64,20 @@ void for_each_node(const P2GRecord<double, D>& record, const OneParticle<Kernel,
         });
     };
     close(std::integral_constant<int, D - 1>{}, open, 0, 1, close);
+}
+
+/// Moves to each node and weighs what it receives: alone, and onto another sum.
+template <int D, bool Gradients, class Sink>
+void for_each_node_moved_to(const P2GRecord<double, D>& record, const OneParticle<Kernel, D>& place, const Sink& sink) {
+    for (const Node<D>& node : place.nodes) {
+        auto there = opened<D, Gradients>(record);
+        for (int a = 0; a < D; ++a) there = there.moved(a, node.offset[a]);
+        std::array<double, std::size_t(Gradients ? D : 0)> gradients{};
+        for (std::size_t a = 0; a < gradients.size(); ++a) gradients[a] = node.gradient[int(a)];
+        const auto sum = NodeSum<D>::filled(0.5);
+        sink(node, there.weighted(node.weight, gradients));
+        sink(node, there.added_to(sum, node.weight, gradients) - sum);
+    }
 }
 
 /// m N (v + C (x_i − x_p)) − dt V0 τ ∇N_i, with ∇N_i by the form of the forces. Jiang et al. 2016, eqs. (172), (173);
@@ -86,7 +106,8 @@ void check_against_the_paper() {
         };
         for_each_node<D, Force::weight_gradients, true>(record, place, check);
         for_each_node<D, Force::weight_gradients, false>(record, place, check);
-        CHECK(visited == 2 * int(place.nodes.size()));
+        for_each_node_moved_to<D, Force::weight_gradients>(record, place, check);
+        CHECK(visited == 4 * int(place.nodes.size()));
     }
 }
 

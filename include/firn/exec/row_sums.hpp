@@ -1,0 +1,148 @@
+/// \file What rows are added up in (FloatSums, IntegerSums, AtomicSums), and where (ArenaRows, NodeRows).
+#pragma once
+
+#include <firn/exec/fixed_point.hpp>
+#include <firn/exec/integer_row.hpp>
+#include <firn/exec/lanes.hpp>
+#include <firn/stage/p2g.hpp>
+
+#include <atomic>
+
+namespace firn {
+
+template <std::floating_point S>
+struct FloatSums {
+    using number = S;
+    template <class Row>
+    using sum = Row;
+    static constexpr bool costly = false;  ///< if a sum of one cell's particles shall be made before it is stored
+
+    /// A record in the unit of the sums.
+    template <class Record>
+    FIRN_INLINE const Record& operator()(const Record& record) const {
+        return record;
+    }
+    template <class Row>
+    FIRN_INLINE static Row load(const S* from) {
+        return Row::load(from);
+    }
+    /// sums + what the record gives to a row, weighted. \see OpenRecord
+    template <class Row, class Record, class... Weights>
+    FIRN_INLINE static Row plus(const Row& sums, const Record& record, const Weights&... weights) {
+        return record.added_to(sums, weights...);
+    }
+    template <class Row>
+    FIRN_INLINE static void store(S* to, const Row& sums) {
+        sums.store(to);
+    }
+};
+
+/// Integers that one thread at a time adds to.
+template <class Integer, std::floating_point S>
+struct IntegerSums {
+    using number = Integer;
+    template <class Row>
+    using sum = integer_row<Integer, Row>;
+    static constexpr bool costly = false;
+    S momentum, mass;  ///< quanta per unit
+
+    explicit IntegerSums(const FixedPointScale& scale) : momentum(S(scale.momentum)), mass(S(scale.mass)) {}
+
+    /// In quanta. Scales are powers of two: what a node receives is the same whether its record was scaled or itself.
+    template <class P, int D>
+    FIRN_INLINE P2GRecord<P, D> operator()(const P2GRecord<P, D>& record) const {
+        return {record.mass * P(mass), record.momentum * P(momentum), record.affine * P(momentum),
+                record.gradient * P(momentum)};
+    }
+    template <class Row>
+    FIRN_INLINE static integer_row<Integer, Row> load(const Integer* from) {
+        return integer_row<Integer, Row>::load(from);
+    }
+    template <class Row, class Record, class... Weights>
+    FIRN_INLINE static integer_row<Integer, Row> plus(const integer_row<Integer, Row>& sums, const Record& record,
+                                                      const Weights&... weights) {
+        return sums + integer_row<Integer, Row>::nearest(record.weighted(weights...));
+    }
+    template <class Row>
+    FIRN_INLINE static void store(Integer* to, const integer_row<Integer, Row>& sums) {
+        sums.store(to);
+    }
+};
+
+/// Integers that all threads add to.
+template <class Integer, std::floating_point S>
+struct AtomicSums : IntegerSums<Integer, S> {
+    static constexpr bool costly = true;
+    using IntegerSums<Integer, S>::IntegerSums;
+
+    template <class Row>
+    FIRN_INLINE static integer_row<Integer, Row> load(const Integer*) {
+        return integer_row<Integer, Row>{};
+    }
+    template <class Row>
+    FIRN_INLINE static void store(Integer* to, const integer_row<Integer, Row>& sums) {
+        Integer numbers[Row::nodes * node_width];
+        sums.store(numbers);
+        for (int i = 0; i < Row::nodes * node_width; ++i)
+            if (numbers[i] != 0) std::atomic_ref<Integer>(to[i]).fetch_add(numbers[i], std::memory_order_relaxed);
+    }
+};
+
+/// The rows of one particle, in an arena of n nodes a line. In registers that suit the target.
+template <class Sums, class Kernel, std::floating_point S, int D, int n>
+class ArenaRows {
+public:
+    using Row = row<S, Kernel::support>;
+    using Sum = typename Sums::template sum<Row>;
+
+    /// \param corner  number in the arena of the first number of the particle's base node
+    FIRN_INLINE ArenaRows(typename Sums::number* arena, std::ptrdiff_t corner) : first_(arena + corner) {}
+    FIRN_INLINE Sum load(int line) const {
+        return Sums::template load<Row>(first_ + line_begin<Kernel, D, n>(line) * node_width);
+    }
+    template <class... Row>
+    FIRN_INLINE static Sum plus(const Sum& sum, const Row&... row) {
+        return Sums::plus(sum, row...);
+    }
+    FIRN_INLINE void store(int line, const Sum& sum) const {
+        Sums::store(first_ + line_begin<Kernel, D, n>(line) * node_width, sum);
+    }
+
+private:
+    typename Sums::number* first_;
+};
+
+/// The rows of one particle, whose nodes lie where they are in the grid. A node a register.
+template <class Sums, class Kernel, std::floating_point S, int D>
+class GridRows {
+    static constexpr int K = Kernel::support, lines = lines_of_particle<Kernel, D>;
+    using Node = typename Sums::template sum<portable_row<S, 1>>;
+
+public:
+    using Row = portable_row<S, K>;
+    using Sum = typename Sums::template sum<Row>;
+
+    FIRN_INLINE GridRows(typename Sums::number* nodes, const std::uint32_t* neighbours, std::ptrdiff_t corner) {
+        unroll<lines * K>([&](auto i) FIRN_LAMBDA {
+            const std::ptrdiff_t node = corner / node_width + line_begin<Kernel, D, arena_size<Kernel>>(i / K) + i % K;
+            node_[i] = nodes + ArenaNodes<Kernel, D>::in_grid(neighbours, node) * node_width;
+        });
+    }
+    FIRN_INLINE Sum load(int line) const {
+        return Sum::of_nodes([&](auto k) FIRN_LAMBDA {
+            return Sums::template load<portable_row<S, 1>>(node_[line * K + k]).template node<0>();
+        });
+    }
+    template <class... Row>
+    FIRN_INLINE static Sum plus(const Sum& sum, const Row&... row) {
+        return Sums::plus(sum, row...);
+    }
+    FIRN_INLINE void store(int line, const Sum& sum) const {
+        unroll<K>([&](auto k) FIRN_LAMBDA { Sums::store(node_[line * K + k], Node{sum.template node<k>(), {}}); });
+    }
+
+private:
+    typename Sums::number* node_[lines * K];
+};
+
+}  // namespace firn
