@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # tests/run.sh [--full]: installs what is missing, clang 19 too where apt offers it, builds firn's tests, runs them.
-#   --full   adds the long tests, all tests with clang 19, ThreadSanitizer, and builds the benchmarks
+#   --full   adds the long tests (AArch64 among them), all tests with clang 19, ThreadSanitizer, and builds the benchmarks
 # FIRN_JOBS=N limits how many compilers and tests run at once.
 set -euo pipefail
 
@@ -81,6 +81,7 @@ fi
 
 if [[ $full == yes ]]; then
     printf '\n== long tests\n'
+    firn_install_if_offered arm_compiler arm_machine || true
     test_stage 'long tests' "$root/build/tests-release" '^full$' -C Full
     if [[ $clang == yes ]]; then
         stage 'all tests, clang 19' tests-clang all all "${release[@]}" "${with_clang[@]}"

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <cstdint>
 
-#if defined(__SSE2__) && !defined(FIRN_PORTABLE_ROWS)
+#if !defined(FIRN_PORTABLE_ROWS) && defined(__SSE2__)
 #include <immintrin.h>
+#elif !defined(FIRN_PORTABLE_ROWS) && defined(__aarch64__)
+#include <arm_neon.h>
 #endif
 
 namespace firn {
@@ -46,7 +48,7 @@ FIRN_INLINE integer_register<std::int32_t, N> portable_nearest(const node_regist
 template <class Integer, std::floating_point S, int N>
 FIRN_INLINE integer_register<Integer, N> nearest(const node_register<S, N>& x) {
     if constexpr (sizeof(S) == 4 && sizeof(Integer) == 4) {
-#if defined(__SSE2__) && !defined(FIRN_PORTABLE_ROWS)
+#if !defined(FIRN_PORTABLE_ROWS) && defined(__SSE2__)
         using Int = typename integer_register<Integer, N>::vector;
         if constexpr (N == 4) return {Int(_mm_cvtps_epi32(x.v))};
 #ifdef __AVX__
@@ -55,6 +57,8 @@ FIRN_INLINE integer_register<Integer, N> nearest(const node_register<S, N>& x) {
 #ifdef __AVX512F__
         if constexpr (N == 16) return {Int(_mm512_maskz_cvtps_epi32(0xffff, x.v))};
 #endif
+#elif !defined(FIRN_PORTABLE_ROWS) && defined(__aarch64__)
+        return {typename integer_register<Integer, N>::vector(vcvtnq_s32_f32(x.v))};
 #else
         return portable_nearest(x);
 #endif
