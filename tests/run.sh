@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # tests/run.sh [--full]: installs what is missing, clang 19 too where apt offers it, builds firn's tests, runs them.
-#   --full   adds the long tests (AArch64 among them), all tests with clang 19, ThreadSanitizer, and builds the benchmarks
+#   --full   adds the long tests (AArch64 among them), all tests with clang 19, ThreadSanitizer, and the benchmarks
 # FIRN_JOBS=N limits how many compilers and tests run at once.
 set -euo pipefail
 

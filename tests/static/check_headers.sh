@@ -85,7 +85,7 @@ while IFS= read -r -d '' file; do
                 ;;
             omp.h) uses "$header" "$own" openmp "$line" ;;
             hdf5*.h | H5*.h) uses "$header" "$own" hdf5 "$line" ;;
-            immintrin.h) uses "$header" "$own" intrinsics "$line" ;;
+            immintrin.h | arm_neon.h) uses "$header" "$own" intrinsics "$line" ;;
             fcntl.h | unistd.h | sys/*.h) uses "$header" "$own" posix "$line" ;;
             Eigen/* | unsupported/Eigen/*) ;;
             */* | *.h) mistake "$header:$line: <$target> is not in the table of layers" ;;

@@ -33,7 +33,7 @@ planted 'firn may not include <firn/io/state.hpp>' firn.hpp '#include <firn/io/s
 planted 'boundary may not use openmp' boundary/a.hpp '#include <omp.h>'
 planted 'force may not use openmp' force/a.hpp '#pragma omp atomic'
 planted 'data may not use hdf5' data/a.hpp '#include <hdf5.h>'
-planted 'exec may not use posix' exec/a.hpp '#include <unistd.h>'
+planted 'stage may not use posix' stage/a.hpp '#include <unistd.h>'
 planted 'data may not use vendor' data/a.hpp '#include <firn/vendor/obj.hpp>'
 planted 'in angle brackets' core/a.hpp '#include "scalar.hpp"'
 planted 'not in the table' utils/a.hpp ''

@@ -27,6 +27,13 @@
 #define FIRN_LAMBDA
 #endif
 
+/// For a lambda of which there shall be one copy, written after its parameter list.
+#ifdef __clang__
+#define FIRN_NEVER_INLINE __attribute__((noinline))
+#else
+#define FIRN_NEVER_INLINE __attribute__((noipa))
+#endif
+
 namespace firn {
 
 /// Width of a SIMD register of the target in bytes.

@@ -9,6 +9,7 @@
 /// OpenMP parallel region. Results are the same; waiting at the end of the region is OpenMP's.
 #pragma once
 
+#include <firn/core/config.hpp>
 #include <firn/exec/team.hpp>
 
 #include <algorithm>
@@ -42,16 +43,17 @@ inline int thread_count(int requested) {
 /// \throws what a body throws first, when all is quiet; of the calls not begun by then many are left out
 template <class Body>
 void parallel_phases(std::span<const std::size_t> counts, int threads, const Body& body, std::size_t grain = 1) {
-    const auto chunk = [&](std::size_t phase, std::size_t first, std::size_t last, int thread) {
-        for (std::size_t i = first; i < last; ++i) body(phase, i, thread);
-    };
-    if (threads > 1 && std::any_of(counts.begin(), counts.end(), [&](std::size_t n) { return n > grain; })) {
-        const auto run = [](const void* f, std::size_t phase, std::size_t first, std::size_t last, int thread) {
-            (*static_cast<decltype(&chunk)>(f))(phase, first, last, thread);
-        };
-        if (detail::run_on_team({counts, grain, run, &chunk}, threads)) return;
-    }
-    for (std::size_t phase = 0; phase < counts.size(); ++phase) chunk(phase, 0, counts[phase], 0);
+    // One function for every thread, never inlined: else the compiler could fuse other multiplications and additions in
+    // a copy for one thread than in a copy for many, and their bits would differ.
+    const auto run = [](const void* f, std::size_t phase, std::size_t first, std::size_t last, int thread)
+                         FIRN_NEVER_INLINE {
+                             for (std::size_t i = first; i < last; ++i)
+                                 (*static_cast<const Body*>(f))(phase, i, thread);
+                         };
+    if (threads > 1 && std::any_of(counts.begin(), counts.end(), [&](std::size_t n) { return n > grain; }) &&
+        detail::run_on_team({counts, grain, run, &body}, threads))
+        return;
+    for (std::size_t phase = 0; phase < counts.size(); ++phase) run(&body, phase, 0, counts[phase], 0);
 }
 
 /// Calls body(i, thread) for 0 ≤ i < n: parallel_phases with one phase.

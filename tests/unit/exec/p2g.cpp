@@ -97,10 +97,10 @@ std::vector<double> by_definition(scenes::RandomCloud<typename C::S, C::D>& clou
 
 }  // namespace
 
+// Every pair of precision, dimension, transfer and force; fixed point on two of them.
 TEMPLATE_TEST_CASE("P2G is the sum that the papers define, in every execution", "", (Case<float, 3, Apic, MlsForce>),
                    (Case<double, 3, Apic, WeightGradientForce>), (Case<float, 3, Pic, WeightGradientForce>),
-                   (Case<double, 2, Apic, MlsForce>), (Case<float, 2, Apic, WeightGradientForce>),
-                   (Case<double, 2, Pic, MlsForce>), (Case<double, 3, Pic, MlsForce>)) {
+                   (Case<double, 2, Pic, MlsForce>), (Case<float, 2, Apic, WeightGradientForce>)) {
     using S = typename TestType::S;
     scenes::RandomCloud<S, TestType::D> cloud(3000);
     const auto serial = scattered<TestType>(cloud, Serial{});
@@ -109,13 +109,15 @@ TEMPLATE_TEST_CASE("P2G is the sum that the papers define, in every execution", 
     const double tolerance = (sizeof(S) == 4 ? 0x1p-23 : 0x1p-52) * 64;
     CHECK(difference(numbers(serial), expected) < tolerance);
     CHECK(difference(numbers(scattered<TestType>(cloud, Coloured{2})), expected) < tolerance);
-    CHECK(difference(numbers(scattered<TestType>(cloud, FixedPoint<std::int64_t>{2})), expected) < tolerance);
-    // 32 bits: at most half a quantum from each of n contributions, and the a-priori bound costs some bits.
-    CHECK(difference(numbers(scattered<TestType>(cloud, FixedPoint<std::int32_t>{2})), expected) < 2e-5);
+    if constexpr (std::same_as<S, float> && TestType::Transfer::affine) {
+        CHECK(difference(numbers(scattered<TestType>(cloud, FixedPoint<std::int64_t>{2})), expected) < tolerance);
+        // 32 bits: at most half a quantum from each of n contributions, and the a-priori bound costs some bits.
+        CHECK(difference(numbers(scattered<TestType>(cloud, FixedPoint<std::int32_t>{2})), expected) < 2e-5);
+    }
 }
 
 TEMPLATE_TEST_CASE("P2G reaches every node of particles that have drifted up to a cell since they were sorted", "",
-                   (Case<double, 3, Apic, MlsForce>), (Case<double, 2, Pic, WeightGradientForce>)) {
+                   (Case<double, 3, Apic, WeightGradientForce>), (Case<double, 2, Pic, MlsForce>)) {
     scenes::RandomCloud<double, TestType::D> cloud(3000);
     const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 1);
     for (std::size_t i = 0; i < cloud.x.size(); ++i)
@@ -132,7 +134,7 @@ TEMPLATE_TEST_CASE("P2G reaches every node of particles that have drifted up to 
 }
 
 TEMPLATE_TEST_CASE("P2G conserves mass and momentum to rounding", "", (Case<float, 3, Apic, MlsForce>),
-                   (Case<double, 2, Apic, WeightGradientForce>)) {
+                   (Case<float, 2, Apic, WeightGradientForce>)) {
     using S = typename TestType::S;
     constexpr int D = TestType::D;
     scenes::RandomCloud<S, D> cloud(2000, 2);
