@@ -1,0 +1,34 @@
+#!/usr/bin/env python3
+"""benchmarks/ratio.py [REPETITIONS]: the two cubes in firn and in the straightforward Eigen code, in one run, in random
+order, 9 times each unless told otherwise; prints the ratios of the medians and keeps them in
+build/benchmarks/ratio.json. benchmarks/run.sh --ratio builds first.
+"""
+import sys
+
+import results
+
+
+def rows(numbers):
+    """(name, rate, ratio to the baseline in the same scene, the same by CPU time), by scene, slowest first."""
+    for name, of in sorted(numbers.items(), key=lambda item: (item[0].split("/")[1], results.rate(item[1]))):
+        _, scene, execution, threads = name.split("/")
+        base = numbers[f"step/{scene}/baseline/threads:1"]
+        # What others took from this processor is no part of the CPU time; with threads it is one thread's.
+        cpu = base["cpu_time"] / of["cpu_time"] if threads == "threads:1" else None
+        yield f"{scene}/{execution}/{threads}", results.rate(of), results.rate(of) / results.rate(base), cpu
+
+
+def main():
+    repetitions = int(sys.argv[1]) if len(sys.argv) > 1 else 9
+    context, numbers = results.run(
+        "^step/(two_cubes/(baseline|serial|coloured|coloured_fixed_point)|two_cubes_late/(baseline|coloured))/",
+        results.folder / "ratio.json", f"--benchmark_repetitions={repetitions}",
+        "--benchmark_enable_random_interleaving=true")
+    print(results.machine(context))
+    print(f"{'':<42} {'M/s':>8} {'ratio':>8} {'by CPU time':>12}")
+    for name, rate, ratio, cpu in rows(numbers):
+        print(f"{name:<42} {rate:>8.2f} {ratio:>8.2f} {'' if cpu is None else f'{cpu:.2f}':>12}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+/// \file How whole steps are timed, sorting included: step/SCENE/EXECUTION/threads:N. Every policy is a source file of
+/// its own, so that compilers can work side by side.
+#pragma once
+
+#include "scenes.hpp"
+#include <benchmark/benchmark.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <thread>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+namespace scenes {
+
+inline bool is_set(const char* variable) {
+    const char* value = std::getenv(variable);
+    return value && *value;
+}
+inline bool quick() { return is_set("FIRN_BENCHMARK_QUICK"); }
+inline bool full() { return is_set("FIRN_BENCHMARK_FULL"); }
+
+/// The most memory that the process has held since this began, the program and the scene's points included.
+class PeakMemory {
+public:
+    PeakMemory() {
+#ifdef __GLIBC__
+        malloc_trim(0);  // what earlier benchmarks have given back
+#endif
+        std::ofstream("/proc/self/clear_refs") << 5;  // proc(5): resets the peak
+    }
+    /// [bytes]; 0 where the system does not say.
+    double peak() const {
+        std::ifstream status("/proc/self/status");
+        for (std::string word; status >> word;)
+            if (double kilobytes = 0; word == "VmHWM:" && status >> kilobytes) return 1024 * kilobytes;
+        return 0;
+    }
+};
+
+/// 1, 2, 4, … up to all processors; at least 1 and 2.
+inline std::vector<int> thread_counts() {
+    const int processors = int(std::thread::hardware_concurrency());
+    std::vector<int> counts{1, 2};
+    while (counts.back() * 2 <= processors) counts.push_back(counts.back() * 2);
+    if (counts.back() < processors) counts.push_back(processors);
+    return counts;
+}
+
+/// Times the steps of what make() gives, a pointer to something that has step(). Returns it as it is at the end, when
+/// the rate is in the counters.
+template <class Make>
+auto time_steps(benchmark::State& state, std::size_t particles, int steps_before, int steps_of_scene,
+                const Make& make) {
+    // Large scenes: so many steps that sorting has its share, even if Google Benchmark asks for one.
+    const int least_steps = quick() ? 10 : 20;
+    auto simulation = make();
+    Stopwatch watch;
+    int step = 0, timed = 0;
+    for (; step < steps_before; ++step) simulation->step();
+    const auto timed_step = [&] {
+        watch.run([&] { simulation->step(); });
+        ++step, ++timed;
+    };
+    for (auto _ : state) {
+        if (step == steps_before + steps_of_scene) {
+            state.PauseTiming();
+            simulation = nullptr;  // before the next takes memory
+            simulation = make();
+            for (step = 0; step < steps_before; ++step) simulation->step();
+            state.ResumeTiming();
+        }
+        timed_step();
+    }
+    while (timed < least_steps) timed_step();
+    state.counters["particle_steps_per_second"] = double(particles) * timed / watch.seconds();
+    return simulation;
+}
+
+/// A simulation of a scene, before its first step.
+template <class Simulation, class Execution, int D>
+std::unique_ptr<Simulation> make_simulation(const Scene<D>& scene, const Execution& execution) {
+    using S = typename Simulation::scalar_type;
+    auto made = std::make_unique<Simulation>(
+        scene.domain, firn::FixedCorotated<S>::from_young_poisson(scene.young, scene.poisson), execution);
+    add(*made, scene);
+    return made;
+}
+
+template <int D, class S, class Transfer, class Execution>
+using Elastic =
+    firn::Simulation<D, firn::FixedCorotated<S>, Transfer, firn::MlsForce, firn::QuadraticBSpline, Execution>;
+
+/// Registers step/SCENE/EXECUTION/threads:N, for a simulation of the given policies.
+template <class S, class Transfer, class Execution, int D>
+benchmark::internal::Benchmark* add_step(const std::string& scene_name, Scene<D> (*make_scene)(),
+                                         const Execution& execution, int threads) {
+    const std::string name = "step/" + scene_name + "/" + Execution::name + "/threads:" + std::to_string(threads);
+    return benchmark::RegisterBenchmark(
+               name.c_str(),
+               [make_scene, execution](benchmark::State& state) {
+                   using Simulation = Elastic<D, S, Transfer, Execution>;
+                   const PeakMemory memory;
+                   const Scene<D> scene = make_scene();
+                   const auto simulation = time_steps(state, scene.size(), scene.steps_before, scene.steps,
+                                                      [&] { return make_simulation<Simulation>(scene, execution); });
+                   const double count = double(scene.size());
+                   state.counters["particles"] = count;
+                   state.counters["bytes_per_particle"] = double(simulation->particles().bytes()) / count;
+                   state.counters["grid_bytes_per_particle"] = double(simulation->grid().bytes()) / count;
+                   if (const double peak = memory.peak(); peak > 0) state.counters["peak_resident_bytes"] = peak;
+               })
+        ->Unit(benchmark::kMillisecond);
+}
+
+}  // namespace scenes

@@ -1,0 +1,194 @@
+#!/usr/bin/env python3
+"""benchmarks/table.py [--write]: the tables of benchmarks/README.md from what was measured (build/benchmarks/*.json), on
+the terminal or, with --write, between the marks in that file. What was not measured is left as it stands.
+"""
+import json
+import math
+import re
+import sys
+
+import results
+
+
+def load(name):
+    file = results.folder / name
+    return results.load(file) if file.exists() else (None, {})
+
+
+def table(head, rows, left=1):
+    lines = [head, ["---"] * left + ["---:"] * (len(head) - left), *rows]
+    return "\n".join("| " + " | ".join(str(cell) for cell in line) + " |" for line in lines)
+
+
+def number(value, digits=3):
+    """So many significant digits, without an exponent."""
+    if value is None:
+        return ""
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value)))) if value else 0
+    return f"{value:,.{places}f}"
+
+
+def steps(numbers, scene, execution, threads):
+    return numbers.get(f"step/{scene}/{execution}/threads:{threads}")
+
+
+def rates(numbers, scene, execution="coloured"):
+    """The rates on one and on two threads, and the ratio."""
+    one, two = (steps(numbers, scene, execution, threads) for threads in (1, 2))
+    both = one and two
+    return [number(one and results.rate(one)), number(two and results.rate(two)),
+            f"{results.rate(two) / results.rate(one):.2f}" if both else ""]
+
+
+def machine():
+    context, _ = load("results.json")
+    return context and f"{results.machine(context)}; {context['date'][:10]}."
+
+
+def ratio():
+    from ratio import rows
+
+    context, numbers = load("ratio.json")
+    return context and table(
+        ["", "M particle-steps/s", "times the Eigen code", "by CPU time"],
+        [[f"`{name}`", number(rate), number(times), number(cpu)] for name, rate, times, cpu in rows(numbers)])
+
+
+def sizes():
+    _, numbers = load("results.json")
+    scene_a = steps(numbers, "two_cubes", "coloured", 1)
+    if not scene_a:
+        return None
+    rows, logs = [], []
+    for scene in ("two_cubes_8k", "two_cubes_10k", "two_cubes_100k", "two_cubes", "two_cubes_1m", "two_cubes_8m",
+                  "two_cubes_16m"):
+        of = steps(numbers, scene, "coloured", 1)
+        if not of:
+            continue
+        rows.append([f"`{scene}`", f"{int(of['particles']):,}", *rates(numbers, scene),
+                     f"{100 * results.rate(of) / results.rate(scene_a):.0f} %",
+                     number(of["bytes_per_particle"]), number(of["grid_bytes_per_particle"])])
+        if 10_000 <= of["particles"] <= 8_000_000:
+            logs.append((math.log(of["particles"]), math.log(of["particles"] / of["particle_steps_per_second"])))
+    mean_x, mean_y = (sum(column) / len(logs) for column in zip(*logs))
+    exponent = sum((x - mean_x) * (y - mean_y) for x, y in logs) / sum((x - mean_x) ** 2 for x, _ in logs)
+    return table(["scene", "particles", "1 thread", "2 threads", "2 / 1", "of `two_cubes`", "bytes a particle",
+                  "grid, bytes a particle"], rows) + (
+        f"\n\nThe time of a step on one thread grows as the number of particles to the power of {exponent:.3f}, fitted "
+        f"from {math.exp(logs[0][0]):,.0f} to {math.exp(logs[-1][0]):,.0f} particles.")
+
+
+def scenes():
+    _, numbers = load("results.json")
+    rows = []
+    for scene in ("bunnies", "dense_block", "thin_sheet", "splash", "disorder_solid", "disorder_sheet", "spray_11",
+                  "spray_4", "two_cubes_late", "two_cubes_pic", "two_cubes_2d", "two_cubes_double"):
+        if of := steps(numbers, scene, "coloured", 1):
+            rows.append([f"`{scene}`", f"{int(of['particles']):,}", *rates(numbers, scene),
+                         number(of["bytes_per_particle"]), number(of["grid_bytes_per_particle"])])
+    return rows and table(["scene", "particles", "1 thread", "2 threads", "2 / 1", "bytes a particle",
+                           "grid, bytes a particle"], rows)
+
+
+def executions():
+    _, numbers = load("results.json")
+    names = dict.fromkeys(name.split("/")[2] for name in numbers if name.startswith("step/two_cubes/"))
+    return numbers and table(["two cubes", "1 thread", "2 threads", "2 / 1"],
+                             [[f"`{name}`", *rates(numbers, "two_cubes", name)] for name in names])
+
+
+def corner():
+    _, numbers = load("results.json")
+    rows = []
+    for scene, domain in (("near_corner", "64³"), ("far_corner", "4096³")):
+        if of := steps(numbers, scene, "coloured", 1):
+            held = of["particles"] * (of["bytes_per_particle"] + of["grid_bytes_per_particle"])
+            rows.append([f"`{scene}`", domain, f"{int(of['particles']):,}", *rates(numbers, scene),
+                         f"{held / 1e6:.2f} MB", f"{of.get('peak_resident_bytes', 0) / 1e6:.1f} MB"])
+    return rows and table(["scene", "cells", "particles", "1 thread", "2 threads", "2 / 1", "particles and grid",
+                           "whole process"], rows, 2)
+
+
+def stages():
+    _, numbers = load("results.json")
+    names = dict.fromkeys(name.split("/")[1] for name in numbers if name.startswith("stage/"))
+    nanoseconds = lambda name, threads: (of := numbers.get(f"stage/{name}/threads:{threads}")) and number(
+        1e9 / of["particles_per_second"])
+    return names and table(["stage", "1 thread", "2 threads"],
+                           [[f"`{name}`", nanoseconds(name, 1), nanoseconds(name, 2)] for name in names])
+
+
+def roof():
+    context, numbers = load("results.json")
+    if not context:
+        return None
+    operations = float(context["operations_per_particle_step"])
+    rows = []
+    for threads in (1, 2):
+        fma, stream = (numbers.get(f"roof/{name}/threads:{threads}") for name in ("fma", "stream"))
+        of = steps(numbers, "two_cubes", "coloured", threads)
+        if not (fma and stream and of):
+            continue
+        allowed = fma["flops_per_second"] / operations / 1e6
+        from_memory = stream["bytes_per_second"] / results.bytes_of_a_particle_step / 1e6
+        rows.append([threads, number(fma["flops_per_second"] / 1e9), number(allowed),
+                     number(stream["bytes_per_second"] / 1e9), number(from_memory), number(results.rate(of)),
+                     f"{100 * results.rate(of) / allowed:.0f} %"])
+    return rows and f"A particle-step is {operations:,.0f} operations.\n\n" + table(
+        ["threads", "multiply-adds, GFLOP/s", "allow, M/s", "memory, GB/s", "allows, M/s", "`two_cubes`, M/s",
+         "of the multiply-adds"], rows, 0)
+
+
+def held_core():
+    file = results.folder / "held_core.json"
+    if not file.exists():
+        return None
+    of = json.loads(file.read_text())
+    rows = []
+    for name, rate in sorted(of.items()):
+        alone = of[name.replace("threads:2", "threads:1")]["free"]
+        rows.append([f"`{name}`", number(rate["free"]), number(rate["held"]), f"{rate['held'] / alone:.2f}"])
+    return table(["", "free", "one processor held", "held / one thread free"], rows)
+
+
+def taichi():
+    file = results.folder / "taichi.json"
+    if not file.exists():
+        return None
+    of = json.loads(file.read_text())
+    rate = of["rates"]
+    return table(["threads", f"Taichi {of['version']}", "firn", "firn / Taichi"],
+                 [[n, number(rate[f"taichi, {n}"]), number(rate[f"firn, {n}"]),
+                   number(rate[f"firn, {n}"] / rate[f"taichi, {n}"])] for n in (1, 2)], 0)
+
+
+def compile_time():
+    file = results.folder / "compile_time.json"
+    if not file.exists():
+        return None
+    of = json.loads(file.read_text())
+    return table([of["compiler"], "seconds of CPU time", "seconds"],
+                 [[name, f"{taken['cpu']:.1f}", f"{taken['wall']:.1f}"] for name, taken in of["seconds"].items()])
+
+
+tables = [machine, ratio, sizes, scenes, executions, corner, stages, roof, held_core, taichi, compile_time]
+
+
+def main():
+    made = {make.__name__: make() for make in tables}
+    made = {name: text for name, text in made.items() if text}
+    if sys.argv[1:] != ["--write"]:
+        print("\n\n".join(f"{name}\n\n{text}" for name, text in made.items()))
+        return
+    readme = results.root / "benchmarks/README.md"
+    page = readme.read_text()
+    for name, text in made.items():
+        page, count = re.subn(rf"(<!-- {name} -->\n).*?(<!-- end -->)", lambda match: f"{match[1]}{text}\n{match[2]}",
+                              page, flags=re.DOTALL)
+        if count != 1:
+            raise SystemExit(f"{readme} has {count} places for the table {name}; it needs one.")
+    readme.write_text(page)
+
+
+if __name__ == "__main__":
+    main()
