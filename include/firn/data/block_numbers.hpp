@@ -10,17 +10,9 @@ namespace firn {
 /// From block keys to 0, 1, 2, …: a hash table with open addressing.
 class BlockNumbers {
 public:
-    static constexpr std::uint32_t none = 0xffffffffu;
-
     std::size_t size() const { return keys_.size(); }
     std::uint64_t key(std::size_t number) const { return keys_[number]; }
     const std::vector<std::uint64_t>& keys() const { return keys_; }
-
-    /// Forgets all blocks and keeps the memory.
-    void clear() {
-        keys_.clear();
-        table_.assign(table_.size(), none);
-    }
 
     /// The number of a key; a new one is given the next number.
     std::uint32_t number(std::uint64_t key) {
@@ -32,13 +24,6 @@ public:
             keys_.push_back(key);
         }
         return last_ = entry;
-    }
-
-    /// The number of a key, or none.
-    std::uint32_t find(std::uint64_t key) const { return table_.empty() ? none : table_[place(key)]; }
-
-    std::size_t bytes() const {
-        return keys_.capacity() * sizeof(std::uint64_t) + table_.capacity() * sizeof(std::uint32_t);
     }
 
 private:
@@ -53,6 +38,8 @@ private:
         table_.assign(table_.empty() ? 256 : 2 * table_.size(), none);
         for (std::uint32_t n = 0; n < keys_.size(); ++n) table_[place(keys_[n])] = n;
     }
+
+    static constexpr std::uint32_t none = 0xffffffffu;
 
     std::vector<std::uint64_t> keys_;
     std::vector<std::uint32_t> table_;

@@ -16,7 +16,7 @@ struct Serial {
 /// number of threads.
 struct Coloured {
     static constexpr const char* name = "coloured";
-    int threads = 0;  ///< 0: as many as OpenMP offers
+    int threads = 0;  ///< 0: as many as thread_count() says
 };
 
 /// How fixed-point sums are added up. Integer sums know no order: both give the same bits.
@@ -33,7 +33,7 @@ struct FixedPoint {
     static constexpr const char* name =
         How == Adding::atomic ? (sizeof(Integer) == 4 ? "fixed_point" : "fixed_point_64")
                               : (sizeof(Integer) == 4 ? "coloured_fixed_point" : "coloured_fixed_point_64");
-    int threads = 0;  ///< 0: as many as OpenMP offers
+    int threads = 0;  ///< 0: as many as thread_count() says
     /// Quanta per kg m/s and per kg, powers of two. Not given: the largest for which no sum can overflow.
     /// A given scale that could overflow is refused with overflow_error before anything is added.
     std::optional<double> momentum_scale{}, mass_scale{};

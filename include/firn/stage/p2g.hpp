@@ -42,7 +42,7 @@ FIRN_INLINE P2GRecord<S, D> make_record(const P2GParticle<S, D>& particle, const
 
 /// A record whose leading axes are still open: V holds momentum and mass of a node, or of a row of nodes.
 /// Either contract() closes one axis after the other, and `value` is then what the node receives. Or, in fewer
-/// operations where many nodes share the weights' products, move() goes along each axis and weighted() weighs the sum.
+/// operations where many nodes share products of weights, moved() goes along each axis and weighted() weighs the sum.
 template <class V, int Open, bool Gradients>
 struct OpenRecord {
     V value;
