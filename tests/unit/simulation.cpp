@@ -268,7 +268,8 @@ TEST_CASE("In the far corner of 4096^3 cells a slow body moves to the bit as it 
     for (std::size_t i = 0; i < near.size(); ++i)
         for (int a = 0; a < 3; ++a) {
             CHECK(near[i][a] == far[i][a]);
-            // A step of 1e-4 is rounded to the resolution of a place, 2^-21 beyond 4 and 2^-22 below: by 0.24 % at most.
+            // A step of 1e-4 is rounded to the resolution of a place, 2^-21 beyond 4 and 2^-22 below: by 0.24 % at
+            // most.
             CHECK(std::abs(std::abs(far[i][a]) - 500 * speed) < 500 * 0x1p-22 * 1.01);
         }
 }
