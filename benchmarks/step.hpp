@@ -116,4 +116,12 @@ benchmark::internal::Benchmark* add_step(const std::string& scene_name, Scene<D>
         ->Unit(benchmark::kMillisecond);
 }
 
+/// Registers step/SCENE/coloured/threads:N for the two cubes (in 2D: squares) with other policies.
+template <class S, class Transfer, int D>
+bool add_two_cubes(const char* scene_name) {
+    for (const int threads : {1, 2})
+        add_step<S, Transfer>(scene_name, +[] { return two_cubes<D>(); }, firn::Coloured{threads}, threads);
+    return true;
+}
+
 }  // namespace scenes

@@ -2,10 +2,5 @@
 #include "step.hpp"
 
 namespace {
-const bool registered = [] {
-    for (const int threads : {1, 2})
-        scenes::add_step<float, firn::Apic>(
-            "two_cubes_2d", +[] { return scenes::two_cubes<2>(); }, firn::Coloured{threads}, threads);
-    return true;
-}();
+const bool registered = scenes::add_two_cubes<float, firn::Apic, 2>("two_cubes_2d");
 }  // namespace

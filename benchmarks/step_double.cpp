@@ -2,10 +2,5 @@
 #include "step.hpp"
 
 namespace {
-const bool registered = [] {
-    for (const int threads : {1, 2})
-        scenes::add_step<double, firn::Apic>(
-            "two_cubes_double", +[] { return scenes::two_cubes<3>(); }, firn::Coloured{threads}, threads);
-    return true;
-}();
+const bool registered = scenes::add_two_cubes<double, firn::Apic, 3>("two_cubes_double");
 }  // namespace

@@ -36,6 +36,12 @@ BlockCoordinate<D> block_of_key(std::uint64_t key) {
     return block;
 }
 
+/// The position [m] along one axis of a place in a block, counted from the block's lower corner [cells].
+template <int D>
+double position_of_place(const Domain<D>& domain, const BlockCoordinate<D>& block, int axis, double place) {
+    return domain.lower[axis] + domain.cell_size * (block_size * block[std::size_t(axis)] + place);
+}
+
 /// The colour of a block, or of a cube of blocks, 0 to 2^D − 1: whether each coordinate is odd. Those of one colour
 /// have one of another colour between them.
 template <int D>

@@ -41,6 +41,13 @@ struct ParticleView {
     Field mass;      ///< m [kg]
     Field volume;    ///< V0 [m^D]
     std::array<Field, state_field_count<State>> state;  ///< the material's state, in the order of State::fields()
+
+    /// Calls the pack that begins at `slot` into the cache, all but the material's state.
+    template <bool Affine>
+    FIRN_INLINE void prefetch(std::size_t slot) const {
+        for (const Field* field : {&position, &velocity, &stress, &mass, &volume}) field->prefetch(slot);
+        if constexpr (Affine) affine.prefetch(slot);
+    }
 };
 
 /// A foreign program's arrays, float or double, 2D or 3D.

@@ -152,9 +152,7 @@ public:
     Vec<double, D> exact_position(std::size_t slot) const {
         const BlockCoordinate<D> of = block(slot);
         Vec<double, D> x{};
-        for (int a = 0; a < D; ++a)
-            x[a] = domain_.lower[a] +
-                   domain_.cell_size * (block_size * of[std::size_t(a)] + double(fields_.get(of_position, slot, a)));
+        for (int a = 0; a < D; ++a) x[a] = position_of_place(domain_, of, a, double(fields_.get(of_position, slot, a)));
         return x;
     }
     /// The block that the position counts from, and the position from there, in cells.

@@ -5,7 +5,6 @@
 #include <firn/exec/execution.hpp>
 #include <firn/exec/gather.hpp>
 #include <firn/exec/parallel.hpp>
-#include <firn/exec/scatter.hpp>
 #include <firn/material/concept.hpp>
 
 #include <limits>
@@ -35,7 +34,7 @@ template <class View, int D>
             const auto position = [&](std::size_t, int a) {
                 const double x = double(view.position.at(slots, a));
                 if (!in_cells) return x;
-                return domain.lower[a] + domain.cell_size * (block_size * range.block[std::size_t(a)] + x);
+                return position_of_place(domain, range.block, a, x);
             };
             const auto velocity = [&](std::size_t, int a) { return double(view.velocity.at(slots, a)); };
             bool finite = true, inside = true;
@@ -144,9 +143,7 @@ private:
 
     /// Calls the particles of the pack that begins at `slot` into the cache, also those numbers that are only written.
     FIRN_INLINE void prefetch(std::size_t slot) const {
-        for (const auto* field : {&view_.position, &view_.velocity, &view_.stress, &view_.mass, &view_.volume})
-            field->prefetch(slot);
-        if constexpr (Transfer::affine) view_.affine.prefetch(slot);
+        view_.template prefetch<Transfer::affine>(slot);
         for (const auto& field : view_.state) field.prefetch(slot);
     }
 

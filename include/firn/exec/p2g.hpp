@@ -90,9 +90,11 @@ void scatter_group(const View& view, const BlockPartition<D>& partition, const B
                                               nodes);
 }
 
-template <std::floating_point S, int D>
-void clear(SparseGrid<S, D>& grid, int threads) {
-    const auto clear_block = [&](std::size_t b, int) { std::fill_n(grid.nodes(b), block_nodes<D> * node_width, S(0)); };
+/// Zeros `per_node` numbers (or others) for each node of the grid.
+template <class T, std::floating_point S, int D>
+void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
+    const std::size_t per_block = std::size_t(block_nodes<D> * per_node);
+    const auto clear_block = [&](std::size_t b, int) { std::fill_n(first + b * per_block, per_block, T{}); };
     parallel_for(grid.block_count(), threads, clear_block, 64);
 }
 
@@ -105,7 +107,7 @@ template <class Kernel, class Transfer, class Force, class View, int D>
 void p2g(const Coloured& execution, const View& view, const BlockPartition<D>& partition,
          SparseGrid<typename View::scalar_type, D>& grid, double dt) {
     const int threads = thread_count(execution.threads);
-    detail::clear(grid, threads);
+    detail::clear(grid.nodes(0), node_width, grid, threads);
     detail::scatter_coloured<Kernel, Transfer, Force>(view, partition, grid, dt, threads,
                                                       FloatSums<typename View::scalar_type>{}, grid.nodes(0));
 }
@@ -114,7 +116,7 @@ void p2g(const Coloured& execution, const View& view, const BlockPartition<D>& p
 template <class Kernel, class Transfer, class Force, class View, int D>
 void p2g(const Serial&, const View& view, const BlockPartition<D>& partition,
          SparseGrid<typename View::scalar_type, D>& grid, double dt) {
-    detail::clear(grid, 1);
+    detail::clear(grid.nodes(0), node_width, grid, 1);
     for (const BlockGroup& group : partition.groups)
         detail::scatter_group<Kernel, Transfer, Force>(view, partition, group, grid, dt,
                                                        FloatSums<typename View::scalar_type>{}, grid.nodes(0));

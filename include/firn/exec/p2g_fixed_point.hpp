@@ -47,9 +47,7 @@ FixedPointLoad fixed_point_load(const View& view, const BlockPartition<D>& parti
 
     constexpr std::size_t per_block = std::size_t(block_nodes<D>);
     CellLoad* cells = grid.template scratch<CellLoad>();  // a cell each, named by its lower node
-    parallel_for(
-        grid.block_count(), threads,
-        [&](std::size_t b, int) { std::fill_n(cells + b * per_block, per_block, CellLoad{}); }, 64);
+    clear(cells, 1, grid, threads);
 
     const Positions<View> positions(grid.domain());
     const ParticleReader<View> reader(view, grid.domain(), dt);
@@ -129,8 +127,7 @@ void p2g(const FixedPoint<Integer, How>& execution, const View& view, const Bloc
     constexpr std::size_t numbers = std::size_t(block_nodes<D> * node_width);
     using Node = std::array<Integer, node_width>;
     Integer* sums = grid.template scratch<Node>()->data();
-    const auto clear = [&](std::size_t b, int) { std::fill_n(sums + b * numbers, numbers, Integer(0)); };
-    parallel_for(grid.block_count(), threads, clear, 64);
+    detail::clear(sums, node_width, grid, threads);
 
     if constexpr (How == Adding::coloured) {
         detail::scatter_coloured<Kernel, Transfer, Force>(view, partition, grid, dt, threads,

@@ -41,7 +41,8 @@ FIRN_INLINE V rounded_product(const V& a, const V& b) {
 /// A register of N numbers, N/4 nodes. Arithmetic is the compilers' vector extension's. Intrinsics stand only where
 /// g++ 12 takes a shuffle between registers of different widths through memory; unmasked ones of AVX-512 make it warn
 /// of uninitialised values.
-template <std::floating_point S, int N>
+/// \tparam S  of floating point, or an integer, of which only sums are made
+template <class S, int N>
 struct node_register {
     using vector [[gnu::vector_size(N * sizeof(S))]] = S;
     vector v;
@@ -118,13 +119,15 @@ inline constexpr int row_register =
 }  // namespace detail
 
 /// The four numbers of one node: D components of momentum or velocity, and the mass.
-template <std::floating_point S>
+template <class S>
 using quad = detail::node_register<S, 4>;
 
 /// A row in registers of W numbers: 4 (a node), 8 or 16. What does not fill 8 has a register of 4; 16 numbers are taken
 /// for three nodes, too: the row then reaches over a fourth, whose weight is zero, and writes it back as it was.
-template <std::floating_point S, int K, int W>
+template <class S, int K, int W>
 struct row_of {
+    template <class Other>
+    using of = row_of<Other, K, W>;  ///< the same form of a row, of other numbers
     static constexpr int nodes = K;
     static constexpr int width = W == 8 && K == 1 ? 4 : W;
     using Number = detail::node_register<S, width>;
@@ -188,7 +191,7 @@ struct row_of {
 };
 
 /// No nodes are left.
-template <std::floating_point S, int W>
+template <class S, int W>
 struct row_of<S, 0, W> {
     static constexpr int width = W, registers = 0;
     FIRN_INLINE static row_of load(const S*) { return {}; }

@@ -1,4 +1,4 @@
-/// \file What rows are added up in (FloatSums, IntegerSums, AtomicSums), and where (ArenaRows, NodeRows).
+/// \file What rows are added up in (FloatSums, IntegerSums, AtomicSums), and where (ArenaRows, GridRows).
 #pragma once
 
 #include <firn/exec/fixed_point.hpp>
@@ -42,7 +42,7 @@ template <class Integer, std::floating_point S>
 struct IntegerSums {
     using number = Integer;
     template <class Row>
-    using sum = integer_row<Integer, Row>;
+    using sum = typename Row::template of<Integer>;
     static constexpr bool costly = false;
     S momentum, mass;  ///< quanta per unit
 
@@ -55,16 +55,15 @@ struct IntegerSums {
                 record.gradient * P(momentum)};
     }
     template <class Row>
-    FIRN_INLINE static integer_row<Integer, Row> load(const Integer* from) {
-        return integer_row<Integer, Row>::load(from);
+    FIRN_INLINE static sum<Row> load(const Integer* from) {
+        return sum<Row>::load(from);
     }
     template <class Row, class Record, class... Weights>
-    FIRN_INLINE static integer_row<Integer, Row> plus(const integer_row<Integer, Row>& sums, const Record& record,
-                                                      const Weights&... weights) {
-        return sums + integer_row<Integer, Row>::nearest(record.weighted(weights...));
+    FIRN_INLINE static Row plus(const Row& sums, const Record& record, const Weights&... weights) {
+        return sums + nearest<Integer>(record.weighted(weights...));
     }
     template <class Row>
-    FIRN_INLINE static void store(Integer* to, const integer_row<Integer, Row>& sums) {
+    FIRN_INLINE static void store(Integer* to, const Row& sums) {
         sums.store(to);
     }
 };
@@ -76,11 +75,11 @@ struct AtomicSums : IntegerSums<Integer, S> {
     using IntegerSums<Integer, S>::IntegerSums;
 
     template <class Row>
-    FIRN_INLINE static integer_row<Integer, Row> load(const Integer*) {
-        return integer_row<Integer, Row>{};
+    FIRN_INLINE static auto load(const Integer*) {
+        return typename Row::template of<Integer>{};
     }
     template <class Row>
-    FIRN_INLINE static void store(Integer* to, const integer_row<Integer, Row>& sums) {
+    FIRN_INLINE static void store(Integer* to, const Row& sums) {
         Integer numbers[Row::nodes * node_width];
         sums.store(numbers);
         for (int i = 0; i < Row::nodes * node_width; ++i)

@@ -6,59 +6,6 @@
 
 namespace firn {
 
-/// Where the particles of a group are.
-template <class View>
-class GroupPlaces {
-public:
-    using S = typename View::scalar_type;
-    static constexpr int D = View::dimension;
-
-    GroupPlaces(const View& view, const BlockPartition<D>& partition, const BlockGroup& group,
-                const Positions<View>& positions)
-        : view_(view),
-          positions_(positions),
-          blocks_(partition, group),
-          first_(group.first_slot),
-          order_(partition.order.data()) {}
-
-    const BlocksOfSlots<S, D>& blocks() const { return blocks_; }
-    FIRN_INLINE Slots slots(std::size_t slot) const { return {first_ + slot, order_ + first_ + slot}; }
-
-    /// In cells, from the lower corner of each particle's block.
-    template <class P>
-    FIRN_INLINE Vec<P, D> position(std::size_t slot) const {
-        return positions_.in_block(load_vector<P, D>(view_.position, slots(slot)), blocks_.template lower<P>(slot));
-    }
-
-    /// The nodes that the group's particles reach, in the arena of its cube of blocks.
-    template <class Kernel>
-    FIRN_INLINE ArenaBox<D> box(std::size_t packs) const {
-        using P = native_pack<S>;
-        constexpr int lanes = scalar_traits<P>::lanes;
-        Vec<P, D> low, high;
-        for (std::size_t slot = 0; slot < packs * pack_size; slot += lanes) {
-            const Vec<P, D> node = locate<Kernel>(position<P>(slot)).node + blocks_.template in_cube<P>(slot);
-            unroll<D>([&](auto a) FIRN_LAMBDA {
-                low.v[a] = slot == 0 ? node.v[a] : min(low.v[a], node.v[a]);
-                high.v[a] = slot == 0 ? node.v[a] : max(high.v[a], node.v[a]);
-            });
-        }
-        ArenaBox<D> box;
-        for (int a = 0; a < D; ++a) {
-            box.first[a] = -int(reduce_max(-low[a]));
-            box.last[a] = int(reduce_max(high[a])) + Kernel::support - 1;
-        }
-        return box;
-    }
-
-private:
-    const View& view_;
-    const Positions<View>& positions_;
-    BlocksOfSlots<S, D> blocks_;
-    std::size_t first_;
-    const std::uint32_t* order_;
-};
-
 /// What a P2G reads of particles.
 template <class View>
 class ParticleReader {
@@ -84,9 +31,7 @@ public:
     /// Calls into the cache what record() will read of the pack that begins at `slot`.
     template <class Transfer>
     FIRN_INLINE void prefetch(std::size_t slot) const {
-        for (const auto* field : {&view_.position, &view_.velocity, &view_.stress, &view_.mass, &view_.volume})
-            field->prefetch(slot);
-        if constexpr (Transfer::affine) view_.affine.prefetch(slot);
+        view_.template prefetch<Transfer::affine>(slot);
     }
 
 private:

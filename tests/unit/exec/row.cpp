@@ -271,7 +271,7 @@ TEST_CASE("Floats are rounded to the nearest integers, ties to even, in every fo
         constexpr std::size_t count = std::size_t(4 * Row::nodes);
         for (std::size_t i = 0; i + 16 <= numbers.size(); i += count) {
             Integer rounded[16] = {};
-            integer_row<Integer, Row>::nearest(Row::load(&numbers[i])).store(rounded);
+            nearest<Integer>(Row::load(&numbers[i])).store(rounded);
             for (std::size_t k = 0; k < count; ++k)
                 if (rounded[k] != Integer(std::llrint(numbers[i + k]))) {
                     CAPTURE(numbers[i + k], rounded[k]);
