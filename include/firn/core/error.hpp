@@ -37,6 +37,11 @@ struct io_error : error {
     using error::error;
 };
 
+/// Something asked for at the wrong time, or in the wrong order.
+struct usage_error : error {
+    using error::error;
+};
+
 /// Joins its arguments into one sentence: `throw parameter_error(sentence("dt = ", dt, " s …"))`.
 template <class... Parts>
 std::string sentence(const Parts&... parts) {

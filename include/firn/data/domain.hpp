@@ -19,6 +19,14 @@ struct Domain {
     int cells(int axis) const { return int(std::ceil((upper[axis] - lower[axis]) / cell_size - 1e-6)); }
 };
 
+/// The extent along an axis in cells, rounded to S but never beyond `upper`.
+template <std::floating_point S, int D>
+S extent_in_cells(const Domain<D>& domain, int axis) {
+    const double cells = (domain.upper[axis] - domain.lower[axis]) / domain.cell_size;
+    const S rounded = S(cells);
+    return double(rounded) > cells ? std::nextafter(rounded, S(0)) : rounded;
+}
+
 /// Block coordinates are packed into 21 bits an axis: 2²⁰ blocks of four cells each way from the lower corner.
 inline constexpr double most_cells_per_axis = 4.0 * (1 << 20) - 16;
 

@@ -207,12 +207,8 @@ public:
 
     explicit Positions(const Domain<D>& domain) : per_cell_(S(1 / domain.cell_size)) {
         for (int a = 0; a < D; ++a) {
-            const double cells = (domain.upper[a] - domain.lower[a]) / domain.cell_size;
-            const S rounded = S(cells);
             lower_[a] = in_cells ? S(0) : S(domain.lower[a]);
-            upper_[a] = !in_cells                 ? S(domain.upper[a])
-                        : double(rounded) > cells ? std::nextafter(rounded, S(0))
-                                                  : rounded;
+            upper_[a] = in_cells ? extent_in_cells<S>(domain, a) : S(domain.upper[a]);
         }
         cell_ = in_cells ? S(1) : S(domain.cell_size);
     }
@@ -332,12 +328,6 @@ private:
     std::size_t first_;
     const std::uint32_t* order_;
 };
-
-/// The fractional position becomes the distance from the centre node.
-template <class Kernel, class P, int D>
-FIRN_INLINE Vec<P, D> from_centre(const Vec<P, D>& fraction) {
-    return fraction - Vec<P, D>::filled(P(centre_node<Kernel>));
-}
 
 /// Weights of sixteen particles, laid out for the row kernels: a number an axis and node for the leading axes,
 /// a quad of the nodes' weights for the last axis.

@@ -16,8 +16,9 @@ struct CellLoad {
 
 /// The load that the fixed-point scale is chosen from.
 template <class Kernel, class Transfer, class Force, class View, int D>
-FixedPointLoad fixed_point_load(const View& view, const BlockPartition<D>& partition,
-                                SparseGrid<typename View::scalar_type, D>& grid, double dt, int threads) {
+FixedPointLoad<typename View::scalar_type> fixed_point_load(const View& view, const BlockPartition<D>& partition,
+                                                            SparseGrid<typename View::scalar_type, D>& grid, double dt,
+                                                            int threads) {
     using S = typename View::scalar_type;
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
@@ -43,7 +44,7 @@ FixedPointLoad fixed_point_load(const View& view, const BlockPartition<D>& parti
     S largest_mass = 0;
     for (const Largest& largest : of_thread) largest_mass = std::max(largest_mass, largest.mass);
     // A power of two, so that scaling is exact; the quanta of one particle then fit 22 bits.
-    const double quanta = std::exp2(20 - std::ilogb(double(largest_mass)));
+    const double quanta = std::exp2(largest_mass_exponent - std::ilogb(double(largest_mass)));
 
     constexpr std::size_t per_block = std::size_t(block_nodes<D>);
     CellLoad* cells = grid.template scratch<CellLoad>();  // a cell each, named by its lower node
@@ -58,20 +59,9 @@ FixedPointLoad fixed_point_load(const View& view, const BlockPartition<D>& parti
             const Vec<P, D> position = places.template position<P>(slot);
             const auto record =
                 reader.template record<Kernel, Transfer, Force>(places.slots(slot), locate<Kernel>(position).fraction);
-            const auto real = record.mass > P(0);
-            const P per_mass = P(1) / select(real, record.mass, P(1));
-            unroll<D>([&](auto a) FIRN_LAMBDA {
-                P momentum = abs(record.momentum.v[a]), gradient = P(0);
-                unroll<D>([&](auto b) FIRN_LAMBDA {
-                    momentum = momentum + abs(record.affine(a, b)) * P(largest_offset<Kernel>);
-                    if constexpr (Force::weight_gradients) gradient = gradient + abs(record.gradient(a, b));
-                });
-                const P q = momentum * per_mass, g = gradient * per_mass;
-                // Not a number: becomes infinite, and is refused.
-                const P infinite = P(std::numeric_limits<S>::infinity());
-                momentum_per_mass = max(momentum_per_mass, select(real, select(q <= infinite, q, infinite), P(0)));
-                gradient_per_mass = max(gradient_per_mass, select(real, select(g <= infinite, g, infinite), P(0)));
-            });
+            const FixedPointLoad<P> load = load_of<Kernel, Force>(record);
+            momentum_per_mass = max(momentum_per_mass, load.momentum_per_mass);
+            gradient_per_mass = max(gradient_per_mass, load.gradient_per_mass);
 
             P node = P(0);
             unroll<D>([&](auto a) FIRN_LAMBDA {
@@ -101,12 +91,12 @@ FixedPointLoad fixed_point_load(const View& view, const BlockPartition<D>& parti
         },
         64);
 
-    FixedPointLoad load;
+    FixedPointLoad<S> load;
     for (const Largest& largest : of_thread) {
-        load.momentum_per_mass = std::max(load.momentum_per_mass, double(largest.momentum_per_mass));
-        load.gradient_per_mass = std::max(load.gradient_per_mass, double(largest.gradient_per_mass));
-        load.cell_mass = std::max(load.cell_mass, double(largest.cell.mass_and_count[0]) / quanta);
-        load.cell_particles = std::max(load.cell_particles, largest.cell.mass_and_count[1]);
+        load.momentum_per_mass = std::max(load.momentum_per_mass, largest.momentum_per_mass);
+        load.gradient_per_mass = std::max(load.gradient_per_mass, largest.gradient_per_mass);
+        load.cell_mass = std::max(load.cell_mass, S(largest.cell.mass_and_count[0]) / S(quanta));
+        load.cell_particles = std::max(load.cell_particles, S(largest.cell.mass_and_count[1]));
     }
     return load;
 }
@@ -120,7 +110,7 @@ void p2g(const FixedPoint<Integer, How>& execution, const View& view, const Bloc
          SparseGrid<typename View::scalar_type, D>& grid, double dt) {
     using S = typename View::scalar_type;
     const int threads = thread_count(execution.threads);
-    const FixedPointScale scale = fixed_point_scale<Kernel, D, Integer>(
+    const FixedPointScale<S> scale = fixed_point_scale<Kernel, D, Integer>(
         detail::fixed_point_load<Kernel, Transfer, Force>(view, partition, grid, dt, threads), execution.momentum_scale,
         execution.mass_scale);
 
@@ -140,7 +130,7 @@ void p2g(const FixedPoint<Integer, How>& execution, const View& view, const Bloc
         });
     }
 
-    const double momentum_quantum = 1 / scale.momentum, mass_quantum = 1 / scale.mass;
+    const double momentum_quantum = 1 / double(scale.momentum), mass_quantum = 1 / double(scale.mass);
     const auto convert = [&](std::size_t b, int) {
         for (std::size_t i = b * numbers; i < (b + 1) * numbers; i += node_width) {
             const bool filled = sums[i + node_mass] >= fewest_mass_quanta;

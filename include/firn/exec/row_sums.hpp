@@ -44,15 +44,14 @@ struct IntegerSums {
     template <class Row>
     using sum = typename Row::template of<Integer>;
     static constexpr bool costly = false;
-    S momentum, mass;  ///< quanta per unit
+    FixedPointScale<S> scale;
 
-    explicit IntegerSums(const FixedPointScale& scale) : momentum(S(scale.momentum)), mass(S(scale.mass)) {}
+    explicit IntegerSums(const FixedPointScale<S>& quanta_per_unit) : scale(quanta_per_unit) {}
 
-    /// In quanta. Scales are powers of two: what a node receives is the same whether its record was scaled or itself.
+    /// A record in quanta.
     template <class P, int D>
     FIRN_INLINE P2GRecord<P, D> operator()(const P2GRecord<P, D>& record) const {
-        return {record.mass * P(mass), record.momentum * P(momentum), record.affine * P(momentum),
-                record.gradient * P(momentum)};
+        return in_quanta(record, FixedPointScale<P>{P(scale.momentum), P(scale.mass)});
     }
     template <class Row>
     FIRN_INLINE static sum<Row> load(const Integer* from) {

@@ -6,6 +6,7 @@
 /// goes first (de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989)), which sorts and speeds up convergence.
 #pragma once
 
+#include <firn/core/repeat.hpp>
 #include <firn/core/tensor.hpp>
 
 #include <limits>
@@ -26,7 +27,7 @@ namespace detail {
 /// Rotates columns p and q of W until orthogonal, the longer first: tan 2θ = 2 p·q / (|p|² − |q|²). Lanes where they
 /// are so already are left alone to the bit. Returns where something was done.
 template <int p, int q, class S>
-FIRN_INLINE mask_t<S> orthogonalise(Vec<S, 3> (&w)[3]) {
+FIRN_INLINE mask_t<S> orthogonalise(std::array<Vec<S, 3>, 3>& w) {
     constexpr auto epsilon = std::numeric_limits<value_type_t<S>>::epsilon();
     const S pp = dot(w[p], w[p]);
     const S qq = dot(w[q], w[q]);
@@ -60,15 +61,15 @@ FIRN_INLINE LeftSingular<S> left_singular(const Mat<S, 3>& F) {
     unroll<8>([&](auto k) FIRN_LAMBDA { largest = max(largest, abs(F.m[k + 1])); });
     largest = select(S(0) < largest, largest, S(1));
 
-    Vec<S, 3> w[3];
+    std::array<Vec<S, 3>, 3> w;
     unroll<9>([&](auto k) FIRN_LAMBDA { w[k / 3].v[k % 3] = F.m[k] / largest; });
     constexpr int most_sweeps = sizeof(value_type_t<S>) == 4 ? 6 : 7;
-    for (int sweep = 0; sweep < most_sweeps; ++sweep) {
-        const mask_t<S> first = detail::orthogonalise<0, 1>(w);
-        const mask_t<S> second = detail::orthogonalise<0, 2>(w);
-        const mask_t<S> third = detail::orthogonalise<1, 2>(w);
-        if (!any(first | second | third)) break;
-    }
+    w = repeat_while<most_sweeps>(w, [](std::array<Vec<S, 3>, 3>& columns) FIRN_LAMBDA {
+        const mask_t<S> first = detail::orthogonalise<0, 1>(columns);
+        const mask_t<S> second = detail::orthogonalise<0, 2>(columns);
+        const mask_t<S> third = detail::orthogonalise<1, 2>(columns);
+        return first | second | third;
+    });
 
     LeftSingular<S> result{};
     const S first = sqrt(dot(w[0], w[0]));

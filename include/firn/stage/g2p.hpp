@@ -45,6 +45,27 @@ FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<
     return result;
 }
 
+/// Where a particle is after dt: moved with its velocity and kept between two corners; and how far it would have gone
+/// beyond them, along any axis.
+template <class S, int D>
+struct G2PMove {
+    Vec<S, D> position;
+    S outside;  ///< not positive for a particle that stays inside
+};
+/// \param per_velocity  what a velocity [m/s] is multiplied with to move a position by dt
+template <scalar S, int D>
+FIRN_INLINE G2PMove<S, D> moved_by(const Vec<S, D>& velocity, const S& per_velocity, const Vec<S, D>& position,
+                                   const Vec<S, D>& lowest, const Vec<S, D>& highest) {
+    G2PMove<S, D> move;
+    unroll<D>([&](auto a) FIRN_LAMBDA {
+        const S to = position.v[a] + velocity.v[a] * per_velocity;
+        const S outside = max(lowest.v[a] - to, to - highest.v[a]);
+        move.outside = a == 0 ? outside : max(move.outside, outside);
+        move.position.v[a] = select(to < lowest.v[a], lowest.v[a], select(to > highest.v[a], highest.v[a], to));
+    });
+    return move;
+}
+
 /// Sums over some axes; the dual of OpenRecord. V holds the velocity of a node, or of a row of nodes.
 template <class V, int Closed, bool Moments, bool Gradients>
 struct PartialSums {

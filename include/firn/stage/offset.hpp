@@ -1,9 +1,16 @@
-/// \file Sums with small whole numbers as factors: a node's offset from the centre node is −1, 0, 1 or 2.
+/// \file Offsets from the centre node: a particle's, and the nodes', which are −1, 0, 1 or 2.
 #pragma once
 
 #include <firn/core/tensor.hpp>
+#include <firn/kernel/concept.hpp>
 
 namespace firn {
+
+/// The position from the base node becomes the position from the centre node. \param fraction  f = x/h − base, in cells
+template <class Kernel, class S, int D>
+FIRN_INLINE Vec<S, D> from_centre(const Vec<S, D>& fraction) {
+    return fraction - Vec<S, D>::filled(S(centre_node<Kernel>));
+}
 
 /// a + b o, without a multiplication where o is −1, 0 or 1.
 template <class V, class O>

@@ -224,7 +224,7 @@ TEST_CASE("The fixed-point scale fits the worst heap of particles and is not nee
         CHECK(difference(numbers(scattered<C>(cloud, FixedPoint<std::int32_t>{})), exact) < 1e-6);
     }
     // The bound of the docstring for a heap in one cell: W³ M (v + …), W = 1.75; nothing in the way but a power of two.
-    FixedPointLoad load{3.0, 0.0, 10.0, 10};
+    FixedPointLoad<double> load{3.0, 0.0, 10.0, 10};
     const auto scale = fixed_point_scale<QuadraticBSpline, 3, std::int32_t>(load, {}, {});
     const double bound = 1.75 * 1.75 * 1.75 * 10.0;
     CHECK(scale.mass * bound < 0x1p31);

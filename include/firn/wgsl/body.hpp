@@ -1,0 +1,309 @@
+/// \file From a graph to the statements of a WGSL function.
+#pragma once
+
+#include <firn/wgsl/graph.hpp>
+
+#include <algorithm>
+#include <charconv>
+
+namespace firn::wgsl {
+
+/// A number as an f32 literal that reads back as the same bits. (Not an abstract number: those are added up in more
+/// digits.) Infinities and NaN come from `from_bits`: no constant may have such a value.
+inline std::string literal(float value) {
+    if (!std::isfinite(value)) {
+        return "from_bits(" + std::to_string(std::bit_cast<std::uint32_t>(value)) + "u)";
+    }
+    char digits[32];
+    const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
+    std::string text(digits, end);
+    if (text.find_first_of(".e") == std::string::npos) text += ".0";
+    return text + "f";
+}
+
+/// Writes the statements that compute some outputs of a graph. What one other operation needs goes into its
+/// expression, anything else gets a name; what is only selected by a mask that any() was asked about is computed in an
+/// `if`; loops stay loops.
+class Body {
+public:
+    explicit Body(const Graph& graph, const std::vector<int>& outputs) : graph_(graph) {
+        const std::size_t count = graph.nodes.size();
+        live_.resize(count);
+        users_.resize(count);
+        run_.assign(count, nothing);
+        text_.resize(count);
+        loop_node_.resize(graph.loops.size());
+        for (std::size_t i = 0; i < count; ++i)
+            if (graph.nodes[i].op == Op::loop) loop_node_[std::size_t(graph.nodes[i].a)] = int(i);
+        find_live(outputs);
+        find_users(outputs);
+        find_runs();
+        write_block(nothing, nothing, 1);
+    }
+
+    const std::string& statements() const { return out_; }
+    /// An output as an expression.
+    std::string text(int node) const { return expression(node).text; }
+
+private:
+    static constexpr std::size_t longest_expression = 72;
+    static constexpr int outside = -2;  // a user that is no node: an output, the end of a loop's pass
+
+    const Node& node(int i) const { return graph_.nodes[std::size_t(i)]; }
+    int region(int i) const { return graph_.region[std::size_t(i)]; }
+
+    void find_live(const std::vector<int>& outputs) {
+        std::vector<int> pending = outputs;
+        while (!pending.empty()) {
+            const int i = pending.back();
+            pending.pop_back();
+            if (live_[std::size_t(i)]) continue;
+            live_[std::size_t(i)] = true;
+            graph_.for_operands(i, [&](int k) { pending.push_back(k); });
+        }
+    }
+
+    /// The node that needs k in k's own region: a loop stands for all that its body needs.
+    int user_in_region(int user, int k) const {
+        while (region(user) != region(k)) {
+            if (region(user) == nothing) return outside;  // a loop takes a number out of its own body
+            user = loop_node_[std::size_t(region(user))];
+        }
+        return user;
+    }
+    void find_users(const std::vector<int>& outputs) {
+        for (int i = 0; i < int(live_.size()); ++i)
+            if (live_[std::size_t(i)])
+                graph_.for_operands(i, [&](int k) {
+                    const bool own_body = node(i).op == Op::loop && region(k) == node(i).a;
+                    users_[std::size_t(k)].push_back(own_body ? outside : user_in_region(i, k));
+                });
+        for (const int k : outputs) users_[std::size_t(k)].push_back(outside);
+    }
+
+    /// Finds selections by one guarded mask that stand together, and what nothing else needs.
+    struct Run {
+        std::vector<int> selections;
+    };
+    void find_runs() {
+        for (int i = 0; i < int(live_.size()); ++i) {
+            const Node& n = node(i);
+            if (!live_[std::size_t(i)] || n.op != Op::select ||
+                std::find(graph_.guards.begin(), graph_.guards.end(), n.a) == graph_.guards.end())
+                continue;
+            const auto fits = [&](const Run& run) {
+                const int first = run.selections.front();
+                return node(first).a == n.a && region(first) == region(i) && n.b < first && n.c < first;
+            };
+            if (runs_.empty() || !fits(runs_.back())) runs_.push_back({});
+            runs_.back().selections.push_back(i);
+        }
+        for (int r = 0; r < int(runs_.size()); ++r) {
+            const std::vector<int>& selections = runs_[std::size_t(r)].selections;
+            for (const int i : selections) selection_of_run_.push_back(i);
+            for (int i = selections.front() - 1; i >= 0; --i) {
+                const std::vector<int>& users = users_[std::size_t(i)];
+                if (!live_[std::size_t(i)] || region(i) != region(selections.front()) || is_atom(i)) continue;
+                const bool only_here = std::all_of(users.begin(), users.end(), [&](int user) {
+                    if (user == outside) return false;
+                    if (run_[std::size_t(user)] == r) return true;
+                    return std::find(selections.begin(), selections.end(), user) != selections.end() &&
+                           node(user).b == i && node(user).c != i && node(user).a != i;
+                });
+                if (only_here) run_[std::size_t(i)] = r;
+            }
+        }
+        std::sort(selection_of_run_.begin(), selection_of_run_.end());
+    }
+    bool is_selection_of_run(int i) const {
+        return std::binary_search(selection_of_run_.begin(), selection_of_run_.end(), i);
+    }
+
+    /// Written out wherever it is needed.
+    bool is_atom(int i) const {
+        const Op op = node(i).op;
+        return op == Op::constant || op == Op::truth || op == Op::input || op == Op::loop_value;
+    }
+    /// Put into the expression of the one operation that needs it.
+    bool is_inlined(int i) const {
+        const std::vector<int>& users = users_[std::size_t(i)];
+        if (users.size() != 1 || is_selection_of_run(i) || node(i).op == Op::loop_result) return false;
+        const int user = users.front();
+        return user != outside && node(user).op != Op::loop && !is_selection_of_run(user) &&
+               run_[std::size_t(user)] == run_[std::size_t(i)];
+    }
+
+    struct Expression {
+        std::string text;
+        int level;  // of what binds: 0 comparison or logic, 1 sum, 2 product, 3 anything closer
+    };
+    static std::string within(const Expression& e, int level) { return e.level >= level ? e.text : "(" + e.text + ")"; }
+    Expression operand(int i) const {
+        const std::string& name = text_[std::size_t(i)];
+        if (!name.empty()) return {name, levels_.empty() ? 3 : level_of(i)};
+        return expression(i);
+    }
+    int level_of(int i) const { return levels_[std::size_t(i)]; }
+
+    Expression expression(int i) const {
+        if (!text_[std::size_t(i)].empty()) return {text_[std::size_t(i)], level_of(i)};
+        const Node& n = node(i);
+        const auto call = [&](const char* name) { return Expression{name + ("(" + operand(n.a).text + ")"), 3}; };
+        const auto two = [&](const char* sign, int level, bool swaps) {
+            return Expression{within(operand(n.a), level) + sign + within(operand(n.b), swaps ? level : level + 1),
+                              level};
+        };
+        switch (n.op) {
+            case Op::constant:
+                return {literal(n.value), n.value < 0 ? 1 : 3};
+            case Op::truth:
+                return {n.value != 0 ? "true" : "false", 3};
+            case Op::input:
+                return {n.text, 3};
+            case Op::add:
+                if (share_factor(n.a, n.b))
+                    return {"fma(" + operand(node(n.b).a).text + ", " + operand(node(n.b).b).text + ", " +
+                                operand(n.a).text + ")",
+                            3};
+                return two(" + ", 1, false);
+            case Op::subtract:
+                return two(" - ", 1, false);
+            case Op::multiply:
+                return two(" * ", 2, false);
+            case Op::divide:
+                return two(" / ", 2, false);
+            case Op::negate:
+                return {"-" + within(operand(n.a), 3), 1};
+            case Op::less:
+                return {within(operand(n.a), 1) + " < " + within(operand(n.b), 1), 0};
+            case Op::less_equal:
+                return {within(operand(n.a), 1) + " <= " + within(operand(n.b), 1), 0};
+            case Op::equal:
+                return {within(operand(n.a), 1) + " == " + within(operand(n.b), 1), 0};
+            case Op::both:
+                return {within(operand(n.a), 1) + " && " + within(operand(n.b), 1), 0};
+            case Op::either:
+                return {within(operand(n.a), 1) + " || " + within(operand(n.b), 1), 0};
+            case Op::inverse:
+                return {"!" + within(operand(n.a), 3), 3};
+            case Op::select:
+                return {"select(" + operand(n.c).text + ", " + operand(n.b).text + ", " + operand(n.a).text + ")", 3};
+            case Op::square_root:
+                return call("sqrt");
+            case Op::magnitude:
+                return call("abs");
+            case Op::round_down:
+                return call("floor");
+            case Op::power_of_two:
+                return call("power_of_two");
+            case Op::exponent_of:
+                return call("exponent_of");
+            case Op::significand_of:
+                return call("significand_of");
+            case Op::leading_half:
+                return call("leading_half");
+            case Op::loop_value:
+            case Op::loop_result:
+                return {variable(n.a, n.b), 3};
+            case Op::loop:
+                break;
+        }
+        return {"", 3};
+    }
+
+    /// a b + a c: compilers are free to make a (b + c) of it, and some do, which rounds otherwise than the CPU. They
+    /// leave fma(a, c, a b) alone, and where they fuse it, it is rounded less.
+    bool share_factor(int i, int k) const {
+        const Node &a = node(i), &b = node(k);
+        return a.op == Op::multiply && b.op == Op::multiply && (a.a == b.a || a.a == b.b || a.b == b.a || a.b == b.b);
+    }
+
+    static std::string variable(int loop, int value) {
+        return "loop" + std::to_string(loop) + "_" + std::to_string(value);
+    }
+    void line(int depth, const std::string& text) { out_ += std::string(std::size_t(4 * depth), ' ') + text + "\n"; }
+    void set_text(int i, std::string text, int level) {
+        if (levels_.size() < text_.size()) levels_.resize(text_.size(), 3);
+        text_[std::size_t(i)] = std::move(text);
+        levels_[std::size_t(i)] = level;
+    }
+    std::string new_name() { return "t" + std::to_string(++names_); }
+
+    /// The nodes of one region that belong to one run (nothing: to none).
+    void write_block(int in_region, int run, int depth) {
+        levels_.resize(text_.size(), 3);
+        for (int i = 0; i < int(live_.size()); ++i) {
+            if (!live_[std::size_t(i)] || region(i) != in_region) continue;
+            if (run == nothing)
+                for (int r = 0; r < int(runs_.size()); ++r)
+                    if (runs_[std::size_t(r)].selections.front() == i) write_run(r, in_region, depth);
+            if (run_[std::size_t(i)] != run || is_selection_of_run(i)) continue;
+            if (node(i).op == Op::loop) {
+                write_loop(node(i).a, depth);
+            } else if (!is_atom(i) && node(i).op != Op::loop_result) {
+                const Expression e = expression(i);
+                if (is_inlined(i) && e.text.size() <= longest_expression) {
+                    set_text(i, e.text, e.level);
+                } else {
+                    const std::string name = new_name();
+                    line(depth, "let " + name + " = " + e.text + ";");
+                    set_text(i, name, 3);
+                }
+            }
+        }
+    }
+
+    void write_run(int r, int in_region, int depth) {
+        const std::vector<int>& selections = runs_[std::size_t(r)].selections;
+        std::vector<std::string> names;
+        for (const int i : selections) {
+            names.push_back(new_name());
+            line(depth, "var " + names.back() + " = " + expression(node(i).c).text + ";");
+        }
+        line(depth, "if (" + expression(node(selections.front()).a).text + ") {");
+        write_block(in_region, r, depth + 1);
+        for (std::size_t k = 0; k < selections.size(); ++k)
+            line(depth + 1, names[k] + " = " + expression(node(selections[k]).b).text + ";");
+        line(depth, "}");
+        for (std::size_t k = 0; k < selections.size(); ++k) set_text(selections[k], names[k], 3);
+    }
+
+    void write_loop(int number, int depth) {
+        const Loop& loop = graph_.loops[std::size_t(number)];
+        for (std::size_t k = 0; k < loop.initial.size(); ++k)
+            line(depth, "var " + variable(number, int(k)) + " = " + expression(loop.initial[k]).text + ";");
+        const std::string pass = "pass" + std::to_string(number);
+        line(depth, "for (var " + pass + " = 0; " + pass + " < " + std::to_string(loop.passes) + "; " + pass + "++) {");
+        write_block(number, nothing, depth + 1);
+        // All of them are computed before the first is changed.
+        std::vector<std::string> next;
+        for (std::size_t k = 0; k < loop.next.size(); ++k) {
+            next.push_back(expression(loop.next[k]).text);
+            if (node(loop.next[k]).op == Op::loop_value && loop.next[k] != loop.inside[k]) {
+                const std::string name = new_name();
+                line(depth + 1, "let " + name + " = " + next.back() + ";");
+                next.back() = name;
+            }
+        }
+        std::string go_on;
+        if (loop.go_on != nothing) go_on = expression(loop.go_on).text;
+        for (std::size_t k = 0; k < loop.next.size(); ++k)
+            if (loop.next[k] != loop.inside[k]) line(depth + 1, variable(number, int(k)) + " = " + next[k] + ";");
+        if (!go_on.empty()) line(depth + 1, "if (!(" + go_on + ")) { break; }");
+        line(depth, "}");
+    }
+
+    const Graph& graph_;
+    std::vector<bool> live_;
+    std::vector<std::vector<int>> users_;
+    std::vector<int> run_;  // of each node: the run that alone needs it, or nothing
+    std::vector<Run> runs_;
+    std::vector<int> selection_of_run_;
+    std::vector<int> loop_node_;
+    std::vector<std::string> text_;  // of each node that has been written
+    std::vector<int> levels_;
+    int names_ = 0;
+    std::string out_;
+};
+
+}  // namespace firn::wgsl

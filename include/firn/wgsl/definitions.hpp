@@ -1,0 +1,196 @@
+/// \file The definitions that a step is made of, each recorded as a function of WGSL.
+#pragma once
+
+#include <firn/data/block_partition.hpp>
+#include <firn/data/sparse_grid.hpp>
+#include <firn/material/concept.hpp>
+#include <firn/stage/grid_update.hpp>
+#include <firn/wgsl/module.hpp>
+#include <firn/wgsl/stage_shapes.hpp>
+
+#include <limits>
+
+namespace firn::wgsl {
+
+namespace detail {
+
+inline recorded uniform(const std::string& name) { return recorded::of(Recording::current().input("params." + name)); }
+
+/// A uniform vector or number.
+template <class T>
+T uniform_of(const std::string& name) {
+    T value{};
+    shape<T>::visit(value, "params." + name,
+                    [](recorded& x, const std::string& text) { x = recorded::of(Recording::current().input(text)); });
+    return value;
+}
+
+/// The policy with its parameters as uniforms PREFIX_NAME, whatever else it holds as constants.
+template <class Policy>
+auto with_uniforms(const Policy& policy, const std::string& prefix) {
+    auto lifted = lift<recorded>(policy);
+    if constexpr (has_parameters<decltype(lifted)>)
+        std::apply(
+            [&](const auto&... p) {
+                ((lifted.*p.member =
+                      uniform_of<std::remove_cvref_t<decltype(lifted.*p.member)>>(prefix + "_" + p.name)),
+                 ...);
+            },
+            decltype(lifted)::parameters());
+    return lifted;
+}
+
+/// sum_axisA, and those of the axes after it.
+template <class Kernel, int D, int A, bool Moments, bool Gradients>
+void add_axis_sums(Module& module) {
+    if constexpr (A < D) {
+        constexpr std::size_t K = std::size_t(Kernel::support);
+        using Parts = std::array<PartialSums<Vec<recorded, D>, A, Moments, Gradients>, K>;
+        using Weights = std::array<recorded, K>;
+        const std::string name = "sum_axis" + std::to_string(A), comment = "firn/stage/g2p.hpp: sums along an axis";
+        if constexpr (Gradients)
+            module.function<Parts, Weights, Weights>(name, comment, {"parts", "w", "g"},
+                                                     [](const Parts& parts, const Weights& w, const Weights& g) {
+                                                         return sum_axis<centre_node<Kernel>>(parts, w, g);
+                                                     });
+        else
+            module.function<Parts, Weights>(name, comment, {"parts", "w"}, [](const Parts& parts, const Weights& w) {
+                return sum_axis<centre_node<Kernel>>(parts, w, w);
+            });
+        add_axis_sums<Kernel, D, A + 1, Moments, Gradients>(module);
+    }
+}
+
+}  // namespace detail
+
+/// Adds to the module what one step of these policies evaluates.
+template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary>
+void add_definitions(Module& module, const Material& material, const Boundary& boundary) {
+    using R = recorded;
+    using V = Vec<R, D>;
+    using OfNode = Vec<R, node_width>;  // momentum, padding, mass
+    using State = material_state_t<with_scalar_t<Material, R>, D>;
+    constexpr bool gradients = Force::weight_gradients;
+    constexpr bool sum_moments = g2p_needs_moment<Transfer>, sum_gradients = g2p_needs_gradient<Transfer, Force>;
+    const auto time_step = [] { return detail::uniform("time_step"); };
+    const auto cell_size = [] { return detail::uniform("cell_size"); };
+    const std::string of_kernel = std::string(Kernel::name) + ", ", of_transfer = std::string(Transfer::name) + ", ",
+                      of_force = std::string(Force::name) + ", ", of_material = std::string(Material::name) + ", ";
+
+    module.function<V>("base_node_of", of_kernel + "firn/data/block_partition.hpp", {"place"}, [](const V& place) {
+        V base{};
+        for (int a = 0; a < D; ++a) base[a] = base_node<Kernel>(place[a]);
+        return base;
+    });
+    const char* of_weights = "firn/kernel/concept.hpp: weights of the nodes from the base node on";
+    module.function<R>("kernel_weights", of_kernel + of_weights, {"f"}, [](const R& f) { return Kernel::weights(f); });
+    if constexpr (gradients || sum_gradients)
+        module.function<R>("kernel_gradients", of_kernel + "and their derivatives, per cell", {"f"},
+                           [](const R& f) { return Kernel::gradients(f); });
+
+    // P2G
+    module.function<P2GParticle<R, D>, V>(
+        "record_of", of_transfer + of_force + "firn/stage/p2g.hpp: what a particle gives", {"particle", "fraction"},
+        [&](const P2GParticle<R, D>& particle, const V& fraction) {
+            return make_record<Kernel, Transfer, Force>(particle, from_centre<Kernel>(fraction), cell_size(),
+                                                        time_step());
+        });
+    module.function<P2GRecord<R, D>, FixedPointScale<R>>(
+        "in_quanta", "firn/stage/fixed_point.hpp", {"record", "scale"},
+        [](const P2GRecord<R, D>& record, const FixedPointScale<R>& scale) { return in_quanta(record, scale); });
+    const auto close = [](const P2GRecord<R, D>& record, const R& o, const R& w, const R& g) {
+        const auto node = [](const Vec<R, D>& v, const R& mass) {
+            OfNode r = OfNode::zero();
+            for (int i = 0; i < D; ++i) r[i] = v[i];
+            r[node_mass] = mass;
+            return r;
+        };
+        OpenRecord<OfNode, D, gradients> open;
+        open.value = node(record.momentum, record.mass);
+        for (int a = 0; a < D; ++a) {
+            open.column[std::size_t(a)] = node(record.affine.column(a), R(0));
+            if constexpr (gradients) open.gradient[std::size_t(a)] = node(record.gradient.column(a), R(0));
+        }
+        return open.contract(o, w, g);
+    };
+    const std::string closes = "firn/stage/p2g.hpp: closes the last axis at offset o";
+    const std::string weighs = "firn/stage/p2g.hpp: what a node at offset o along the other axes receives";
+    using Line = OpenRecord<OfNode, D - 1, gradients>;
+    using Offset = std::array<R, std::size_t(D - 1)>;
+    const auto value_at = [](Line line, const Offset& o, const R& weight, const Offset& g) {
+        for (int a = D - 2; a >= 0; --a) line = line.moved(a, o[std::size_t(a)]);
+        if constexpr (gradients)
+            return line.weighted(weight, g);
+        else
+            return line.weighted(weight, {});
+    };
+    if constexpr (gradients) {
+        module.function<P2GRecord<R, D>, R, R, R>("close_last_axis", closes, {"record", "o", "w", "g"}, close);
+        module.function<Line, Offset, R, Offset>("value_at", weighs, {"line", "o", "weight", "g"}, value_at);
+    } else {
+        module.function<P2GRecord<R, D>, R, R>(
+            "close_last_axis", closes, {"record", "o", "w"},
+            [&](const P2GRecord<R, D>& record, const R& o, const R& w) { return close(record, o, w, w); });
+        module.function<Line, Offset, R>(
+            "value_at", weighs, {"line", "o", "weight"},
+            [&](const Line& line, const Offset& o, const R& weight) { return value_at(line, o, weight, o); });
+    }
+
+    // The scale of the integers
+    module.function<P2GRecord<R, D>>(
+        "load_of", "firn/stage/fixed_point.hpp: what the fixed-point scale has to know of a particle", {"record"},
+        [](const P2GRecord<R, D>& record) { return load_of<Kernel, Force>(record); });
+    module.function<FixedPointLoad<R>>(
+        "bound_of", "firn/stage/fixed_point.hpp: what a node may receive", {"load"},
+        [](const FixedPointLoad<R>& load) { return fixed_point_bound<Kernel, D>(load); });
+    module.function<FixedPointBound<R>>(
+        "scale_of", "firn/stage/fixed_point.hpp", {"bound"}, [](const FixedPointBound<R>& bound) {
+            return largest_scale(bound, double(std::numeric_limits<std::int32_t>::max()));
+        });
+
+    // Grid update
+    module.function<V, R, V>("velocity_of_node", std::string(Boundary::name) + ", firn/stage/grid_update.hpp",
+                             {"momentum", "mass", "position"},
+                             [&](const V& momentum, const R& mass, const V& position) {
+                                 return node_velocity(momentum, mass, position, detail::uniform_of<V>("gravity"),
+                                                      time_step(), detail::with_uniforms(boundary, "boundary"));
+                             });
+
+    // G2P
+    detail::add_axis_sums<Kernel, D, 0, sum_moments, sum_gradients>(module);
+    using Sums = PartialSums<V, D, sum_moments, sum_gradients>;
+    module.function<Sums, V>("take_from_grid", of_transfer + of_force + "firn/stage/g2p.hpp", {"sums", "fraction"},
+                             [&](const Sums& sums, const V& fraction) {
+                                 G2PSums<R, D> all{};
+                                 all.velocity = sums.value;
+                                 for (int a = 0; a < D; ++a)
+                                     for (int i = 0; i < D; ++i) {
+                                         if constexpr (sum_moments) all.moment(i, a) = sums.moment[std::size_t(a)][i];
+                                         if constexpr (sum_gradients)
+                                             all.gradient(i, a) = sums.gradient[std::size_t(a)][i];
+                                     }
+                                 return take_from_grid<Kernel, Transfer, Force>(all, from_centre<Kernel>(fraction),
+                                                                                cell_size());
+                             });
+    module.function<V, V, V>("moved_by", "firn/stage/g2p.hpp: where a particle goes, which counts from `corner`",
+                             {"velocity", "place", "corner"}, [&](const V& velocity, const V& place, const V& corner) {
+                                 return moved_by(velocity, detail::uniform("place_per_velocity"), place,
+                                                 V::zero() - corner, detail::uniform_of<V>("cells") - corner);
+                             });
+
+    // The material
+    const auto model = [&] { return detail::with_uniforms(material, "material"); };
+    module.function<State, Mat<R, D>>("updated", of_material + "its state after a step", {"state", "velocity_gradient"},
+                                      [&](const State& state, const Mat<R, D>& velocity_gradient) {
+                                          return updated(model(), state, velocity_gradient, time_step());
+                                      });
+    module.function<State>("kirchhoff_stress", of_material + "Kirchhoff stress [Pa]", {"state"},
+                           [&](const State& state) { return kirchhoff_stress(model(), state); });
+    module.function<V, R, R, State>("signal_speed", of_material + "the particle's speed and its wave speed [m/s]",
+                                    {"velocity", "mass", "volume", "state"},
+                                    [&](const V& velocity, const R& mass, const R& volume, const State& state) {
+                                        return norm(velocity) + wave_speed(model(), mass / volume, state);
+                                    });
+}
+
+}  // namespace firn::wgsl

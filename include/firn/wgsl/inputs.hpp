@@ -1,0 +1,145 @@
+/// \file What a host writes into a program's uniforms and buffers, from particles on the CPU; and particles back.
+#pragma once
+
+#include <firn/data/particles.hpp>
+#include <firn/wgsl/limits.hpp>
+
+#include <bit>
+#include <cstring>
+
+namespace firn::wgsl {
+
+/// What a program starts from.
+class Inputs {
+public:
+    explicit Inputs(const Program& program) : program_(&program) {
+        for (const Uniform& u : program.uniforms) values_.push_back(u.values);
+    }
+
+    std::uint32_t particles = 0;
+    std::vector<std::uint32_t> nodes;  ///< along each axis
+    /// Buffers that the program reads before it has written them: name and numbers.
+    std::vector<std::pair<std::string, std::vector<float>>> buffers;
+
+    /// Sets a uniform. \throws usage_error if there is none of this name, or it has another number of components
+    void set(const std::string& name, const std::vector<double>& values) {
+        const Uniform& u = program_->uniform(name);
+        if (values.size() != u.values.size())
+            throw usage_error(sentence("The uniform ", name, " has ", u.values.size(), " components; ", values.size(),
+                                       " were given."));
+        values_[std::size_t(&u - program_->uniforms.data())] = values;
+    }
+    /// The components of the program's k-th uniform.
+    const std::vector<double>& uniform(std::size_t k) const { return values_[k]; }
+    /// All uniforms as they lie in their buffer.
+    std::vector<std::byte> uniform_bytes() const {
+        std::vector<std::byte> bytes(program_->uniform_bytes);
+        for (std::size_t k = 0; k < values_.size(); ++k) {
+            const Uniform& u = program_->uniforms[k];
+            const bool whole = u.type.find("u32") != std::string::npos;
+            for (std::size_t i = 0; i < values_[k].size(); ++i) {
+                const double x = values_[k][i];
+                const std::uint32_t bits = whole ? std::uint32_t(x) : std::bit_cast<std::uint32_t>(float(x));
+                std::memcpy(bytes.data() + u.offset + 4 * i, &bits, sizeof bits);
+            }
+        }
+        return bytes;
+    }
+
+private:
+    const Program* program_;
+    std::vector<std::vector<double>> values_;
+};
+
+/// The time step, in all that follows from it.
+inline void set_time_step(Inputs& inputs, double dt, double cell_size) {
+    inputs.set("time_step", {dt});
+    inputs.set("place_per_velocity", {dt / cell_size});
+}
+
+/// \throws parameter_error, as check_fits()
+template <int D, class State>
+Inputs make_inputs(const Program& program, const Domain<D>& domain, const Particles<float, D, State>& particles,
+                   const Vec<double, D>& gravity, double dt, const Limits& limits = {}) {
+    Inputs inputs(program);
+    std::vector<std::size_t> slots;
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot)) slots.push_back(slot);
+    const std::size_t count = slots.size();
+    std::array<std::uint32_t, std::size_t(D)> nodes{};
+    std::vector<double> along, cells, acceleration;
+    for (int a = 0; a < D; ++a) {
+        nodes[std::size_t(a)] = grid_nodes(domain.cells(a));
+        along.push_back(nodes[std::size_t(a)]);
+        cells.push_back(double(extent_in_cells<float>(domain, a)));
+        acceleration.push_back(gravity[a]);
+    }
+    check_fits<D>(program, count, nodes, limits);
+    inputs.particles = std::uint32_t(count);
+    inputs.nodes.assign(nodes.begin(), nodes.end());
+
+    float largest_mass = 0;
+    for (const std::size_t slot : slots) largest_mass = std::max(largest_mass, particles.mass(slot));
+    inputs.set("nodes", along);
+    inputs.set("particles", {double(count)});
+    inputs.set("capacity", {double(count)});
+    inputs.set("cells", cells);
+    inputs.set("gravity", acceleration);
+    inputs.set("cell_size", {domain.cell_size});
+    set_time_step(inputs, dt, domain.cell_size);
+    if (largest_mass > 0)
+        inputs.set("mass_quanta", {std::exp2(largest_mass_exponent - std::ilogb(double(largest_mass)))});
+
+    const auto fill = [&](const char* name, const auto& number) {
+        const Buffer& buffer = program.buffer(name);
+        std::vector<float> numbers(count * std::size_t(buffer.count));
+        for (std::size_t i = 0; i < count; ++i)
+            for (int c = 0; c < buffer.count; ++c) numbers[std::size_t(c) * count + i] = number(slots[i], c);
+        inputs.buffers.emplace_back(name, std::move(numbers));
+    };
+    fill("motion", [&](std::size_t slot, int c) {
+        if (c < D) return particles.place(slot)[c];
+        if (c < 2 * D) return float(block_size * particles.block(slot)[std::size_t(c - D)]);
+        return particles.velocity(slot)[c - 2 * D];
+    });
+    if (std::any_of(program.buffers.begin(), program.buffers.end(), [](const Buffer& b) { return b.name == "affine"; }))
+        fill("affine", [&](std::size_t slot, int c) { return particles.affine(slot).m[c]; });
+    fill("stress", [&](std::size_t slot, int c) {
+        const Mat<float, D> stress = particles.stress(slot);
+        for (int j = 0; j < D; ++j)
+            for (int i = 0; i <= j; ++i)
+                if (symmetric_index<D>(i, j) == c) return stress(i, j);
+        return 0.0F;
+    });
+    fill("state", [&](std::size_t slot, int c) {
+        State state = particles.state(slot);
+        float number = 0;
+        int first = 0;
+        std::apply(
+            [&](const auto&... field) {
+                const auto look = [&](const auto& f) {
+                    auto& member = state.*f.member;
+                    constexpr int size = component_count<std::remove_cvref_t<decltype(member)>>;
+                    if (c >= first && c < first + size) number = firn::detail::components(member)[c - first];
+                    first += size;
+                };
+                (look(field), ...);
+            },
+            State::fields());
+        return number;
+    });
+    fill("constants", [&](std::size_t slot, int c) { return c == 0 ? particles.mass(slot) : particles.volume(slot); });
+
+    // Positions of nodes, rounded as the CPU's grid update does.
+    std::vector<float> coordinates;
+    for (int a = 0; a < D; ++a)
+        for (int i = 0; i < int(nodes[std::size_t(a)]); ++i) {
+            const int block = i / block_size - 1;
+            const float first = float(domain.lower[a] + domain.cell_size * block * block_size);
+            coordinates.push_back(first + float(i % block_size) * float(domain.cell_size));
+        }
+    inputs.buffers.emplace_back("coordinates", std::move(coordinates));
+    return inputs;
+}
+
+}  // namespace firn::wgsl

@@ -1,0 +1,314 @@
+/// \file What surrounds the definitions in a program: how particles and nodes are read and written, and the entry
+/// points. $NAMES are put in by program.hpp. Nothing here is physics.
+///
+/// Particles lie in structure-of-arrays buffers: number c of particle i at [c * params.capacity + i]. A particle's
+/// place counts, in cells, from `corner`, the lower corner of a block of 4^D cells, so that it is as fine far from the
+/// origin. The grid is dense, with one block of ghost nodes below the domain: node k lies at index k + 4 along each
+/// axis.
+#pragma once
+
+namespace firn::wgsl::text {
+
+inline constexpr const char* helpers = R"(
+// Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale. Numbers are f32
+// bits: of positive ones the order is the same.
+var<private> no_constant: u32 = 0u; // infinities and NaN must not be constants
+
+fn from_bits(bits: u32) -> f32 { return bitcast<f32>(bits + no_constant); }
+fn is_finite(x: f32) -> bool { return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u; }
+fn power_of_two(n: f32) -> f32 { return bitcast<f32>((i32(n) + 127) << 23u); }
+fn exponent_of(x: f32) -> f32 { return f32((bitcast<i32>(x) >> 23u) - 127); }
+fn significand_of(x: f32) -> f32 { return bitcast<f32>((bitcast<u32>(x) & 0x7fffffu) | 0x3f800000u); }
+fn leading_half(x: f32) -> f32 { return bitcast<f32>(bitcast<u32>(x) & 0xfffff000u); }
+
+/// Which invocation this is, counted over both dimensions of a dispatch.
+fn invocation(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
+    return (group.y * groups.x + group.x) * $GROUPu + local;
+}
+/// After an error nothing is changed any more.
+fn stopped() -> bool { return atomicLoad(&status[0]) != 0u; }
+fn fail(error: u32, particle: u32) {
+    atomicMax(&status[0], error);
+    atomicMin(&status[1], particle);
+}
+fn node_count() -> u32 { return $NODE_COUNT; }
+fn node_index(at: $IVEC) -> u32 { return $NODE_INDEX; }
+/// Index along each axis of the node at lattice coordinates k; never outside, whatever k is.
+fn nodes_from(k: $VEC) -> $IVEC {
+    return clamp($IVEC(k) + $IVEC(4), $IVEC(0), $IVEC(params.nodes) - $IVEC($SUPPORT));
+}
+fn kernel_weights_of(f: $VEC) -> array<$WEIGHTS, $D> { return array<$WEIGHTS, $D>($OF_AXES(kernel_weights)); }
+)";
+
+inline constexpr const char* gradient_helpers = R"(
+fn kernel_gradients_of(f: $VEC) -> array<$WEIGHTS, $D> { return array<$WEIGHTS, $D>($OF_AXES(kernel_gradients)); }
+)";
+
+inline constexpr const char* clear = R"(
+@compute @workgroup_size($GROUP)
+fn clear($INVOCATION) {
+    let i = invocation(group, groups, local);
+    if (stopped()) { return; }
+    if (i == 0u) { for (var k = 2u; k < 7u; k++) { atomicStore(&status[k], 0u); } }
+    if (i >= node_count()) { return; }
+    for (var k = 0u; k < 4u; k++) { atomicStore(&node_sums[4u * i + k], 0); }
+    for (var k = 0u; k < 3u; k++) { atomicStore(&cells[3u * i + k], 0u); }
+}
+)";
+
+/// What the scale of the integers is chosen from.
+inline constexpr const char* measure = R"(
+var<workgroup> largest: array<atomic<u32>, 4>;
+
+/// Mass (in quanta, rounded up; low and high half) and number of the particles in each cell; largest q/m and g/m.
+@compute @workgroup_size($GROUP)
+fn measure($INVOCATION) {
+    let i = invocation(group, groups, local);
+    if (i < params.particles && !stopped()) {
+        let place = load_place(i);
+        let record = record_of(load_particle(i), place - base_node_of(place));
+        let load = load_of(record);
+        atomicMax(&largest[0], bitcast<u32>(load.momentum_per_mass));
+        atomicMax(&largest[1], bitcast<u32>(load.gradient_per_mass));
+        let cell = node_index(nodes_from(floor(place) + load_corner(i)));
+        let quanta = u32(-floor(-record.mass * params.mass_quanta));
+        atomicAdd(&cells[3u * cell], quanta & 0xffffu);
+        atomicAdd(&cells[3u * cell + 1u], quanta >> 16u);
+        atomicAdd(&cells[3u * cell + 2u], 1u);
+    }
+    workgroupBarrier();
+    if (local < 2u) { atomicMax(&status[3u + local], atomicLoad(&largest[local])); }
+}
+
+@compute @workgroup_size($GROUP)
+fn measure_cells($INVOCATION) {
+    let i = invocation(group, groups, local);
+    if (i < node_count() && !stopped()) {
+        let low = atomicLoad(&cells[3u * i]);
+        let high = atomicLoad(&cells[3u * i + 1u]) + (low >> 16u);
+        let mass = (f32(high) * 65536.0f + f32(low & 0xffffu)) / params.mass_quanta;
+        atomicMax(&largest[0], bitcast<u32>(mass));
+        atomicMax(&largest[1], bitcast<u32>(f32(atomicLoad(&cells[3u * i + 2u]))));
+    }
+    workgroupBarrier();
+    if (local < 2u) { atomicMax(&status[5u + local], atomicLoad(&largest[local])); }
+}
+
+/// The scales, or the error that no scale keeps the sums in range.
+@compute @workgroup_size(1)
+fn choose_scale() {
+    if (stopped()) { return; }
+    let bound = bound_of(FixedPointLoad(bitcast<f32>(atomicLoad(&status[3])), bitcast<f32>(atomicLoad(&status[4])),
+                                        bitcast<f32>(atomicLoad(&status[5])), bitcast<f32>(atomicLoad(&status[6]))));
+    if (!is_finite(bound.momentum) || !is_finite(bound.mass)) { fail(1u, 0xffffffffu); return; }
+    if (bound.contributions >= 1073741824.0f) { fail(2u, 0xffffffffu); return; }
+    var scale = scale_of(bound);
+    if (params.momentum_scale > scale.momentum || params.mass_scale > scale.mass) { fail(3u, 0xffffffffu); return; }
+    if (params.momentum_scale > 0.0f) { scale.momentum = params.momentum_scale; }
+    if (params.mass_scale > 0.0f) { scale.mass = params.mass_scale; }
+    atomicStore(&status[7], bitcast<u32>(scale.momentum));
+    atomicStore(&status[8], bitcast<u32>(scale.mass));
+}
+
+fn chosen_scale() -> FixedPointScale {
+    return FixedPointScale(bitcast<f32>(atomicLoad(&status[7])), bitcast<f32>(atomicLoad(&status[8])));
+}
+/// To the nearest integer, ties to even. The bound keeps it in range; the clamp keeps i32() defined in any case.
+fn nearest(x: vec4<f32>) -> vec4<i32> {
+    return vec4<i32>(clamp(round(x), vec4<f32>(-2147483520.0f), vec4<f32>(2147483520.0f)));
+}
+)";
+
+/// $NAME(i, scale, origin): adds particle i to the nodes; $TARGET is where node `node` and its number k are added up.
+inline constexpr const char* scatter = R"(
+fn $NAME(i: u32, scale: FixedPointScale, origin: $IVEC) {
+    let place = load_place(i);
+    let base = base_node_of(place);
+    let fraction = place - base;
+    let record = in_quanta(record_of(load_particle(i), fraction), scale);
+    let first = nodes_from(base + load_corner(i)) - origin;
+    var w = kernel_weights_of(fraction);
+    $GRADIENTS
+    for (var k = 0; k < $SUPPORT; k++) {
+        let line = close_last_axis(record, f32(k - $CENTRE), w[$LAST][k]$LAST_GRADIENT);
+        $LOOPS
+            let q = nearest(value_at(line, $OFFSETS, $WEIGHT$GRADIENT_WEIGHTS));
+            let node = $NODE;
+            for (var c = 0u; c < 4u; c++) {
+                if (q[c] != 0) { atomicAdd(&$TARGET[4u * node + c], q[c]); }
+            }
+        $END
+    }
+}
+)";
+
+inline constexpr const char* p2g = R"(
+@compute @workgroup_size($GROUP)
+fn p2g($INVOCATION) {
+    let i = invocation(group, groups, local);
+    if (i >= params.particles || stopped()) { return; }
+    scatter(i, chosen_scale(), $IVEC(0));
+}
+)";
+
+/// P2G through workgroup memory: particles are counted and ordered by blocks of base nodes, one workgroup adds up a
+/// block's particles in an arena of its own and then the arena to the grid. Integers: the order makes no difference.
+inline constexpr const char* p2g_sorted = R"(
+fn block_count() -> u32 { return node_count() / $BLOCK_NODESu; }
+fn block_of(i: u32) -> u32 {
+    let at = nodes_from(base_node_of(load_place(i)) + load_corner(i)) / $IVEC(4);
+    return $BLOCK_INDEX;
+}
+
+@compute @workgroup_size($GROUP)
+fn clear_blocks($INVOCATION) {
+    let i = invocation(group, groups, local);
+    if (i < block_count()) { atomicStore(&blocks[2u * i + 1u], 0u); }
+}
+
+@compute @workgroup_size($GROUP)
+fn count_blocks($INVOCATION) {
+    let i = invocation(group, groups, local);
+    if (i < params.particles) { atomicAdd(&blocks[2u * block_of(i) + 1u], 1u); }
+}
+
+var<workgroup> sums: array<u32, 256>;
+
+/// Where each block's particles begin, twice: the second number then moves on to where they end.
+@compute @workgroup_size(256)
+fn scan_blocks(@builtin(local_invocation_index) local: u32) {
+    let each = (block_count() + 255u) / 256u;
+    let first = min(local * each, block_count());
+    let last = min(first + each, block_count());
+    var own = 0u;
+    for (var b = first; b < last; b++) { own += atomicLoad(&blocks[2u * b + 1u]); }
+    sums[local] = own;
+    workgroupBarrier();
+    for (var reach = 1u; reach < 256u; reach *= 2u) {
+        var before = 0u;
+        if (local >= reach) { before = sums[local - reach]; }
+        workgroupBarrier();
+        sums[local] += before;
+        workgroupBarrier();
+    }
+    var begin = sums[local] - own;
+    for (var b = first; b < last; b++) {
+        let count = atomicLoad(&blocks[2u * b + 1u]);
+        atomicStore(&blocks[2u * b], begin);
+        atomicStore(&blocks[2u * b + 1u], begin);
+        begin += count;
+    }
+}
+
+@compute @workgroup_size($GROUP)
+fn order_particles($INVOCATION) {
+    let i = invocation(group, groups, local);
+    if (i < params.particles) { order[atomicAdd(&blocks[2u * block_of(i) + 1u], 1u)] = i; }
+}
+
+var<workgroup> arena: array<atomic<i32>, $ARENA_NUMBERS>;
+$SCATTER
+@compute @workgroup_size($GROUP)
+fn p2g_blocks($INVOCATION) {
+    let block = group.y * groups.x + group.x;
+    for (var k = local; k < $ARENA_NUMBERSu; k += $GROUPu) { atomicStore(&arena[k], 0); }
+    workgroupBarrier();
+    let origin = $BLOCK_ORIGIN;
+    if (block < block_count() && !stopped()) {
+        let scale = chosen_scale();
+        let end = atomicLoad(&blocks[2u * block + 1u]);
+        for (var s = atomicLoad(&blocks[2u * block]) + local; s < end; s += $GROUPu) {
+            scatter_in_arena(order[s], scale, origin);
+        }
+    }
+    workgroupBarrier();
+    for (var k = local; k < $ARENA_NUMBERSu; k += $GROUPu) {
+        let sum = atomicLoad(&arena[k]);
+        if (sum != 0) {
+            let node = i32(k / 4u);
+            atomicAdd(&node_sums[4u * node_index(origin + $ARENA_NODE) + k % 4u], sum);
+        }
+    }
+}
+)";
+
+/// Momentum sums become velocities, in the same memory.
+inline constexpr const char* grid_update = R"(
+@compute @workgroup_size($GROUP)
+fn grid_update($INVOCATION) {
+    let i = invocation(group, groups, local);
+    if (i >= node_count() || stopped()) { return; }
+    let sums = nodes[i];
+    if (sums.w < $FEWESTi) { // empty, or next to it
+        nodes[i] = vec4<i32>(0);
+        return;
+    }
+    let scale = chosen_scale();
+    let momentum = $VEC(sums.$AXES) * (1.0f / scale.momentum);
+    let mass = f32(sums.w) * (1.0f / scale.mass);
+    let at = $NODE_AT;
+    let position = $VEC($COORDINATES);
+    let v = velocity_of_node(momentum, mass, position);
+    nodes[i] = bitcast<vec4<i32>>(vec4<f32>($V_AXES, mass));
+}
+)";
+
+inline constexpr const char* g2p = R"(
+fn velocity_at(node: u32) -> $VEC { return bitcast<vec4<f32>>(nodes[node]).$AXES; }
+
+fn gather(first: $IVEC, f: $VEC) -> Sums$D {
+    var w = kernel_weights_of(f);
+    $GRADIENTS
+    $GATHER
+}
+
+var<workgroup> fastest: atomic<u32>;
+
+@compute @workgroup_size($GROUP)
+fn g2p($INVOCATION) {
+    let i = invocation(group, groups, local);
+    if (i < params.particles && !stopped()) {
+        let place = load_place(i);
+        let corner = load_corner(i);
+        let base = base_node_of(place);
+        let fraction = place - base;
+        let taken = take_from_grid(gather(nodes_from(base + corner), fraction), fraction);
+        let state = updated(load_state(i), taken.velocity_gradient);
+        let stress = kirchhoff_stress(state);
+        let moved = moved_by(taken.velocity, place, corner);
+        let speed = signal_speed(taken.velocity, load_mass(i), load_volume(i), state);
+        if (is_finite($STRESS_SUM + speed) && moved.outside <= 1.0f) {
+            store_state(i, state);
+            store_stress(i, stress);
+            store_velocity(i, taken.velocity);
+            $STORE_AFFINE
+            // A place that has left the reach of its block counts from another one.
+            let node = base_node_of(moved.position);
+            var shift = $VEC(0.0f);
+            if (any(node < $VEC(-1.0f)) || any(node > $VEC(4.0f))) { shift = 4.0f * floor(0.25f * node); }
+            store_place(i, moved.position - shift);
+            store_corner(i, corner + shift);
+            atomicMax(&fastest, bitcast<u32>(speed));
+        } else {
+            fail(select(4u, 5u, is_finite($STRESS_SUM + speed)), i);
+        }
+    }
+    workgroupBarrier();
+    if (local == 0u) { atomicMax(&status[2], atomicLoad(&fastest)); }
+}
+
+/// Once, after particles were written: the stress of their state.
+@compute @workgroup_size($GROUP)
+fn initialise($INVOCATION) {
+    let i = invocation(group, groups, local);
+    if (i < params.particles) {
+        let state = load_state(i);
+        store_stress(i, kirchhoff_stress(state));
+        atomicMax(&fastest, bitcast<u32>(signal_speed(load_velocity(i), load_mass(i), load_volume(i), state)));
+    }
+    workgroupBarrier();
+    if (local == 0u) { atomicMax(&status[2], atomicLoad(&fastest)); }
+}
+)";
+
+}  // namespace firn::wgsl::text

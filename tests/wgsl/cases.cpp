@@ -1,0 +1,217 @@
+/// \file Writes programs for WebGPU, what goes into them, and what the CPU makes of that: a folder each, for run.mjs.
+///
+///     firn_wgsl_cases FOLDER [--large]
+///
+/// Compiled without contraction, the CPU evaluates the definitions of a program in the same order, so that the integers
+/// of a step are the same to the bit, and particles on a device that does not contract either.
+#include "support/scenes.hpp"
+#include <firn/force/weight_gradient.hpp>
+#include <firn/transfer/pic.hpp>
+#include <firn/wgsl/inputs.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+namespace {
+
+using namespace firn;
+
+using Integers = FixedPoint<std::int32_t>;
+
+// After fifty steps, from what other devices may do with the same arithmetic: contract it, divide with 2.5 ulp.
+constexpr double position_tolerance = 1e-3;  // [cells]
+constexpr double velocity_tolerance = 2e-2;  // [m/s]
+
+class Case {
+public:
+    Case(const std::filesystem::path& folder, const wgsl::Program& program) : folder_(folder) {
+        std::filesystem::create_directories(folder);
+        write("program.wgsl", program.code);
+        write("manifest.json", wgsl::manifest(program));
+    }
+    template <class T>
+    std::string file(const std::string& name, const std::vector<T>& numbers) {
+        write(name + ".bin", std::string(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(T)));
+        return name + ".bin";
+    }
+    void write(const std::string& name, const std::string& bytes) {
+        std::ofstream out(folder_ / name, std::ios::binary);
+        out << bytes;
+        if (!out.flush()) throw io_error("Cannot write " + (folder_ / name).string());
+    }
+
+private:
+    std::filesystem::path folder_;
+};
+
+/// The integers that a P2G of these particles adds up, on the program's dense grid.
+template <class Transfer, class Force, class Simulation>
+std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<std::uint32_t>& nodes) {
+    constexpr int D = Simulation::dimension;
+    SparseGrid<float, D> grid(simulation.domain());
+    grid.activate(simulation.partition());
+    auto particles = simulation.particles();
+    p2g<QuadraticBSpline, Transfer, Force>(simulation.execution, particles.view(), simulation.partition(), grid,
+                                           simulation.fixed_time_step);
+    using Node = std::array<std::int32_t, node_width>;
+    const Node* sums = grid.template scratch<Node>();
+    std::size_t all = 1;
+    for (const std::uint32_t n : nodes) all *= n;
+    std::vector<std::int32_t> dense(all * node_width);
+    for (std::size_t b = 0; b < grid.block_count(); ++b)
+        for (int i = 0; i < block_nodes<D>; ++i) {
+            std::size_t at = 0;
+            bool inside = true;
+            for (int a = 0; a < D; ++a) {
+                const int along = block_size * (grid.block(b)[std::size_t(a)] + 1) + (i >> 2 * (D - 1 - a) & 3);
+                inside = inside && along >= 0 && along < int(nodes[std::size_t(a)]);
+                at = at * nodes[std::size_t(a)] + std::size_t(along);
+            }
+            const Node& node = sums[b * std::size_t(block_nodes<D>) + std::size_t(i)];
+            if (inside)
+                std::copy(node.begin(), node.end(), dense.begin() + std::ptrdiff_t(at * node_width));
+            else if (node != Node{})
+                throw usage_error("A particle adds to a node that the program's grid does not have.");
+        }
+    return dense;
+}
+
+/// What run.mjs shall find.
+struct Expectation {
+    std::string buffer, after;
+    int step;
+    std::string file;
+    double tolerance;  ///< 0: equal to the bit
+};
+
+template <int D>
+void write_case_file(Case& files, const wgsl::Program& program, const wgsl::Inputs& inputs, const std::string& schedule,
+                     int steps, const std::vector<Expectation>& expectations) {
+    wgsl::Json json;
+    json.object([&] {
+        json.field("particles", inputs.particles).field("steps", steps).field("schedule", schedule);
+        json.key("uniforms").object([&] {
+            for (std::size_t k = 0; k < program.uniforms.size(); ++k) {
+                const std::vector<double>& values = inputs.uniform(k);
+                json.key(program.uniforms[k].name.c_str());
+                if (values.size() == 1)
+                    json.value(values[0]);
+                else
+                    json.array(values, [&](double x) { json.value(x); });
+            }
+        });
+        json.key("inputs").object([&] {
+            for (const auto& [of, numbers] : inputs.buffers) json.field(of.c_str(), files.file(of, numbers));
+        });
+        json.key("expect").array(expectations, [&](const Expectation& e) {
+            json.object([&] {
+                json.field("buffer", e.buffer).field("after", e.after).field("steps", e.step).field("file", e.file);
+                if (e.tolerance == 0)
+                    json.field("exactly", true);
+                else
+                    json.field("tolerance", e.tolerance);
+            });
+        });
+    });
+    files.write("case.json", json.text());
+}
+
+struct Matter {
+    double side, spacing, cell_size;
+};
+
+/// One step to the bit, from particles that are in motion and strained; then more steps, within a tolerance.
+template <int D, class Transfer, class Force>
+void write_case(const std::filesystem::path& root, const std::string& name, const Matter& matter,
+                const std::string& schedule, int steps) {
+    Domain<D> domain;
+    domain.cell_size = matter.cell_size;
+    const auto walls =
+        Walls<float, D>::all(Vec<float, D>::filled(0), Vec<float, D>::filled(1), {Contact::separate, 0.3});
+    const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.3);
+    Simulation<D, FixedCorotated<float>, Transfer, Force, QuadraticBSpline, Integers> simulation(domain, material, {},
+                                                                                                 walls);
+    simulation.fixed_time_step = 0.1 * matter.cell_size / 20;  // waves: 12 m/s
+    scenes::add_two_blocks<D>(simulation, matter.side, matter.spacing);
+    auto& particles = simulation.edit_particles();
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+        if (!particles.is_particle(slot)) continue;
+        auto state = particles.state(slot);
+        for (int k = 0; k < D * D; ++k)
+            state.F.m[k] += 0.1F * float(scenes::noise(slot * std::size_t(D * D) + std::size_t(k)) - 0.5);
+        if (slot % 997 == 0) state.F(0, 0) = -0.6F;  // inverted: served by Jacobi rotations
+        particles.set_state(slot, state);
+    }
+    for (int i = 0; i < 10; ++i) simulation.step();
+    simulation.edit_particles();  // so that they are sorted anew now, and not in the next step
+    simulation.partition();
+
+    const wgsl::Program program = wgsl::make_program<QuadraticBSpline, Transfer, Force, D>(material, walls);
+    const auto inputs_now = [&] {
+        return wgsl::make_inputs<D>(program, domain, particles, simulation.gravity, simulation.fixed_time_step);
+    };
+    const wgsl::Inputs inputs = inputs_now();
+    std::vector<std::uint32_t> ids;
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot)) ids.push_back(particles.id(slot));
+
+    Case files(root / name, program);
+    std::vector<Expectation> expectations;
+    expectations.push_back({"nodes", schedule == "step" ? "p2g" : "p2g_blocks", 1,
+                            files.file("nodes_1", node_sums<Transfer, Force>(simulation, inputs.nodes)), 0});
+    simulation.step();
+    for (const auto& [buffer, numbers] : inputs_now().buffers)
+        if (buffer != "constants" && buffer != "coordinates")
+            expectations.push_back({buffer, schedule, 1, files.file(buffer + "_1", numbers), 0});
+    if (steps > 1) {
+        for (int i = 1; i < steps; ++i) simulation.step();
+        std::vector<std::size_t> slot_of(particles.size());
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot)) slot_of[particles.id(slot)] = slot;
+        std::vector<float> positions, velocities;  // [cells], [m/s], in the order of the inputs
+        for (const std::uint32_t id : ids)
+            for (int a = 0; a < D; ++a) {
+                const std::size_t slot = slot_of[id];
+                positions.push_back(
+                    float(double(particles.place(slot)[a]) + block_size * particles.block(slot)[std::size_t(a)]));
+                velocities.push_back(particles.velocity(slot)[a]);
+            }
+        expectations.push_back({"position", schedule, steps, files.file("position", positions), position_tolerance});
+        expectations.push_back({"velocity", schedule, steps, files.file("velocity", velocities), velocity_tolerance});
+    }
+    write_case_file<D>(files, program, inputs, schedule, steps, expectations);
+    std::cout << name << ": " << inputs.particles << " particles\n";
+}
+
+template <class Transfer, class Force>
+void write_both_dimensions(const std::filesystem::path& root, const std::string& name) {
+    write_case<2, Transfer, Force>(root, "2d_" + name, {0.3, 1.0 / 64, 1.0 / 32}, "step", 50);
+    write_case<3, Transfer, Force>(root, "3d_" + name, {0.25, 1.0 / 32, 1.0 / 16}, "step", 50);
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+    try {
+        if (count < 2) throw usage_error("firn_wgsl_cases FOLDER [--large]");
+        const std::filesystem::path root = words[1];
+        write_both_dimensions<Apic, MlsForce>(root, "apic_mls");
+        write_both_dimensions<Pic, MlsForce>(root, "pic_mls");
+        write_both_dimensions<Apic, WeightGradientForce>(root, "apic_weight_gradient");
+        write_both_dimensions<Pic, WeightGradientForce>(root, "pic_weight_gradient");
+        write_case<2, Apic, MlsForce>(root, "2d_sorted", {0.3, 1.0 / 64, 1.0 / 32}, "step_sorted", 50);
+        write_case<3, Apic, MlsForce>(root, "3d_sorted", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 50);
+        write_case<2, Apic, MlsForce>(root, "2d_10k", {0.35, 1.0 / 204, 1.0 / 102}, "step", 1);
+        write_case<3, Apic, MlsForce>(root, "3d_10k", {0.3, 1.0 / 57, 1.0 / 28.5}, "step", 1);
+        write_case<3, Apic, MlsForce>(root, "3d_10k_sorted", {0.3, 1.0 / 57, 1.0 / 28.5}, "step_sorted", 1);
+        if (count > 2 && std::string_view(words[2]) == "--large") {
+            write_case<2, Apic, MlsForce>(root, "2d_100k", {0.35, 1.0 / 640, 1.0 / 320}, "step", 1);
+            write_case<3, Apic, MlsForce>(root, "3d_100k", {0.3, 1.0 / 123, 1.0 / 61.5}, "step", 1);
+            write_case<3, Apic, MlsForce>(root, "3d_100k_sorted", {0.3, 1.0 / 123, 1.0 / 61.5}, "step_sorted", 1);
+        }
+    } catch (const std::exception& e) {
+        std::cerr << e.what() << '\n';
+        return 1;
+    }
+}
