@@ -12,7 +12,7 @@ layers='
 version    :
 core       : intrinsics
 math       :
-kernel transfer force material boundary :
+kernel transfer force material boundary field :
 data       : openmp
 stage      :
 exec wgsl  : openmp intrinsics posix

@@ -147,9 +147,10 @@ void write_case(const std::filesystem::path& root, const std::string& name, cons
     simulation.edit_particles();  // so that they are sorted anew now, and not in the next step
     simulation.partition();
 
-    const wgsl::Program program = wgsl::make_program<QuadraticBSpline, Transfer, Force, D>(material, walls);
+    const wgsl::Program program = wgsl::make_program<QuadraticBSpline, Transfer, Force, D>(
+        material, walls, Gravity<float, D>{cast<float>(simulation.gravity)});
     const auto inputs_now = [&] {
-        return wgsl::make_inputs<D>(program, domain, particles, simulation.gravity, simulation.fixed_time_step);
+        return wgsl::make_inputs<D>(program, domain, particles, simulation.fixed_time_step);
     };
     const wgsl::Inputs inputs = inputs_now();
     std::vector<std::uint32_t> ids;

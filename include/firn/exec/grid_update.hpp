@@ -23,6 +23,15 @@ FIRN_INLINE Vec<P, D> acceleration_at(const Acceleration& acceleration, const Ve
         return cast<P>(acceleration);
 }
 
+/// For a register of nodes: a policy is lifted, anything else serves as it is.
+template <class P, class Acceleration>
+FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
+    if constexpr (has_parameters<Acceleration>)
+        return lift<P>(acceleration);
+    else
+        return acceleration;
+}
+
 /// One block of nodes, a register of nodes at a time.
 template <std::floating_point S, int D, class Acceleration, class Boundary>
 FIRN_INLINE void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
@@ -53,7 +62,8 @@ FIRN_INLINE void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const
 }  // namespace detail
 
 /// Turns the momentum of every node into its velocity after dt.
-/// \param acceleration  Vec<S, D> [m/s²], or a callable of the node's position, Vec<P, D> → Vec<P, D> for any scalar P
+/// \param acceleration  Vec<S, D> [m/s²]; or a callable of the node's position, Vec<P, D> → Vec<P, D> for any scalar P;
+///                      or a policy of field/ in S
 /// \param boundary      a boundary policy in S; node position and velocity → velocity
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
@@ -62,6 +72,7 @@ void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
                   "firn: the boundary must offer velocity(x, v) and reaches(lower, upper)");
     const double h = grid.domain().cell_size;
     const auto lifted = lift<native_pack<S>>(boundary);
+    const auto field = detail::lifted_acceleration<native_pack<S>>(acceleration);
     const auto update = [&](std::size_t b, int) {
         Vec<double, D> low, high;
         for (int a = 0; a < D; ++a) {
@@ -70,9 +81,9 @@ void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
         }
         const Vec<S, D> first = cast<S>(low);
         if (boundary.reaches(low, high))
-            detail::update_block(grid.nodes(b), first, S(h), S(dt), acceleration, lifted);
+            detail::update_block(grid.nodes(b), first, S(h), S(dt), field, lifted);
         else
-            detail::update_block(grid.nodes(b), first, S(h), S(dt), acceleration, NoBoundary{});
+            detail::update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{});
     };
     parallel_for(grid.block_count(), thread_count(requested_threads(execution)), update, 16);
 }

@@ -64,8 +64,8 @@ void add_axis_sums(Module& module) {
 }  // namespace detail
 
 /// Adds to the module what one step of these policies evaluates.
-template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary>
-void add_definitions(Module& module, const Material& material, const Boundary& boundary) {
+template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field>
+void add_definitions(Module& module, const Material& material, const Boundary& boundary, const Field& field) {
     using R = recorded;
     using V = Vec<R, D>;
     using OfNode = Vec<R, node_width>;  // momentum, padding, mass
@@ -149,12 +149,13 @@ void add_definitions(Module& module, const Material& material, const Boundary& b
         });
 
     // Grid update
-    module.function<V, R, V>("velocity_of_node", std::string(Boundary::name) + ", firn/stage/grid_update.hpp",
-                             {"momentum", "mass", "position"},
-                             [&](const V& momentum, const R& mass, const V& position) {
-                                 return node_velocity(momentum, mass, position, detail::uniform_of<V>("gravity"),
-                                                      time_step(), detail::with_uniforms(boundary, "boundary"));
-                             });
+    module.function<V, R, V>(
+        "velocity_of_node", std::string(Boundary::name) + ", " + Field::name + ", firn/stage/grid_update.hpp",
+        {"momentum", "mass", "position"}, [&](const V& momentum, const R& mass, const V& position) {
+            const V acceleration = detail::with_uniforms(field, "field")(position);
+            return node_velocity(momentum, mass, position, acceleration, time_step(),
+                                 detail::with_uniforms(boundary, "boundary"));
+        });
 
     // G2P
     detail::add_axis_sums<Kernel, D, 0, sum_moments, sum_gradients>(module);

@@ -60,19 +60,18 @@ inline void set_time_step(Inputs& inputs, double dt, double cell_size) {
 /// \throws parameter_error, as check_fits()
 template <int D, class State>
 Inputs make_inputs(const Program& program, const Domain<D>& domain, const Particles<float, D, State>& particles,
-                   const Vec<double, D>& gravity, double dt, const Limits& limits = {}) {
+                   double dt, const Limits& limits = {}) {
     Inputs inputs(program);
     std::vector<std::size_t> slots;
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) slots.push_back(slot);
     const std::size_t count = slots.size();
     std::array<std::uint32_t, std::size_t(D)> nodes{};
-    std::vector<double> along, cells, acceleration;
+    std::vector<double> along, cells;
     for (int a = 0; a < D; ++a) {
         nodes[std::size_t(a)] = grid_nodes(domain.cells(a));
         along.push_back(nodes[std::size_t(a)]);
         cells.push_back(double(extent_in_cells<float>(domain, a)));
-        acceleration.push_back(gravity[a]);
     }
     check_fits<D>(program, count, nodes, limits);
     inputs.particles = std::uint32_t(count);
@@ -84,7 +83,6 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     inputs.set("particles", {double(count)});
     inputs.set("capacity", {double(count)});
     inputs.set("cells", cells);
-    inputs.set("gravity", acceleration);
     inputs.set("cell_size", {domain.cell_size});
     set_time_step(inputs, dt, domain.cell_size);
     if (largest_mass > 0)

@@ -1,6 +1,7 @@
 /// \file From a simulation's policies to a complete WGSL program and the manifest that says how to run it.
 #pragma once
 
+#include <firn/field/gravity.hpp>
 #include <firn/version.hpp>
 #include <firn/wgsl/definitions.hpp>
 #include <firn/wgsl/json.hpp>
@@ -45,7 +46,7 @@ struct EntryPoint {
 struct Program {
     std::string name;
     int dimension;
-    std::string kernel, transfer, force, material, boundary;
+    std::string kernel, transfer, force, material, boundary, field;
     int workgroup_size;
     std::vector<Uniform> uniforms;
     std::size_t uniform_bytes = 0;
@@ -168,8 +169,10 @@ std::string accessors(const std::string& name, const std::string& buffer, int fi
 
 /// A program for these policies. What a boundary holds besides its parameters (the kind of contact) becomes part of it.
 /// \throws parameter_error from the boundary's check
-template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary>
-Program make_program(const Material& material, const Boundary& boundary, int workgroup_size = 64) {
+template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary,
+          class Field = Gravity<float, D>>
+Program make_program(const Material& material, const Boundary& boundary, const Field& field = {},
+                     int workgroup_size = 64) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
     using R = recorded;
     using State = material_state_t<with_scalar_t<Material, R>, D>;
@@ -184,8 +187,11 @@ Program make_program(const Material& material, const Boundary& boundary, int wor
     program.force = Force::name;
     program.material = Material::name;
     program.boundary = Boundary::name;
-    program.name = std::to_string(D) + "d_" + program.kernel + "_" + program.transfer + "_" + program.force + "_" +
-                   program.material + "_" + program.boundary;
+    program.field = Field::name;
+    program.name = std::to_string(D) + "d";
+    for (const std::string* policy :
+         {&program.kernel, &program.transfer, &program.force, &program.material, &program.boundary, &program.field})
+        program.name += "_" + *policy;
     program.workgroup_size = workgroup_size;
 
     detail::UniformLayout uniforms(program);
@@ -194,7 +200,6 @@ Program make_program(const Material& material, const Boundary& boundary, int wor
     uniforms.add("particles", "u32", "1", "number of particles", {0});
     uniforms.add_vector("cells", "f32", "cells", "extent of the domain", zero);
     uniforms.add("capacity", "u32", "1", "distance between two numbers of a particle", {0});
-    uniforms.add_vector("gravity", "f32", "m/s^2", "acceleration of every node", zero);
     uniforms.add("time_step", "f32", "s", "dt", {0});
     uniforms.add("cell_size", "f32", "m", "h", {0});
     uniforms.add("place_per_velocity", "f32", "s/m", "dt / h, rounded once", {0});
@@ -204,21 +209,19 @@ Program make_program(const Material& material, const Boundary& boundary, int wor
     uniforms.add("mass_scale", "f32", "1/kg", "quanta per mass, a power of two; 0: chosen", {0});
     uniforms.add_policy(material, "material");
     uniforms.add_policy(boundary, "boundary");
+    uniforms.add_policy(field, "field");
     program.uniform_bytes = (program.uniform_bytes + 15) / 16 * 16;
 
     std::vector<Component> state;
     int state_numbers = 0;
     std::apply(
-        [&](const auto&... field) {
+        [&](const auto&... each) {
             const auto add = [&](const auto& f) {
-                State of;  // not evaluated: only its members' sizes are asked for
-                (void)sizeof(of);
                 using Member = std::remove_cvref_t<decltype(std::declval<State>().*f.member)>;
                 state.push_back({f.name, component_count<Member>, f.unit});
                 state_numbers += component_count<Member>;
             };
-            Recording recording;
-            (add(field), ...);
+            (add(each), ...);
         },
         State::fields());
     enum Binding {
@@ -404,7 +407,7 @@ Program make_program(const Material& material, const Boundary& boundary, int wor
                                          "fn arena_node(at: " + ivec + ") -> u32 { return " + arena_node + "; }\n";
 
     Module module;
-    add_definitions<Kernel, Transfer, Force, D>(module, material, boundary);
+    add_definitions<Kernel, Transfer, Force, D>(module, material, boundary, field);
     module.declare<P2GParticle<R, D>>();
 
     std::string& code = program.code;
@@ -463,6 +466,7 @@ inline std::string manifest(const Program& program) {
         json.field("format", 1).field("firn", version()).field("name", program.name).field("code", "program.wgsl");
         json.field("dimension", program.dimension).field("kernel", program.kernel).field("transfer", program.transfer);
         json.field("force", program.force).field("material", program.material).field("boundary", program.boundary);
+        json.key("field").value(program.field);
         json.field("workgroup_size", program.workgroup_size);
         json.key("uniforms").object([&] {
             json.field("binding", 0)
