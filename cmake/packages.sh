@@ -17,6 +17,8 @@ clang        clang-19          command:clang++-19
 clang_openmp libomp-19-dev     file:/usr/lib/llvm-19/lib/libomp.so
 arm_compiler g++-aarch64-linux-gnu command:aarch64-linux-gnu-g++
 arm_machine  qemu-user-static  command:qemu-aarch64-static
+node         nodejs            command:node
+npm          npm               command:npm
 clang_rt     libclang-rt-19-dev file:/usr/lib/llvm-19/lib/clang/19/lib/linux/libclang_rt.tsan-x86_64.a
 '
 

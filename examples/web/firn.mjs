@@ -1,0 +1,346 @@
+// Runs a firn program (program.wgsl and manifest.json) on a WebGPU device: in a browser, in node or in Deno.
+//
+//   const { manifest, code } = await fetchProgram('programs/NAME');
+//   const domain = { lower: [0, 0, 0], upper: [1, 1, 1], cell_size: 1 / 32 };              // m
+//   const device = await requestDevice(navigator.gpu, manifest, { particles: 1000, domain });
+//   const program = await Program.create(device, manifest, code);
+//   const simulation = await Simulation.create(program, { particles: 1000, domain });
+//   simulation.set({ time_step: 1e-4, gravity: [0, -9.81, 0] });
+//   simulation.write({ position, velocity, mass, volume, deformation_gradient });          // particle after particle
+//   simulation.initialise();
+//   simulation.step(100);
+//   await simulation.check();     // throws with the program's sentence if a particle has left the domain, ...
+//   const position = await simulation.read('position');
+import { FirnError, bindingSizes, blockWidth, checkLimits, extents, gridOf, groupsPerAxis, numbersEach,
+    requiredLimits } from './firn_size.mjs';
+
+export { FirnError, gridOf, requiredLimits };
+
+const format = 1; // of the manifest
+const noParticle = 0xffffffff;
+const largestMassExponent = 20; // the largest mass becomes 2^20 to 2^21 quanta
+const arrayTypes = { f32: Float32Array, i32: Int32Array, u32: Uint32Array };
+
+/** Fetches a program's manifest and code from the folder at `url`. */
+export async function fetchProgram(url) {
+    const get = async (name) => {
+        const answer = await fetch(`${url.replace(/\/$/, '')}/${name}`);
+        if (!answer.ok) throw new FirnError(`${answer.url} cannot be read: ${answer.status}.`);
+        return answer;
+    };
+    const manifest = await (await get('manifest.json')).json();
+    return { manifest, code: await (await get(manifest.code)).text() };
+}
+
+const fullSize = ({ particles, capacity = particles, domain, nodes }) =>
+    ({ capacity, nodes: Array.from(domain ? gridOf(domain).nodes : nodes ?? []) });
+
+/** A device of `gpu` (navigator.gpu) with limits raised as far as a program of this size (see Simulation) needs. */
+export async function requestDevice(gpu, manifest, size, options = { powerPreference: 'high-performance' }) {
+    const adapter = await gpu?.requestAdapter(options);
+    if (!adapter)
+        throw new FirnError('There is no WebGPU here: it takes a recent browser, and a page from https or localhost.');
+    checkLimits(manifest, fullSize(size), adapter.limits);
+    const usual = { // what a device has that asks for nothing
+        maxBufferSize: 2 ** 28, maxStorageBufferBindingSize: 2 ** 27, maxStorageBuffersPerShaderStage: 8,
+        maxUniformBufferBindingSize: 2 ** 16, maxComputeInvocationsPerWorkgroup: 256, maxComputeWorkgroupSizeX: 256,
+    };
+    const more = Object.entries(requiredLimits(manifest, fullSize(size))).filter(([name, need]) => need > usual[name]);
+    return adapter.requestDevice({ requiredLimits: Object.fromEntries(more) });
+}
+
+const watches = new WeakMap();
+
+/** What has gone wrong on a device since it was first seen here. */
+function watched(device) {
+    if (watches.has(device)) return watches.get(device);
+    const watch = { lost: null, refused: [] };
+    watches.set(device, watch);
+    device.lost.then((info) => { watch.lost = info; });
+    device.addEventListener('uncapturederror', ({ error }) => {
+        if (watch.refused.length < 1000) watch.refused.push(error.message);
+    });
+    return watch;
+}
+
+/** A compiled program: its pipelines, for simulations of any size. */
+export class Program {
+    /** Compiles. Throws a FirnError with the compiler's messages, each with its line and column. */
+    static async create(device, manifest, code) {
+        if (manifest.format !== format)
+            throw new FirnError(`${manifest.name} is of format ${manifest.format}; this host reads ${format}.`);
+        const watch = watched(device), program = new Program();
+        Object.assign(program, { device, manifest, kernels: new Map(), watch, refusals: watch.refused.length });
+        device.pushErrorScope('validation');
+        const module = device.createShaderModule({ label: manifest.name, code });
+        const [info, error] = await Promise.all([module.getCompilationInfo(), device.popErrorScope()]);
+        const messages = info.messages.filter(({ type }) => type === 'error')
+            .map((m) => `${manifest.code}:${m.lineNum}:${m.linePos}: ${m.message.trim()}`);
+        if (messages.length || error)
+            throw new FirnError(messages.join('\n') || `${manifest.code}: ${error.message}`, { stage: 'shader' });
+        await Promise.all(manifest.kernels.map((kernel) => program.#compile(module, kernel)));
+        return program;
+    }
+
+    async #compile(module, kernel) {
+        const { device, manifest } = this;
+        const types = { uniform: 'uniform', read: 'read-only-storage', read_write: 'storage' };
+        const fail = (error) => {
+            const message = error.message.trim();
+            throw new FirnError(`${manifest.code}: kernel ${kernel.entry}: ${message}`, { stage: 'pipeline' });
+        };
+        device.pushErrorScope('validation');
+        const layout = device.createBindGroupLayout({ entries: kernel.bindings.map(({ binding, access }) =>
+            ({ binding, visibility: GPUShaderStage.COMPUTE, buffer: { type: types[access] } })) });
+        const created = device.createComputePipelineAsync({
+            label: kernel.entry, layout: device.createPipelineLayout({ bindGroupLayouts: [layout] }),
+            compute: { module, entryPoint: kernel.entry },
+        });
+        const [pipeline, error] = await Promise.all([created.catch(fail), device.popErrorScope()]);
+        if (error) fail(error);
+        this.kernels.set(kernel.entry, { ...kernel, layout, pipeline });
+    }
+
+    /** Throws if the device was lost or has refused a command. */
+    check() {
+        const { lost, refused } = this.watch, refusal = refused[this.refusals];
+        if (lost) throw new FirnError(`The device was lost (${lost.reason}): ${lost.message}`, { lost: true });
+        if (refusal) throw new FirnError(`The device refused a command: ${refusal}`);
+    }
+}
+
+/** The buffers of one simulation, and its steps. */
+export class Simulation {
+    /**
+     * @param program {Program}
+     * @param size {{particles: number, capacity?: number, domain?: object, nodes?: number[]}} particles now; particles
+     *        at most (as many as now if left out); the box, see gridOf(); or instead of it the nodes along each axis
+     */
+    static async create(program, size) {
+        const { device, manifest } = program, { capacity, nodes } = fullSize(size);
+        checkLimits(manifest, { capacity, nodes }, device.limits);
+        for (const scope of ['out-of-memory', 'validation']) device.pushErrorScope(scope);
+        const create = (label, bytes, usage) =>
+            device.createBuffer({ label, size: bytes, usage: usage | GPUBufferUsage.COPY_DST });
+        const buffers = new Map();
+        for (const [binding, bytes] of bindingSizes(manifest, { capacity, nodes }))
+            buffers.set(binding, create(`binding ${binding}`, bytes, GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC));
+        const uniforms = new DataView(new ArrayBuffer(Math.ceil(manifest.uniforms.bytes / 16) * 16));
+        buffers.set(manifest.uniforms.binding, create('uniforms', uniforms.byteLength, GPUBufferUsage.UNIFORM));
+        const resources = (bindings) => bindings.map(({ binding }) =>
+            ({ binding, resource: { buffer: buffers.get(binding) } }));
+        const groups = new Map(Array.from(program.kernels.values(), ({ entry, layout, bindings }) =>
+            [entry, device.createBindGroup({ layout, entries: resources(bindings) })]));
+        const error = (await Promise.all([device.popErrorScope(), device.popErrorScope()])).find((each) => each);
+        if (error) throw new FirnError(`There is no memory for ${capacity} particles: ${error.message}`);
+
+        const simulation = new Simulation();
+        Object.assign(simulation, { program, device, manifest, capacity, nodes, buffers, groups, uniforms, values: {},
+            changed: true, steps: 0, particles: size.particles, domain: size.domain });
+        for (const field of manifest.uniforms.fields) simulation.#pack(field, field.default ?? undefined);
+        const has = (name) => manifest.uniforms.fields.some((field) => field.name === name);
+        const grid = size.domain ? { ...gridOf(size.domain), cell_size: size.domain.cell_size } : {};
+        for (const [name, value] of Object.entries({ particles: size.particles, capacity, nodes, ...grid }))
+            if (has(name)) simulation.set(name, value);
+        if (grid.coordinates) simulation.writeBuffer('coordinates', grid.coordinates);
+        return simulation;
+    }
+
+    /** Sets uniforms by name, in the manifest's units: set('time_step', 1e-4) or set({ gravity: [0, -9.81, 0] }). */
+    set(names, value) {
+        const { fields } = this.manifest.uniforms, all = typeof names === 'string' ? { [names]: value } : { ...names };
+        const { time_step = this.values.time_step, cell_size = this.values.cell_size } = all;
+        if (('time_step' in all || 'cell_size' in all) && time_step > 0 && cell_size > 0 &&
+            fields.some(({ name }) => name === 'place_per_velocity'))
+            all.place_per_velocity ??= time_step / cell_size;
+        for (const [name, numbers] of Object.entries(all)) {
+            const field = fields.find((each) => each.name === name);
+            if (!field)
+                throw new FirnError(`There is no uniform ${name}; there are ${fields.map((f) => f.name).join(', ')}.`);
+            if (name === 'particles' && !(numbers <= this.capacity))
+                throw new FirnError(`${numbers} particles do not fit into a capacity of ${this.capacity}.`);
+            if (['nodes', 'capacity'].includes(name) && String(numbers) !== String(this[name]))
+                throw new FirnError(`${name} cannot change after Simulation.create(): the buffers have that size.`);
+            this.#pack(field, numbers);
+            if (name === 'particles') this.particles = numbers;
+        }
+    }
+
+    #pack({ name, type, offset }, value) {
+        const [, width = 1, scalar] = /^(?:vec([234])<)?([fiu]32)>?$/.exec(type) ?? [];
+        const numbers = value === undefined ? Array(Number(width)).fill(0) : [value].flat();
+        const fits = { f32: Number.isFinite, u32: (n) => n === n >>> 0, i32: (n) => n === (n | 0) }[scalar];
+        if (!fits || numbers.length !== Number(width) || !numbers.every(fits))
+            throw new FirnError(`The uniform ${name} is ${type}; ${JSON.stringify(value)} is not.`);
+        const put = { f32: 'setFloat32', i32: 'setInt32', u32: 'setUint32' }[scalar];
+        numbers.forEach((number, i) => this.uniforms[put](offset + 4 * i, number, true));
+        this.values[name] = value;
+        this.changed = true;
+    }
+
+    #buffer(name) {
+        const buffer = this.manifest.buffers.find((each) => each.name === name);
+        if (!buffer) throw new FirnError(`There is no buffer ${name}.`);
+        return { Type: arrayTypes[buffer.type], gpu: this.buffers.get(buffer.binding) };
+    }
+
+    /**
+     * Where a component lies: number c of particle i is at word (row + c) * capacity + i of `gpu`, a GPUBuffer that can
+     * be drawn from.
+     */
+    component(name) {
+        for (const buffer of this.manifest.buffers) {
+            let row = 0;
+            for (const component of buffer.components ?? []) {
+                if (component.name === name) return { row, count: component.count, ...this.#buffer(buffer.name) };
+                row += component.count;
+            }
+        }
+        const names = this.manifest.buffers.flatMap(({ components = [] }) => components.map((each) => each.name));
+        throw new FirnError(`Particles have no component ${name}; they have ${names.join(', ')}.`);
+    }
+
+    /**
+     * Writes particles' components by name: an array of particles * count numbers each, all of particle 0 first.
+     * `position` [m] stands for place and corner; `mass` [kg] also sets the uniform mass_quanta.
+     */
+    write({ position, ...values }) {
+        if (position) Object.assign(values, this.#split(position));
+        for (const [name, numbers] of Object.entries(values)) {
+            const { row, count, Type, gpu } = this.component(name);
+            if (numbers.length !== count * this.particles)
+                throw new FirnError(`${name} has ${count} numbers for each of ${this.particles} particles; there are ` +
+                    `${numbers.length} in all.`);
+            for (let c = 0; c < count; ++c) {
+                const one = new Type(this.particles);
+                for (let i = 0; i < one.length; ++i) one[i] = numbers[i * count + c];
+                this.device.queue.writeBuffer(gpu, 4 * (row + c) * this.capacity, one);
+            }
+        }
+        const largest = (values.mass ?? []).reduce((a, b) => Math.max(a, b), 0);
+        if (largest > 0 && this.manifest.uniforms.fields.some(({ name }) => name === 'mass_quanta'))
+            this.set('mass_quanta', 2 ** (largestMassExponent - Math.floor(Math.log2(Math.fround(largest)))));
+    }
+
+    #box() {
+        if (!this.domain) throw new FirnError('Positions need the domain, given to Simulation.create().');
+        return this.domain;
+    }
+
+    #split(position) {
+        const { lower, cell_size } = this.#box(), D = lower.length;
+        const place = new Float32Array(position.length), corner = new Float32Array(position.length);
+        for (let k = 0; k < position.length; ++k) {
+            const cells = (position[k] - lower[k % D]) / cell_size;
+            corner[k] = blockWidth * Math.floor(cells / blockWidth);
+            place[k] = cells - corner[k];
+        }
+        return { place, corner };
+    }
+
+    /** Writes a whole buffer (a typed array, as it lies on the device). */
+    writeBuffer(name, numbers) {
+        const { gpu } = this.#buffer(name);
+        if (numbers.byteLength !== gpu.size)
+            throw new FirnError(`Buffer ${name} has ${gpu.size} bytes, not ${numbers.byteLength}.`);
+        this.device.queue.writeBuffer(gpu, 0, numbers);
+    }
+
+    /** Runs the manifest's "initialise": once, after the particles were written. */
+    initialise() { this.run(this.manifest.initialise ?? []); }
+
+    /** Takes `count` steps: "step", or "step_sorted" (P2G through workgroup memory). `batch` go into one submission. */
+    step(count = 1, schedule = 'step', batch = 16) {
+        const entries = this.manifest[schedule];
+        if (!Array.isArray(entries)) throw new FirnError(`${this.manifest.name} has no schedule ${schedule}.`);
+        for (let left = count; left > 0; left -= batch) this.run(entries, Math.min(left, batch));
+        this.steps += count;
+    }
+
+    /** Submits kernels, all of them `times` over; each sees what those before it wrote. */
+    run(entries, times = 1) {
+        this.program.check();
+        const uniforms = this.buffers.get(this.manifest.uniforms.binding);
+        if (this.changed) this.device.queue.writeBuffer(uniforms, 0, this.uniforms.buffer);
+        this.changed = false;
+        const encoder = this.device.createCommandEncoder(), pass = encoder.beginComputePass();
+        for (let i = 0; i < times; ++i) for (const entry of entries) this.#dispatch(pass, entry);
+        pass.end();
+        this.device.queue.submit([encoder.finish()]);
+    }
+
+    #dispatch(pass, entry) {
+        const kernel = this.program.kernels.get(entry), count = extents(this.manifest, this);
+        if (!kernel) throw new FirnError(`${this.manifest.name} has no kernel ${entry}.`);
+        const invocations = kernel.per === 'particle' ? this.particles : count[kernel.per];
+        const groups = { block_workgroup: count.block, one_workgroup: 1 }[kernel.per] ??
+            Math.max(1, Math.ceil(invocations / (kernel.workgroup_size ?? this.manifest.workgroup_size)));
+        const x = Math.min(groups, groupsPerAxis), y = Math.ceil(groups / x);
+        if (!(y <= groupsPerAxis)) throw new FirnError(`Kernel ${entry} (per ${kernel.per}) cannot be dispatched.`);
+        pass.setPipeline(kernel.pipeline);
+        pass.setBindGroup(0, this.groups.get(entry));
+        pass.dispatchWorkgroups(x, y);
+    }
+
+    /** A component, all numbers of particle 0 first; `position` [m] in 64 bits. Waits for earlier steps. */
+    async read(name) {
+        if (name === 'position') {
+            const { lower, cell_size } = this.#box();
+            const [place, corner] = [await this.read('place'), await this.read('corner')];
+            return Float64Array.from(place, (p, k) => lower[k % lower.length] + cell_size * (corner[k] + p));
+        }
+        const { row, count, Type, gpu } = this.component(name);
+        const rows = new Type(await this.#download(gpu, 4 * row * this.capacity, 4 * count * this.capacity));
+        const numbers = new Type(count * this.particles);
+        for (let c = 0; c < count; ++c)
+            for (let i = 0; i < this.particles; ++i) numbers[i * count + c] = rows[c * this.capacity + i];
+        return numbers;
+    }
+
+    /** A whole buffer as it lies on the device. */
+    async readBuffer(name) {
+        const { Type, gpu } = this.#buffer(name);
+        return new Type(await this.#download(gpu, 0, gpu.size));
+    }
+
+    async #download(gpu, offset, size) {
+        this.program.check();
+        const staging = this.device.createBuffer({ size, usage: GPUBufferUsage.MAP_READ | GPUBufferUsage.COPY_DST });
+        const encoder = this.device.createCommandEncoder();
+        encoder.copyBufferToBuffer(gpu, offset, staging, 0, size);
+        this.device.queue.submit([encoder.finish()]);
+        try {
+            await staging.mapAsync(GPUMapMode.READ);
+            this.program.check();
+            return staging.getMappedRange().slice(0);
+        } catch (error) {
+            const soon = new Promise((resolve) => { setTimeout(resolve, 100); });
+            await Promise.race([this.device.lost, soon]); // a lost device says so after it has refused
+            this.program.check();
+            throw error;
+        } finally {
+            staging.destroy();
+        }
+    }
+
+    /** The words of the buffer "status" by name: `error` and `particle` are integers, the others 32-bit floats. */
+    async status() {
+        const words = await this.readBuffer('status'), floats = new Float32Array(words.buffer);
+        const isWhole = (name) => name === 'error' || name === 'particle';
+        return Object.fromEntries(Object.entries(this.manifest.status).map(([name, i]) =>
+            [name, isWhole(name) ? words[i] >>> 0 : floats[i]]));
+    }
+
+    /** Throws a FirnError with the program's sentence if a step went wrong; otherwise returns status(). */
+    async check() {
+        const status = await this.status(), { error: code, particle } = status;
+        if (code === 0) return status;
+        const sentence = this.manifest.errors?.[code] ?? `The program reports error ${code}.`;
+        const where = particle === noParticle ? '' : `particle ${particle}, `;
+        const message = `${sentence} (${where}at the latest in step ${this.steps})`;
+        throw new FirnError(message, { code, particle, step: this.steps });
+    }
+
+    /** Frees the buffers. */
+    destroy() { for (const buffer of this.buffers.values()) buffer.destroy(); }
+}

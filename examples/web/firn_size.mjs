@@ -1,0 +1,101 @@
+// What a program needs for so many particles on a grid of this size: buffers, a device's limits, numbers of the grid.
+
+export const blockWidth = 4; // nodes per axis of a block
+export const groupsPerAxis = 65535; // what every device dispatches along one axis
+const product = (numbers) => numbers.reduce((a, b) => a * b, 1);
+const megabytes = (bytes) => `${(bytes / 2 ** 20).toFixed(1)} MiB`;
+
+/** What went wrong, in a sentence for the user. `code` is the status number of the program, if it set one. */
+export class FirnError extends Error {
+    constructor(message, details = {}) {
+        super(message);
+        Object.assign(this, { name: 'FirnError', ...details });
+    }
+}
+
+/** How many numbers a buffer holds for each particle, node, ... */
+export const numbersEach = (buffer) =>
+    buffer.components ? buffer.components.reduce((sum, { count }) => sum + count, 0) : buffer.count;
+
+/** How many particles, nodes, cells, ... there are, for `capacity` particles and `nodes` nodes along each axis. */
+export function extents(manifest, { capacity, nodes }) {
+    if (!Number.isInteger(capacity) || capacity < 1)
+        throw new FirnError(`The number of particles must be a positive integer, not ${capacity}.`);
+    const good = (n) => Number.isInteger(n) && n > 0 && n % blockWidth === 0;
+    if (nodes?.length !== manifest.dimension || !nodes.every(good))
+        throw new FirnError(`nodes must be ${manifest.dimension} positive multiples of ${blockWidth}, not ${nodes}.`);
+    const node = product(nodes), block = node / blockWidth ** manifest.dimension;
+    return { particle: capacity, node, cell: node, block, axis_node: nodes.reduce((a, b) => a + b, 0), program: 1 };
+}
+
+/** Bytes of each binding, by number. Names that share a binding share a buffer. */
+export function bindingSizes(manifest, size) {
+    const count = extents(manifest, size), sizes = new Map();
+    for (const buffer of manifest.buffers) {
+        if (!(buffer.per in count))
+            throw new FirnError(`Buffer ${buffer.name} is per ${buffer.per}, which this host does not know.`);
+        const bytes = 4 * numbersEach(buffer) * count[buffer.per];
+        sizes.set(buffer.binding, Math.max(sizes.get(buffer.binding) ?? 4, bytes));
+    }
+    return sizes;
+}
+
+/**
+ * The device limits that a program of this size needs, by the names of `requiredLimits` of requestDevice().
+ * @param size {{capacity: number, nodes: number[]}} particles, and nodes along each axis (multiples of 4)
+ */
+export function requiredLimits(manifest, size) {
+    const largest = Math.max(...bindingSizes(manifest, size).values());
+    const storage = (kernel) => kernel.bindings.filter(({ access }) => access !== 'uniform').length;
+    const width = Math.max(manifest.workgroup_size, ...manifest.kernels.map((kernel) => kernel.workgroup_size ?? 1));
+    return {
+        maxBufferSize: largest, maxStorageBufferBindingSize: largest,
+        maxStorageBuffersPerShaderStage: Math.max(...manifest.kernels.map(storage)),
+        maxUniformBufferBindingSize: manifest.uniforms.bytes,
+        maxComputeInvocationsPerWorkgroup: width, maxComputeWorkgroupSizeX: width,
+    };
+}
+
+/** Throws if `limits` (a device's or an adapter's) are too small; says how many particles would fit. */
+export function checkLimits(manifest, size, limits) {
+    const count = extents(manifest, size);
+    for (const buffer of manifest.buffers) {
+        const each = 4 * numbersEach(buffer), bytes = each * count[buffer.per];
+        for (const limit of ['maxStorageBufferBindingSize', 'maxBufferSize']) {
+            if (!(bytes > limits[limit])) continue;
+            const fit = Math.floor(Math.min(limits.maxStorageBufferBindingSize, limits.maxBufferSize) / each);
+            const advice = buffer.per === 'particle' ? `${fit} particles fit`
+                : 'use larger cells or a smaller domain';
+            throw new FirnError(`Buffer ${buffer.name} needs ${megabytes(bytes)} for ${count[buffer.per]} ` +
+                `${buffer.per}s, and ${limit} is ${megabytes(limits[limit])} here: ${advice}.`, { limit, fit });
+        }
+    }
+    for (const [limit, need] of Object.entries(requiredLimits(manifest, size)))
+        if (need > limits[limit])
+            throw new FirnError(`${manifest.name} needs ${limit} ${need}, and it is ${limits[limit]} here.`, { limit });
+}
+
+/**
+ * The grid of a box, as firn::Domain has it.
+ * @param domain {{lower: number[], upper: number[], cell_size: number}} [m]
+ * @returns nodes along each axis, the extent in cells, the nodes' coordinates [m] axis after axis
+ */
+export function gridOf({ lower, upper, cell_size }) {
+    if (!(cell_size > 0) || !lower.every((low, a) => upper[a] - low >= 2 * cell_size))
+        throw new FirnError('The domain must be at least two cells wide along each axis, and cell_size positive.');
+    const along = lower.map((low, a) => (upper[a] - low) / cell_size);
+    // A block of ghosts below and at least a row above.
+    const nodes = along.map((n) => blockWidth * (Math.ceil(Math.ceil(n - 1e-6) / blockWidth) + 2));
+    const coordinates = lower.flatMap((low, a) => Array.from({ length: nodes[a] }, (_, i) =>
+        // In 32 bits, as the CPU does it.
+        Math.fround(low + cell_size * (Math.floor(i / blockWidth) - 1) * blockWidth) +
+            Math.fround((i % blockWidth) * Math.fround(cell_size))));
+    return { nodes, cells: along.map(roundDown), coordinates: Float32Array.from(coordinates) };
+}
+
+/** To 32 bits, never above: no particle is taken to be inside beyond the wall. */
+function roundDown(x) {
+    const rounded = new Float32Array([x]);
+    if (rounded[0] > x) new Uint32Array(rounded.buffer)[0] -= 1;
+    return rounded[0];
+}

@@ -1,0 +1,75 @@
+// node examples/web/serve.mjs [PORT] [PROGRAMS]: serves this folder on http://127.0.0.1:PORT (8000 if left out), and at
+// /programs/ the folder PROGRAMS (build/web if left out), which holds a folder for each emitted program. GET /programs/
+// lists them as JSON.
+import { createReadStream } from 'node:fs';
+import { readdir, realpath, stat } from 'node:fs/promises';
+import { createServer } from 'node:http';
+import { dirname, extname, join, resolve, sep } from 'node:path';
+import process from 'node:process';
+import { fileURLToPath, pathToFileURL } from 'node:url';
+
+const types = {
+    '.html': 'text/html; charset=utf-8', '.mjs': 'text/javascript', '.js': 'text/javascript', '.css': 'text/css',
+    '.json': 'application/json', '.wgsl': 'text/plain; charset=utf-8', '.png': 'image/png',
+    '.bin': 'application/octet-stream',
+};
+
+/** The file that `path` names below `root`, or null: no .., no link that leads outside. */
+async function below(root, path) {
+    try {
+        const top = await realpath(root), file = await realpath(resolve(top, `.${sep}${path}`));
+        return file === top || file.startsWith(top.endsWith(sep) ? top : top + sep) ? file : null;
+    } catch {
+        return null;
+    }
+}
+
+async function programNames(root) {
+    const names = [];
+    for (const entry of await readdir(root, { withFileTypes: true }).catch(() => []))
+        if (entry.isDirectory() && await below(root, join(entry.name, 'manifest.json'))) names.push(entry.name);
+    return names.sort();
+}
+
+async function answer(request, response, pages, programs) {
+    const refuse = (status) => response.writeHead(status, { 'content-type': 'text/plain' }).end(`${status}\n`);
+    if (request.method !== 'GET' && request.method !== 'HEAD') return refuse(405);
+    let path;
+    try {
+        path = decodeURIComponent(request.url.split('?')[0]);
+    } catch {
+        return refuse(400);
+    }
+    const common = { 'cache-control': 'no-store', 'x-content-type-options': 'nosniff' };
+    if (path === '/programs/') {
+        response.writeHead(200, { ...common, 'content-type': types['.json'] });
+        return response.end(JSON.stringify(await programNames(programs)));
+    }
+    const inPrograms = path.startsWith('/programs/');
+    let file = await below(inPrograms ? programs : pages, inPrograms ? path.slice('/programs'.length) : path);
+    if (file && path.endsWith('/')) file = await below(file, 'index.html');
+    const size = file && await stat(file);
+    if (!size?.isFile()) return refuse(404);
+    const type = types[extname(file)] ?? 'application/octet-stream';
+    response.writeHead(200, { ...common, 'content-type': type, 'content-length': size.size });
+    if (request.method === 'HEAD') return response.end();
+    return createReadStream(file).on('error', () => response.destroy()).pipe(response);
+}
+
+/** Serves the folder `pages`, and `programs` at /programs/; resolves to the listening server. Port 0: any free one. */
+export function serve({ port = 8000, pages = dirname(fileURLToPath(import.meta.url)), programs }) {
+    const server = createServer((request, response) => {
+        answer(request, response, pages, programs).catch(() => response.destroy());
+    });
+    return new Promise((done, fail) => {
+        server.once('error', fail);
+        server.listen(port, '127.0.0.1', () => done(server));
+    });
+}
+
+if (process.argv[1] && import.meta.url === pathToFileURL(await realpath(process.argv[1])).href) {
+    const build = join(dirname(fileURLToPath(import.meta.url)), '../../build/web');
+    const [port = '8000', programs = build] = process.argv.slice(2);
+    const server = await serve({ port: Number(port), programs });
+    console.log(`http://127.0.0.1:${server.address().port}/`);
+}
