@@ -7,6 +7,8 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # shellcheck source=../cmake/packages.sh
 source "$root/cmake/packages.sh"
+# shellcheck source=../cmake/webgpu.sh
+source "$root/cmake/webgpu.sh"
 
 full=no
 for argument in "$@"; do
@@ -59,6 +61,50 @@ test_stage() {
     failed=$((failed + bad))
 }
 
+# counted COMMAND...: adds to passed and failed what it closes with, "N passed, N failed" or node's "# pass N", "# fail N".
+counted() {
+    local status=0 line good=0 bad=0 log=$root/build/wgsl/counted.log
+    "$@" 2>&1 | tee "$log" || status=$?
+    while read -r line; do
+        if [[ $line =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
+            good=$((good + BASH_REMATCH[1])) bad=$((bad + BASH_REMATCH[2]))
+        elif [[ $line =~ ^\#\ pass\ ([0-9]+)$ ]]; then
+            good=$((good + BASH_REMATCH[1]))
+        elif [[ $line =~ ^\#\ fail\ ([0-9]+)$ ]]; then
+            bad=$((bad + BASH_REMATCH[1]))
+        fi
+    done <"$log"
+    # A crash that counted nothing is a failure nevertheless.
+    if ((status != 0 && bad == 0)) || ((good + bad == 0)); then bad=$((bad + 1)); fi
+    passed=$((passed + good)) failed=$((failed + bad))
+}
+
+# Emitted programs under two compilers, Tint and naga, on a software GPU; integers and particles against the CPU's.
+wgsl_stage() { # CASES_OPTION...
+    local start=$SECONDS tests=$root/tests/wgsl build=$root/build/wgsl release=$root/build/tests-release
+    printf '\n== WGSL on a software GPU\n'
+    if ! firn_webgpu; then
+        printf '== skipped: WGSL, which needs the packages above\n'
+        return
+    fi
+    rm -rf "$build" && mkdir -p "$build"
+    if ! "$release/tests/wgsl/firn_wgsl_cases" "$build" "$@" ||
+        ! "$release/examples/06_emit_wgsl" --all "$build/programs"; then
+        echo "== WGSL: nothing is emitted"
+        failed=$((failed + 1))
+        return
+    fi
+    counted node "$tests/serve.mjs"
+    counted firn_dawn "$tests/host.mjs"
+    counted firn_dawn "$tests/run.mjs" --validate "$build"/programs/*/
+    counted firn_deno "$tests/run.mjs" --validate "$build"/programs/*/
+    counted firn_dawn "$tests/run.mjs" --expect-invalid "$build"/broken/{every,tint}/*.wgsl
+    counted firn_deno "$tests/run.mjs" --expect-invalid "$build"/broken/every/*.wgsl
+    counted firn_dawn "$tests/run.mjs" "$build"/cases/*/
+    counted firn_deno "$tests/run.mjs" "$build"/cases/*/
+    echo "== WGSL: $((SECONDS - start)) s"
+}
+
 firn_install compiler cmake ninja eigen hdf5 catch2 cli11 png boost
 clang=no
 if firn_install_if_offered clang clang_openmp; then clang=yes; fi
@@ -69,6 +115,7 @@ sanitizer=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O1 -g1" -DFIRN_NAT
     -DFIRN_WARNINGS_AS_ERRORS=OFF)
 
 stage 'all tests' tests-release all all "${release[@]}"
+wgsl_stage
 stage 'unit tests with AddressSanitizer and UndefinedBehaviorSanitizer' tests-asan firn_unit_tests unit \
     "${sanitizer[@]}" -DFIRN_SANITIZE=address,undefined
 stage 'determinism, portable build' tests-portable firn_determinism_tests determinism "${portable[@]}"
@@ -83,6 +130,7 @@ if [[ $full == yes ]]; then
     printf '\n== long tests\n'
     firn_install_if_offered arm_compiler arm_machine || true
     test_stage 'long tests' "$root/build/tests-release" '^full$' -C Full
+    wgsl_stage --large
     if [[ $clang == yes ]]; then
         stage 'all tests, clang 19' tests-clang all all "${release[@]}" "${with_clang[@]}"
         firn_install_if_offered clang_rt || true

@@ -1,6 +1,7 @@
 /// \file What every example does with a simulation: steps, a progress bar, HDF5 states, OBJ points, a picture.
 #pragma once
 
+#include "support/errors.hpp"
 #include "support/options.hpp"
 #include "support/png.hpp"
 #include "support/progress.hpp"
@@ -11,7 +12,6 @@
 
 #include <chrono>
 #include <cstdio>
-#include <functional>
 #include <iostream>
 
 namespace example {
@@ -74,16 +74,6 @@ void run(Simulation& simulation, const Options& options, double spacing, const V
     write_png(options.file(".png"), picture(simulation, spacing, view));
     std::cout << frame << " states: " << options.file(".hdf.series").string()
               << "\npicture: " << options.file(".png").string() << std::endl;
-}
-
-/// main() with errors told in a sentence.
-inline int report_errors(const std::function<int()>& body) {
-    try {
-        return body();
-    } catch (const std::exception& problem) {
-        std::cerr << "error: " << problem.what() << std::endl;
-        return 1;
-    }
 }
 
 }  // namespace example

@@ -1,4 +1,5 @@
-/// \file Writes programs for WebGPU, what goes into them, and what the CPU makes of that: a folder each, for run.mjs.
+/// \file Writes programs for WebGPU, what goes into them, and what the CPU makes of that: a folder each below
+/// FOLDER/cases, for run.mjs; and programs with mistakes below FOLDER/broken.
 ///
 ///     firn_wgsl_cases FOLDER [--large]
 ///
@@ -8,6 +9,9 @@
 #include <firn/force/weight_gradient.hpp>
 #include <firn/transfer/pic.hpp>
 #include <firn/wgsl/inputs.hpp>
+#include <firn/wgsl/program.hpp>
+
+#include "../examples/own_material.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -122,16 +126,15 @@ struct Matter {
 };
 
 /// One step to the bit, from particles that are in motion and strained; then more steps, within a tolerance.
-template <int D, class Transfer, class Force>
+template <int D, class Transfer, class Force, class Material = FixedCorotated<float>>
 void write_case(const std::filesystem::path& root, const std::string& name, const Matter& matter,
-                const std::string& schedule, int steps) {
+                const std::string& schedule, int steps,
+                const Material& material = FixedCorotated<float>::from_young_poisson(1e5, 0.3)) {
     Domain<D> domain;
     domain.cell_size = matter.cell_size;
     const auto walls =
         Walls<float, D>::all(Vec<float, D>::filled(0), Vec<float, D>::filled(1), {Contact::separate, 0.3});
-    const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.3);
-    Simulation<D, FixedCorotated<float>, Transfer, Force, QuadraticBSpline, Integers> simulation(domain, material, {},
-                                                                                                 walls);
+    Simulation<D, Material, Transfer, Force, QuadraticBSpline, Integers> simulation(domain, material, {}, walls);
     simulation.fixed_time_step = 0.1 * matter.cell_size / 20;  // waves: 12 m/s
     scenes::add_two_blocks<D>(simulation, matter.side, matter.spacing);
     auto& particles = simulation.edit_particles();
@@ -140,7 +143,8 @@ void write_case(const std::filesystem::path& root, const std::string& name, cons
         auto state = particles.state(slot);
         for (int k = 0; k < D * D; ++k)
             state.F.m[k] += 0.1F * float(scenes::noise(slot * std::size_t(D * D) + std::size_t(k)) - 0.5);
-        if (slot % 997 == 0) state.F(0, 0) = -0.6F;  // inverted: served by Jacobi rotations
+        if (slot % 997 == 0 && std::same_as<Material, FixedCorotated<float>>)
+            state.F(0, 0) = -0.6F;  // inverted: served by Jacobi rotations
         particles.set_state(slot, state);
     }
     for (int i = 0; i < 10; ++i) simulation.step();
@@ -191,18 +195,51 @@ void write_both_dimensions(const std::filesystem::path& root, const std::string&
     write_case<3, Transfer, Force>(root, "3d_" + name, {0.25, 1.0 / 32, 1.0 / 16}, "step", 50);
 }
 
+/// A program with one mistake each. Both compilers refuse those in every/; naga lets those in tint/ pass.
+void write_broken(const std::filesystem::path& root) {
+    struct Mistake {
+        const char *file, *right, *wrong;
+    };
+    constexpr Mistake mistakes[] = {
+        {"every/undeclared.wgsl", "base_node_of(place)", "base_nodes_of(place)"},
+        {"every/type.wgsl", "let quanta = u32(", "let quanta = f32("},
+        {"every/semicolon.wgsl", "workgroupBarrier();", "workgroupBarrier()"},
+        {"every/no_binding.wgsl", "@group(0) @binding(7) ", ""},
+        {"tint/plain_add.wgsl", "atomicAdd(&node_sums[4u * node + c], q[c]);", "node_sums[4u * node + c] += q[c];"},
+        {"tint/barrier_in_a_branch.wgsl", "    workgroupBarrier();\n    if (local < 2u)",
+         "    if (i < 7u) { workgroupBarrier(); }\n    if (local < 2u)"},
+        {"tint/bare_read.wgsl", "atomicLoad(&status[0]) != 0u", "status[0] != 0u"}};
+    const std::string good = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 3>(
+                                 FixedCorotated<float>{}, Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {}))
+                                 .code;
+    for (const auto& [file, right, wrong] : mistakes) {
+        std::string code = good;
+        const std::size_t at = code.find(right);
+        if (at == std::string::npos) throw usage_error(sentence("No program has '", right, "' any more."));
+        code.replace(at, std::string_view(right).size(), wrong);
+        std::filesystem::create_directories((root / file).parent_path());
+        std::ofstream out(root / file);
+        out << code;
+        if (!out.flush()) throw io_error("Cannot write " + (root / file).string());
+    }
+}
+
 }  // namespace
 
 int main(int count, char** words) {
     try {
         if (count < 2) throw usage_error("firn_wgsl_cases FOLDER [--large]");
-        const std::filesystem::path root = words[1];
+        write_broken(std::filesystem::path(words[1]) / "broken");
+        const std::filesystem::path root = std::filesystem::path(words[1]) / "cases";
         write_both_dimensions<Apic, MlsForce>(root, "apic_mls");
         write_both_dimensions<Pic, MlsForce>(root, "pic_mls");
         write_both_dimensions<Apic, WeightGradientForce>(root, "apic_weight_gradient");
         write_both_dimensions<Pic, WeightGradientForce>(root, "pic_weight_gradient");
         write_case<2, Apic, MlsForce>(root, "2d_sorted", {0.3, 1.0 / 64, 1.0 / 32}, "step_sorted", 50);
         write_case<3, Apic, MlsForce>(root, "3d_sorted", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 50);
+        const NeoHookean<float> own{.mu = 4e4F, .lambda = 6e4F};
+        write_case<2, Apic, MlsForce>(root, "2d_own_material", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, own);
+        write_case<3, Apic, MlsForce>(root, "3d_own_material", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, own);
         write_case<2, Apic, MlsForce>(root, "2d_10k", {0.35, 1.0 / 204, 1.0 / 102}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k", {0.3, 1.0 / 57, 1.0 / 28.5}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k_sorted", {0.3, 1.0 / 57, 1.0 / 28.5}, "step_sorted", 1);

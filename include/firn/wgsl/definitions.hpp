@@ -61,22 +61,18 @@ void add_axis_sums(Module& module) {
     }
 }
 
+inline recorded time_step() { return uniform("time_step"); }
+inline recorded cell_size() { return uniform("cell_size"); }
+
 }  // namespace detail
 
-/// Adds to the module what one step of these policies evaluates.
-template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field>
-void add_definitions(Module& module, const Material& material, const Boundary& boundary, const Field& field) {
+// Each of these adds to the module what a part of a step evaluates, from the policies that the part depends on.
+
+template <class Kernel, int D>
+void add_kernel(Module& module, bool with_gradients) {
     using R = recorded;
     using V = Vec<R, D>;
-    using OfNode = Vec<R, node_width>;  // momentum, padding, mass
-    using State = material_state_t<with_scalar_t<Material, R>, D>;
-    constexpr bool gradients = Force::weight_gradients;
-    constexpr bool sum_moments = g2p_needs_moment<Transfer>, sum_gradients = g2p_needs_gradient<Transfer, Force>;
-    const auto time_step = [] { return detail::uniform("time_step"); };
-    const auto cell_size = [] { return detail::uniform("cell_size"); };
-    const std::string of_kernel = std::string(Kernel::name) + ", ", of_transfer = std::string(Transfer::name) + ", ",
-                      of_force = std::string(Force::name) + ", ", of_material = std::string(Material::name) + ", ";
-
+    const std::string of_kernel = std::string(Kernel::name) + ", ";
     module.function<V>("base_node_of", of_kernel + "firn/data/block_partition.hpp", {"place"}, [](const V& place) {
         V base{};
         for (int a = 0; a < D; ++a) base[a] = base_node<Kernel>(place[a]);
@@ -84,16 +80,23 @@ void add_definitions(Module& module, const Material& material, const Boundary& b
     });
     const char* of_weights = "firn/kernel/concept.hpp: weights of the nodes from the base node on";
     module.function<R>("kernel_weights", of_kernel + of_weights, {"f"}, [](const R& f) { return Kernel::weights(f); });
-    if constexpr (gradients || sum_gradients)
+    if (with_gradients)
         module.function<R>("kernel_gradients", of_kernel + "and their derivatives, per cell", {"f"},
                            [](const R& f) { return Kernel::gradients(f); });
+}
 
-    // P2G
+template <class Kernel, class Transfer, class Force, int D>
+void add_p2g(Module& module) {
+    using R = recorded;
+    using V = Vec<R, D>;
+    using OfNode = Vec<R, node_width>;  // momentum, padding, mass
+    constexpr bool gradients = Force::weight_gradients;
+    const std::string of_transfer = std::string(Transfer::name) + ", ", of_force = std::string(Force::name) + ", ";
     module.function<P2GParticle<R, D>, V>(
         "record_of", of_transfer + of_force + "firn/stage/p2g.hpp: what a particle gives", {"particle", "fraction"},
         [&](const P2GParticle<R, D>& particle, const V& fraction) {
-            return make_record<Kernel, Transfer, Force>(particle, from_centre<Kernel>(fraction), cell_size(),
-                                                        time_step());
+            return make_record<Kernel, Transfer, Force>(particle, from_centre<Kernel>(fraction), detail::cell_size(),
+                                                        detail::time_step());
         });
     module.function<P2GRecord<R, D>, FixedPointScale<R>>(
         "in_quanta", "firn/stage/fixed_point.hpp", {"record", "scale"},
@@ -147,17 +150,27 @@ void add_definitions(Module& module, const Material& material, const Boundary& b
         "scale_of", "firn/stage/fixed_point.hpp", {"bound"}, [](const FixedPointBound<R>& bound) {
             return largest_scale(bound, double(std::numeric_limits<std::int32_t>::max()));
         });
+}
 
-    // Grid update
+template <int D, class Boundary, class Field>
+void add_grid_update(Module& module, const Boundary& boundary, const Field& field) {
+    using R = recorded;
+    using V = Vec<R, D>;
     module.function<V, R, V>(
         "velocity_of_node", std::string(Boundary::name) + ", " + Field::name + ", firn/stage/grid_update.hpp",
         {"momentum", "mass", "position"}, [&](const V& momentum, const R& mass, const V& position) {
             const V acceleration = detail::with_uniforms(field, "field")(position);
-            return node_velocity(momentum, mass, position, acceleration, time_step(),
+            return node_velocity(momentum, mass, position, acceleration, detail::time_step(),
                                  detail::with_uniforms(boundary, "boundary"));
         });
+}
 
-    // G2P
+template <class Kernel, class Transfer, class Force, int D>
+void add_g2p(Module& module) {
+    using R = recorded;
+    using V = Vec<R, D>;
+    constexpr bool sum_moments = g2p_needs_moment<Transfer>, sum_gradients = g2p_needs_gradient<Transfer, Force>;
+    const std::string of_transfer = std::string(Transfer::name) + ", ", of_force = std::string(Force::name) + ", ";
     detail::add_axis_sums<Kernel, D, 0, sum_moments, sum_gradients>(module);
     using Sums = PartialSums<V, D, sum_moments, sum_gradients>;
     module.function<Sums, V>("take_from_grid", of_transfer + of_force + "firn/stage/g2p.hpp", {"sums", "fraction"},
@@ -171,19 +184,25 @@ void add_definitions(Module& module, const Material& material, const Boundary& b
                                              all.gradient(i, a) = sums.gradient[std::size_t(a)][i];
                                      }
                                  return take_from_grid<Kernel, Transfer, Force>(all, from_centre<Kernel>(fraction),
-                                                                                cell_size());
+                                                                                detail::cell_size());
                              });
     module.function<V, V, V>("moved_by", "firn/stage/g2p.hpp: where a particle goes, which counts from `corner`",
                              {"velocity", "place", "corner"}, [&](const V& velocity, const V& place, const V& corner) {
                                  return moved_by(velocity, detail::uniform("place_per_velocity"), place,
                                                  V::zero() - corner, detail::uniform_of<V>("cells") - corner);
                              });
+}
 
-    // The material
+template <int D, class Material>
+void add_material(Module& module, const Material& material) {
+    using R = recorded;
+    using V = Vec<R, D>;
+    using State = material_state_t<with_scalar_t<Material, R>, D>;
+    const std::string of_material = std::string(Material::name) + ", ";
     const auto model = [&] { return detail::with_uniforms(material, "material"); };
     module.function<State, Mat<R, D>>("updated", of_material + "its state after a step", {"state", "velocity_gradient"},
                                       [&](const State& state, const Mat<R, D>& velocity_gradient) {
-                                          return updated(model(), state, velocity_gradient, time_step());
+                                          return updated(model(), state, velocity_gradient, detail::time_step());
                                       });
     module.function<State>("kirchhoff_stress", of_material + "Kirchhoff stress [Pa]", {"state"},
                            [&](const State& state) { return kirchhoff_stress(model(), state); });

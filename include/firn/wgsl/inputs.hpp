@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/data/particles.hpp>
+#include <firn/stage/fixed_point.hpp>
 #include <firn/wgsl/limits.hpp>
 
 #include <bit>

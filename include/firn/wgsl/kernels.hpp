@@ -1,5 +1,5 @@
 /// \file What surrounds the definitions in a program: how particles and nodes are read and written, and the entry
-/// points. $NAMES are put in by program.hpp. Nothing here is physics.
+/// points. $NAMES are put in by text.hpp. Nothing here is physics.
 ///
 /// Particles lie in structure-of-arrays buffers: number c of particle i at [c * params.capacity + i]. A particle's
 /// place counts, in cells, from `corner`, the lower corner of a block of 4^D cells, so that it is as fine far from the
@@ -37,11 +37,11 @@ fn node_index(at: $IVEC) -> u32 { return $NODE_INDEX; }
 fn nodes_from(k: $VEC) -> $IVEC {
     return clamp($IVEC(k) + $IVEC(4), $IVEC(0), $IVEC(params.nodes) - $IVEC($SUPPORT));
 }
-fn kernel_weights_of(f: $VEC) -> array<$WEIGHTS, $D> { return array<$WEIGHTS, $D>($OF_AXES(kernel_weights)); }
+fn kernel_weights_of(f: $VEC) -> array<$WEIGHTS, $D> { return array<$WEIGHTS, $D>($KERNEL_WEIGHTS); }
 )";
 
 inline constexpr const char* gradient_helpers = R"(
-fn kernel_gradients_of(f: $VEC) -> array<$WEIGHTS, $D> { return array<$WEIGHTS, $D>($OF_AXES(kernel_gradients)); }
+fn kernel_gradients_of(f: $VEC) -> array<$WEIGHTS, $D> { return array<$WEIGHTS, $D>($KERNEL_GRADIENTS); }
 )";
 
 inline constexpr const char* clear = R"(

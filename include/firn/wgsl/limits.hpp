@@ -1,7 +1,7 @@
 /// \file What a device allows, and how many particles fit.
 #pragma once
 
-#include <firn/wgsl/program.hpp>
+#include <firn/wgsl/layout.hpp>
 
 #include <cstdint>
 

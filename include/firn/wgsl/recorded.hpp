@@ -3,12 +3,16 @@
 
 #include <firn/core/bits.hpp>
 #include <firn/core/scalar.hpp>
+#include <firn/math/elementary.hpp>
 #include <firn/wgsl/graph.hpp>
 #include <firn/wgsl/shape.hpp>
 
 #include <memory>
 
 namespace firn::wgsl {
+
+// What definitions call unqualified, to be found beside `recorded`.
+using firn::cos, firn::exp, firn::log, firn::max, firn::min, firn::pow, firn::sin;
 
 /// The graph that this thread records into, while it lives. \throws usage_error if there already is one
 class Recording {
@@ -53,7 +57,7 @@ struct recorded {
     constexpr recorded() = default;
     template <class U>
         requires std::is_arithmetic_v<U>
-    recorded(U value) : node(Recording::current().constant(float(value))) {}
+    recorded(U value) : node(constant(float(value))) {}
     static recorded of(int number) {
         recorded r;
         r.node = number;
@@ -75,7 +79,7 @@ struct recorded {
     friend mask operator>=(recorded a, recorded b) { return b <= a; }
     friend mask operator==(recorded a, recorded b) { return {binary(Op::equal, a, b).node}; }
 
-    friend recorded select(mask m, recorded a, recorded b) {
+    [[gnu::noinline]] friend recorded select(mask m, recorded a, recorded b) {
         return of(Recording::current().select(m.node, checked(a), checked(b)));
     }
     friend recorded sqrt(recorded a) { return unary(Op::square_root, a); }
@@ -87,12 +91,16 @@ struct recorded {
     friend recorded leading_half(recorded a) { return unary(Op::leading_half, a); }
 
 private:
-    static int checked(recorded a) {
+    [[gnu::noinline]] static int constant(float value) { return Recording::current().constant(value); }
+    // One copy each: definitions are forced to dissolve into their callers, this shall not.
+    [[gnu::noinline]] static int checked(recorded a) {
         if (a.node == nothing) throw usage_error("A definition reads a number before it has given it a value.");
         return a.node;
     }
-    static recorded unary(Op op, recorded a) { return of(Recording::current().unary(op, checked(a))); }
-    static recorded binary(Op op, recorded a, recorded b) {
+    [[gnu::noinline]] static recorded unary(Op op, recorded a) {
+        return of(Recording::current().unary(op, checked(a)));
+    }
+    [[gnu::noinline]] static recorded binary(Op op, recorded a, recorded b) {
         return of(Recording::current().binary(op, checked(a), checked(b)));
     }
 };

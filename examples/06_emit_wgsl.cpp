@@ -1,0 +1,179 @@
+/// \file Writes the WGSL programs of firn's policies: for a GPU, the same definitions that run on the CPU.
+///
+///     06_emit_wgsl --list
+///     06_emit_wgsl --dimension 3 --transfer apic --material neo_hookean --output program
+///     06_emit_wgsl --all programs
+#include "support/errors.hpp"
+#include <firn/boundary/walls.hpp>
+#include <firn/field/attraction.hpp>
+#include <firn/force/mls.hpp>
+#include <firn/force/weight_gradient.hpp>
+#include <firn/kernel/quadratic_b_spline.hpp>
+#include <firn/material/fixed_corotated.hpp>
+#include <firn/transfer/apic.hpp>
+#include <firn/transfer/pic.hpp>
+#include <firn/wgsl/program.hpp>
+
+#include "own_material.hpp"
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+namespace {
+
+using firn::wgsl::Program;
+
+/// What can be chosen, and the program that follows from it.
+struct Combination {
+    std::string dimension, kernel, transfer, force, material, boundary, field;
+    std::function<Program()> make;
+
+    [[nodiscard]] std::string name() const {
+        return dimension + "d_" + kernel + '_' + transfer + '_' + force + '_' + material + '_' + boundary + '_' + field;
+    }
+};
+
+struct Contact {
+    const char* name;
+    firn::Contact contact;
+};
+constexpr Contact contacts[] = {{"walls_separate", firn::Contact::separate},
+                                {"walls_slip", firn::Contact::slip},
+                                {"walls_stick", firn::Contact::stick}};
+
+template <class... T>
+struct List {};
+
+/// Calls f with every type of the list.
+template <class... T, class F>
+void for_each(List<T...>, const F& f) {
+    (f(std::type_identity<T>{}), ...);
+}
+
+// A new policy is added here, once.
+using Kernels = List<firn::QuadraticBSpline>;
+using Transfers = List<firn::Apic, firn::Pic>;
+using Forces = List<firn::MlsForce, firn::WeightGradientForce>;
+using Materials = List<firn::FixedCorotated<float>, NeoHookean<float>>;
+template <int D>
+using Fields = List<firn::Gravity<float, D>, firn::Attraction<float, D>>;
+
+template <class Kernel, class Transfer, class Force, class Material, class Field, int D>
+Combination combination(const Contact& contact, const double& friction) {
+    const auto make = [contact, &friction] {
+        const auto box = firn::Walls<float, D>::all(firn::Vec<float, D>::zero(), firn::Vec<float, D>::filled(1),
+                                                    {contact.contact, friction});
+        Field field{};
+        field.gravity[1] = -9.81F;
+        return firn::wgsl::make_program<Kernel, Transfer, Force, D>(Material{}, box, field);
+    };
+    return {std::to_string(D), Kernel::name, Transfer::name, Force::name,
+            Material::name,    contact.name, Field::name,    make};
+}
+
+template <int D>
+void add_combinations(std::vector<Combination>& all, const double& friction) {
+    for_each(Kernels{}, [&]<class Kernel>(std::type_identity<Kernel>) {
+        for_each(Transfers{}, [&]<class Transfer>(std::type_identity<Transfer>) {
+            for_each(Forces{}, [&]<class Force>(std::type_identity<Force>) {
+                for_each(Materials{}, [&]<class Material>(std::type_identity<Material>) {
+                    for_each(Fields<D>{}, [&]<class Field>(std::type_identity<Field>) {
+                        for (const Contact& contact : contacts)
+                            all.push_back(combination<Kernel, Transfer, Force, Material, Field, D>(contact, friction));
+                    });
+                });
+            });
+        });
+    });
+}
+
+void write_file(const std::filesystem::path& path, const std::string& text) {
+    std::ofstream file(path, std::ios::binary);
+    file << text;
+    file.close();
+    if (!file)
+        throw firn::io_error(path.string() + " cannot be written; is there such a folder, and room on the disk?");
+}
+
+void write(const std::filesystem::path& folder, const Combination& chosen) {
+    Program program = chosen.make();
+    program.name = chosen.name();
+    program.boundary = chosen.boundary;
+    std::error_code problem;
+    std::filesystem::create_directories(folder, problem);
+    if (problem) throw firn::io_error("The folder " + folder.string() + " cannot be made: " + problem.message() + ".");
+    write_file(folder / "program.wgsl", program.code);
+    write_file(folder / "manifest.json", firn::wgsl::manifest(program));
+}
+
+int emit_wgsl(int argc, char** argv) {
+    double friction = 0;
+    std::vector<Combination> all;
+    add_combinations<3>(all, friction);
+    add_combinations<2>(all, friction);
+
+    CLI::App app("Writes WGSL programs, and a manifest each that says how to run it, from firn's definitions.",
+                 "emit_wgsl");
+    bool list = false;
+    std::string output, all_output;
+    Combination wanted = all.front();
+    const auto choice = [&](const char* flag, std::string Combination::* part, const char* about) {
+        std::vector<std::string> names;
+        for (const Combination& c : all)
+            if (std::find(names.begin(), names.end(), c.*part) == names.end()) names.push_back(c.*part);
+        app.add_option(flag, wanted.*part, about)->check(CLI::IsMember(names))->capture_default_str();
+    };
+    app.add_flag("--list", list, "Print every combination and end");
+    choice("--dimension", &Combination::dimension, "Dimension of space");
+    choice("--kernel", &Combination::kernel, "Interpolation kernel");
+    choice("--transfer", &Combination::transfer, "Transfer scheme");
+    choice("--force", &Combination::force, "Form of the forces");
+    choice("--material", &Combination::material, "Constitutive model");
+    choice("--boundary", &Combination::boundary, "Walls of the box");
+    choice("--field", &Combination::field, "Field of acceleration");
+    app.add_option("--friction", friction, "Coulomb friction of the walls")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    CLI::Option* one =
+        app.add_option("--output", output, "Folder for program.wgsl and manifest.json")->type_name("DIR");
+    app.add_option("--all", all_output, "Write every combination, in a folder each below DIR")
+        ->type_name("DIR")
+        ->excludes(one);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& problem) {
+        const int code = app.exit(problem);
+        return problem.get_exit_code() == 0 ? 0 : std::max(code, 1);
+    }
+
+    if (list) {
+        for (const Combination& c : all)
+            std::cout << c.dimension << ' ' << c.kernel << ' ' << c.transfer << ' ' << c.force << ' ' << c.material
+                      << ' ' << c.boundary << ' ' << c.field << '\n';
+        return 0;
+    }
+    if (!all_output.empty()) {
+        for (const Combination& c : all) write(std::filesystem::path(all_output) / c.name(), c);
+        std::cout << all.size() << " programs in " << all_output << '\n';
+        return 0;
+    }
+    if (output.empty()) {
+        std::cerr << "Give a folder with --output or --all, or ask for --list or --help.\n";
+        return 1;
+    }
+    for (const Combination& c : all)
+        if (c.name() == wanted.name()) {
+            write(output, c);
+            std::cout << c.name() << " in " << output << '\n';
+            return 0;
+        }
+    throw firn::usage_error("There is no program " + wanted.name() + "; --list prints all.");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return example::report_errors([&] { return emit_wgsl(argc, argv); });
+}

@@ -1,0 +1,19 @@
+/// \file main() with errors told in a sentence.
+#pragma once
+
+#include <exception>
+#include <functional>
+#include <iostream>
+
+namespace example {
+
+inline int report_errors(const std::function<int()>& body) {
+    try {
+        return body();
+    } catch (const std::exception& problem) {
+        std::cerr << "error: " << problem.what() << std::endl;
+        return 1;
+    }
+}
+
+}  // namespace example

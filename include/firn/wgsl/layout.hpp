@@ -1,0 +1,170 @@
+/// \file What a program consists of: uniforms, buffers, entry points; and which of them every program has.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/core/parameters.hpp>
+#include <firn/data/block_partition.hpp>
+#include <firn/data/particle_view.hpp>
+#include <firn/data/sparse_grid.hpp>
+
+#include <algorithm>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace firn::wgsl {
+
+/// A number or vector that the host sets for all kernels.
+struct Uniform {
+    std::string name, type, unit, what;
+    std::size_t offset;          ///< [bytes]
+    std::vector<double> values;  ///< what it is unless the host says otherwise
+};
+
+struct Component {
+    std::string name;
+    int count;
+    std::string unit;
+};
+
+/// A storage buffer of 32-bit numbers.
+struct Buffer {
+    std::string name, type;
+    int binding;
+    std::string per;  ///< "particle", "node", "cell", "block", "axis_node" or "program"
+    int count;        ///< numbers for each of these
+    std::vector<Component> components;
+};
+
+struct EntryPoint {
+    std::string name;
+    std::string
+        per;  ///< one invocation each: "particle", "node"; one workgroup each: "block_workgroup", "one_workgroup"
+    int workgroup_size;
+    std::vector<std::pair<int, bool>> bindings;  ///< number; whether it is written to
+};
+
+/// What the host runs.
+struct Program {
+    std::string name;
+    int dimension;
+    std::string kernel, transfer, force, material, boundary, field;
+    int workgroup_size;
+    std::vector<Uniform> uniforms;
+    std::size_t uniform_bytes = 0;
+    std::vector<Buffer> buffers;
+    std::vector<EntryPoint> entry_points;
+    std::string code;
+
+    const Buffer& buffer(const std::string& of_name) const {
+        for (const Buffer& b : buffers)
+            if (b.name == of_name) return b;
+        throw usage_error("The program " + name + " has no buffer " + of_name + ".");
+    }
+    const Uniform& uniform(const std::string& of_name) const {
+        for (const Uniform& u : uniforms)
+            if (u.name == of_name) return u;
+        throw usage_error("The program " + name + " has no uniform " + of_name + ".");
+    }
+};
+
+/// What the texts of a program depend on, of its policies.
+struct Facts {
+    int dimension, support, centre;
+    bool affine, weight_gradients;  ///< of the transfer, of the forces
+    bool sum_gradients;             ///< whether G2P needs the gradients of the weights
+    int workgroup_size;
+};
+
+namespace detail {
+
+class UniformLayout {
+public:
+    UniformLayout(Program& program) : program_(program) {}
+    void add(std::string name, std::string type, std::string unit, std::string what, std::vector<double> values) {
+        const std::size_t n = values.size(), align = n == 1 ? 4 : n == 2 ? 8 : 16;
+        std::size_t& end = program_.uniform_bytes;
+        end = (end + align - 1) / align * align;
+        program_.uniforms.push_back(
+            {std::move(name), std::move(type), std::move(unit), std::move(what), end, std::move(values)});
+        end += 4 * n;
+    }
+    template <class Policy>
+    void add_policy(const Policy& policy, const std::string& prefix) {
+        if constexpr (has_parameters<Policy>)
+            std::apply([&](const auto&... p) { (add_parameter(prefix + "_" + p.name, p.unit, policy.*p.member), ...); },
+                       Policy::parameters());
+    }
+
+private:
+    template <class S>
+    void add_parameter(const std::string& name, const char* unit, const S& value) {
+        add(name, "f32", unit, "", {double(value)});
+    }
+    template <class S, int D>
+    void add_parameter(const std::string& name, const char* unit, const Vec<S, D>& value) {
+        add(name, "vec" + std::to_string(D) + "<f32>", unit, "", std::vector<double>(value.v, value.v + D));
+    }
+    Program& program_;
+};
+
+/// Numbers of the bindings.
+enum Binding { params, motion, affine, stress, state, constants, nodes, status, cells, coordinates, blocks, order };
+
+inline void add_buffers(Program& program, const Facts& facts, const std::vector<Component>& of_state) {
+    const int D = facts.dimension, symmetric = D * (D + 1) / 2;
+    int state_numbers = 0;
+    for (const Component& c : of_state) state_numbers += c.count;
+    const auto add = [&](const char* name, const char* type, Binding binding, const char* per, int count,
+                         std::vector<Component> components = {}) {
+        program.buffers.push_back({name, type, binding, per, count, std::move(components)});
+    };
+    add("motion", "f32", motion, "particle", 3 * D,
+        {{"place", D, "cells"}, {"corner", D, "cells"}, {"velocity", D, "m/s"}});
+    if (facts.affine) add("affine", "f32", affine, "particle", D * D, {{"affine", D * D, "1/s"}});
+    add("stress", "f32", stress, "particle", symmetric, {{"stress", symmetric, "Pa"}});
+    add("state", "f32", state, "particle", state_numbers, of_state);
+    add("constants", "f32", constants, "particle", 2, {{"mass", 1, "kg"}, {"volume", 1, D == 3 ? "m^3" : "m^2"}});
+    add("nodes", "i32", nodes, "node", node_width);
+    add("status", "u32", status, "program", 16);
+    add("cells", "u32", cells, "cell", 3);
+    add("coordinates", "f32", coordinates, "axis_node", 1);
+    add("blocks", "u32", blocks, "block", 2);
+    add("order", "u32", order, "particle", 1, {{"order", 1, "1"}});
+}
+
+/// The entry points of kernels.hpp, and what each touches.
+inline void add_entry_points(Program& program, const Facts& facts) {
+    using Bindings = std::vector<std::pair<int, bool>>;
+    const auto add = [&](const char* name, const char* per, int size, Bindings bindings) {
+        bindings.emplace_back(params, false);
+        std::erase_if(bindings, [&](const auto& b) { return b.first == affine && !facts.affine; });
+        std::sort(bindings.begin(), bindings.end());
+        program.entry_points.push_back({name, per, size, std::move(bindings)});
+    };
+    const auto with = [](Bindings some, const Bindings& more) {
+        some.insert(some.end(), more.begin(), more.end());
+        return some;
+    };
+    const Bindings particle{{motion, true}, {affine, true}, {stress, true}, {constants, false}, {status, true}};
+    const int size = facts.workgroup_size;
+    add("initialise", "particle", size,
+        {{motion, true}, {stress, true}, {state, true}, {constants, false}, {status, true}});
+    add("clear", "node", size, {{nodes, true}, {cells, true}, {status, true}});
+    add("measure", "particle", size, with(particle, {{cells, true}}));
+    add("measure_cells", "node", size, {{cells, true}, {status, true}});
+    add("choose_scale", "one_workgroup", 1, {{status, true}});
+    add("p2g", "particle", size, with(particle, {{nodes, true}}));
+    add("clear_blocks", "node", size, {{blocks, true}});
+    add("count_blocks", "particle", size, {{motion, true}, {blocks, true}});
+    add("scan_blocks", "one_workgroup", 256, {{blocks, true}});
+    add("order_particles", "particle", size, {{motion, true}, {blocks, true}, {order, true}});
+    add("p2g_blocks", "block_workgroup", size, with(particle, {{nodes, true}, {blocks, true}, {order, true}}));
+    add("grid_update", "node", size, {{nodes, true}, {coordinates, false}, {status, true}});
+    add("g2p", "particle", size, with(particle, {{state, true}, {nodes, true}}));
+}
+
+}  // namespace detail
+
+}  // namespace firn::wgsl

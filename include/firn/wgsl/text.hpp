@@ -1,0 +1,265 @@
+/// \file The text of a program around its definitions.
+#pragma once
+
+#include <firn/stage/fixed_point.hpp>
+#include <firn/wgsl/kernels.hpp>
+#include <firn/wgsl/layout.hpp>
+#include <firn/wgsl/module.hpp>
+
+namespace firn::wgsl {
+
+namespace detail {
+
+/// Puts in every $NAME.
+inline std::string replaced(std::string text, const std::vector<std::pair<std::string, std::string>>& names) {
+    for (const auto& [name, by] : names) {
+        std::size_t at = 0;
+        while ((at = text.find("$" + name, at)) != std::string::npos) {
+            text.replace(at, name.size() + 1, by);
+            at += by.size();
+        }
+    }
+    return text;
+}
+
+/// f(0), f(1), …, joined.
+template <class F>
+std::string listed(int count, const F& f, const char* between = ", ") {
+    std::vector<std::string> parts;
+    for (int i = 0; i < count; ++i) parts.push_back(f(i));
+    return joined(parts, between);
+}
+
+/// load_NAME(i) and store_NAME(i, value) for a value that begins at number `first` of a particle in a buffer.
+/// \param number  number(k): which number the value's k-th component is
+template <class T, class Number>
+std::string accessors(const std::string& name, const std::string& buffer, int first, const Number& number) {
+    const auto at = [&](int k) {
+        const int c = first + number(k);
+        const std::string offset = c == 0   ? ""
+                                   : c == 1 ? "params.capacity + "
+                                            : std::to_string(c) + "u * params.capacity + ";
+        return buffer + "[" + offset + "i]";
+    };
+    Recording recording;  // the value's numbers are not used, but made
+    T value{};
+    int k = 0, s = 0;
+    std::string text = "fn load_" + name + "(i: u32) -> " + shape<T>::type() + " {\n    return " +
+                       shape<T>::build(value, [&](const recorded&) { return at(k++); }) + ";\n}\n";
+    text += "fn store_" + name + "(i: u32, value: " + shape<T>::type() + ") {\n";
+    shape<T>::visit(value, "value",
+                    [&](recorded&, const std::string& part) { text += "    " + at(s++) + " = " + part + ";\n"; });
+    return text + "}\n";
+}
+
+/// Writes what differs between dimensions, kernels and policies in the texts of kernels.hpp.
+class KernelText {
+public:
+    explicit KernelText(const Facts& facts) : facts_(facts), D_(facts.dimension) {}
+
+    std::string helpers() const {
+        return filled(text::helpers) +
+               (facts_.weight_gradients || facts_.sum_gradients ? filled(text::gradient_helpers) : "");
+    }
+    std::string entry_points() const {
+        return filled(text::clear) + filled(text::measure) +
+               scatter("scatter", "node_sums", "node_index(" + node_from("first") + ")") + filled(text::p2g) +
+               filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}}) + filled(text::grid_update) +
+               filled(text::g2p, {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
+                                  {"GATHER", gather()}});
+    }
+
+private:
+    using Names = std::vector<std::pair<std::string, std::string>>;
+
+    static std::string axis(int a) { return std::string(1, "xyz"[a]); }
+    static std::string counter(int a) { return std::string(1, "abc"[a]); }  // of a loop along a leading axis
+    std::string vec(const char* of) const { return "vec" + std::to_string(D_) + "<" + of + ">"; }
+    static std::string indented(int depth) { return "\n" + std::string(std::size_t(4 * depth), ' '); }
+    static std::string from_zero(const std::string& name, int count) {
+        return "for (var " + name + " = 0; " + name + " < " + std::to_string(count) + "; " + name + "++) {";
+    }
+
+    // Of a D-dimensional array with n(a) entries along axis a, the last axis fastest: where entry `at` lies, and back.
+    template <class Along>
+    std::string flat(const std::string& at, const Along& n) const {
+        std::string text = at + ".x";
+        for (int a = 1; a < D_; ++a)
+            text = (a > 1 ? "(" + text + ")" : text) + " * " + n(a) + " + " + at + "." + axis(a);
+        return text;
+    }
+    template <class Along>
+    std::string entry_at(const std::string& i, const std::string& type, const Along& n) const {
+        if (D_ == 2) return type + "(" + i + " / " + n(1) + ", " + i + " % " + n(1) + ")";
+        return type + "(" + i + " / (" + n(1) + " * " + n(2) + "), " + i + " / " + n(2) + " % " + n(1) + ", " + i +
+               " % " + n(2) + ")";
+    }
+    static std::string nodes_along(int a) { return "params.nodes." + axis(a); }
+    static std::string signed_nodes_along(int a) { return "i32(" + nodes_along(a) + ")"; }
+    static std::string blocks_along(int a) { return "i32(" + nodes_along(a) + " / 4u)"; }
+    int arena_size() const { return block_size + facts_.support - 1; }
+    std::string arena_along(int) const { return std::to_string(arena_size()); }
+    int power(int x) const { return D_ == 2 ? x * x : x * x * x; }
+
+    /// The node at the loops' counters from `first` on.
+    std::string node_from(const char* first) const {
+        return first + (" + " + vec("i32")) + "(" + listed(D_ - 1, counter) + ", k)";
+    }
+    /// One number, or a vector of those along the leading axes.
+    template <class F>
+    std::string leading(const F& f) const {
+        return D_ == 2 ? f(0) : "vec2<f32>(" + listed(D_ - 1, f) + ")";
+    }
+    static std::string of_axis(const char* table, int a) {
+        return table + ("[" + std::to_string(a) + "][" + counter(a) + "]");
+    }
+    /// Products of the leading axes' weights, in the order of the CPU's lane loop; with axis a's gradient.
+    std::string weight() const {
+        return listed(D_ - 1, [](int a) { return of_axis("w", a); }, " * ");
+    }
+    std::string weight_with_gradient(int a) const {
+        return of_axis("g", a) + (D_ == 3 ? " * " + of_axis("w", 1 - a) : "");
+    }
+
+    std::string scatter(const char* name, const char* target, const std::string& node) const {
+        std::string loops = listed(D_ - 1, [&](int a) { return from_zero(counter(a), facts_.support); }, " ");
+        return filled(text::scatter,
+                      {{"NAME", name},
+                       {"TARGET", target},
+                       {"GRADIENTS", facts_.weight_gradients ? "var g = kernel_gradients_of(fraction);" : ""},
+                       {"NODE;", node + ";"},
+                       {"LOOPS", loops},
+                       {"END", std::string(std::size_t(D_ - 1), '}')}});
+    }
+    std::string scatter_in_arena() const {
+        const auto along = [&](int a) { return arena_along(a); };
+        return scatter("scatter_in_arena", "arena", "arena_node(" + node_from("first") + ")") +
+               "fn arena_node(at: " + vec("i32") + ") -> u32 { return u32(" + flat("at", along) + "); }\n";
+    }
+
+    /// Axis 0 innermost, the last axis outermost.
+    std::string gather() const {
+        const auto counter_of = [&](int a) { return a == D_ - 1 ? std::string("k") : counter(a); };
+        std::string text;
+        for (int a = D_ - 1, depth = 1; a >= 0; --a, ++depth) {
+            const std::string n = std::to_string(a);
+            text += (a == D_ - 1 ? "" : indented(depth)) + "var part" + n + ": array<Sums" + n + ", " +
+                    std::to_string(facts_.support) + ">;" + indented(depth) + from_zero(counter_of(a), facts_.support);
+        }
+        text += " part0[a] = Sums0(velocity_at(node_index(" + node_from("first") + "))); }";
+        for (int a = 0; a < D_; ++a) {
+            const std::string n = std::to_string(a), gradient = facts_.sum_gradients ? ", g[" + n + "]" : "",
+                              sum = "sum_axis" + n + "(part" + n + ", w[" + n + "]" + gradient + ");";
+            const int depth = D_ - a;
+            if (a == D_ - 1)
+                text += indented(depth) + "return " + sum;
+            else
+                text += indented(depth) + "part" + std::to_string(a + 1) + "[" + counter_of(a + 1) + "] = " + sum +
+                        indented(depth - 1) + "}";
+        }
+        return text;
+    }
+
+    std::string filled(const char* text, Names names = {}) const {
+        const int D = D_;
+        const auto along = [&](int a) { return arena_along(a); };
+        const auto per_axis = [&](const std::string& function) {
+            return listed(D, [&](int a) { return function + "(f." + axis(a) + ")"; });
+        };
+        const auto offset = [&](int a) { return "f32(" + counter(a) + " - " + std::to_string(facts_.centre) + ")"; };
+        const std::string last = std::to_string(D - 1);
+        // A name that begins another one comes after it.
+        const Names all{
+            {"INVOCATION",
+             "@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, "
+             "@builtin(local_invocation_index) local: u32"},
+            {"NODE_COUNT", listed(D, nodes_along, " * ")},
+            {"NODE_INDEX", "u32(" + flat("at", signed_nodes_along) + ")"},
+            {"NODE_AT", entry_at("i", vec("u32"), nodes_along)},
+            {"COORDINATES", "coordinates[at.x], coordinates[params.nodes.x + at.y]" +
+                                std::string(D == 3 ? ", coordinates[params.nodes.x + params.nodes.y + at.z]" : "")},
+            {"BLOCK_INDEX", "u32(" + flat("at", blocks_along) + ")"},
+            {"BLOCK_NODES", std::to_string(power(block_size))},
+            {"BLOCK_ORIGIN", "4 * " + entry_at("i32(block)", vec("i32"), blocks_along)},
+            {"ARENA_NUMBERS", std::to_string(power(arena_size()) * node_width)},
+            {"ARENA_NODE", entry_at("node", vec("i32"), along)},
+            {"IVEC", vec("i32")},
+            {"SUPPORT", std::to_string(facts_.support)},
+            {"WEIGHTS", "vec" + std::to_string(facts_.support) + "<f32>"},
+            {"KERNEL_WEIGHTS", per_axis("kernel_weights")},
+            {"KERNEL_GRADIENTS", per_axis("kernel_gradients")},
+            {"OFFSETS", leading(offset)},
+            {"GROUP", std::to_string(facts_.workgroup_size)},
+            {"LAST_GRADIENT", facts_.weight_gradients ? ", g[" + last + "][k]" : ""},
+            {"LAST", last},
+            {"CENTRE", std::to_string(facts_.centre)},
+            {"GRADIENT_WEIGHTS",
+             facts_.weight_gradients ? ", " + leading([&](int a) { return weight_with_gradient(a); }) : ""},
+            {"WEIGHT", weight()},
+            {"FEWEST", std::to_string(fewest_mass_quanta)},
+            {"V_AXES", listed(D, [](int a) { return "v." + axis(a); }) + (D == 2 ? ", 0.0f" : "")},
+            {"AXES", D == 2 ? "xy" : "xyz"},
+            {"STRESS_SUM", listed(
+                               D, [](int a) { return "stress[" + std::to_string(a) + "]." + axis(a); }, " + ")},
+            {"STORE_AFFINE", facts_.affine ? "store_affine(i, taken.affine);" : ""},
+            {"VEC", vec("f32")},
+            {"D", std::to_string(D)}};
+        names.insert(names.end(), all.begin(), all.end());
+        return replaced(text, names);
+    }
+
+    Facts facts_;
+    int D_;
+};
+
+/// The struct of uniforms and the bindings.
+inline std::string declarations(const Program& program) {
+    std::string text = "struct Params {\n";
+    for (const Uniform& u : program.uniforms)
+        text += "    " + u.name + ": " + u.type + ", // [" + u.unit + "]" + (u.what.empty() ? "" : " " + u.what) + "\n";
+    text += "}\n@group(0) @binding(0) var<uniform> params: Params;\n";
+    const auto declare = [&](const std::string& name, const Buffer& b, const std::string& type, const char* access) {
+        text += "@group(0) @binding(" + std::to_string(b.binding) + ") var<storage, " + access + "> " + name +
+                ": array<" + type + ">;";
+        if (!b.components.empty())
+            text += " // " + listed(int(b.components.size()), [&](int c) {
+                        const Component& component = b.components[std::size_t(c)];
+                        return component.name + " " + std::to_string(component.count) + " [" + component.unit + "]";
+                    });
+        text += "\n";
+    };
+    for (const Buffer& b : program.buffers) {
+        const bool is_read_only = b.binding == constants || b.binding == coordinates;
+        const bool is_atomic = b.binding == status || b.binding == cells || b.binding == blocks;
+        if (b.binding == nodes) {
+            declare("node_sums", b, "atomic<i32>", "read_write");
+            declare("nodes", b, "vec4<i32>", "read_write");
+        } else {
+            declare(b.name, b, is_atomic ? "atomic<" + b.type + ">" : b.type, is_read_only ? "read" : "read_write");
+        }
+    }
+    return text;
+}
+
+/// How particles are read and written.
+template <int D, class State>
+std::string particle_accessors(bool affine) {
+    using V = Vec<recorded, D>;
+    using M = Mat<recorded, D>;
+    const auto in_order = [](int k) { return k; };
+    const auto of_symmetric = [](int k) { return symmetric_index<D>(k % D, k / D); };
+    const std::string no_matrix = shape<M>::type() + "()";
+    return accessors<V>("place", "motion", 0, in_order) + accessors<V>("corner", "motion", D, in_order) +
+           accessors<V>("velocity", "motion", 2 * D, in_order) + accessors<M>("stress", "stress", 0, of_symmetric) +
+           accessors<State>("state", "state", 0, in_order) +
+           (affine ? accessors<M>("affine", "affine", 0, in_order) : "") +
+           "fn load_mass(i: u32) -> f32 { return constants[i]; }\n"
+           "fn load_volume(i: u32) -> f32 { return constants[params.capacity + i]; }\n"
+           "fn load_particle(i: u32) -> P2GParticle {\n    return P2GParticle(load_mass(i), load_volume(i), "
+           "load_velocity(i), " +
+           (affine ? "load_affine(i)" : no_matrix) + ", load_stress(i));\n}\n";
+}
+
+}  // namespace detail
+
+}  // namespace firn::wgsl
