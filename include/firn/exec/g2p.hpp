@@ -128,13 +128,10 @@ private:
             for (int lane = 0; lane < pack_size; lane += lanes)
                 sums.locate(lane, places.template position<P>(slot + std::size_t(lane)),
                             blocks.template in_cube<P>(slot + std::size_t(lane)), GroupArena::n);
-            for (int l = 0; l < pack_size; ++l) {
-                const S* corner = arena.node + sums.weights.corner[l];
-                sums.gather(l, [&](auto line) FIRN_LAMBDA {
-                    return row<S, Kernel::support>::load(corner +
-                                                         line_begin<Kernel, D, GroupArena::n>(line) * node_width);
-                });
-            }
+            sums.gather([&](int l, auto line) FIRN_LAMBDA {
+                return row<S, Kernel::support>::load(arena.node + sums.weights.corner[l] +
+                                                     line_begin<Kernel, D, GroupArena::n>(line) * node_width);
+            });
             for (int lane = 0; lane < pack_size; lane += lanes)
                 update(places.slots(slot + std::size_t(lane)), blocks.template lower<P>(slot + std::size_t(lane)),
                        sums.offset(lane), sums.lanes(lane), seen);

@@ -9,8 +9,10 @@
 
 #include <firn/core/config.hpp>
 
+#include <array>
 #include <concepts>
 #include <cstring>
+#include <type_traits>
 
 #if defined(__AVX__) && !defined(FIRN_PORTABLE_ROWS)
 #define FIRN_WIDE_ROWS
@@ -84,6 +86,18 @@ struct node_register {
         }
 #endif
 #endif
+    }
+
+    /// Each quad holds its number k four times. \param from  a quad a node
+    template <int k>
+    FIRN_INLINE static node_register fill_quads(const S* from) {
+        if constexpr (N == 4) {
+            return fill(from + k);
+        } else {
+            const vector all = load(from).v;
+            return {__builtin_shufflevector(all, all, k, k, k, k, k + 4, k + 4, k + 4, k + 4, k + 8, k + 8, k + 8,
+                                            k + 8, k + 12, k + 12, k + 12, k + 12)};
+        }
     }
 
     template <int k>
@@ -222,6 +236,45 @@ using row = row_of<S, K, detail::row_register<S, K>>;
 /// The same, but no form of it reaches over other nodes.
 template <std::floating_point S, int K>
 using exact_row = row_of<S, K, (detail::row_register<S, 4> > 4 ? 8 : 4)>;
+
+/// How many rows' nodes are worked on side by side: four where a row is one register of four nodes.
+template <class Row>
+inline constexpr int rows_abreast = Row::width == 16 && Row::nodes <= 4 ? 4 : 1;
+
+/// The nodes of one row, one after the other.
+template <class Row>
+FIRN_INLINE auto nodes_of_rows(const std::array<Row, 1>& rows) {
+    std::array<std::remove_cvref_t<decltype(rows[0].template node<0>())>, std::size_t(Row::nodes)> nodes;
+    unroll<Row::nodes>([&](auto k) FIRN_LAMBDA { nodes[k] = rows[0].template node<k>(); });
+    return nodes;
+}
+
+namespace detail {
+/// Four quads of those of a (0 to 3) and b (4 to 7).
+template <int i, int j, int k, int l, class Number>
+FIRN_INLINE Number quads_of(const Number& a, const Number& b) {
+    return {__builtin_shufflevector(a.v, b.v, 4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3, 4 * j, 4 * j + 1, 4 * j + 2,
+                                    4 * j + 3, 4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3, 4 * l, 4 * l + 1, 4 * l + 2,
+                                    4 * l + 3)};
+}
+}  // namespace detail
+
+/// The nodes of four rows: register k holds node k of each.
+template <class Row>
+FIRN_INLINE auto nodes_of_rows(const std::array<Row, 4>& rows) {
+    using Number = typename Row::Number;
+    const Number &a = rows[0].first, &b = rows[1].first, &c = rows[2].first, &d = rows[3].first;
+    std::array<Number, std::size_t(Row::nodes)> nodes;
+    const Number low = detail::quads_of<0, 1, 4, 5>(a, b), low_too = detail::quads_of<0, 1, 4, 5>(c, d);
+    nodes[0] = detail::quads_of<0, 2, 4, 6>(low, low_too);
+    nodes[1] = detail::quads_of<1, 3, 5, 7>(low, low_too);
+    if constexpr (Row::nodes > 2) {
+        const Number high = detail::quads_of<2, 3, 6, 7>(a, b), high_too = detail::quads_of<2, 3, 6, 7>(c, d);
+        nodes[2] = detail::quads_of<0, 2, 4, 6>(high, high_too);
+        if constexpr (Row::nodes > 3) nodes[3] = detail::quads_of<1, 3, 5, 7>(high, high_too);
+    }
+    return nodes;
+}
 
 /// Whether as many rows stay in registers, with others beside them to work in.
 template <class Row, int count>
