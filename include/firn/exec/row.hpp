@@ -117,6 +117,10 @@ struct node_register {
     FIRN_INLINE friend node_register plus_times(node_register a, node_register b, node_register c) {
         return {a.v + b.v * c.v};
     }
+    /// b c − a, likewise.
+    FIRN_INLINE friend node_register times_minus(node_register b, node_register c, node_register a) {
+        return {b.v * c.v - a.v};
+    }
 };
 
 /// Numbers in the registers of a row of K nodes.
@@ -195,6 +199,9 @@ struct row_of {
     FIRN_INLINE friend row_of plus_times(const row_of& a, const row_of& b, const Number& s) {
         return {plus_times(a.first, b.first, s), plus_times(a.rest, b.rest, Rest::narrowed(s))};
     }
+    FIRN_INLINE friend row_of times_minus(const row_of& b, const Number& s, const row_of& a) {
+        return {times_minus(b.first, s, a.first), times_minus(b.rest, Rest::narrowed(s), a.rest)};
+    }
     template <int N>
     FIRN_INLINE static Number narrowed(const detail::node_register<S, N>& s) {
         if constexpr (N == width)
@@ -222,6 +229,7 @@ struct row_of<S, 0, W> {
     FIRN_INLINE friend row_of plus_times(row_of, row_of, row_of) { return {}; }
     FIRN_INLINE friend row_of operator*(row_of, const detail::node_register<S, W>&) { return {}; }
     FIRN_INLINE friend row_of plus_times(row_of, row_of, const detail::node_register<S, W>&) { return {}; }
+    FIRN_INLINE friend row_of times_minus(row_of, const detail::node_register<S, W>&, row_of) { return {}; }
     FIRN_INLINE static const detail::node_register<S, W>& narrowed(const detail::node_register<S, W>& s) { return s; }
 };
 

@@ -72,6 +72,7 @@ TEMPLATE_TEST_CASE("A row in wide registers has the bits of a node a register", 
             put(x * Row::Number::fill(&a[0]));
             put(plus_times(x, y, Row::repeat(quad_of.data() + 1)));
             put(plus_times(x, y, Row::Number::fill(&a[0])));
+            put(times_minus(x, Row::Number::fill(&a[0]), y));
             return r;
         };
         const auto expected = results(std::type_identity<portable_row<S, K>>{});
