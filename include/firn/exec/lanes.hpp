@@ -33,10 +33,10 @@ struct Arena {
 
     alignas(64) Number node[(line_count * n + 4) * node_width];  // rows of a whole register may reach over the end
 
-    /// Zeros the lines of a box, and the node after each: rows of a whole register reach over it.
+    /// Zeros the lines of a box.
     FIRN_INLINE void clear(const ArenaBox<D>& box) {
         for_lines(box, [&](int line, int, int)
-                           FIRN_LAMBDA { std::fill_n(node + line * n * node_width, (n + 1) * node_width, Number(0)); });
+                           FIRN_LAMBDA { std::fill_n(node + line * n * node_width, n * node_width, Number(0)); });
         std::fill_n(node + line_count * n * node_width, 4 * node_width, Number(0));
     }
 
