@@ -162,6 +162,7 @@ public:
         steps_ = steps;
         last_time_step_ = last_time_step;
         prepared_ = true;
+        as_sorted_ = false;
     }
 
 private:
@@ -185,8 +186,9 @@ private:
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
         prepared_ = false;  // should the step fail, the next one looks at the particles anew
-        const bool due = most_steps_between_sorts > 0 && steps_ % most_steps_between_sorts == 0;
+        const bool due = most_steps_between_sorts > 0 && steps_ % most_steps_between_sorts == 0 && !as_sorted_;
         if (report_.sort_needed || due) sort();
+        as_sorted_ = false;
         const auto view = particles_.view();
         p2g<Kernel, Transfer, Force>(execution, view, partition_, grid_, dt);
         grid_update(execution, grid_, dt, acceleration, boundary);
@@ -216,6 +218,7 @@ private:
     void sort() {
         partition_ = sort_particles<Kernel>(particles_, requested_threads(execution));
         grid_.activate(partition_);
+        as_sorted_ = true;
     }
 
     void warn_of(double ratio) {
@@ -234,6 +237,7 @@ private:
     double time_ = 0, last_time_step_ = 0, warned_ratio_ = 1 / 1.2;
     std::uint64_t steps_ = 0;
     bool prepared_ = false;
+    bool as_sorted_ = false;  // no step since particles were sorted
 };
 
 }  // namespace firn

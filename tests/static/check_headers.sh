@@ -13,7 +13,7 @@ version    :
 core       : intrinsics
 math       :
 kernel transfer force material boundary field :
-data       : openmp
+data       : openmp posix
 stage      :
 exec wgsl  : openmp intrinsics posix
 lagrangian : openmp

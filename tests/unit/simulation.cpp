@@ -43,6 +43,27 @@ TEMPLATE_TEST_CASE("Free fall is that of symplectic Euler, y0 + v0 t − ½ g t 
     CHECK(simulation.steps() == 500);
 }
 
+TEST_CASE("Particles are sorted every so many steps that the user allows, and once before the first") {
+    Simulation<2> simulation(unit_box<2>(1.0 / 64), FixedCorotated<float>::from_young_poisson(1e3, 0.3));
+    simulation.add(sample_box<2>({0.4, 0.4}, {0.6, 0.6}, {.spacing = 1.0 / 128}), 1.0);
+    simulation.most_steps_between_sorts = 3;
+    std::vector<std::uint64_t> sorted_before;                          // numbers of steps
+    const std::uint32_t* order = simulation.partition().order.data();  // a new array at each sort
+    for (std::uint64_t step = 0; step < 8; ++step) {
+        simulation.step();
+        if (simulation.partition().order.data() != order) sorted_before.push_back(step);
+        order = simulation.partition().order.data();
+    }
+    CHECK(sorted_before == std::vector<std::uint64_t>{3, 6});
+
+    simulation.edit_particles();  // sorted as they are edited, but due again with the 9th step
+    order = simulation.partition().order.data();
+    simulation.step();
+    CHECK(simulation.partition().order.data() == order);
+    simulation.step();
+    CHECK(simulation.partition().order.data() != order);
+}
+
 TEST_CASE("No particle drifts farther from the block it was sorted into than the colours allow") {
     Simulation<2> simulation(unit_box<2>(1.0 / 64), FixedCorotated<float>::from_young_poisson(1e5, 0.3));
     scenes::add_two_blocks<2>(simulation, 0.3, 1.0 / 128);

@@ -128,13 +128,10 @@ private:
             for (int lane = 0; lane < pack_size; lane += lanes)
                 sums.locate(lane, places.template position<P>(slot + std::size_t(lane)),
                             blocks.template in_cube<P>(slot + std::size_t(lane)), GroupArena::n);
-            for (int l = 0; l < pack_size; ++l) {
-                const S* corner = arena.node + sums.weights.corner[l];
-                sums.gather(l, [&](auto line) FIRN_LAMBDA {
-                    return row<S, Kernel::support>::load(corner +
-                                                         line_begin<Kernel, D, GroupArena::n>(line) * node_width);
-                });
-            }
+            sums.gather([&](int l, auto line) FIRN_LAMBDA {
+                return row<S, Kernel::support>::load(arena.node + sums.weights.corner[l] +
+                                                     line_begin<Kernel, D, GroupArena::n>(line) * node_width);
+            });
             for (int lane = 0; lane < pack_size; lane += lanes)
                 update(places.slots(slot + std::size_t(lane)), blocks.template lower<P>(slot + std::size_t(lane)),
                        sums.offset(lane), sums.lanes(lane), seen);
@@ -150,36 +147,34 @@ private:
     /// \param block   lower corner of the particle's block [cells];  \param offset  from its centre node [cells]
     FIRN_INLINE void update(const Slots& slots, const Vec<P, D>& block, const Vec<P, D>& offset,
                             const G2PSums<P, D>& sums, Seen& seen) const {
+        const View view = view_;  // out of reach of every store below: where its numbers lie is worked out once
         const auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_));
-        const P mass = view_.mass.template load_or_zero<P>(slots, 0);
+        const P mass = view.mass.template load_or_zero<P>(slots, 0);
         const auto real = mass > P(0);
 
-        LiftedState state = load_state<LiftedState>(view_.state, slots);
+        LiftedState state = load_state<LiftedState>(view.state, slots);
         state = updated(material_, state, taken.velocity_gradient, P(dt_));
         const Mat<P, D> stress = kirchhoff_stress(material_, state);
-        store_state(view_.state, slots, state);
-        store_symmetric(view_.stress, slots, stress);
+        store_state(view.state, slots, state);
+        store_symmetric(view.stress, slots, stress);
         if constexpr (Transfer::affine)
-            unroll<D * D>([&](auto k) FIRN_LAMBDA { view_.affine.store(slots, k, taken.affine.m[k]); });
+            unroll<D * D>([&](auto k) FIRN_LAMBDA { view.affine.store(slots, k, taken.affine.m[k]); });
 
         // A sum that is finite exactly if all its numbers are (they are far from overflow, or wrong already).
         P sum = trace(stress);
         const Vec<P, D> lowest = positions_.lowest(block), highest = positions_.highest(block);
-        const Vec<P, D> position = load_vector<P, D>(view_.position, slots);
-        Vec<P, D> new_position;
+        const Vec<P, D> position = load_vector<P, D>(view.position, slots);
+        const auto move = moved_by(taken.velocity, P(per_velocity_), position, lowest, highest);
+        const Vec<P, D> new_position = select(real, move.position, position);
+        sum = sum + select(move.outside <= P(positions_.cell()), P(0), P(std::numeric_limits<S>::infinity()));
         unroll<D>([&](auto a) FIRN_LAMBDA {
-            const P moved = position.v[a] + taken.velocity.v[a] * P(per_velocity_);
-            const P outside = max(lowest.v[a] - moved, moved - highest.v[a]);
-            sum = sum + taken.velocity.v[a] +
-                  select(outside <= P(positions_.cell()), P(0), P(std::numeric_limits<S>::infinity()));
-            const P kept = select(moved < lowest.v[a], lowest.v[a], select(moved > highest.v[a], highest.v[a], moved));
-            new_position.v[a] = select(real, kept, position.v[a]);
-            view_.position.store(slots, a, new_position.v[a]);
-            view_.velocity.store(slots, a, taken.velocity.v[a]);
+            sum = sum + taken.velocity.v[a];
+            view.position.store(slots, a, new_position.v[a]);
+            view.velocity.store(slots, a, taken.velocity.v[a]);
         });
         seen.stray = seen.stray | (real & strays<Kernel>(positions_.in_block(new_position, block)));
         seen.rightness = seen.rightness + select(real, sum * P(0), P(0));
-        const P density = mass / select(real, view_.volume.template load<P>(slots, 0), P(1));
+        const P density = mass / select(real, view.volume.template load<P>(slots, 0), P(1));
         const P signal = norm(taken.velocity) + wave_speed(material_, select(real, density, P(1)), state);
         seen.speed = max(seen.speed, select(real, signal, P(0)));
     }

@@ -11,6 +11,7 @@ struct PackSums {
     static constexpr bool moments = g2p_needs_moment<Transfer>;
     static constexpr bool gradients = g2p_needs_gradient<Transfer, Force>;
     static constexpr int quads = 1 + (moments ? D : 0) + (gradients ? D : 0);
+    static constexpr int K = Kernel::support;
     using P = native_pack<S>;
 
     PackWeights<Kernel, S, D, gradients> weights;
@@ -31,50 +32,23 @@ struct PackSums {
         return r;
     }
 
-    /// Sums of the particle of lane l over the nodes that it reaches.
-    /// \param row_of_line  row_of_line(i): the row of its line i of nodes, in any form. \see line_begin
+    /// Sums of all particles over the nodes that they reach.
+    /// \param row_of_line  row_of_line(l, i): the row of line i of the nodes of lane l's particle, in any form.
+    ///                     \see line_begin
     template <class RowOfLine>
-    FIRN_INLINE void gather(int l, const RowOfLine& row_of_line) {
-        using Row = std::remove_cvref_t<decltype(row_of_line(std::integral_constant<int, 0>{}))>;
-        using Number = typename Row::Number;
-        constexpr int K = Kernel::support, centre = centre_node<Kernel>;
-
-        const auto close = [&](auto axis, auto line, const auto& self) FIRN_LAMBDA {
-            constexpr int a = axis;
-            std::array<PartialSums<Row, a, moments, gradients>, std::size_t(K)> parts;
-            std::array<Number, std::size_t(K)> w, g{};
-            unroll<K>([&](auto k) FIRN_LAMBDA {
-                constexpr std::integral_constant<int, line + (D == 3 && a == 0 ? K : 1) * k> next{};
-                if constexpr (a == 0)
-                    parts[k].value = row_of_line(next);
-                else
-                    parts[k] = self(std::integral_constant<int, a - 1>{}, next, self);
-                w[k] = Number::fill(&weights.leading[a][k][l]);
-                if constexpr (gradients) g[k] = Number::fill(&weights.leading_gradient[a][k][l]);
+    FIRN_INLINE void gather(const RowOfLine& row_of_line) {
+        using Row = std::remove_cvref_t<decltype(row_of_line(0, std::integral_constant<int, 0>{}))>;
+        // Particles abreast have their quads beside each other.
+        constexpr int abreast = rows_abreast<Row>;
+        static_assert(abreast == 1 || quad_offset<P>(pack_size / abreast) == quad_offset<P>(0) + 4);
+        for (int l = 0; l < pack_size / abreast; ++l) {
+            std::array<PartialSums<Row, D - 1, moments, gradients>, std::size_t(abreast)> rows;
+            unroll<abreast>([&](auto i) FIRN_LAMBDA {
+                const int lane = l + i * (pack_size / abreast);
+                rows[i] = leading_sums(lane, [&](auto line) FIRN_LAMBDA { return row_of_line(lane, line); });
             });
-            return sum_axis<centre>(parts, w, g);
-        };
-        const auto rows = close(std::integral_constant<int, D - 2>{}, std::integral_constant<int, 0>{}, close);
-
-        // Along the last axis a row falls into its nodes.
-        const int q = quad_offset<P>(l);
-        std::array<PartialSums<quad<S>, D - 1, moments, gradients>, std::size_t(K)> nodes;
-        std::array<quad<S>, std::size_t(K)> w, g{};
-        unroll<K>([&](auto k) FIRN_LAMBDA {
-            nodes[k].value = rows.value.template node<k>();
-            unroll<D - 1>([&](auto a) FIRN_LAMBDA {
-                if constexpr (moments) nodes[k].moment[a] = rows.moment[a].template node<k>();
-                if constexpr (gradients) nodes[k].gradient[a] = rows.gradient[a].template node<k>();
-            });
-            w[k] = quad<S>::fill(weights.last + q + k);
-            if constexpr (gradients) g[k] = quad<S>::fill(weights.last_gradient + q + k);
-        });
-        const auto sums = sum_axis<centre>(nodes, w, g);
-        sums.value.store(value[0] + q);
-        unroll<D>([&](auto a) FIRN_LAMBDA {
-            if constexpr (moments) sums.moment[a].store(value[1 + a] + q);
-            if constexpr (gradients) sums.gradient[a].store(value[1 + (moments ? D : 0) + a] + q);
-        });
+            close_rows(quad_offset<P>(l), rows);
+        }
     }
 
     /// The sums of the lanes from `lane` on.
@@ -94,6 +68,65 @@ struct PackSums {
             }
         });
         return sums;
+    }
+
+private:
+    /// Along all axes but the last: a row of nodes remains.
+    template <class RowOfLine>
+    FIRN_INLINE auto leading_sums(int l, const RowOfLine& row_of_line) const {
+        using Row = std::remove_cvref_t<decltype(row_of_line(std::integral_constant<int, 0>{}))>;
+        using Number = typename Row::Number;
+        const auto close = [&](auto axis, auto line, const auto& self) FIRN_LAMBDA {
+            constexpr int a = axis;
+            std::array<PartialSums<Row, a, moments, gradients>, std::size_t(K)> parts;
+            std::array<Number, std::size_t(K)> w, g{};
+            unroll<K>([&](auto k) FIRN_LAMBDA {
+                constexpr std::integral_constant<int, line + (D == 3 && a == 0 ? K : 1) * k> next{};
+                if constexpr (a == 0)
+                    parts[k].value = row_of_line(next);
+                else
+                    parts[k] = self(std::integral_constant<int, a - 1>{}, next, self);
+                w[k] = Number::fill(&weights.leading[a][k][l]);
+                if constexpr (gradients) g[k] = Number::fill(&weights.leading_gradient[a][k][l]);
+            });
+            return sum_axis<centre_node<Kernel>>(parts, w, g);
+        };
+        return close(std::integral_constant<int, D - 2>{}, std::integral_constant<int, 0>{}, close);
+    }
+
+    /// Along the last axis, for the particles whose quads begin at q: rows fall into their nodes.
+    template <class Row, std::size_t N>
+    FIRN_INLINE void close_rows(int q, const std::array<PartialSums<Row, D - 1, moments, gradients>, N>& rows) {
+        const auto split = [&](const auto& part) FIRN_LAMBDA {
+            std::array<Row, N> of_each;
+            unroll<int(N)>([&](auto i) FIRN_LAMBDA { of_each[i] = part(rows[i]); });
+            return nodes_of_rows(of_each);
+        };
+        const auto values = split([](const auto& sums) FIRN_LAMBDA { return sums.value; });
+        using Number = typename decltype(values)::value_type;
+        std::array<PartialSums<Number, D - 1, moments, gradients>, std::size_t(K)> nodes;
+        std::array<Number, std::size_t(K)> w, g{};
+        unroll<K>([&](auto k) FIRN_LAMBDA {
+            nodes[k].value = values[k];
+            w[k] = Number::template fill_quads<k>(weights.last + q);
+            if constexpr (gradients) g[k] = Number::template fill_quads<k>(weights.last_gradient + q);
+        });
+        unroll<D - 1>([&](auto a) FIRN_LAMBDA {
+            if constexpr (moments) {
+                const auto of_axis = split([&](const auto& sums) FIRN_LAMBDA { return sums.moment[a]; });
+                unroll<K>([&](auto k) FIRN_LAMBDA { nodes[k].moment[a] = of_axis[k]; });
+            }
+            if constexpr (gradients) {
+                const auto of_axis = split([&](const auto& sums) FIRN_LAMBDA { return sums.gradient[a]; });
+                unroll<K>([&](auto k) FIRN_LAMBDA { nodes[k].gradient[a] = of_axis[k]; });
+            }
+        });
+        const auto sums = sum_axis<centre_node<Kernel>>(nodes, w, g);
+        sums.value.store(value[0] + q);
+        unroll<D>([&](auto a) FIRN_LAMBDA {
+            if constexpr (moments) sums.moment[a].store(value[1 + a] + q);
+            if constexpr (gradients) sums.gradient[a].store(value[1 + (moments ? D : 0) + a] + q);
+        });
     }
 };
 

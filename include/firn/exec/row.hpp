@@ -9,8 +9,10 @@
 
 #include <firn/core/config.hpp>
 
+#include <array>
 #include <concepts>
 #include <cstring>
+#include <type_traits>
 
 #if defined(__AVX__) && !defined(FIRN_PORTABLE_ROWS)
 #define FIRN_WIDE_ROWS
@@ -86,6 +88,18 @@ struct node_register {
 #endif
     }
 
+    /// Each quad holds its number k four times. \param from  a quad a node
+    template <int k>
+    FIRN_INLINE static node_register fill_quads(const S* from) {
+        if constexpr (N == 4) {
+            return fill(from + k);
+        } else {
+            const vector all = load(from).v;
+            return {__builtin_shufflevector(all, all, k, k, k, k, k + 4, k + 4, k + 4, k + 4, k + 8, k + 8, k + 8,
+                                            k + 8, k + 12, k + 12, k + 12, k + 12)};
+        }
+    }
+
     template <int k>
     FIRN_INLINE node_register<S, 4> node() const {
 #if defined(FIRN_WIDE_ROWS) && defined(__AVX512F__)
@@ -102,6 +116,10 @@ struct node_register {
     /// a + b c, in one operation where the target has it and the compiler is allowed to use it (-ffp-contract).
     FIRN_INLINE friend node_register plus_times(node_register a, node_register b, node_register c) {
         return {a.v + b.v * c.v};
+    }
+    /// b c − a, likewise.
+    FIRN_INLINE friend node_register times_minus(node_register b, node_register c, node_register a) {
+        return {b.v * c.v - a.v};
     }
 };
 
@@ -181,6 +199,9 @@ struct row_of {
     FIRN_INLINE friend row_of plus_times(const row_of& a, const row_of& b, const Number& s) {
         return {plus_times(a.first, b.first, s), plus_times(a.rest, b.rest, Rest::narrowed(s))};
     }
+    FIRN_INLINE friend row_of times_minus(const row_of& b, const Number& s, const row_of& a) {
+        return {times_minus(b.first, s, a.first), times_minus(b.rest, Rest::narrowed(s), a.rest)};
+    }
     template <int N>
     FIRN_INLINE static Number narrowed(const detail::node_register<S, N>& s) {
         if constexpr (N == width)
@@ -208,6 +229,7 @@ struct row_of<S, 0, W> {
     FIRN_INLINE friend row_of plus_times(row_of, row_of, row_of) { return {}; }
     FIRN_INLINE friend row_of operator*(row_of, const detail::node_register<S, W>&) { return {}; }
     FIRN_INLINE friend row_of plus_times(row_of, row_of, const detail::node_register<S, W>&) { return {}; }
+    FIRN_INLINE friend row_of times_minus(row_of, const detail::node_register<S, W>&, row_of) { return {}; }
     FIRN_INLINE static const detail::node_register<S, W>& narrowed(const detail::node_register<S, W>& s) { return s; }
 };
 
@@ -222,6 +244,45 @@ using row = row_of<S, K, detail::row_register<S, K>>;
 /// The same, but no form of it reaches over other nodes.
 template <std::floating_point S, int K>
 using exact_row = row_of<S, K, (detail::row_register<S, 4> > 4 ? 8 : 4)>;
+
+/// How many rows' nodes are worked on side by side: four where a row is one register of four nodes.
+template <class Row>
+inline constexpr int rows_abreast = Row::width == 16 && Row::nodes <= 4 ? 4 : 1;
+
+/// The nodes of one row, one after the other.
+template <class Row>
+FIRN_INLINE auto nodes_of_rows(const std::array<Row, 1>& rows) {
+    std::array<std::remove_cvref_t<decltype(rows[0].template node<0>())>, std::size_t(Row::nodes)> nodes;
+    unroll<Row::nodes>([&](auto k) FIRN_LAMBDA { nodes[k] = rows[0].template node<k>(); });
+    return nodes;
+}
+
+namespace detail {
+/// Four quads of those of a (0 to 3) and b (4 to 7).
+template <int i, int j, int k, int l, class Number>
+FIRN_INLINE Number quads_of(const Number& a, const Number& b) {
+    return {__builtin_shufflevector(a.v, b.v, 4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3, 4 * j, 4 * j + 1, 4 * j + 2,
+                                    4 * j + 3, 4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3, 4 * l, 4 * l + 1, 4 * l + 2,
+                                    4 * l + 3)};
+}
+}  // namespace detail
+
+/// The nodes of four rows: register k holds node k of each.
+template <class Row>
+FIRN_INLINE auto nodes_of_rows(const std::array<Row, 4>& rows) {
+    using Number = typename Row::Number;
+    const Number &a = rows[0].first, &b = rows[1].first, &c = rows[2].first, &d = rows[3].first;
+    std::array<Number, std::size_t(Row::nodes)> nodes;
+    const Number low = detail::quads_of<0, 1, 4, 5>(a, b), low_too = detail::quads_of<0, 1, 4, 5>(c, d);
+    nodes[0] = detail::quads_of<0, 2, 4, 6>(low, low_too);
+    nodes[1] = detail::quads_of<1, 3, 5, 7>(low, low_too);
+    if constexpr (Row::nodes > 2) {
+        const Number high = detail::quads_of<2, 3, 6, 7>(a, b), high_too = detail::quads_of<2, 3, 6, 7>(c, d);
+        nodes[2] = detail::quads_of<0, 2, 4, 6>(high, high_too);
+        if constexpr (Row::nodes > 3) nodes[3] = detail::quads_of<1, 3, 5, 7>(high, high_too);
+    }
+    return nodes;
+}
 
 /// Whether as many rows stay in registers, with others beside them to work in.
 template <class Row, int count>

@@ -81,14 +81,16 @@ FIRN_INLINE PartialSums<V, Closed + 1, Moments, Gradients> sum_axis(
     const std::array<PartialSums<V, Closed, Moments, Gradients>, K>& parts, const std::array<W, K>& w,
     const std::array<W, K>& g) {
     PartialSums<V, Closed + 1, Moments, Gradients> sums;
-    // Products that the moment along this axis needs, too, are made once.
+    // Products that the moment along this axis needs, too, are made once; but not that of offset 1, which costs nothing
+    // where a target multiplies and adds in one operation.
+    constexpr auto is_shared = [](int k) { return k == 0 || (Moments && (k < Centre || k > Centre + 1)); };
     std::array<V, K> weighted;
     unroll<int(K)>([&](auto k) FIRN_LAMBDA {
-        if constexpr (k == 0 || (Moments && k != Centre)) weighted[k] = parts[k].value * w[k];
+        if constexpr (is_shared(k)) weighted[k] = parts[k].value * w[k];
     });
     sums.value = weighted[0];
     unroll<int(K) - 1>([&](auto k) FIRN_LAMBDA {
-        if constexpr (Moments && k + 1 != Centre)
+        if constexpr (is_shared(k + 1))
             sums.value = sums.value + weighted[k + 1];
         else
             sums.value = plus_times(sums.value, parts[k + 1].value, w[k + 1]);
@@ -100,9 +102,13 @@ FIRN_INLINE PartialSums<V, Closed + 1, Moments, Gradients> sum_axis(
                 sums.moment[a] = plus_times(sums.moment[a], parts[k + 1].moment[a], w[k + 1]);
             });
         });
-        sums.moment[Closed] = weighted[Centre + 1];  // offset 1; the others follow, 0 gives nothing
+        // Offsets 1 and −1; the others follow, 0 gives nothing.
+        if constexpr (Centre == 0)
+            sums.moment[Closed] = parts[Centre + 1].value * w[Centre + 1];
+        else
+            sums.moment[Closed] = times_minus(parts[Centre + 1].value, w[Centre + 1], weighted[Centre - 1]);
         unroll<int(K)>([&](auto k) FIRN_LAMBDA {
-            if constexpr (k != Centre && k != Centre + 1)
+            if constexpr (k < Centre - 1 || k > Centre + 1)
                 sums.moment[Closed] =
                     plus_times(sums.moment[Closed], weighted[k], std::integral_constant<int, k - Centre>{});
         });

@@ -29,4 +29,10 @@ FIRN_INLINE V plus_times(const V& a, const V& b, std::integral_constant<int, o>)
         return a + (b + b);  // o = 2, of the cubic kernel
 }
 
+/// b w − a
+template <class V, class W>
+FIRN_INLINE V times_minus(const V& b, const W& w, const V& a) {
+    return b * w - a;
+}
+
 }  // namespace firn

@@ -3,6 +3,7 @@
 #include <firn/core/pack.hpp>
 
 #include <array>
+#include <cmath>
 #include <limits>
 
 using namespace firn;
@@ -69,6 +70,22 @@ TEMPLATE_TEST_CASE("what is not a number is in no comparison, and select keeps t
     const P safe = select(a == a, sqrt(a), P(0));
     CHECK(safe[0] == 2);
     CHECK(safe[1] == 0);
+}
+
+TEMPLATE_TEST_CASE_SIG("roots and floors are the standard library's, in every lane", "[core][pack]",
+                       ((class T, int N), T, N), (float, 2), (float, 4), (float, 8), (float, 16), (float, 32),
+                       (double, 2), (double, 4), (double, 8), (double, 16)) {
+    using P = pack<T, N>;
+    for (const T scale : {T(0.37), T(1), T(1e4), T(3e9)}) {
+        P a;
+        for (int l = 0; l < N; ++l) a.set(l, (T(l) - T(N) / 2 + T(0.5)) * scale);
+        const P down = floor(a), root = sqrt(a * a + P(scale));
+        for (int l = 0; l < N; ++l) {
+            CAPTURE(l, a[l]);
+            CHECK(down[l] == std::floor(a[l]));
+            CHECK(root[l] == std::sqrt((a * a + P(scale))[l]));
+        }
+    }
 }
 
 TEST_CASE("a number becomes equal lanes, zero and −0 included", "[core][pack]") {

@@ -72,6 +72,7 @@ TEMPLATE_TEST_CASE("A row in wide registers has the bits of a node a register", 
             put(x * Row::Number::fill(&a[0]));
             put(plus_times(x, y, Row::repeat(quad_of.data() + 1)));
             put(plus_times(x, y, Row::Number::fill(&a[0])));
+            put(times_minus(x, Row::Number::fill(&a[0]), y));
             return r;
         };
         const auto expected = results(std::type_identity<portable_row<S, K>>{});
@@ -243,11 +244,10 @@ TEMPLATE_TEST_CASE("P2G and G2P of a pack have the same bits in every form of ro
         for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
             sums.locate(lane, particles.template position<P>(std::size_t(lane)), Vec<P, D>::zero(), arena_size<Kernel>);
         const auto gathered = [&]<class Row>(std::type_identity<Row>) {
-            for (int l = 0; l < pack_size; ++l)
-                sums.gather(l, [&](auto line) {
-                    return Row::load(nodes.data() + sums.weights.corner[l] +
-                                     line_begin<Kernel, D, arena_size<Kernel>>(line) * node_width);
-                });
+            sums.gather([&](int l, auto line) {
+                return Row::load(nodes.data() + sums.weights.corner[l] +
+                                 line_begin<Kernel, D, arena_size<Kernel>>(line) * node_width);
+            });
             std::array<S, std::size_t(decltype(sums)::quads * pack_size * 4)> r;
             std::memcpy(r.data(), sums.value, sizeof r);
             return bits(r);

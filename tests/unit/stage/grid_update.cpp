@@ -45,6 +45,7 @@ TEST_CASE("plus_times is a + b o for constant offsets and for numbers", "[stage]
     CHECK(plus_times(a, b, std::integral_constant<int, 1>{}) == a + b);
     CHECK(plus_times(a, b, std::integral_constant<int, 2>{}) == a + b * 2.0);
     CHECK(plus_times(a, b, -1.0) == a - b);
+    CHECK(times_minus(b, 0.5, a) == b * 0.5 - a);
 }
 
 TEST_CASE("the time step bound is the safety factor times h over the fastest signal", "[stage]") {
