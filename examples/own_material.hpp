@@ -22,14 +22,14 @@ struct NeoHookean {
     /// τ [Pa]
     template <int D>
     firn::Mat<S, D> kirchhoff_stress(const firn::Mat<S, D>& F) const {
-        const S pressure = lambda * log(determinant(F)) - mu;
+        const S pressure = lambda * firn::log(determinant(F)) - mu;
         return F * transpose(F) * mu + firn::Mat<S, D>::diagonal(pressure);
     }
 
     /// ρ0 c² ≤ μ (σ_max² + 1) + λ (1 − ln J): the acoustic tensor's largest eigenvalue.  [m/s]
     template <int D>
     S wave_speed(const S& density, const firn::Mat<S, D>& F) const {
-        const S stiffness = mu * (firn::squared_stretch_bound(F) + S(1)) + lambda * (S(1) - log(determinant(F)));
+        const S stiffness = mu * (firn::squared_stretch_bound(F) + S(1)) + lambda * (S(1) - firn::log(determinant(F)));
         return sqrt(firn::max(stiffness, mu) / density);
     }
 };

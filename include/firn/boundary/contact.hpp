@@ -17,12 +17,12 @@ template <scalar S, int D>
 FIRN_INLINE Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>& normal, Contact contact,
                                              const S& friction) {
     if (contact == Contact::stick) return Vec<S, D>::zero();
-    const S outward = dot(v, normal);
+    const S outward = named("outward", dot(v, normal));
     const S into = min(outward, S(0));
     const Vec<S, D> tangential = v - normal * outward;
     // Not zero, so that derivatives exist at rest: below 1e-15 m/s, friction stops and its absence keeps.
-    const S speed = sqrt(max(dot(tangential, tangential), S(1e-30)));
-    const S kept = max(speed + friction * into, S(0)) / speed;
+    const S speed = named("speed", sqrt(max(dot(tangential, tangential), S(1e-30))));
+    const S kept = named("kept", max(speed + friction * into, S(0)) / speed);
     const Vec<S, D> after = tangential * kept;
     return contact == Contact::slip ? after : after + normal * max(outward, S(0));
 }

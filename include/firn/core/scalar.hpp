@@ -82,6 +82,12 @@ concept has_roots = requires(const S a) {
 };
 // clang-format on
 
+/// x. What a definition calls it: a scalar that records a program writes it under that name.
+template <class S>
+FIRN_INLINE constexpr const S& named(const char*, const S& x) {
+    return x;
+}
+
 /// A number type that every definition of firn can be evaluated with.
 template <class S>
 concept scalar = has_arithmetic<S> && has_literals<S> && has_select<S> && has_roots<S>;

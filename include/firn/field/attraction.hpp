@@ -26,9 +26,9 @@ struct Attraction {
     FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x) const {
         const Vec<S, D> to_centre = centre - x;
         const Vec<S, D> there = to_centre - direction * dot(to_centre, direction);
-        const S distance = norm(there);
+        const S distance = named("distance", norm(there));
         const auto apart = S(0) < distance;
-        const S pull = strength * max(S(1) - distance / radius, S(0));
+        const S pull = named("pull", strength * max(S(1) - distance / radius, S(0)));
         return gravity + there * select(apart, pull / select(apart, distance, S(1)), S(0));
     }
 };

@@ -37,7 +37,7 @@ struct FixedCorotated {
     /// τ = 2μ (F − R) Fᵀ + λ (J − 1) J I = 2μ (FFᵀ − V) + λ (J − 1) J I  [Pa]
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
-        const S J = determinant(F);
+        const S J = named("J", determinant(F));
         return (F * transpose(F) - left_stretch(F)) * (mu + mu) + Mat<S, D>::diagonal(lambda * (J - S(1)) * J);
     }
 
@@ -52,7 +52,7 @@ struct FixedCorotated {
     /// equal to λ + 2μ at rest.  [m/s]
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
-        const S J = determinant(F);
+        const S J = named("J", determinant(F));
         return sqrt(((mu + mu) * squared_stretch_bound(F) + lambda * J * J) / density);
     }
 };

@@ -104,9 +104,9 @@ FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
     const S constant = Ib * Ib - S(4) * IIb;
     return repeat<steps>(sqrt(S(3) * Ib), [&](const S& x) FIRN_LAMBDA {
         const S xx = x * x;
-        const S value = ((xx - two_Ib) * x - eight_J) * x + constant;
-        const S slope = (xx - Ib) * x - two_J;  // f′ / 4
-        const S bend = S(3) * xx - Ib;          // f″ / 4
+        const S value = named("value", ((xx - two_Ib) * x - eight_J) * x + constant);
+        const S slope = named("slope", (xx - Ib) * x - two_J);  // f′ / 4
+        const S bend = named("bend", S(3) * xx - Ib);           // f″ / 4
         return x - S(2) * value * slope / (S(8) * slope * slope - value * bend);
     });
 }
@@ -131,13 +131,13 @@ template <scalar S>
 FIRN_INLINE Mat<S, 3> left_stretch(const Mat<S, 3>& F) {
     const Mat<S, 3> b = detail::symmetric<S, 3>(
         [&](auto i, auto j) FIRN_LAMBDA { return F(i, 0) * F(j, 0) + F(i, 1) * F(j, 1) + F(i, 2) * F(j, 2); });
-    const S J = determinant(F);
-    const S Ib = trace(b);
+    const S J = named("J", determinant(F));
+    const S Ib = named("Ib", trace(b));
     const S IIb = b(0, 0) * b(1, 1) - b(0, 1) * b(0, 1) + (b(1, 1) * b(2, 2) - b(1, 2) * b(1, 2)) +
                   (b(2, 2) * b(0, 0) - b(0, 2) * b(0, 2));
     const S lambda = detail::trace_of_stretch(Ib, IIb, J);
-    const S II = S(0.5) * (lambda * lambda - Ib);
-    const S denominator = lambda * II - J;
+    const S II = named("II", S(0.5) * (lambda * lambda - Ib));
+    const S denominator = named("denominator", lambda * II - J);
     const S inverse = S(1) / denominator;
     const S of_identity = lambda * J;
     const S of_b = lambda * lambda - II;

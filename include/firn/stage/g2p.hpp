@@ -33,7 +33,7 @@ template <class Kernel, class Transfer, class Force, scalar S, int D>
 FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<S, D>& d, const S& h) {
     G2PResult<S, D> result;
     result.velocity = sums.velocity;
-    const S D_inverse = S(Kernel::inverse_inertia) / (h * h);
+    const S D_inverse = named("D_inverse", S(Kernel::inverse_inertia) / (h * h));
     if constexpr (g2p_needs_moment<Transfer>)
         result.affine = Transfer::affine_field((sums.moment - outer(sums.velocity, d)) * h, D_inverse);
     else

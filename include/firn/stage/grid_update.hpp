@@ -12,7 +12,7 @@ template <scalar S, int D, class Boundary>
 FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, const Vec<S, D>& position,
                                     const Vec<S, D>& acceleration, const S& dt, const Boundary& boundary) {
     const auto filled = mass > S(0);
-    const S per_mass = S(1) / select(filled, mass, S(1));
+    const S per_mass = named("per_mass", S(1) / select(filled, mass, S(1)));
     const Vec<S, D> v = boundary.velocity(position, momentum * per_mass + acceleration * dt);
     return select(filled, v, Vec<S, D>::zero());
 }

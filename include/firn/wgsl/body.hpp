@@ -26,7 +26,9 @@ inline std::string literal(float value) {
 /// `if`; loops stay loops.
 class Body {
 public:
-    explicit Body(const Graph& graph, const std::vector<int>& outputs) : graph_(graph) {
+    /// \param taken  names that mean something else already
+    Body(const Graph& graph, const std::vector<int>& outputs, std::vector<std::string> taken = {})
+        : graph_(graph), taken_(std::move(taken)) {
         const std::size_t count = graph.nodes.size();
         live_.resize(count);
         users_.resize(count);
@@ -127,7 +129,8 @@ private:
     /// Put into the expression of the one operation that needs it.
     bool is_inlined(int i) const {
         const std::vector<int>& users = users_[std::size_t(i)];
-        if (users.size() != 1 || is_selection_of_run(i) || node(i).op == Op::loop_result) return false;
+        if (users.size() != 1 || graph_.names.count(i) || is_selection_of_run(i) || node(i).op == Op::loop_result)
+            return false;
         const int user = users.front();
         return user != outside && node(user).op != Op::loop && !is_selection_of_run(user) &&
                run_[std::size_t(user)] == run_[std::size_t(i)];
@@ -227,7 +230,16 @@ private:
         text_[std::size_t(i)] = std::move(text);
         levels_[std::size_t(i)] = level;
     }
-    std::string new_name() { return "t" + std::to_string(++names_); }
+    /// What the definition calls it, with a number behind it from the second on.
+    std::string new_name(int i) {
+        const auto found = graph_.names.find(i);
+        if (found == graph_.names.end()) return "t" + std::to_string(++names_);
+        std::string name = found->second;
+        for (int k = 2; std::find(taken_.begin(), taken_.end(), name) != taken_.end(); ++k)
+            name = found->second + std::to_string(k);
+        taken_.push_back(name);
+        return name;
+    }
 
     /// The nodes of one region that belong to one run (nothing: to none).
     void write_block(int in_region, int run, int depth) {
@@ -245,7 +257,7 @@ private:
                 if (is_inlined(i) && e.text.size() <= longest_expression) {
                     set_text(i, e.text, e.level);
                 } else {
-                    const std::string name = new_name();
+                    const std::string name = new_name(i);
                     line(depth, "let " + name + " = " + e.text + ";");
                     set_text(i, name, 3);
                 }
@@ -257,7 +269,7 @@ private:
         const std::vector<int>& selections = runs_[std::size_t(r)].selections;
         std::vector<std::string> names;
         for (const int i : selections) {
-            names.push_back(new_name());
+            names.push_back(new_name(i));
             line(depth, "var " + names.back() + " = " + expression(node(i).c).text + ";");
         }
         line(depth, "if (" + expression(node(selections.front()).a).text + ") {");
@@ -280,7 +292,7 @@ private:
         for (std::size_t k = 0; k < loop.next.size(); ++k) {
             next.push_back(expression(loop.next[k]).text);
             if (node(loop.next[k]).op == Op::loop_value && loop.next[k] != loop.inside[k]) {
-                const std::string name = new_name();
+                const std::string name = new_name(nothing);
                 line(depth + 1, "let " + name + " = " + next.back() + ";");
                 next.back() = name;
             }
@@ -302,6 +314,7 @@ private:
     std::vector<int> loop_node_;
     std::vector<std::string> text_;  // of each node that has been written
     std::vector<int> levels_;
+    std::vector<std::string> taken_;
     int names_ = 0;
     std::string out_;
 };

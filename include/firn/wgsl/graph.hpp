@@ -74,7 +74,8 @@ public:
     std::vector<Node> nodes;
     std::vector<int> region;  ///< of each node: the innermost loop that it depends on, or nothing
     std::vector<Loop> loops;
-    std::vector<int> guards;  ///< masks that any() was asked about: what is selected by them is worth a branch
+    std::map<int, std::string> names;  ///< of some nodes, as definitions call them
+    std::vector<int> guards;           ///< masks that any() was asked about: what is selected by them is worth a branch
 
     int constant(float value) { return push({Op::constant, nothing, nothing, nothing, value}); }
     int truth(bool value) { return push({Op::truth, nothing, nothing, nothing, value ? 1.0F : 0.0F}); }

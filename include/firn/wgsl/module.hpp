@@ -38,7 +38,9 @@ public:
         for_components(result, [&](const recorded& component) { outputs.push_back(component.node); });
         for (const int output : outputs)
             if (output == nothing) throw usage_error("The definition of " + name + " leaves a number without a value.");
-        const Body body(recording.graph, outputs);
+        std::vector<std::string> taken = names;
+        taken.push_back("params");
+        const Body body(recording.graph, outputs, taken);
         functions_ += "/// " + comment + "\n" + "fn " + name + "(" + detail::joined(parameters, ", ") + ") -> " +
                       shape<Result>::type() + " {\n" + body.statements() + "    return " +
                       shape<Result>::build(result, [&](const recorded& x) { return body.text(x.node); }) + ";\n}\n\n";

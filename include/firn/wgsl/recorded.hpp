@@ -82,6 +82,10 @@ struct recorded {
     [[gnu::noinline]] friend recorded select(mask m, recorded a, recorded b) {
         return of(Recording::current().select(m.node, checked(a), checked(b)));
     }
+    friend recorded named(const char* name, recorded a) {
+        Recording::current().names.try_emplace(checked(a), name);
+        return a;
+    }
     friend recorded sqrt(recorded a) { return unary(Op::square_root, a); }
     friend recorded abs(recorded a) { return unary(Op::magnitude, a); }
     friend recorded floor(recorded a) { return unary(Op::round_down, a); }

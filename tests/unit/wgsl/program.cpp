@@ -1,0 +1,131 @@
+// What a program says of itself: buffers, uniforms and dispatch within the limits of WebGPU, or a sentence.
+#include "support/catch.hpp"
+#include "support/scenes.hpp"
+#include <firn/field/attraction.hpp>
+#include <firn/wgsl/inputs.hpp>
+#include <firn/wgsl/program.hpp>
+
+using namespace firn;
+
+namespace {
+
+template <int D>
+wgsl::Program program() {
+    return wgsl::make_program<QuadraticBSpline, Apic, MlsForce, D>(
+        FixedCorotated<float>{}, Walls<float, D>::all(Vec<float, D>::zero(), Vec<float, D>::filled(1), {}),
+        Attraction<float, D>{});
+}
+
+std::string message(const std::function<void()>& body) {
+    try {
+        body();
+    } catch (const error& e) {
+        return e.what();
+    }
+    return {};
+}
+
+float float_at(const std::vector<std::byte>& bytes, std::size_t offset) {
+    float x = 0;
+    std::memcpy(&x, bytes.data() + offset, sizeof x);
+    return x;
+}
+
+}  // namespace
+
+TEST_CASE("Uniforms lie where WGSL's rules of alignment put them") {
+    // WGSL, "Alignment and Size": f32 and u32 4, vec2 8, vec3 16 bytes; a vec3 takes 12.
+    for (const wgsl::Program& p : {program<2>(), program<3>()}) {
+        std::size_t end = 0;
+        for (const wgsl::Uniform& u : p.uniforms) {
+            const std::size_t n = u.values.size(), align = n == 1 ? 4 : n == 2 ? 8 : 16;
+            CHECK(u.offset % align == 0);
+            CHECK(u.offset >= end);
+            CHECK(u.offset < end + align);
+            end = u.offset + 4 * n;
+        }
+        CHECK(p.uniform_bytes >= end);
+        CHECK(p.uniform_bytes % 16 == 0);
+    }
+}
+
+TEST_CASE("No kernel needs more than eight storage buffers, and all that it binds exists") {
+    for (const wgsl::Program& p : {program<2>(), program<3>()})
+        for (const wgsl::EntryPoint& e : p.entry_points) {
+            INFO(e.name);
+            CHECK(e.bindings.size() - 1 <= 8);
+            CHECK(p.code.find("fn " + e.name + "(") != std::string::npos);
+            for (const auto& [binding, writes] : e.bindings)
+                CHECK((binding == 0 || std::any_of(p.buffers.begin(), p.buffers.end(),
+                                                   [&](const wgsl::Buffer& b) { return b.binding == binding; })));
+        }
+}
+
+TEST_CASE("Particles or nodes beyond a limit are refused with the limit's name and the number that fits") {
+    const wgsl::Program p = program<3>();
+    // The widest buffers hold nine numbers a particle: 128 MiB / 36 bytes.
+    const std::uint64_t fit = (128ULL << 20) / 36;
+    CHECK_NOTHROW(wgsl::check_fits<3>(p, fit, {64, 64, 64}));
+    const std::string text = message([&] { wgsl::check_fits<3>(p, fit + 1, {64, 64, 64}); });
+    CHECK(text.find("maxStorageBufferBindingSize") != std::string::npos);
+    CHECK(text.find(std::to_string(fit) + " particles fit") != std::string::npos);
+    CHECK_NOTHROW(wgsl::check_fits<3>(p, 1000, {200, 200, 200}));
+    CHECK(message([&] { wgsl::check_fits<3>(p, 1000, {208, 208, 208}); }).find("nodes fit") != std::string::npos);
+    CHECK(message([&] {
+              wgsl::check_fits<3>(p, 1000, {64, 64, 64}, {.storage_buffers_per_stage = 4});
+          }).find("maxStorageBuffersPerShaderStage") != std::string::npos);
+}
+
+TEST_CASE("A dispatch beyond 65,535 workgroups goes on in the second dimension") {
+    CHECK(wgsl::dispatch(65535 * 64, 64).y == 1);
+    for (const std::uint64_t n : {65535ULL * 64 + 1, 5'000'000ULL, 1ULL << 31}) {
+        const wgsl::Dispatch d = wgsl::dispatch(n, 64);
+        CHECK(d.x <= 65535);
+        CHECK(d.y > 1);
+        CHECK(std::uint64_t(d.x) * d.y * 64 >= n);
+        CHECK(std::uint64_t(d.x) * (d.y - 1) * 64 < n);
+    }
+    CHECK_THROWS_AS(wgsl::dispatch(1ULL << 40, 64), parameter_error);
+}
+
+TEST_CASE("Inputs hold the particles' numbers, and the time step in all that follows from it") {
+    Domain<3> domain;
+    domain.cell_size = 1.0 / 32;
+    Simulation<3> simulation(domain);
+    scenes::add_two_blocks<3>(simulation, 0.2, 1.0 / 32);
+    simulation.step();
+    const wgsl::Program p = program<3>();
+    wgsl::Inputs inputs = wgsl::make_inputs<3>(p, domain, simulation.particles(), 1e-4);
+    REQUIRE(inputs.particles == simulation.particles().size());
+    const auto& motion = inputs.buffers.front();
+    REQUIRE(motion.first == "motion");
+    std::size_t i = 0;
+    for (std::size_t slot = 0; slot < simulation.particles().slots(); ++slot) {
+        if (!simulation.particles().is_particle(slot)) continue;
+        const Vec<double, 3> x = simulation.particles().exact_position(slot);
+        for (std::size_t a = 0; a < 3; ++a) {
+            const double cells =
+                double(motion.second[a * inputs.particles + i]) + double(motion.second[(a + 3) * inputs.particles + i]);
+            REQUIRE(cells / 32 == Approx(x[int(a)]).epsilon(1e-12));
+        }
+        ++i;
+    }
+    wgsl::set_time_step(inputs, 2e-4, domain.cell_size);
+    const auto bytes = inputs.uniform_bytes();
+    CHECK(float_at(bytes, p.uniform("time_step").offset) == 2e-4F);
+    CHECK(float_at(bytes, p.uniform("place_per_velocity").offset) == float(2e-4 * 32));
+    CHECK(float_at(bytes, p.uniform("boundary_upper").offset + 8) == 1.0F);
+    CHECK_THROWS_AS(inputs.set("gravity", {0, 0, 0}), usage_error);
+    CHECK_THROWS_AS(inputs.set("time_step", {0, 0, 0}), usage_error);
+}
+
+TEST_CASE("The pull towards a line falls off to its radius and points at the line; at its centre there is none") {
+    const Attraction<double, 3> pull{{0, -10, 0}, {0.5, 0.5, 0.5}, {0, 0, 1}, 0.2, 30};
+    const auto near = pull({0.6, 0.5, 0.9});  // half the radius away from the line, whatever z
+    CHECK(near[0] == Approx(-15));
+    CHECK(near[1] == Approx(-10));
+    CHECK(near[2] == Approx(0));
+    CHECK(pull({0.5, 0.5, 0.1})[1] == Approx(-10));
+    CHECK(pull({0.5, 0.5, 0.1})[0] == Approx(0));
+    CHECK(pull({0.9, 0.5, 0.5})[0] == Approx(0));
+}

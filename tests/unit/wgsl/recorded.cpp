@@ -1,0 +1,221 @@
+// The recording scalar against the definitions themselves: a small interpreter evaluates the recorded graph in float,
+// operation by operation, and must give the bits that the definition gives when it is evaluated with float.
+#include "support/catch.hpp"
+#include "support/scenes.hpp"
+#include <firn/field/attraction.hpp>
+#include <firn/wgsl/module.hpp>
+
+#include "../examples/own_material.hpp"
+
+using namespace firn;
+using wgsl::Op;
+using wgsl::recorded;
+using wgsl::Recording;
+
+namespace {
+
+/// Evaluates a graph. Inputs are named "0", "1", …
+class Interpreter {
+public:
+    Interpreter(const wgsl::Graph& graph, const std::vector<float>& inputs)
+        : graph_(graph), inputs_(inputs), value_(graph.nodes.size()), loop_(graph.loops.size()) {}
+
+    float operator()(int output) {
+        for (int i = 0; i < int(graph_.nodes.size()); ++i)
+            if (graph_.region[std::size_t(i)] == wgsl::nothing) evaluate(i);
+        return value_[std::size_t(output)];
+    }
+
+private:
+    void evaluate(int i) {
+        const wgsl::Node& n = graph_.nodes[std::size_t(i)];
+        const auto at = [&](int k) { return value_[std::size_t(k)]; };
+        const auto set = [&](auto x) { value_[std::size_t(i)] = float(x); };
+        switch (n.op) {
+            case Op::constant:
+            case Op::truth:
+                return set(n.value);
+            case Op::input:
+                return set(inputs_.at(std::size_t(std::stoi(n.text))));
+            case Op::add:
+                return set(at(n.a) + at(n.b));
+            case Op::subtract:
+                return set(at(n.a) - at(n.b));
+            case Op::multiply:
+                return set(at(n.a) * at(n.b));
+            case Op::divide:
+                return set(at(n.a) / at(n.b));
+            case Op::negate:
+                return set(-at(n.a));
+            case Op::less:
+                return set(at(n.a) < at(n.b));
+            case Op::less_equal:
+                return set(at(n.a) <= at(n.b));
+            case Op::equal:
+                return set(at(n.a) == at(n.b));
+            case Op::both:
+                return set(at(n.a) != 0 && at(n.b) != 0);
+            case Op::either:
+                return set(at(n.a) != 0 || at(n.b) != 0);
+            case Op::inverse:
+                return set(at(n.a) == 0);
+            case Op::select:
+                return set(at(n.a) != 0 ? at(n.b) : at(n.c));
+            case Op::square_root:
+                return set(std::sqrt(at(n.a)));
+            case Op::magnitude:
+                return set(std::abs(at(n.a)));
+            case Op::round_down:
+                return set(std::floor(at(n.a)));
+            case Op::power_of_two:
+                return set(firn::power_of_two(at(n.a)));
+            case Op::exponent_of:
+                return set(firn::exponent_of(at(n.a)));
+            case Op::significand_of:
+                return set(firn::significand_of(at(n.a)));
+            case Op::leading_half:
+                return set(firn::leading_half(at(n.a)));
+            case Op::loop:
+                return run(n.a);
+            case Op::loop_value:
+            case Op::loop_result:
+                return set(loop_[std::size_t(n.a)][std::size_t(n.b)]);
+        }
+    }
+    void run(int number) {
+        const wgsl::Loop& loop = graph_.loops[std::size_t(number)];
+        std::vector<float>& now = loop_[std::size_t(number)];
+        now.clear();
+        for (const int k : loop.initial) now.push_back(value_[std::size_t(k)]);
+        for (int pass = 0; pass < loop.passes; ++pass) {
+            for (int i = 0; i < int(graph_.nodes.size()); ++i)
+                if (graph_.region[std::size_t(i)] == number) evaluate(i);
+            for (std::size_t k = 0; k < now.size(); ++k) now[k] = value_[std::size_t(loop.next[k])];
+            if (loop.go_on != wgsl::nothing && value_[std::size_t(loop.go_on)] == 0) break;
+        }
+    }
+
+    const wgsl::Graph& graph_;
+    const std::vector<float>& inputs_;
+    std::vector<float> value_;
+    std::vector<std::vector<float>> loop_;
+};
+
+template <class T>
+T inputs() {
+    T value{};
+    int number = 0;
+    wgsl::for_components(value,
+                         [&](recorded& x) { x = recorded::of(Recording::current().input(std::to_string(number++))); });
+    return value;
+}
+
+/// How many numbers of the result differ in their bits, over many matrices: mild, inverted, nearly singular, zero.
+template <int D, class Definition>
+int differences(const Definition& definition) {
+    Recording recording;
+    Mat<recorded, D> result = definition(inputs<Mat<recorded, D>>());
+    int different = 0;
+    for (std::uint64_t trial = 0; trial < 400; ++trial) {
+        Mat<float, D> F = Mat<float, D>::zero();
+        const double strain = trial % 4 == 0 ? 3 : trial % 4 == 1 ? 0.1 : 1;
+        for (int k = 0; k < D * D; ++k)
+            F.m[k] = float((k % (D + 1) == 0) + strain * (scenes::noise(trial * 9 + std::uint64_t(k)) - 0.5));
+        if (trial % 50 == 7)
+            for (int i = 0; i < D; ++i) F(i, 0) = 1e-4F * F(i, 1);
+        if (trial == 99) F = Mat<float, D>::zero();
+        const Mat<float, D> expected = definition(F);
+        const std::vector<float> numbers(F.m, F.m + D * D);
+        for (int k = 0; k < D * D; ++k) {
+            const float got = Interpreter(recording.graph, numbers)(result.m[k].node);
+            // ±0 may differ: what adds zero is left out.
+            different += !(got == expected.m[k] || (std::isnan(got) && std::isnan(expected.m[k])));
+        }
+    }
+    return different;
+}
+
+/// The stress of a material whose parameters are constants of the graph.
+template <template <class> class Material>
+struct Stress {
+    template <class S, int D>
+    Mat<S, D> operator()(const Mat<S, D>& F) const {
+        return Material<S>{S(4e4F), S(6e4F)}.kirchhoff_stress(F);
+    }
+};
+
+int count(const std::string& text, const std::string& part) {
+    int n = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+    return n;
+}
+
+}  // namespace
+
+static_assert(scalar<recorded>);
+
+TEST_CASE("A recorded definition computes the bits that the definition computes") {
+    CHECK(differences<2>(Stress<FixedCorotated>{}) == 0);
+    CHECK(differences<3>(Stress<FixedCorotated>{}) == 0);
+    CHECK(differences<2>(Stress<NeoHookean>{}) == 0);
+    CHECK(differences<3>(Stress<NeoHookean>{}) == 0);
+}
+
+TEST_CASE("What occurs twice is recorded once, in either order; what nothing needs is not written") {
+    wgsl::Module module;
+    module.function<recorded, recorded>("f", "a test", {"x", "y"}, [](const recorded& x, const recorded& y) {
+        const recorded product = x * y, same = y * x;
+        const recorded unused = sqrt(product) / y;
+        (void)unused;
+        return product + recorded(1) / same;
+    });
+    CHECK(count(module.text(), "x * y") == 1);
+    CHECK(count(module.text(), "y * x") == 0);
+    CHECK(count(module.text(), "sqrt") == 0);
+}
+
+TEST_CASE("Constants are computed while recording, in float") {
+    Recording recording;
+    const recorded third = recorded(1) / recorded(3);
+    REQUIRE(recording.graph.nodes[std::size_t(third.node)].op == Op::constant);
+    CHECK(recording.graph.nodes[std::size_t(third.node)].value == 1.0F / 3.0F);
+    const recorded x = recorded::of(recording.graph.input("x"));
+    CHECK((x * recorded(1)).node == x.node);
+    CHECK((x + recorded(0)).node == x.node);
+    CHECK(select(recorded(1) < recorded(2), x, third).node == x.node);
+    CHECK(!any(recorded(2) < recorded(1)));
+    CHECK(any(x < third));
+}
+
+TEST_CASE("Loops stay loops, and what only rare lanes need is computed in a branch") {
+    wgsl::Module module;
+    module.function<Mat<recorded, 3>>("V", "left_stretch", {"F"},
+                                      [](const Mat<recorded, 3>& F) { return left_stretch(F); });
+    // Halley's iteration and the Jacobi sweeps; the sweeps stop early, and only run where the mask holds.
+    CHECK(count(module.text(), "for (var") == 2);
+    CHECK(count(module.text(), "break;") == 1);
+    CHECK(count(module.text(), "if (t") + count(module.text(), "if (!") >= 2);
+    const std::size_t branch = module.text().find("if (t"), sweeps = module.text().rfind("for (var");
+    CHECK(branch < sweeps);
+    CHECK(count(module.text(), "let J = ") == 1);  // the definition's own name
+}
+
+TEST_CASE("A number is written so that it reads back as the same float; infinity and NaN are no constants") {
+    for (std::uint32_t i = 0; i < 20000; ++i) {
+        const float x = std::bit_cast<float>(i * 214'013u + 2'531'011u);
+        if (!std::isfinite(x)) continue;
+        const std::string text = wgsl::literal(x);
+        REQUIRE(text.back() == 'f');
+        REQUIRE(text.find_first_of(".e") != std::string::npos);
+        REQUIRE(std::strtof(text.c_str(), nullptr) == x);
+    }
+    CHECK(wgsl::literal(std::numeric_limits<float>::infinity()) == "from_bits(2139095040u)");
+}
+
+TEST_CASE("Recording at the wrong time, or reading what has no value, is told") {
+    CHECK_THROWS_AS(recorded(1), usage_error);
+    Recording recording;
+    CHECK_THROWS_AS(Recording(), usage_error);
+    CHECK_THROWS_AS(recorded() + recorded(1), usage_error);
+    CHECK_NOTHROW(recorded(1));
+}
