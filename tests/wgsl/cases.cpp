@@ -91,10 +91,11 @@ struct Expectation {
 
 template <int D>
 void write_case_file(Case& files, const wgsl::Program& program, const wgsl::Inputs& inputs, const std::string& schedule,
-                     int steps, const std::vector<Expectation>& expectations) {
+                     int steps, const std::vector<Expectation>& expectations, int error = 0) {
     wgsl::Json json;
     json.object([&] {
         json.field("particles", inputs.particles).field("steps", steps).field("schedule", schedule);
+        json.field("error", error);
         json.key("uniforms").object([&] {
             for (std::size_t k = 0; k < program.uniforms.size(); ++k) {
                 const std::vector<double>& values = inputs.uniform(k);
@@ -195,6 +196,34 @@ void write_both_dimensions(const std::filesystem::path& root, const std::string&
     write_case<3, Transfer, Force>(root, "3d_" + name, {0.25, 1.0 / 32, 1.0 / 16}, "step", 50);
 }
 
+/// What must not go on: the program says why, and particles stay as they are where nothing could be computed.
+void write_errors(const std::filesystem::path& root) {
+    Domain<2> domain;
+    domain.cell_size = 1.0 / 32;
+    Simulation<2> simulation(domain);
+    simulation.gravity = {};
+    simulation.add(sample_box<2>({0.7, 0.3}, {0.98, 0.6}, {.spacing = 1.0 / 64}), 1000, {1, 0});
+    simulation.partition();
+    const double dt = 1e-4;
+    const wgsl::Program program =
+        wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(simulation.material(), simulation.boundary);
+    const auto write = [&](const char* name, int error, bool unchanged, const auto& change) {
+        wgsl::Inputs inputs = wgsl::make_inputs<2>(program, domain, simulation.particles(), dt);
+        std::vector<float>& motion = inputs.buffers.front().second;
+        change(inputs, motion.data() + 4 * inputs.particles);
+        Case files(root / name, program);
+        std::vector<Expectation> expectations;
+        if (unchanged) expectations.push_back({"motion", "step", 3, files.file("unchanged", motion), 0});
+        write_case_file<2>(files, program, inputs, "step", 3, expectations, error);
+    };
+    write("error_not_finite", 1, true, [](wgsl::Inputs&, float* velocity) { velocity[5] = std::nanf(""); });
+    write("error_too_fast", 4, false, [](wgsl::Inputs&, float* velocity) { velocity[5] = 1e38F; });
+    write("error_scale", 3, true, [](wgsl::Inputs& inputs, float*) { inputs.set("momentum_scale", {0x1p40}); });
+    write("error_left", 5, false, [&](wgsl::Inputs& inputs, float* velocity) {
+        std::fill_n(velocity, inputs.particles, float(10 * domain.cell_size / dt));  // ten cells a step, into the wall
+    });
+}
+
 /// A program with one mistake each. Both compilers refuse those in every/; naga lets those in tint/ pass.
 void write_broken(const std::filesystem::path& root) {
     struct Mistake {
@@ -231,6 +260,7 @@ int main(int count, char** words) {
         if (count < 2) throw usage_error("firn_wgsl_cases FOLDER [--large]");
         write_broken(std::filesystem::path(words[1]) / "broken");
         const std::filesystem::path root = std::filesystem::path(words[1]) / "cases";
+        write_errors(root);
         write_both_dimensions<Apic, MlsForce>(root, "apic_mls");
         write_both_dimensions<Pic, MlsForce>(root, "pic_mls");
         write_both_dimensions<Apic, WeightGradientForce>(root, "apic_weight_gradient");

@@ -37,6 +37,11 @@ struct io_error : error {
     using error::error;
 };
 
+/// A GPU that is not there, is lost, or refuses a program or a command.
+struct device_error : error {
+    using error::error;
+};
+
 /// Something asked for at the wrong time, or in the wrong order.
 struct usage_error : error {
     using error::error;

@@ -49,7 +49,10 @@ inline constexpr const char* clear = R"(
 fn clear($INVOCATION) {
     let i = invocation(group, groups, local);
     if (stopped()) { return; }
-    if (i == 0u) { for (var k = 2u; k < 7u; k++) { atomicStore(&status[k], 0u); } }
+    if (i == 0u) {
+        atomicStore(&status[1], 0xffffffffu); // no particle
+        for (var k = 2u; k < 7u; k++) { atomicStore(&status[k], 0u); }
+    }
     if (i >= node_count()) { return; }
     for (var k = 0u; k < 4u; k++) { atomicStore(&node_sums[4u * i + k], 0); }
     for (var k = 0u; k < 3u; k++) { atomicStore(&cells[3u * i + k], 0u); }

@@ -1,0 +1,301 @@
+/// \file A GPU through the C interface webgpu.h, its errors as exceptions. Any library that implements the interface
+/// serves; the header is that of its present revision (string views, futures).
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/wgsl/limits.hpp>
+
+#include <webgpu/webgpu.h>
+
+#include <chrono>
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace firn::webgpu {
+
+/// Which device is asked for.
+struct DeviceOptions {
+    bool low_power = false;      ///< of several GPUs rather the weaker one
+    bool only_software = false;  ///< an adapter that computes on the CPU
+    bool raise_limits = true;    ///< as much memory a buffer, ... as the GPU has, instead of what every GPU has
+};
+
+namespace detail {
+
+template <auto Release>
+struct Released {
+    template <class T>
+    void operator()(T* handle) const {
+        Release(handle);
+    }
+};
+template <class Handle, auto Release>
+using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Released<Release>>;
+
+using OwnedInstance = Owned<WGPUInstance, wgpuInstanceRelease>;
+using OwnedAdapter = Owned<WGPUAdapter, wgpuAdapterRelease>;
+using OwnedDevice = Owned<WGPUDevice, wgpuDeviceRelease>;
+using OwnedQueue = Owned<WGPUQueue, wgpuQueueRelease>;
+using OwnedBuffer = Owned<WGPUBuffer, wgpuBufferRelease>;
+using OwnedModule = Owned<WGPUShaderModule, wgpuShaderModuleRelease>;
+using OwnedLayout = Owned<WGPUBindGroupLayout, wgpuBindGroupLayoutRelease>;
+using OwnedPipelineLayout = Owned<WGPUPipelineLayout, wgpuPipelineLayoutRelease>;
+using OwnedPipeline = Owned<WGPUComputePipeline, wgpuComputePipelineRelease>;
+using OwnedBindGroup = Owned<WGPUBindGroup, wgpuBindGroupRelease>;
+using OwnedEncoder = Owned<WGPUCommandEncoder, wgpuCommandEncoderRelease>;
+using OwnedPass = Owned<WGPUComputePassEncoder, wgpuComputePassEncoderRelease>;
+using OwnedCommands = Owned<WGPUCommandBuffer, wgpuCommandBufferRelease>;
+
+inline std::string text(WGPUStringView view) {
+    if (!view.data) return {};
+    return {view.data, view.length == WGPU_STRLEN ? std::strlen(view.data) : view.length};
+}
+inline WGPUStringView view(std::string_view text) { return {text.data(), text.size()}; }
+
+/// What a callback answers, and whether it has.
+template <class Result>
+struct Answer {
+    bool is_there = false;
+    Result result{};
+    std::string message;
+
+    void give(Result r, WGPUStringView m) {
+        result = r;
+        message = text(m);
+        is_there = true;
+    }
+    /// Runs the callbacks that are due until this one was.
+    void wait(WGPUInstance instance) {
+        wgpuInstanceProcessEvents(instance);
+        while (!is_there) {
+            std::this_thread::sleep_for(std::chrono::microseconds(20));
+            wgpuInstanceProcessEvents(instance);
+        }
+    }
+};
+
+/// A device, and what has gone wrong on it. Callbacks may come until the last handle is released, and those for errors
+/// on any thread.
+class DeviceState {
+public:
+    explicit DeviceState(const DeviceOptions& options) {
+        instance.reset(wgpuCreateInstance(nullptr));
+        if (!instance) throw device_error("The WebGPU library gives no instance.");
+        request_adapter(options);
+        request_device(options);
+        queue.reset(wgpuDeviceGetQueue(device.get()));
+        WGPULimits given = WGPU_LIMITS_INIT;
+        wgpuDeviceGetLimits(device.get(), &given);
+        limits = {given.maxStorageBufferBindingSize, given.maxBufferSize, given.maxComputeWorkgroupsPerDimension,
+                  int(given.maxStorageBuffersPerShaderStage)};
+    }
+    DeviceState(const DeviceState&) = delete;
+    DeviceState& operator=(const DeviceState&) = delete;
+
+    /// Throws what has gone wrong since the last call; a loss every time.
+    void check() {
+        wgpuInstanceProcessEvents(instance.get());
+        const std::lock_guard lock(mutex_);
+        if (lost_) throw device_error("The device was lost: " + *lost_);
+        if (refused_) throw device_error("The device refused a command: " + *std::exchange(refused_, std::nullopt));
+    }
+
+private:
+    // Before the handles, so that they live longer.
+    std::mutex mutex_;
+    std::optional<std::string> lost_, refused_;
+
+public:
+    OwnedInstance instance;
+    OwnedAdapter adapter;
+    OwnedDevice device;
+    OwnedQueue queue;
+    std::string name;
+    wgsl::Limits limits;
+
+private:
+    void request_adapter(const DeviceOptions& options) {
+        WGPURequestAdapterOptions asked{};
+        asked.featureLevel = WGPUFeatureLevel_Core;
+        asked.powerPreference = options.low_power ? WGPUPowerPreference_LowPower : WGPUPowerPreference_HighPerformance;
+        asked.forceFallbackAdapter = options.only_software;
+        Answer<WGPURequestAdapterStatus> answer;
+        WGPURequestAdapterCallbackInfo callback{};
+        callback.mode = WGPUCallbackMode_AllowProcessEvents;
+        callback.callback = [](WGPURequestAdapterStatus status, WGPUAdapter given, WGPUStringView message, void* self,
+                               void* to) {
+            static_cast<DeviceState*>(self)->adapter.reset(given);
+            static_cast<Answer<WGPURequestAdapterStatus>*>(to)->give(status, message);
+        };
+        callback.userdata1 = this;
+        callback.userdata2 = &answer;
+        wgpuInstanceRequestAdapter(instance.get(), &asked, callback);
+        answer.wait(instance.get());
+        if (answer.result != WGPURequestAdapterStatus_Success || !adapter)
+            throw device_error(sentence(
+                "There is no GPU that WebGPU can use here (",
+                answer.message.empty() ? "no reason is given" : answer.message,
+                "). On Linux it takes a Vulkan driver; VK_ICD_FILENAMES names one, which may be a software driver."));
+        WGPUAdapterInfo info{};
+        wgpuAdapterGetInfo(adapter.get(), &info);
+        name = text(info.description.length ? info.description : info.device);
+        wgpuAdapterInfoFreeMembers(info);
+    }
+
+    void request_device(const DeviceOptions& options) {
+        WGPULimits most = WGPU_LIMITS_INIT, asked_limits = WGPU_LIMITS_INIT;
+        wgpuAdapterGetLimits(adapter.get(), &most);
+        asked_limits.maxStorageBufferBindingSize = most.maxStorageBufferBindingSize;
+        asked_limits.maxBufferSize = most.maxBufferSize;
+        asked_limits.maxStorageBuffersPerShaderStage = most.maxStorageBuffersPerShaderStage;
+        asked_limits.maxComputeWorkgroupsPerDimension = most.maxComputeWorkgroupsPerDimension;
+        asked_limits.maxComputeInvocationsPerWorkgroup = most.maxComputeInvocationsPerWorkgroup;
+        asked_limits.maxComputeWorkgroupSizeX = most.maxComputeWorkgroupSizeX;
+        asked_limits.maxComputeWorkgroupStorageSize = most.maxComputeWorkgroupStorageSize;
+        WGPUDeviceDescriptor asked{};
+        asked.requiredLimits = options.raise_limits ? &asked_limits : nullptr;
+        asked.deviceLostCallbackInfo.mode = WGPUCallbackMode_AllowProcessEvents;
+        asked.deviceLostCallbackInfo.callback = [](WGPUDevice const*, WGPUDeviceLostReason, WGPUStringView message,
+                                                   void* self, void*) {
+            static_cast<DeviceState*>(self)->keep(&DeviceState::lost_, message);
+        };
+        asked.deviceLostCallbackInfo.userdata1 = this;
+        asked.uncapturedErrorCallbackInfo.callback = [](WGPUDevice const*, WGPUErrorType, WGPUStringView message,
+                                                        void* self, void*) {
+            static_cast<DeviceState*>(self)->keep(&DeviceState::refused_, message);
+        };
+        asked.uncapturedErrorCallbackInfo.userdata1 = this;
+        Answer<WGPURequestDeviceStatus> answer;
+        WGPURequestDeviceCallbackInfo callback{};
+        callback.mode = WGPUCallbackMode_AllowProcessEvents;
+        callback.callback = [](WGPURequestDeviceStatus status, WGPUDevice given, WGPUStringView message, void* self,
+                               void* to) {
+            static_cast<DeviceState*>(self)->device.reset(given);
+            static_cast<Answer<WGPURequestDeviceStatus>*>(to)->give(status, message);
+        };
+        callback.userdata1 = this;
+        callback.userdata2 = &answer;
+        wgpuAdapterRequestDevice(adapter.get(), &asked, callback);
+        answer.wait(instance.get());
+        if (answer.result != WGPURequestDeviceStatus_Success || !device)
+            throw device_error(sentence("The GPU ", name, " gives no device: ", answer.message));
+    }
+
+    /// The first of several is the cause.
+    void keep(std::optional<std::string> DeviceState::* what, WGPUStringView message) {
+        const std::lock_guard lock(mutex_);
+        if (!(this->*what)) this->*what = text(message);
+    }
+};
+
+}  // namespace detail
+
+/// A GPU, or a software driver that acts as one. Copies are the same device, which lives as long as one of them or a
+/// Simulation on it. Not for use by several threads at once.
+class Device {
+public:
+    /// \throws device_error  with the reason, if there is no adapter or it gives no device
+    explicit Device(const DeviceOptions& options = {}) : state_(std::make_shared<detail::DeviceState>(options)) {}
+
+    const std::string& name() const { return state_->name; }
+    /// For wgsl::make_inputs(), so that it refuses what does not fit here.
+    const wgsl::Limits& limits() const { return state_->limits; }
+    /// Asks whether something has gone wrong since the last call; every call of a Simulation does.
+    /// \throws device_error  if the device was lost, or has refused a command
+    void check() const { state_->check(); }
+
+    /// For what a program does besides, such as drawing from the same buffers.
+    WGPUDevice handle() const { return state_->device.get(); }
+    WGPUQueue queue() const { return state_->queue.get(); }
+    WGPUInstance instance() const { return state_->instance.get(); }
+
+private:
+    std::shared_ptr<detail::DeviceState> state_;
+};
+
+namespace detail {
+
+/// Runs `create`, which does not throw; what the device has against it, or nothing.
+template <class F>
+std::optional<std::string> objection(const Device& device, const F& create) {
+    constexpr WGPUErrorFilter filters[] = {WGPUErrorFilter_Validation, WGPUErrorFilter_OutOfMemory,
+                                           WGPUErrorFilter_Internal};
+    for (const WGPUErrorFilter filter : filters) wgpuDevicePushErrorScope(device.handle(), filter);
+    create();
+    std::optional<std::string> first;
+    for (std::size_t i = 0; i < std::size(filters); ++i) {
+        Answer<WGPUErrorType> answer;
+        WGPUPopErrorScopeCallbackInfo callback{};
+        callback.mode = WGPUCallbackMode_AllowProcessEvents;
+        callback.callback = [](WGPUPopErrorScopeStatus, WGPUErrorType type, WGPUStringView message, void* to, void*) {
+            static_cast<Answer<WGPUErrorType>*>(to)->give(type, message);
+        };
+        callback.userdata1 = &answer;
+        wgpuDevicePopErrorScope(device.handle(), callback);
+        answer.wait(device.instance());
+        if (!answer.message.empty() && !first) first = answer.message;
+    }
+    device.check();
+    return first;
+}
+
+/// \throws device_error  if there is no memory for it
+inline OwnedBuffer make_buffer(const Device& device, const std::string& name, std::uint64_t bytes,
+                               WGPUBufferUsage usage) {
+    WGPUBufferDescriptor asked{};
+    asked.label = view(name);
+    asked.usage = usage;
+    asked.size = bytes;
+    OwnedBuffer buffer;
+    const auto wrong = objection(device, [&] { buffer.reset(wgpuDeviceCreateBuffer(device.handle(), &asked)); });
+    if (wrong || !buffer)
+        throw device_error(sentence("The device has no buffer of ", bytes, " bytes for '", name,
+                                    "': ", wrong.value_or("no reason is given")));
+    return buffer;
+}
+
+inline void submit(const Device& device, const OwnedEncoder& encoder) {
+    const OwnedCommands commands(wgpuCommandEncoderFinish(encoder.get(), nullptr));
+    const WGPUCommandBuffer all[] = {commands.get()};
+    wgpuQueueSubmit(device.queue(), std::size(all), all);
+}
+
+/// Waits for all commands so far. \throws device_error
+template <class T>
+std::vector<T> download(const Device& device, WGPUBuffer from, std::uint64_t first, std::size_t count) {
+    device.check();
+    std::vector<T> numbers(count);
+    if (count == 0) return numbers;
+    const std::size_t bytes = count * sizeof(T);
+    const OwnedBuffer staging =
+        make_buffer(device, "staging", bytes, WGPUBufferUsage_MapRead | WGPUBufferUsage_CopyDst);
+    const OwnedEncoder encoder(wgpuDeviceCreateCommandEncoder(device.handle(), nullptr));
+    wgpuCommandEncoderCopyBufferToBuffer(encoder.get(), from, first * sizeof(T), staging.get(), 0, bytes);
+    submit(device, encoder);
+    Answer<WGPUMapAsyncStatus> answer;
+    WGPUBufferMapCallbackInfo callback{};
+    callback.mode = WGPUCallbackMode_AllowProcessEvents;
+    callback.callback = [](WGPUMapAsyncStatus status, WGPUStringView message, void* to, void*) {
+        static_cast<Answer<WGPUMapAsyncStatus>*>(to)->give(status, message);
+    };
+    callback.userdata1 = &answer;
+    wgpuBufferMapAsync(staging.get(), WGPUMapMode_Read, 0, bytes, callback);
+    answer.wait(device.instance());
+    device.check();
+    const void* mapped =
+        answer.result == WGPUMapAsyncStatus_Success ? wgpuBufferGetConstMappedRange(staging.get(), 0, bytes) : nullptr;
+    if (!mapped) throw device_error("The device gives nothing back: " + answer.message);
+    std::memcpy(numbers.data(), mapped, bytes);
+    return numbers;
+}
+
+}  // namespace detail
+
+}  // namespace firn::webgpu

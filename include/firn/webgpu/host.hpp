@@ -1,0 +1,318 @@
+/// \file Runs a program of firn/wgsl on a GPU.
+///
+///     webgpu::Device device;
+///     const auto program = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 3>(material, walls);
+///     webgpu::Simulation simulation(device, program,
+///                                   wgsl::make_inputs<3>(program, domain, particles, dt, device.limits()));
+///     simulation.initialise();
+///     simulation.step(100);
+///     simulation.check();
+///     const std::vector<float> velocities = simulation.read("velocity");  // m/s, three for each particle
+#pragma once
+
+#include <firn/webgpu/pipeline.hpp>
+#include <firn/wgsl/inputs.hpp>
+#include <firn/wgsl/manifest.hpp>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <type_traits>
+
+namespace firn::webgpu {
+
+/// Stands in Status::particle where an error is of no single particle.
+inline constexpr std::uint32_t no_particle = 0xffffffff;
+
+/// How the steps went: the words of the buffer "status". The load and the scales are those of the last step.
+struct Status {
+    std::uint32_t error;     ///< 0, or one more than the index into wgsl::error_sentences
+    std::uint32_t particle;  ///< the first with the error, in the order of the inputs, or no_particle
+    float signal_speed;      ///< the largest of a particle in the last step [m/s]
+    float momentum_per_mass, gradient_per_mass;  ///< as FixedPointLoad has them [m/s]
+    float cell_mass;                             ///< the largest mass in a cell [kg]
+    float cell_particles;                        ///< the most particles in a cell
+    float momentum_scale;                        ///< quanta per kg m/s
+    float mass_scale;                            ///< quanta per kg
+};
+
+namespace detail {
+
+template <class T>
+constexpr const char* wgsl_name = nullptr;
+template <>
+inline constexpr const char* wgsl_name<float> = "f32";
+template <>
+inline constexpr const char* wgsl_name<std::int32_t> = "i32";
+template <>
+inline constexpr const char* wgsl_name<std::uint32_t> = "u32";
+
+}  // namespace detail
+
+/// A compiled program, its buffers and its steps. Number c of particle i lies at [c * capacity + i] of its buffer; the
+/// capacity is the inputs'. Every call throws device_error if the device was lost or has refused an earlier command.
+/// Steps run while the caller goes on; what reads waits for them.
+class Simulation {
+public:
+    /// Compiles the program, and writes the inputs into new buffers.
+    /// \param inputs  of this program, as wgsl::make_inputs() gives them with device.limits()
+    /// \throws parameter_error  if it does not fit on the device (see wgsl::check_fits())
+    /// \throws device_error     if the device refuses the code, with its line, or has not enough memory
+    /// \throws usage_error      if the inputs are not those of this program
+    Simulation(const Device& device, const wgsl::Program& program, const wgsl::Inputs& inputs)
+        : device_(device), program_(std::make_unique<wgsl::Program>(program)), uniforms_(*program_) {
+        take_uniforms(inputs);
+        count_out(inputs);
+        const detail::OwnedModule module = detail::compile(device_, *program_);
+        constexpr WGPUBufferUsage storage = WGPUBufferUsage_Storage | WGPUBufferUsage_CopyDst | WGPUBufferUsage_CopySrc;
+        buffers_[0] = detail::make_buffer(device_, "uniforms", program_->uniform_bytes,
+                                          WGPUBufferUsage_Uniform | WGPUBufferUsage_CopyDst);
+        for (const wgsl::Buffer& b : program_->buffers)
+            buffers_[b.binding] =
+                detail::make_buffer(device_, b.name, std::max<std::uint64_t>(4, 4 * numbers(b)), storage);
+        for (const wgsl::EntryPoint& e : program_->entry_points)
+            kernels_[e.name] = detail::make_kernel(device_, *program_, module, e, buffers_, groups_of(e));
+        for (const auto& [name, values] : inputs.buffers) write_buffer(name, values);
+        clear_error();
+    }
+
+    std::uint32_t particles() const { return particles_; }
+    long steps() const { return steps_; }
+    /// The buffer itself, to draw from. \throws usage_error if there is none of this name
+    WGPUBuffer buffer(const std::string& name) const { return buffers_.at(program_->buffer(name).binding).get(); }
+
+    /// The particles' stress [Pa], from their state; once, after they were written. Forgets an error.
+    void initialise() {
+        clear_error();
+        run({"initialise"});
+    }
+
+    /// Takes `count` steps, and returns before they are done. After every 256 it waits, and checks as check() does.
+    /// \param sorted  P2G through workgroup memory: the same integers, faster where many particles share a node
+    void step(int count = 1, bool sorted = false) {
+        constexpr int in_one_submission = 16, between_checks = 256;
+        const std::vector<std::string>& order = sorted ? wgsl::sorted_step_order : wgsl::step_order;
+        for (int done = 0; done < count;) {
+            const int some = std::min(in_one_submission, count - done);
+            run(order, some);
+            done += some;
+            steps_ += some;
+            if (done % between_checks == 0) check();
+        }
+    }
+
+    /// Runs entry points one after the other, all of them `times` over.
+    /// \throws usage_error  if there is none of such a name
+    void run(const std::vector<std::string>& entry_points, int times = 1) {
+        device_.check();
+        std::vector<const detail::Kernel*> kernels;
+        for (const std::string& name : entry_points) {
+            const auto found = kernels_.find(name);
+            if (found == kernels_.end())
+                throw usage_error("The program " + program_->name + " has no entry point " + name + ".");
+            kernels.push_back(&found->second);
+        }
+        if (std::exchange(uniforms_changed_, false)) {
+            const std::vector<std::byte> bytes = uniforms_.uniform_bytes();
+            wgpuQueueWriteBuffer(device_.queue(), buffers_.at(0).get(), 0, bytes.data(), bytes.size());
+        }
+        const detail::OwnedEncoder encoder(wgpuDeviceCreateCommandEncoder(device_.handle(), nullptr));
+        const detail::OwnedPass pass(wgpuCommandEncoderBeginComputePass(encoder.get(), nullptr));
+        for (int i = 0; i < times; ++i)
+            for (const detail::Kernel* kernel : kernels) {
+                wgpuComputePassEncoderSetPipeline(pass.get(), kernel->pipeline.get());
+                wgpuComputePassEncoderSetBindGroup(pass.get(), 0, kernel->bind_group.get(), 0, nullptr);
+                wgpuComputePassEncoderDispatchWorkgroups(pass.get(), kernel->groups.x, kernel->groups.y, 1);
+            }
+        wgpuComputePassEncoderEnd(pass.get());
+        detail::submit(device_, encoder);
+    }
+
+    /// Sets a uniform for the steps that follow, in the unit of the program's list. With "time_step" [s] or "cell_size"
+    /// [m] what follows from them is set too.
+    /// \throws usage_error      if there is none of this name, or it has another number of components
+    /// \throws parameter_error  if a value is not finite, not of the type, or not for the buffers' sizes
+    void set(const std::string& name, const std::vector<double>& values) {
+        const wgsl::Uniform& uniform = program_->uniform(name);
+        const bool whole = uniform.type.find("u32") != std::string::npos;
+        for (const double x : values)
+            if (!std::isfinite(x) || (whole && (x < 0 || x > 4294967295.0 || x != std::floor(x))))
+                throw parameter_error(
+                    sentence("The uniform ", name, " is of type ", uniform.type, "; it cannot be ", x, "."));
+        if ((name == "nodes" || name == "capacity") && values != value_of(name))
+            throw parameter_error(
+                sentence("The uniform ", name, " cannot change any more: the buffers have that size."));
+        if (name == "particles" && !values.empty() && values[0] > capacity_)
+            throw parameter_error(sentence(values[0], " particles do not fit into a capacity of ", capacity_, "."));
+        uniforms_.set(name, values);
+        if (name == "particles") particles_ = std::uint32_t(values[0]);
+        if (name == "time_step" || name == "cell_size")
+            wgsl::set_time_step(uniforms_, value_of("time_step")[0], value_of("cell_size")[0]);
+        uniforms_changed_ = true;
+    }
+
+    /// A component of the particles ("velocity", "mass", "F", ...) in the unit of the program's list, all numbers of
+    /// particle 0 first: its count times particles() numbers. Positions are "corner" plus "place", in cells from the
+    /// domain's lower corner.
+    /// \throws usage_error  if particles have no such component, or not of numbers of type T
+    template <class T = float>
+    std::vector<T> read(const std::string& component) {
+        std::string names;
+        for (const wgsl::Buffer& b : program_->buffers) {
+            int row = 0;
+            for (const wgsl::Component& c : b.components) {
+                if (c.name == component) return read_rows<T>(b, row, c.count);
+                row += c.count;
+                names += " " + c.name;
+            }
+        }
+        throw usage_error("Particles have no component " + component + "; they have" + names + ".");
+    }
+
+    /// A whole buffer as it lies on the device.
+    /// \tparam T  float, std::int32_t or std::uint32_t, as the buffer's type is
+    /// \throws usage_error  if there is no buffer of this name, or it holds another type
+    template <class T = float>
+    std::vector<T> read_buffer(const std::string& name) {
+        const wgsl::Buffer& b = program_->buffer(name);
+        require_type<T>(b);
+        return detail::download<T>(device_, buffer(name), 0, numbers(b));
+    }
+
+    /// Writes a whole buffer as it shall lie on the device.
+    /// \throws usage_error  as read_buffer(), and if the number of numbers is not the buffer's
+    template <class T>
+    void write_buffer(const std::string& name, const std::vector<T>& values) {
+        device_.check();
+        const wgsl::Buffer& b = program_->buffer(name);
+        require_type<T>(b);
+        if (values.size() != numbers(b))
+            throw usage_error(
+                sentence("The buffer ", name, " holds ", numbers(b), " numbers; ", values.size(), " were given."));
+        wgpuQueueWriteBuffer(device_.queue(), buffer(name), 0, values.data(), values.size() * sizeof(T));
+    }
+
+    /// Waits for all steps so far.
+    Status status() {
+        const std::vector<std::uint32_t> words = read_buffer<std::uint32_t>("status");
+        const auto number = [&](std::size_t k) { return std::bit_cast<float>(words.at(k)); };
+        return {words.at(0), words.at(1), number(2), number(3), number(4), number(5), number(6), number(7), number(8)};
+    }
+
+    /// Waits for all steps so far. After an error nothing is changed any more until initialise() is called.
+    /// \throws overflow_error  if the sums at a node could exceed the integers
+    /// \throws particle_error  if a particle is not finite or has left the domain; names the particle
+    Status check() {
+        const Status now = status();
+        if (now.error == 0) return now;
+        if (now.error > wgsl::error_sentences.size())
+            throw device_error(sentence("The program ", program_->name, " reports the unknown error ", now.error, "."));
+        const std::string where = now.particle == no_particle ? "" : sentence("particle ", now.particle, ", ");
+        const std::string what =
+            sentence(wgsl::error_sentences[now.error - 1], " (", where, "at the latest in step ", steps_, ")");
+        constexpr std::uint32_t first_of_particles = 4;
+        if (now.error < first_of_particles) throw overflow_error(what);
+        throw particle_error(what);
+    }
+
+private:
+    void take_uniforms(const wgsl::Inputs& inputs) {
+        wgsl::Inputs names = inputs;
+        for (const wgsl::Uniform& u : program_->uniforms) names.set(u.name, u.values);
+        if (names.uniform_bytes() != uniforms_.uniform_bytes())
+            throw usage_error("The inputs are of another program than " + program_->name + ".");
+        for (std::size_t k = 0; k < program_->uniforms.size(); ++k)
+            uniforms_.set(program_->uniforms[k].name, inputs.uniform(k));
+    }
+
+    void count_out(const wgsl::Inputs& inputs) {
+        const std::size_t D = std::size_t(program_->dimension);
+        bool good = inputs.nodes.size() == D;
+        for (std::size_t a = 0; good && a < D; ++a)
+            good = inputs.nodes[a] % std::uint32_t(block_size) == 0 && inputs.nodes[a] == value_of("nodes")[a];
+        if (!good)
+            throw usage_error(sentence("The inputs' nodes must be ", D, " multiples of ", block_size,
+                                       ", and the same as the uniform of that name."));
+        const double capacity = value_of("capacity")[0];
+        if (inputs.particles != value_of("particles")[0] || !(capacity >= inputs.particles))
+            throw usage_error(sentence("The inputs' ", inputs.particles,
+                                       " particles must be as many as the uniform "
+                                       "of that name says, and no more than the uniform capacity, ",
+                                       capacity, "."));
+        particles_ = inputs.particles;
+        capacity_ = std::uint32_t(capacity);
+        nodes_ = inputs.nodes;
+        if (D == 2)
+            wgsl::check_fits<2>(*program_, capacity_, {nodes_[0], nodes_[1]}, device_.limits());
+        else
+            wgsl::check_fits<3>(*program_, capacity_, {nodes_[0], nodes_[1], nodes_[2]}, device_.limits());
+    }
+
+    /// How many particles, nodes, ... there are.
+    std::uint64_t extent(const std::string& per) const {
+        std::uint64_t all = 1, along = 0, blocks = 1;
+        for (const std::uint32_t n : nodes_) {
+            all *= n;
+            along += n;
+            blocks *= n / std::uint32_t(block_size);
+        }
+        for (const auto& [name, count] : {std::pair<const char*, std::uint64_t>{"particle", capacity_},
+                                          {"node", all},
+                                          {"cell", all},
+                                          {"block", blocks},
+                                          {"block_workgroup", blocks},
+                                          {"axis_node", along},
+                                          {"program", 1},
+                                          {"one_workgroup", 1}})
+            if (per == name) return count;
+        throw usage_error("The program " + program_->name + " counts per " + per + ", which is unknown here.");
+    }
+    std::size_t numbers(const wgsl::Buffer& b) const { return std::size_t(b.count) * extent(b.per); }
+
+    wgsl::Dispatch groups_of(const wgsl::EntryPoint& e) const {
+        const bool by_workgroup = e.per == "block_workgroup" || e.per == "one_workgroup";
+        return wgsl::dispatch(extent(e.per), by_workgroup ? 1 : e.workgroup_size, device_.limits());
+    }
+
+    const std::vector<double>& value_of(const std::string& uniform) const {
+        return uniforms_.uniform(std::size_t(&program_->uniform(uniform) - program_->uniforms.data()));
+    }
+
+    void clear_error() {
+        std::vector<std::uint32_t> words(numbers(program_->buffer("status")));
+        words.at(1) = no_particle;
+        write_buffer("status", words);
+    }
+
+    template <class T>
+    void require_type(const wgsl::Buffer& b) const {
+        static_assert(detail::wgsl_name<T> != nullptr, "buffers hold float, std::int32_t or std::uint32_t");
+        if (b.type != detail::wgsl_name<T>)
+            throw usage_error(sentence("The buffer ", b.name, " holds ", b.type, ", not ", detail::wgsl_name<T>, "."));
+    }
+
+    template <class T>
+    std::vector<T> read_rows(const wgsl::Buffer& b, int row, int count) {
+        require_type<T>(b);
+        const std::size_t rows = std::size_t(count);
+        const std::vector<T> lying =
+            detail::download<T>(device_, buffer(b.name), std::uint64_t(row) * capacity_, rows * capacity_);
+        std::vector<T> values(rows * particles_);
+        for (std::size_t i = 0; i < particles_; ++i)
+            for (std::size_t c = 0; c < rows; ++c) values[i * rows + c] = lying[c * capacity_ + i];
+        return values;
+    }
+
+    Device device_;
+    std::unique_ptr<const wgsl::Program> program_;
+    wgsl::Inputs uniforms_;  // of *program_
+    bool uniforms_changed_ = true;
+    std::uint32_t particles_ = 0, capacity_ = 0;
+    std::vector<std::uint32_t> nodes_;
+    detail::Buffers buffers_;
+    std::map<std::string, detail::Kernel> kernels_;
+    long steps_ = 0;
+};
+
+}  // namespace firn::webgpu

@@ -1,0 +1,120 @@
+/// \file Compiles a program for a device: its module, and its entry points as pipelines.
+#pragma once
+
+#include <firn/webgpu/device.hpp>
+
+#include <cstdint>
+#include <map>
+
+namespace firn::webgpu::detail {
+
+/// Line `number` of the code, counted from 1.
+inline std::string line_of(std::string_view code, std::uint64_t number) {
+    for (; number > 1; --number) {
+        const std::size_t end = code.find('\n');
+        code.remove_prefix(end == std::string_view::npos ? code.size() : end + 1);
+    }
+    return std::string(code.substr(0, code.find('\n')));
+}
+
+/// \throws device_error  with the compiler's messages: name, line, column, and the line itself
+inline OwnedModule compile(const Device& device, const wgsl::Program& program) {
+    WGPUShaderSourceWGSL source{};
+    source.chain.sType = WGPUSType_ShaderSourceWGSL;
+    source.code = view(program.code);
+    WGPUShaderModuleDescriptor asked{};
+    asked.nextInChain = &source.chain;
+    asked.label = view(program.name);
+    OwnedModule module;
+    const auto wrong = objection(device, [&] { module.reset(wgpuDeviceCreateShaderModule(device.handle(), &asked)); });
+    std::string messages;
+    if (module) {
+        struct Reader {
+            const wgsl::Program& program;
+            std::string& messages;
+        } reader{program, messages};
+        Answer<WGPUCompilationInfoRequestStatus> answer;
+        WGPUCompilationInfoCallbackInfo callback{};
+        callback.mode = WGPUCallbackMode_AllowProcessEvents;
+        callback.callback = [](WGPUCompilationInfoRequestStatus status, WGPUCompilationInfo const* info, void* to,
+                               void* with) {
+            const Reader& r = *static_cast<Reader*>(with);
+            for (std::size_t i = 0; info && i < info->messageCount; ++i) {
+                const WGPUCompilationMessage& m = info->messages[i];
+                if (m.type == WGPUCompilationMessageType_Error)
+                    r.messages +=
+                        sentence(r.messages.empty() ? "" : "\n", r.program.name, ".wgsl:", m.lineNum, ":", m.linePos,
+                                 ": ", text(m.message), "\n    ", line_of(r.program.code, m.lineNum));
+            }
+            static_cast<Answer<WGPUCompilationInfoRequestStatus>*>(to)->give(status, {});
+        };
+        callback.userdata1 = &answer;
+        callback.userdata2 = &reader;
+        wgpuShaderModuleGetCompilationInfo(module.get(), callback);
+        answer.wait(device.instance());
+    }
+    if (!messages.empty()) throw device_error(messages);
+    if (wrong || !module) throw device_error(program.name + ".wgsl: " + wrong.value_or("cannot be compiled"));
+    return module;
+}
+
+/// An entry point, ready to be dispatched.
+struct Kernel {
+    OwnedPipeline pipeline;
+    OwnedBindGroup bind_group;
+    wgsl::Dispatch groups;
+};
+
+using Buffers = std::map<int, OwnedBuffer>;  // by binding
+
+/// The entry point with its bindings, the uniforms being number 0. The groups are left to the caller.
+/// \throws device_error  that names the entry point
+inline Kernel make_kernel(const Device& device, const wgsl::Program& program, const OwnedModule& module,
+                          const wgsl::EntryPoint& e, const Buffers& buffers, wgsl::Dispatch groups) {
+    std::vector<WGPUBindGroupLayoutEntry> kinds;
+    std::vector<WGPUBindGroupEntry> bound;
+    for (const auto& [binding, written] : e.bindings) {
+        WGPUBindGroupLayoutEntry kind{};
+        kind.binding = std::uint32_t(binding);
+        kind.visibility = WGPUShaderStage_Compute;
+        kind.buffer.type = binding == 0 ? WGPUBufferBindingType_Uniform
+                           : written    ? WGPUBufferBindingType_Storage
+                                        : WGPUBufferBindingType_ReadOnlyStorage;
+        kinds.push_back(kind);
+        WGPUBindGroupEntry one{};
+        one.binding = std::uint32_t(binding);
+        one.buffer = buffers.at(binding).get();
+        one.size = WGPU_WHOLE_SIZE;
+        bound.push_back(one);
+    }
+    Kernel kernel;
+    const auto wrong = objection(device, [&] {
+        WGPUBindGroupLayoutDescriptor of_layout{};
+        of_layout.entryCount = kinds.size();
+        of_layout.entries = kinds.data();
+        const OwnedLayout layout(wgpuDeviceCreateBindGroupLayout(device.handle(), &of_layout));
+        const WGPUBindGroupLayout layouts[] = {layout.get()};
+        WGPUPipelineLayoutDescriptor of_layouts{};
+        of_layouts.bindGroupLayoutCount = std::size(layouts);
+        of_layouts.bindGroupLayouts = layouts;
+        const OwnedPipelineLayout all(wgpuDeviceCreatePipelineLayout(device.handle(), &of_layouts));
+        WGPUComputePipelineDescriptor of_pipeline{};
+        of_pipeline.label = view(e.name);
+        of_pipeline.layout = all.get();
+        of_pipeline.compute.module = module.get();
+        of_pipeline.compute.entryPoint = view(e.name);
+        kernel.pipeline.reset(wgpuDeviceCreateComputePipeline(device.handle(), &of_pipeline));
+        WGPUBindGroupDescriptor of_group{};
+        of_group.layout = layout.get();
+        of_group.entryCount = bound.size();
+        of_group.entries = bound.data();
+        kernel.bind_group.reset(wgpuDeviceCreateBindGroup(device.handle(), &of_group));
+    });
+    if (wrong || !kernel.pipeline || !kernel.bind_group)
+        throw device_error(
+            sentence(program.name, ".wgsl: entry point ", e.name, ": ", wrong.value_or("no reason is given")));
+    kernel.groups = groups;
+    return kernel;
+}
+
+}  // namespace firn::webgpu::detail
