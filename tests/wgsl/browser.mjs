@@ -8,8 +8,9 @@
 // The environment's FIRN_WEBGPU names the folder that cmake/webgpu.sh made (run this through firn_chromium).
 import { dirname, join, resolve } from 'node:path';
 import process from 'node:process';
-import { fileURLToPath, pathToFileURL } from 'node:url';
+import { fileURLToPath } from 'node:url';
 import { serve } from '../../examples/web/serve.mjs';
+import { launch } from './chromium.mjs';
 
 const startMilliseconds = 120_000; // pipelines and a first step on a software GPU
 const root = resolve(dirname(fileURLToPath(import.meta.url)), '../..');
@@ -25,18 +26,6 @@ function readArguments(words) {
     }
     if (!options.paths.length) throw new Error('browser.mjs [--pages FOLDER] [--programs FOLDER] ... PAGE...');
     return options;
-}
-
-async function launch(folder) {
-    const { chromium } = (await import(pathToFileURL(join(folder, 'node_modules/playwright-core/index.js')))).default;
-    const home = join(folder, 'chromium');
-    return chromium.launch({
-        executablePath: join(home, 'chromium'), ignoreDefaultArgs: ['--headless', '--disable-gpu'],
-        env: { ...process.env, LD_LIBRARY_PATH: `${home}:${join(home, 'lib')}`, FONTCONFIG_PATH: home, HOME: home },
-        args: ['--headless=new', '--no-sandbox', '--disable-dev-shm-usage', '--enable-unsafe-webgpu',
-            '--enable-features=Vulkan,WebGPU', '--enable-unsafe-swiftshader', '--use-webgpu-adapter=swiftshader',
-            '--use-vulkan=swiftshader', '--use-angle=swiftshader'],
-    });
 }
 
 /** Counts a PNG's pixels by colour: [[colour, pixels], ...], the most frequent first. */
@@ -76,7 +65,7 @@ async function look(browser, url, { seconds, element, screenshot }) {
 
 const options = readArguments(process.argv.slice(2));
 const server = await serve({ port: 0, pages: options.pages, programs: options.programs });
-const browser = await launch(process.env.FIRN_WEBGPU);
+const browser = await launch();
 console.log(`Chromium ${browser.version()}`);
 let failed = 0;
 for (const path of options.paths) {

@@ -2,6 +2,7 @@
 //
 //   run.mjs [--time STEPS] FOLDER...                 runs each FOLDER's case.json
 //   run.mjs --validate [--expect-invalid] PATH...    only compiles: PATH is a program's folder or a .wgsl file
+//   run.mjs --pairwise FOLDER...                     compiles so many of the programs that all pairs of choices occur
 //
 // FOLDER holds program.wgsl, manifest.json, little-endian binary files and case.json:
 //   { "particles": N, "capacity": N, "uniforms": { "nodes": [..], "time_step": 1e-4, .. },
@@ -192,6 +193,24 @@ async function compileProgram(device, folder) {
     await Program.create(device, { ...manifest, code: join(folder, manifest.code) }, code);
 }
 
+/** Some of the programs, so that every pair of choices (a transfer and a material, say) is in at least one of them. */
+function pairwise(folders) {
+    const factors = ['dimension', 'kernel', 'transfer', 'force', 'material', 'boundary', 'field'];
+    const pairsOf = (folder) => {
+        const manifest = readJson(join(folder, 'manifest.json'));
+        return factors.flatMap((a, i) => factors.slice(i + 1).map((b) => `${a} ${manifest[a]}, ${b} ${manifest[b]}`));
+    };
+    const candidates = folders.map((folder) => ({ folder, pairs: pairsOf(folder) }));
+    const open = new Set(candidates.flatMap(({ pairs }) => pairs)), chosen = [];
+    while (open.size) {
+        const gain = ({ pairs }) => pairs.filter((pair) => open.has(pair)).length;
+        const best = candidates.reduce((a, b) => (gain(b) > gain(a) ? b : a));
+        best.pairs.forEach((pair) => open.delete(pair));
+        chosen.push(best.folder);
+    }
+    return chosen;
+}
+
 async function validate(device, path, invalid) {
     const name = basename(resolve(path));
     try {
@@ -212,6 +231,7 @@ function readArguments(words) {
     for (let i = 0; i < words.length; ++i) {
         if (words[i] === '--validate') options.validate = true;
         else if (words[i] === '--expect-invalid') options.validate = options.invalid = true;
+        else if (words[i] === '--pairwise') options.validate = options.pairwise = true;
         else if (words[i] === '--time') options.time = Number(words[++i]);
         else if (words[i].startsWith('-')) throw new Error(`run.mjs does not know ${words[i]}.`);
         else options.paths.push(words[i]);
@@ -219,6 +239,7 @@ function readArguments(words) {
     if (!options.paths.length || !Number.isInteger(options.time))
         throw new Error('run.mjs [--time STEPS] | [--validate] [--expect-invalid] FOLDER...');
     for (const path of options.paths) if (!existsSync(path)) throw new Error(`There is no ${path}.`);
+    if (options.pairwise) options.paths = pairwise(options.paths);
     return options;
 }
 

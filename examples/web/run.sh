@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# examples/web/run.sh [PORT]: installs what is missing, emits the WGSL programs to build/web, and serves the page that runs
+# them on http://127.0.0.1:PORT (8000 if left out).
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+# shellcheck source=../../cmake/packages.sh
+source "$root/cmake/packages.sh"
+
+firn_install compiler cmake ninja eigen hdf5 cli11 png boost node
+
+build=$root/build
+options=(-DCMAKE_BUILD_TYPE=Release -DFIRN_BUILD_EXAMPLES=ON -DFIRN_WARNINGS_AS_ERRORS=OFF)
+if [[ ! -e $build/CMakeCache.txt ]]; then options+=(-DFIRN_BUILD_TESTS=OFF); fi
+cmake -S "$root" -B "$build" "${options[@]}"
+cmake --build "$build" --parallel "$(firn_jobs)" --target 06_emit_wgsl
+"$build/examples/06_emit_wgsl" --all "$build/web"
+exec node "$root/examples/web/serve.mjs" "${1:-8000}" "$build/web"
