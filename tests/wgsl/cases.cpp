@@ -5,13 +5,14 @@
 ///
 /// Compiled without contraction, the CPU evaluates the definitions of a program in the same order, so that the integers
 /// of a step are the same to the bit, and particles on a device that does not contract either.
-#include "support/scenes.hpp"
+#include <firn/field/attraction.hpp>
 #include <firn/force/weight_gradient.hpp>
 #include <firn/transfer/pic.hpp>
 #include <firn/wgsl/inputs.hpp>
 #include <firn/wgsl/program.hpp>
 
 #include "../examples/own_material.hpp"
+#include "scene.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -20,8 +21,6 @@
 namespace {
 
 using namespace firn;
-
-using Integers = FixedPoint<std::int32_t>;
 
 // After fifty steps, from what other devices may do with the same arithmetic: contract it, divide with 2.5 ulp.
 constexpr double position_tolerance = 1e-3;  // [cells]
@@ -48,38 +47,6 @@ public:
 private:
     std::filesystem::path folder_;
 };
-
-/// The integers that a P2G of these particles adds up, on the program's dense grid.
-template <class Transfer, class Force, class Simulation>
-std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<std::uint32_t>& nodes) {
-    constexpr int D = Simulation::dimension;
-    SparseGrid<float, D> grid(simulation.domain());
-    grid.activate(simulation.partition());
-    auto particles = simulation.particles();
-    p2g<QuadraticBSpline, Transfer, Force>(simulation.execution, particles.view(), simulation.partition(), grid,
-                                           simulation.fixed_time_step);
-    using Node = std::array<std::int32_t, node_width>;
-    const Node* sums = grid.template scratch<Node>();
-    std::size_t all = 1;
-    for (const std::uint32_t n : nodes) all *= n;
-    std::vector<std::int32_t> dense(all * node_width);
-    for (std::size_t b = 0; b < grid.block_count(); ++b)
-        for (int i = 0; i < block_nodes<D>; ++i) {
-            std::size_t at = 0;
-            bool inside = true;
-            for (int a = 0; a < D; ++a) {
-                const int along = block_size * (grid.block(b)[std::size_t(a)] + 1) + (i >> 2 * (D - 1 - a) & 3);
-                inside = inside && along >= 0 && along < int(nodes[std::size_t(a)]);
-                at = at * nodes[std::size_t(a)] + std::size_t(along);
-            }
-            const Node& node = sums[b * std::size_t(block_nodes<D>) + std::size_t(i)];
-            if (inside)
-                std::copy(node.begin(), node.end(), dense.begin() + std::ptrdiff_t(at * node_width));
-            else if (node != Node{})
-                throw usage_error("A particle adds to a node that the program's grid does not have.");
-        }
-    return dense;
-}
 
 /// What run.mjs shall find.
 struct Expectation {
@@ -122,42 +89,17 @@ void write_case_file(Case& files, const wgsl::Program& program, const wgsl::Inpu
     files.write("case.json", json.text());
 }
 
-struct Matter {
-    double side, spacing, cell_size;
-};
-
 /// One step to the bit, from particles that are in motion and strained; then more steps, within a tolerance.
 template <int D, class Transfer, class Force, class Material = FixedCorotated<float>>
-void write_case(const std::filesystem::path& root, const std::string& name, const Matter& matter,
+void write_case(const std::filesystem::path& root, const std::string& name, const scenes::Matter& matter,
                 const std::string& schedule, int steps,
-                const Material& material = FixedCorotated<float>::from_young_poisson(1e5, 0.3)) {
-    Domain<D> domain;
-    domain.cell_size = matter.cell_size;
-    const auto walls =
-        Walls<float, D>::all(Vec<float, D>::filled(0), Vec<float, D>::filled(1), {Contact::separate, 0.3});
-    Simulation<D, Material, Transfer, Force, QuadraticBSpline, Integers> simulation(domain, material, {}, walls);
-    simulation.fixed_time_step = 0.1 * matter.cell_size / 20;  // waves: 12 m/s
-    scenes::add_two_blocks<D>(simulation, matter.side, matter.spacing);
-    auto& particles = simulation.edit_particles();
-    for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
-        if (!particles.is_particle(slot)) continue;
-        auto state = particles.state(slot);
-        for (int k = 0; k < D * D; ++k)
-            state.F.m[k] += 0.1F * float(scenes::noise(slot * std::size_t(D * D) + std::size_t(k)) - 0.5);
-        if (slot % 997 == 0 && std::same_as<Material, FixedCorotated<float>>)
-            state.F(0, 0) = -0.6F;  // inverted: served by Jacobi rotations
-        particles.set_state(slot, state);
-    }
-    for (int i = 0; i < 10; ++i) simulation.step();
-    simulation.edit_particles();  // so that they are sorted anew now, and not in the next step
-    simulation.partition();
-
-    const wgsl::Program program = wgsl::make_program<QuadraticBSpline, Transfer, Force, D>(
-        material, walls, Gravity<float, D>{cast<float>(simulation.gravity)});
-    const auto inputs_now = [&] {
-        return wgsl::make_inputs<D>(program, domain, particles, simulation.fixed_time_step);
-    };
-    const wgsl::Inputs inputs = inputs_now();
+                const Material& material = FixedCorotated<float>::from_young_poisson(1e5, 0.3), double time_step = 0) {
+    scenes::MovingBlocks<D, Transfer, Force, Material> blocks(matter, material);
+    auto& simulation = blocks.simulation;
+    if (time_step > 0) simulation.fixed_time_step = time_step;
+    const auto& particles = simulation.particles();
+    const wgsl::Program& program = blocks.program;
+    const wgsl::Inputs inputs = blocks.inputs();
     std::vector<std::uint32_t> ids;
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) ids.push_back(particles.id(slot));
@@ -165,9 +107,9 @@ void write_case(const std::filesystem::path& root, const std::string& name, cons
     Case files(root / name, program);
     std::vector<Expectation> expectations;
     expectations.push_back({"nodes", schedule == "step" ? "p2g" : "p2g_blocks", 1,
-                            files.file("nodes_1", node_sums<Transfer, Force>(simulation, inputs.nodes)), 0});
+                            files.file("nodes_1", scenes::node_sums<Transfer, Force>(simulation, inputs.nodes)), 0});
     simulation.step();
-    for (const auto& [buffer, numbers] : inputs_now().buffers)
+    for (const auto& [buffer, numbers] : blocks.inputs().buffers)
         if (buffer != "constants" && buffer != "coordinates")
             expectations.push_back({buffer, schedule, 1, files.file(buffer + "_1", numbers), 0});
     if (steps > 1) {
@@ -194,6 +136,31 @@ template <class Transfer, class Force>
 void write_both_dimensions(const std::filesystem::path& root, const std::string& name) {
     write_case<2, Transfer, Force>(root, "2d_" + name, {0.3, 1.0 / 64, 1.0 / 32}, "step", 50);
     write_case<3, Transfer, Force>(root, "3d_" + name, {0.25, 1.0 / 32, 1.0 / 16}, "step", 50);
+}
+
+/// For the page, whose pointer pulls: where the CPU has the centre of mass after a hundred steps.
+void write_page_case(const std::filesystem::path& root) {
+    scenes::MovingBlocks<3, Apic, MlsForce, FixedCorotated<float>> blocks(
+        {0.25, 1.0 / 32, 1.0 / 16}, FixedCorotated<float>::from_young_poisson(1e5, 0.3));
+    auto& simulation = blocks.simulation;
+    const wgsl::Program program = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 3>(
+        simulation.material(), simulation.boundary, Attraction<float, 3>{cast<float>(simulation.gravity)});
+    Case files(root / "3d_page", program);
+    write_case_file<3>(files, program,
+                       wgsl::make_inputs<3>(program, blocks.domain, simulation.particles(), simulation.fixed_time_step),
+                       "step", 1, {});
+    constexpr int steps = 100;
+    for (int i = 0; i < steps; ++i) simulation.step();
+    const auto& particles = simulation.particles();
+    Vec<double, 3> sum{};
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot)) sum += particles.exact_position(slot);
+    wgsl::Json json;
+    json.object([&] {
+        json.field("steps", steps).field("tolerance", 1e-6);  // [m]
+        json.key("centre_of_mass").array(sum.v, [&](double x) { json.value(x / double(particles.size())); });
+    });
+    files.write("page.json", json.text());
 }
 
 /// What must not go on: the program says why, and particles stay as they are where nothing could be computed.
@@ -261,6 +228,10 @@ int main(int count, char** words) {
         write_broken(std::filesystem::path(words[1]) / "broken");
         const std::filesystem::path root = std::filesystem::path(words[1]) / "cases";
         write_errors(root);
+        write_page_case(root);
+        // Seven cells in fifty steps: places are counted from other blocks.
+        write_case<2, Apic, MlsForce>(root, "2d_drift", {0.3, 1.0 / 64, 1.0 / 32}, "step_sorted", 50,
+                                      FixedCorotated<float>::from_young_poisson(2e3, 0.3), 3e-3);
         write_both_dimensions<Apic, MlsForce>(root, "apic_mls");
         write_both_dimensions<Pic, MlsForce>(root, "pic_mls");
         write_both_dimensions<Apic, WeightGradientForce>(root, "apic_weight_gradient");

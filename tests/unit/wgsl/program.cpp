@@ -35,6 +35,13 @@ float float_at(const std::vector<std::byte>& bytes, std::size_t offset) {
 
 TEST_CASE("Uniforms lie where WGSL's rules of alignment put them") {
     // WGSL, "Alignment and Size": f32 and u32 4, vec2 8, vec3 16 bytes; a vec3 takes 12.
+    wgsl::Program shifted;
+    wgsl::detail::UniformLayout layout(shifted);
+    for (const int components : {1, 3, 1, 1, 2, 1, 3})
+        layout.add("u" + std::to_string(components), "", "", "", std::vector<double>(std::size_t(components)));
+    std::vector<std::size_t> offsets;
+    for (const wgsl::Uniform& u : shifted.uniforms) offsets.push_back(u.offset);
+    CHECK(offsets == std::vector<std::size_t>{0, 16, 28, 32, 40, 48, 64});
     for (const wgsl::Program& p : {program<2>(), program<3>()}) {
         std::size_t end = 0;
         for (const wgsl::Uniform& u : p.uniforms) {

@@ -200,6 +200,28 @@ TEST_CASE("Loops stay loops, and what only rare lanes need is computed in a bran
     CHECK(count(module.text(), "let J = ") == 1);  // the definition's own name
 }
 
+TEST_CASE("A loop in a loop belongs to it where it depends on it") {
+    // x → x/2 + 1/(x + k), the 1/… twice within each pass, from the outer pass's x.
+    const auto definition = [](const auto& x) {
+        using S = std::remove_cvref_t<decltype(x)>;
+        return repeat<3>(x, [&](const S& outer) {
+            const S inner = repeat<2>(outer * S(0.5), [&](const S& y) { return y + S(1) / (outer + y * x); });
+            return inner - outer * S(0.25);
+        });
+    };
+    Recording recording;
+    const recorded result = definition(recorded::of(recording.graph.input("0")));
+    REQUIRE(recording.graph.loops.size() == 2);
+    CHECK(recording.graph.loops[1].parent == 0);
+    const std::vector<int> output{result.node};
+    const std::string text = wgsl::Body(recording.graph, output).statements();
+    CHECK(text.find("for (var pass1") > text.find("for (var pass0"));
+    for (const float x : {0.5F, 2.0F, -3.0F}) {
+        const std::vector<float> numbers{x};
+        CHECK(Interpreter(recording.graph, numbers)(result.node) == definition(x));
+    }
+}
+
 TEST_CASE("A number is written so that it reads back as the same float; infinity and NaN are no constants") {
     for (std::uint32_t i = 0; i < 20000; ++i) {
         const float x = std::bit_cast<float>(i * 214'013u + 2'531'011u);

@@ -1,0 +1,96 @@
+/// \file Matter in motion on the CPU, and the program that goes on from it: what cases.cpp writes and host.cpp runs.
+#pragma once
+
+#include "support/scenes.hpp"
+#include <firn/wgsl/inputs.hpp>
+#include <firn/wgsl/program.hpp>
+
+namespace scenes {
+
+using Integers = firn::FixedPoint<std::int32_t>;
+
+/// The integers that a P2G of these particles adds up, on the program's dense grid.
+template <class Transfer, class Force, class Simulation>
+std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<std::uint32_t>& nodes) {
+    using namespace firn;
+    constexpr int D = Simulation::dimension;
+    SparseGrid<float, D> grid(simulation.domain());
+    grid.activate(simulation.partition());
+    auto particles = simulation.particles();
+    p2g<QuadraticBSpline, Transfer, Force>(simulation.execution, particles.view(), simulation.partition(), grid,
+                                           simulation.fixed_time_step);
+    using Node = std::array<std::int32_t, node_width>;
+    const Node* sums = grid.template scratch<Node>();
+    std::size_t all = 1;
+    for (const std::uint32_t n : nodes) all *= n;
+    std::vector<std::int32_t> dense(all * node_width);
+    for (std::size_t b = 0; b < grid.block_count(); ++b)
+        for (int i = 0; i < block_nodes<D>; ++i) {
+            std::size_t at = 0;
+            bool inside = true;
+            for (int a = 0; a < D; ++a) {
+                const int along = block_size * (grid.block(b)[std::size_t(a)] + 1) + (i >> 2 * (D - 1 - a) & 3);
+                inside = inside && along >= 0 && along < int(nodes[std::size_t(a)]);
+                at = at * nodes[std::size_t(a)] + std::size_t(along);
+            }
+            const Node& node = sums[b * std::size_t(block_nodes<D>) + std::size_t(i)];
+            if (inside)
+                std::copy(node.begin(), node.end(), dense.begin() + std::ptrdiff_t(at * node_width));
+            else if (node != Node{})
+                throw usage_error("A particle adds to a node that the program's grid does not have.");
+        }
+    return dense;
+}
+
+struct Matter {
+    double side, spacing, cell_size;
+};
+
+/// Two blocks after ten steps, strained at random; and the program for what comes next.
+template <int D, class Transfer, class Force, class Material>
+struct MovingBlocks {
+    using Walls = firn::Walls<float, D>;
+
+    firn::Domain<D> domain;
+    Walls walls;
+    firn::Simulation<D, Material, Transfer, Force, firn::QuadraticBSpline, Integers> simulation;
+    firn::wgsl::Program program;
+
+    MovingBlocks(const Matter& matter, const Material& material)
+        : domain(box(matter.cell_size)),
+          walls(Walls::all(firn::Vec<float, D>::filled(0), firn::Vec<float, D>::filled(1),
+                           {firn::Contact::separate, 0.3})),
+          simulation(domain, material, {}, walls) {
+        simulation.fixed_time_step = 0.1 * matter.cell_size / 20;  // waves: 12 m/s
+        add_two_blocks<D>(simulation, matter.side, matter.spacing);
+        auto& particles = simulation.edit_particles();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+            if (!particles.is_particle(slot)) continue;
+            auto state = particles.state(slot);
+            for (int k = 0; k < D * D; ++k)
+                state.F.m[k] += 0.1F * float(noise(slot * std::size_t(D * D) + std::size_t(k)) - 0.5);
+            if (slot % 997 == 0 && std::same_as<Material, firn::FixedCorotated<float>>)
+                state.F(0, 0) = -0.6F;  // inverted: served by Jacobi rotations
+            particles.set_state(slot, state);
+        }
+        for (int i = 0; i < 10; ++i) simulation.step();
+        simulation.edit_particles();  // so that they are sorted anew now, and not in the next step
+        simulation.partition();
+        program = firn::wgsl::make_program<firn::QuadraticBSpline, Transfer, Force, D>(
+            material, walls, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)});
+    }
+
+    /// The simulation as it is now.
+    firn::wgsl::Inputs inputs(const firn::wgsl::Limits& limits = {}) const {
+        return firn::wgsl::make_inputs<D>(program, domain, simulation.particles(), simulation.fixed_time_step, limits);
+    }
+
+private:
+    static firn::Domain<D> box(double cell_size) {
+        firn::Domain<D> unit;
+        unit.cell_size = cell_size;
+        return unit;
+    }
+};
+
+}  // namespace scenes
