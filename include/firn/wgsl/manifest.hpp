@@ -27,7 +27,21 @@ inline const std::vector<std::string> error_sentences{
     "A particle has left the domain. Compare the time step with its bound, and look for a force or a stiffness that is "
     "too large."};
 
-/// How to run the program, for hosts in any language.
+/// How to run the program, for hosts in any language. All bindings are in group 0; two variables of the program may
+/// share a binding (the same buffer as atomics and as vectors), never within one entry point.
+///
+///     uniforms   binding, bytes, fields: name, type, offset [bytes], unit, default
+///     buffers    name, binding, type, per, count: so many 32-bit numbers for each particle, node, cell (as many as
+///                nodes), block (of 4^D nodes), axis_node (nodes along x, then y, then z) or once (program).
+///                Of particles, number c of particle i lies at [c * capacity + i]; `components` names the numbers.
+///     kernels    entry, workgroup_size, bindings (number, access), per: one invocation each "particle" or "node"; one
+///                workgroup for each block ("block_workgroup"), or one. x = min(groups, 65535), y = ceil(groups / x).
+///     initialise, step, step_sorted   entry points in their order; the last has P2G through workgroup memory
+///     status     which 32-bit word of the buffer "status" is what; f32 bits, but for error and particle
+///     errors     what an error says; after one nothing is changed any more
+///
+/// Nodes along an axis: four times (blocks that hold the cells, and two more). Lattice coordinate k lies at index k +
+/// 4, the last axis fastest. A particle's position is lower + h (corner + place) [m].
 inline std::string manifest(const Program& program) {
     Json json;
     json.object([&] {
