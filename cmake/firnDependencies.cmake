@@ -16,6 +16,27 @@ macro(firn_link_openmp target)
     endif()
 endmacro()
 
+# A library with WebGPU's C interface (Dawn, wgpu-native), and the folder of webgpu/webgpu.h in its present revision. A
+# target that has none is left as it is, with firn_webgpu_found false.
+macro(firn_link_webgpu target)
+    find_path(FIRN_WEBGPU_HEADER_DIR webgpu/webgpu.h DOC "The folder of webgpu/webgpu.h, for firn::webgpu")
+    find_library(FIRN_WEBGPU_LIBRARY NAMES webgpu_dawn wgpu_native DOC "A library with webgpu.h's functions")
+    mark_as_advanced(FIRN_WEBGPU_HEADER_DIR FIRN_WEBGPU_LIBRARY)
+    set(firn_webgpu_found FALSE)
+    if(FIRN_WEBGPU_HEADER_DIR AND FIRN_WEBGPU_LIBRARY)
+        # Earlier revisions have other functions by the same names.
+        file(STRINGS "${FIRN_WEBGPU_HEADER_DIR}/webgpu/webgpu.h" firn_webgpu_revision
+             REGEX "struct WGPUPopErrorScopeCallbackInfo {")
+        if(firn_webgpu_revision)
+            set(firn_webgpu_found TRUE)
+            target_include_directories(${target} SYSTEM INTERFACE $<BUILD_INTERFACE:${FIRN_WEBGPU_HEADER_DIR}>)
+            target_link_libraries(${target} INTERFACE $<BUILD_INTERFACE:${FIRN_WEBGPU_LIBRARY}>)
+        else()
+            message(STATUS "${FIRN_WEBGPU_HEADER_DIR}/webgpu/webgpu.h is too old for firn::webgpu")
+        endif()
+    endif()
+endmacro()
+
 # HDF5's C library. A target that has none is left as it is, with firn_hdf5_found false.
 macro(firn_link_hdf5 target)
     get_property(firn_languages GLOBAL PROPERTY ENABLED_LANGUAGES)

@@ -10,8 +10,10 @@ install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DATAD
 target_include_directories(firn INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 install(TARGETS firn EXPORT firnTargets)
 install(TARGETS firn_hdf5 EXPORT firnHdf5Targets)
+install(TARGETS firn_webgpu EXPORT firnWebgpuTargets)
 install(EXPORT firnTargets NAMESPACE firn:: DESTINATION "${firn_package_dir}")
 install(EXPORT firnHdf5Targets NAMESPACE firn:: DESTINATION "${firn_package_dir}")
+install(EXPORT firnWebgpuTargets NAMESPACE firn:: DESTINATION "${firn_package_dir}")
 
 configure_package_config_file(
     "${PROJECT_SOURCE_DIR}/cmake/firnConfig.cmake.in" "${PROJECT_BINARY_DIR}/firnConfig.cmake"

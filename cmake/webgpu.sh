@@ -4,6 +4,7 @@
 #   firn_dawn SCRIPT ARGUMENT...       node; the script finds Dawn through $FIRN_WEBGPU
 #   firn_deno SCRIPT ARGUMENT...       Deno, which may read files and do nothing else
 #   firn_chromium SCRIPT ARGUMENT...   node; the script finds playwright-core and chromium/ in $FIRN_WEBGPU
+#   firn_swiftshader PROGRAM ARGUMENT...   any program, with SwiftShader as its Vulkan driver
 #   firn_each COMMAND... -- PATH...    one process for each path, so that a compiler's crash hides no other program
 
 # package            version  SHA-512 of the registry's archive
@@ -12,6 +13,12 @@ webgpu                0.6.2    dcbe067e6a892ef6142045899e011063ed87422525005920f
 @deno/linux-x64-glibc 2.9.6    de67784ca2c2bb3b0b0e67cea02e4a37b34065ac525643209bae2f83a7e80f4d090400c2a584b6ff942a5dfce09cfe59433de22cff6f05026d120735d7a380a1
 @sparticuz/chromium   153.0.0  8e2196a92bcf31dbb8f8ff538a562a011ef21063c41c8371fa50af13f36a34efc41d8cc5ff1d615222394fa8a8548b7b744cbb9fcf1bcb24f4be4f9d9ec810c0
 playwright-core       1.60.0   f5b5bacef5ff9b49446e04ca27a629a4e2b1f07dd538f04c382161da2ad714e4f805b1e0af1e613e3c0960b4f8d0bbbee2ab43dfaa8a73f1e7e7a4ad516e7b20
+'
+# Dawn with WebGPU's C interface, and a header of the same revision: that they match is tested for these two only.
+# package               version  SHA-512 of the registry's archive, and what is taken of it if not all
+firn_webgpu_c_packages='
+bun-webgpu-linux-x64    0.1.7    5043fb519744871f68b6f9197338ecb332fc65596b38300d42f825f82f3cfdb3559b10e8162ef0d5f5b31a2d6c6726a48844e39ad143ab6ff108b85b499c63ab
+react-native-webgpu     0.10.2   951a01229a3db971b4ad148669ff57398dd2ca757961e3ebb09525cb2de3379c921c469591c42d17a2fbcc0fc5ae7db606058a399f8a9395ba368fb42aeb7afe cpp/webgpu/webgpu.h
 '
 firn_webgpu_folder=$root/build/webgpu
 firn_node_major=18 # at least
@@ -47,26 +54,50 @@ firn_webgpu() {
     firn_brotli swiftshader.tar.br swiftshader
 }
 
+# True if firn::webgpu can be built against Dawn: FIRN_WEBGPU_HEADER_DIR and FIRN_WEBGPU_LIBRARY are set for CMake, to the
+# user's if there are. Otherwise says in a sentence what is missing. To run it takes firn_webgpu and firn_swiftshader.
+firn_webgpu_c() {
+    [[ -z ${FIRN_WEBGPU_HEADER_DIR:-} || -z ${FIRN_WEBGPU_LIBRARY:-} ]] || return 0
+    if [[ $(uname -sm) != 'Linux x86_64' ]]; then
+        echo "WebGPU's C interface is fetched on Linux x86-64 only, and this is $(uname -sm)." >&2
+        return 1
+    fi
+    local name version sum only
+    while read -r name version sum only; do
+        [[ -n $name && ! -e $(firn_webgpu_stamp "$name" "$version") ]] || continue
+        firn_install_if_offered npm || true
+        if ! firn_webgpu_unpack "$name" "$version" "$sum" ${only:+"$only"} </dev/null; then
+            echo "WebGPU's C interface needs $name@$version, which could not be had from the npm registry." >&2
+            return 1
+        fi
+    done <<<"$firn_webgpu_c_packages"
+    FIRN_WEBGPU_HEADER_DIR=$firn_webgpu_folder/node_modules/react-native-webgpu/cpp
+    FIRN_WEBGPU_LIBRARY=$firn_webgpu_folder/node_modules/bun-webgpu-linux-x64/libwebgpu_wrapper.so
+}
+
 firn_webgpu_stamp() { echo "$firn_webgpu_folder/node_modules/$1/.version-$2"; } # NAME VERSION
 
-# NAME VERSION SHA512: fetches with npm, which knows the user's registry, and unpacks what runs on this machine.
+# NAME VERSION SHA512 PATH...: fetches with npm, which knows the user's registry, and unpacks what runs on this machine,
+# or only the paths.
 firn_webgpu_unpack() {
     local stamp folder archive
     stamp=$(firn_webgpu_stamp "$1" "$2")
     [[ ! -e $stamp ]] || return 0
+    local name=$1 version=$2 sum=$3
+    shift 3
     folder=$firn_webgpu_folder/fetched
     rm -rf "$folder"
     mkdir -p "$folder/package"
-    echo "Fetching $1@$2"
+    echo "Fetching $name@$version"
     local options=(--silent --ignore-scripts --prefer-offline --fetch-retries=1)
-    (cd "$folder" && npm pack "${options[@]}" "$1@$2") >/dev/null || return 1
+    (cd "$folder" && npm pack "${options[@]}" "$name@$version") >/dev/null || return 1
     for archive in "$folder"/*.tgz; do
-        if [[ $(sha512sum <"$archive") != "$3  -" ]]; then
-            echo "The archive of $1@$2 is not the one that firn was tested with." >&2
+        if [[ $(sha512sum <"$archive") != "$sum  -" ]]; then
+            echo "The archive of $name@$version is not the one that firn was tested with." >&2
             return 1
         fi
         tar -xzf "$archive" -C "$folder/package" --strip-components=1 --no-same-owner \
-            --exclude='dist/win32-*' --exclude='dist/darwin-*' --exclude='dist/linux-arm64' || return 1
+            --exclude='dist/win32-*' --exclude='dist/darwin-*' --exclude='dist/linux-arm64' "${@/#/package/}" || return 1
     done
     rm -rf "${stamp%/*}"
     mkdir -p "${stamp%/*}"

@@ -97,6 +97,7 @@ wgsl_stage() { # CASES_OPTION...
     fi
     counted node "$tests/serve.mjs"
     counted firn_dawn "$tests/host.mjs"
+    if ((${#webgpu[@]})); then counted firn_swiftshader "$release/tests/wgsl/firn_webgpu_host"; fi
     counted firn_dawn "$tests/run.mjs" --validate "$build"/programs/*/
     counted firn_deno "$tests/run.mjs" "$naga" "$build"/programs/*/
     counted firn_dawn "$tests/run.mjs" --expect-invalid "$build"/broken/{every,tint}/*.wgsl
@@ -116,7 +117,14 @@ portable=("${release[@]}" -DFIRN_PORTABLE=ON -DFIRN_BUILD_EXAMPLES=OFF)
 sanitizer=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O0 -g1" -DFIRN_NATIVE=OFF -DFIRN_BUILD_EXAMPLES=OFF
     -DFIRN_WARNINGS_AS_ERRORS=OFF)
 
-stage 'all tests' tests-release all all "${release[@]}"
+webgpu=() # where the C interface is, for the host in C++
+if firn_webgpu_c; then
+    webgpu=("-DFIRN_WEBGPU_HEADER_DIR=$FIRN_WEBGPU_HEADER_DIR" "-DFIRN_WEBGPU_LIBRARY=$FIRN_WEBGPU_LIBRARY")
+else
+    printf '\n== skipped: the WebGPU host in C++\n'
+fi
+
+stage 'all tests' tests-release all all "${release[@]}" ${webgpu[@]+"${webgpu[@]}"}
 wgsl_stage
 stage 'unit tests with AddressSanitizer and UndefinedBehaviorSanitizer' tests-asan firn_unit_tests unit \
     "${sanitizer[@]}" -DFIRN_SANITIZE=address,undefined

@@ -20,6 +20,7 @@ lagrangian : openmp
 simulation : openmp
 firn       :
 io         : openmp hdf5 vendor posix
+webgpu     : webgpu
 '
 
 include_dir=$1
@@ -85,6 +86,7 @@ while IFS= read -r -d '' file; do
                 ;;
             omp.h) uses "$header" "$own" openmp "$line" ;;
             hdf5*.h | H5*.h) uses "$header" "$own" hdf5 "$line" ;;
+            webgpu.h | webgpu/*.h) uses "$header" "$own" webgpu "$line" ;;
             immintrin.h | arm_neon.h) uses "$header" "$own" intrinsics "$line" ;;
             fcntl.h | unistd.h | sys/*.h) uses "$header" "$own" posix "$line" ;;
             Eigen/* | unsupported/Eigen/*) ;;

@@ -91,7 +91,7 @@ public:
         request_adapter(options);
         request_device(options);
         queue.reset(wgpuDeviceGetQueue(device.get()));
-        WGPULimits given = WGPU_LIMITS_INIT;
+        WGPULimits given{};
         wgpuDeviceGetLimits(device.get(), &given);
         limits = {given.maxStorageBufferBindingSize, given.maxBufferSize, given.maxComputeWorkgroupsPerDimension,
                   int(given.maxStorageBuffersPerShaderStage)};
@@ -138,29 +138,25 @@ private:
         callback.userdata2 = &answer;
         wgpuInstanceRequestAdapter(instance.get(), &asked, callback);
         answer.wait(instance.get());
-        if (answer.result != WGPURequestAdapterStatus_Success || !adapter)
-            throw device_error(sentence(
-                "There is no GPU that WebGPU can use here (",
-                answer.message.empty() ? "no reason is given" : answer.message,
-                "). On Linux it takes a Vulkan driver; VK_ICD_FILENAMES names one, which may be a software driver."));
         WGPUAdapterInfo info{};
-        wgpuAdapterGetInfo(adapter.get(), &info);
-        name = text(info.description.length ? info.description : info.device);
-        wgpuAdapterInfoFreeMembers(info);
+        if (adapter) {
+            wgpuAdapterGetInfo(adapter.get(), &info);
+            name = text(info.description.length ? info.description : info.device);
+            wgpuAdapterInfoFreeMembers(info);
+        }
+        // Where there is no driver some libraries offer a device that computes nothing.
+        if (answer.result != WGPURequestAdapterStatus_Success || info.backendType == WGPUBackendType_Null || !adapter)
+            throw device_error(sentence(
+                "There is no GPU that WebGPU can use here", answer.message.empty() ? "" : " (" + answer.message + ")",
+                ". It takes a driver, on Linux for Vulkan: VK_ICD_FILENAMES names one, and that may "
+                "be a software driver."));
     }
 
     void request_device(const DeviceOptions& options) {
-        WGPULimits most = WGPU_LIMITS_INIT, asked_limits = WGPU_LIMITS_INIT;
+        WGPULimits most{};
         wgpuAdapterGetLimits(adapter.get(), &most);
-        asked_limits.maxStorageBufferBindingSize = most.maxStorageBufferBindingSize;
-        asked_limits.maxBufferSize = most.maxBufferSize;
-        asked_limits.maxStorageBuffersPerShaderStage = most.maxStorageBuffersPerShaderStage;
-        asked_limits.maxComputeWorkgroupsPerDimension = most.maxComputeWorkgroupsPerDimension;
-        asked_limits.maxComputeInvocationsPerWorkgroup = most.maxComputeInvocationsPerWorkgroup;
-        asked_limits.maxComputeWorkgroupSizeX = most.maxComputeWorkgroupSizeX;
-        asked_limits.maxComputeWorkgroupStorageSize = most.maxComputeWorkgroupStorageSize;
         WGPUDeviceDescriptor asked{};
-        asked.requiredLimits = options.raise_limits ? &asked_limits : nullptr;
+        asked.requiredLimits = options.raise_limits ? &most : nullptr;
         asked.deviceLostCallbackInfo.mode = WGPUCallbackMode_AllowProcessEvents;
         asked.deviceLostCallbackInfo.callback = [](WGPUDevice const*, WGPUDeviceLostReason, WGPUStringView message,
                                                    void* self, void*) {

@@ -89,7 +89,7 @@ public:
     }
 
     /// Takes `count` steps, and returns before they are done. After every 256 it waits, and checks as check() does.
-    /// \param sorted  P2G through workgroup memory: the same integers, faster where many particles share a node
+    /// \param sorted  with P2G through workgroup memory: the same integers at the nodes
     void step(int count = 1, bool sorted = false) {
         constexpr int in_one_submission = 16, between_checks = 256;
         const std::vector<std::string>& order = sorted ? wgsl::sorted_step_order : wgsl::step_order;
@@ -129,26 +129,15 @@ public:
         detail::submit(device_, encoder);
     }
 
-    /// Sets a uniform for the steps that follow, in the unit of the program's list. With "time_step" [s] or "cell_size"
-    /// [m] what follows from them is set too.
+    /// Sets a uniform for the steps that follow, in the unit of the program's list; with "time_step" [s] also what
+    /// follows from it. The grid cannot change any more.
     /// \throws usage_error      if there is none of this name, or it has another number of components
-    /// \throws parameter_error  if a value is not finite, not of the type, or not for the buffers' sizes
+    /// \throws parameter_error  if a value is not finite, not of the type, or out of its range
     void set(const std::string& name, const std::vector<double>& values) {
-        const wgsl::Uniform& uniform = program_->uniform(name);
-        const bool whole = uniform.type.find("u32") != std::string::npos;
-        for (const double x : values)
-            if (!std::isfinite(x) || (whole && (x < 0 || x > 4294967295.0 || x != std::floor(x))))
-                throw parameter_error(
-                    sentence("The uniform ", name, " is of type ", uniform.type, "; it cannot be ", x, "."));
-        if ((name == "nodes" || name == "capacity") && values != value_of(name))
-            throw parameter_error(
-                sentence("The uniform ", name, " cannot change any more: the buffers have that size."));
-        if (name == "particles" && !values.empty() && values[0] > capacity_)
-            throw parameter_error(sentence(values[0], " particles do not fit into a capacity of ", capacity_, "."));
+        require_allowed(program_->uniform(name), values);
         uniforms_.set(name, values);
         if (name == "particles") particles_ = std::uint32_t(values[0]);
-        if (name == "time_step" || name == "cell_size")
-            wgsl::set_time_step(uniforms_, value_of("time_step")[0], value_of("cell_size")[0]);
+        if (name == "time_step") wgsl::set_time_step(uniforms_, values[0], value_of("cell_size")[0]);
         uniforms_changed_ = true;
     }
 
@@ -277,6 +266,28 @@ private:
 
     const std::vector<double>& value_of(const std::string& uniform) const {
         return uniforms_.uniform(std::size_t(&program_->uniform(uniform) - program_->uniforms.data()));
+    }
+
+    void require_allowed(const wgsl::Uniform& uniform, const std::vector<double>& values) const {
+        const std::string& name = uniform.name;
+        const bool whole = uniform.type.find("u32") != std::string::npos;
+        const bool fixed = name == "nodes" || name == "capacity" || name == "cells" || name == "cell_size";
+        const bool scale = name == "momentum_scale" || name == "mass_scale";
+        int exponent = 0;
+        for (const double x : values) {
+            if (!std::isfinite(x) || (whole && (x < 0 || x > 4294967295.0 || x != std::floor(x))))
+                throw parameter_error(
+                    sentence("The uniform ", name, " is of type ", uniform.type, "; it cannot be ", x, "."));
+            if (name == "time_step" && !(x > 0))
+                throw parameter_error(sentence("The time step is ", x, " s; it must be positive."));
+            if (scale && x != 0 && std::frexp(x, &exponent) != 0.5)
+                throw parameter_error(
+                    sentence("The ", name, " is ", x, "; it must be a power of two, or 0 to be chosen."));
+            if (name == "particles" && x > capacity_)
+                throw parameter_error(sentence(x, " particles do not fit into a capacity of ", capacity_, "."));
+        }
+        if (fixed && values != value_of(name))
+            throw parameter_error(sentence("The uniform ", name, " cannot change any more: the buffers are for it."));
     }
 
     void clear_error() {

@@ -1,0 +1,321 @@
+/// \file What firn/webgpu promises, on a device without contraction (see firn_swiftshader in cmake/webgpu.sh): numbers
+/// as the CPU's to the bit, and an error with its reason for all that goes wrong. Closes with "N passed, M failed".
+#include <firn/webgpu/host.hpp>
+
+#include "scene.hpp"
+
+#include <cstdlib>
+#include <iostream>
+
+namespace {
+
+using namespace firn;
+
+int passed = 0, failed = 0;
+
+void check(bool good, const std::string& what, const std::string& seen = {}) {
+    ++(good ? passed : failed);
+    std::cout << (good ? "ok   " : "FAIL ") << what << (good || seen.empty() ? "" : ": " + seen) << '\n';
+}
+
+/// That f throws an Error with all of these in its message.
+template <class Error, class F>
+void check_throws(const std::string& what, const std::vector<std::string>& parts, const F& f) {
+    try {
+        f();
+        check(false, what, "nothing is thrown");
+    } catch (const Error& e) {
+        const std::string message = e.what();
+        bool good = true;
+        for (const std::string& part : parts) good = good && message.find(part) != std::string::npos;
+        check(good, what, message);
+    } catch (const std::exception& e) {
+        check(false, what, sentence("an error of another type: ", e.what()));
+    }
+}
+
+template <class T>
+void check_same_bits(const std::string& what, const std::vector<T>& got, const std::vector<T>& expected) {
+    std::size_t unlike = got.size() == expected.size() ? 0 : 1, first = 0;
+    for (std::size_t i = std::min(got.size(), expected.size()); i-- > 0;)
+        if (std::bit_cast<std::uint32_t>(got[i]) != std::bit_cast<std::uint32_t>(expected[i])) ++unlike, first = i;
+    check(unlike == 0 && !got.empty(), sentence(what, ": ", got.size(), " numbers"),
+          sentence(unlike, " differ from the ", expected.size(), " expected, the first is [", first, "]"));
+}
+
+template <int D>
+struct Blocks : scenes::MovingBlocks<D, Apic, MlsForce, FixedCorotated<float>> {
+    Blocks()
+        : scenes::MovingBlocks<D, Apic, MlsForce, FixedCorotated<float>>(
+              {D == 2 ? 0.3 : 0.2, D == 2 ? 1.0 / 64 : 1.0 / 32, D == 2 ? 1.0 / 32 : 1.0 / 16},
+              FixedCorotated<float>::from_young_poisson(1e5, 0.3)) {}
+
+    /// A device of its own, which only the simulation keeps.
+    webgpu::Simulation on_device() const {
+        const webgpu::Device device;
+        return {device, this->program, this->inputs(device.limits())};
+    }
+};
+
+const std::vector<float>& numbers_of(const wgsl::Inputs& inputs, const std::string& name) {
+    for (const auto& [buffer, numbers] : inputs.buffers)
+        if (buffer == name) return numbers;
+    throw usage_error("The inputs have no " + name + ".");
+}
+
+std::vector<std::string> until(const std::vector<std::string>& order, const std::string& last) {
+    return {order.begin(), std::find(order.begin(), order.end(), last) + 1};
+}
+
+/// Sums at the nodes and one step, with half of the time step that the inputs were made for.
+template <int D>
+void compare_with_cpu(bool sorted) {
+    const std::string name = sentence(D, "D", sorted ? ", sorted: " : ": ");
+    Blocks<D> blocks;
+    webgpu::Simulation simulation = blocks.on_device();
+    simulation.initialise();
+    if (D == 2) {
+        blocks.simulation.fixed_time_step = 0.5 * blocks.simulation.fixed_time_step;
+        simulation.set("time_step", {blocks.simulation.fixed_time_step});
+    }
+    simulation.run(sorted ? until(wgsl::sorted_step_order, "p2g_blocks") : until(wgsl::step_order, "p2g"));
+    check_same_bits(name + "integers at the nodes after P2G", simulation.read_buffer<std::int32_t>("nodes"),
+                    scenes::node_sums<Apic, MlsForce>(blocks.simulation, blocks.inputs().nodes));
+    simulation.step(1, sorted);
+    blocks.simulation.step();
+    const wgsl::Inputs after = blocks.inputs();
+    for (const char* buffer : {"motion", "affine", "stress", "state"})
+        check_same_bits(name + buffer + " after a step", simulation.read_buffer(buffer), numbers_of(after, buffer));
+
+    const std::size_t count = after.particles;
+    const std::vector<float>& motion = numbers_of(after, "motion");
+    std::vector<float> velocities;
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t a = 0; a < std::size_t(D); ++a) velocities.push_back(motion[(2 * D + a) * count + i]);
+    check_same_bits(name + "velocities, particle after particle", simulation.read("velocity"), velocities);
+    const webgpu::Status status = simulation.check();
+    check(status.error == 0 && status.particle == webgpu::no_particle && simulation.steps() == 1 &&
+              simulation.particles() == count,
+          name + "no error, one step");
+    check(status.signal_speed == float(blocks.simulation.report().signal_speed), name + "the fastest signal",
+          sentence(status.signal_speed, " m/s instead of ", blocks.simulation.report().signal_speed));
+}
+
+void many_steps_are_single_steps() {
+    const Blocks<2> blocks;
+    webgpu::Simulation together = blocks.on_device(), single = blocks.on_device();
+    together.initialise();
+    single.initialise();
+    together.step(37);
+    for (int i = 0; i < 37; ++i) single.step();
+    check(together.steps() == 37 && single.steps() == 37, "37 steps are counted");
+    check_same_bits("37 steps at once are 37 single steps", together.read_buffer("motion"),
+                    single.read_buffer("motion"));
+}
+
+void sorted_steps_sort() {
+    const Blocks<2> blocks;
+    webgpu::Simulation simulation = blocks.on_device();
+    simulation.initialise();
+    simulation.step();
+    const std::vector<std::uint32_t> zeros(simulation.particles());
+    check(simulation.read<std::uint32_t>("order") == zeros, "a plain step does not order the particles");
+    simulation.step(1, true);
+    std::vector<std::uint32_t> order = simulation.read<std::uint32_t>("order"), all = zeros;
+    std::sort(order.begin(), order.end());
+    for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
+    check(order == all, "a sorted step puts every particle into the order once");
+}
+
+void errors_of_a_step() {
+    const Blocks<3> blocks;
+    webgpu::Simulation simulation = blocks.on_device();
+    simulation.initialise();
+    const std::vector<float> before = simulation.read_buffer("motion");
+    simulation.set("momentum_scale", {0x1p60});
+    simulation.step(3);
+    check_throws<overflow_error>("too large a scale", {wgsl::error_sentences[2], "step 3"},
+                                 [&] { simulation.check(); });
+    check_same_bits("after too large a scale particles are as they were", simulation.read_buffer("motion"), before);
+    simulation.set("momentum_scale", {0});
+    simulation.initialise();
+    simulation.step();
+    check(simulation.check().error == 0 && simulation.read_buffer("motion") != before,
+          "initialise() forgets the error, and the next step moves the particles");
+
+    constexpr std::size_t lost = 7;
+    std::vector<float> state = simulation.read_buffer("state");
+    state[lost] = std::nanf("");
+    simulation.write_buffer("state", state);
+    check_throws<particle_error>("a particle that is not a number", {wgsl::error_sentences[3], "(particle 7, "},
+                                 [&] { simulation.step(1000); });
+    check(simulation.steps() == 1 + 3 + 256, "1000 steps stop at the first look", sentence(simulation.steps()));
+}
+
+void mistakes_in_a_program() {
+    const Blocks<2> blocks;
+    const webgpu::Device device;
+    const wgsl::Inputs inputs = blocks.inputs();
+    wgsl::Program wrong = blocks.program;
+    const std::string right = "base_node_of(place)";
+    const std::size_t at = wrong.code.find(right);
+    const auto line = 1 + std::count(wrong.code.begin(), wrong.code.begin() + std::ptrdiff_t(at), '\n');
+    wrong.code.replace(at, right.size(), "no_such_function(place)");
+    check_throws<device_error>("a mistake in the code", {sentence(".wgsl:", line, ":"), "no_such_function(place)"},
+                               [&] { webgpu::Simulation(device, wrong, inputs); });
+
+    wrong = blocks.program;
+    for (wgsl::EntryPoint& e : wrong.entry_points)
+        if (e.name == "g2p") e.bindings.pop_back();
+    check_throws<device_error>("an entry point that lacks a binding", {"entry point g2p", "inding"},
+                               [&] { webgpu::Simulation(device, wrong, inputs); });
+
+    wrong = blocks.program;
+    wrong.entry_points.back().per = "face";
+    check_throws<usage_error>("an unknown count", {"per face"}, [&] { webgpu::Simulation(device, wrong, inputs); });
+    device.check();
+    check(true, "what was refused with an error does not come again");
+}
+
+void too_many_particles() {
+    const Blocks<3> blocks;
+    const webgpu::Device usual(webgpu::DeviceOptions{.raise_limits = false}), raised;
+    check(usual.limits().storage_binding_bytes == wgsl::Limits{}.storage_binding_bytes, "what every device has");
+    check(raised.limits().storage_binding_bytes > usual.limits().storage_binding_bytes, "this one has more");
+    for (const webgpu::Device* device : {&usual, &raised}) {
+        const wgsl::Limits& limits = device->limits();
+        WGPULimits own{};
+        wgpuDeviceGetLimits(device->handle(), &own);
+        check(limits.storage_binding_bytes == own.maxStorageBufferBindingSize &&
+                  limits.buffer_bytes == own.maxBufferSize &&
+                  limits.groups_per_dimension == own.maxComputeWorkgroupsPerDimension &&
+                  limits.storage_buffers_per_stage == int(own.maxStorageBuffersPerShaderStage),
+              "limits are the device's own");
+        const std::uint64_t each = 4 * std::uint64_t(blocks.program.buffer("motion").count),
+                            most = std::min(limits.storage_binding_bytes, limits.buffer_bytes) / each;
+        wgsl::Inputs inputs = blocks.inputs();
+        inputs.buffers.clear();
+        inputs.particles = std::uint32_t(most + 1);
+        inputs.set("particles", {double(inputs.particles)});
+        inputs.set("capacity", {double(inputs.particles)});
+        check_throws<parameter_error>("one particle too many", {"'motion'", sentence(most, " particles fit"), "max"},
+                                      [&] { webgpu::Simulation(*device, blocks.program, inputs); });
+    }
+}
+
+void wrong_calls() {
+    const Blocks<2> blocks;
+    webgpu::Simulation simulation = blocks.on_device();
+    check_throws<usage_error>("a buffer that does not exist", {"no buffer nothing"},
+                              [&] { (void)simulation.read_buffer("nothing"); });
+    check_throws<usage_error>("a component that does not exist", {"no component nothing", "velocity"},
+                              [&] { (void)simulation.read("nothing"); });
+    check_throws<usage_error>("integers read as floats", {"nodes holds i32, not f32"},
+                              [&] { (void)simulation.read_buffer<float>("nodes"); });
+    check_throws<usage_error>("too few numbers", {"motion holds", "2 were given"},
+                              [&] { simulation.write_buffer<float>("motion", {1, 2}); });
+    check_throws<usage_error>("an entry point that does not exist", {"no entry point nothing"},
+                              [&] { simulation.run({"nothing"}); });
+    check_throws<usage_error>("a uniform that does not exist", {"no uniform nothing"},
+                              [&] { simulation.set("nothing", {1}); });
+    check_throws<usage_error>("too many components", {"2 components", "3 were given"},
+                              [&] { simulation.set("field_gravity", {1, 2, 3}); });
+    check_throws<parameter_error>("a time step that is no number", {"time_step", "nan"},
+                                  [&] { simulation.set("time_step", {std::nan("")}); });
+    check_throws<parameter_error>("a part of a particle", {"particles", "1.5"},
+                                  [&] { simulation.set("particles", {1.5}); });
+    check_throws<parameter_error>("more particles than memory", {"1000000 particles", "capacity"},
+                                  [&] { simulation.set("particles", {1000000}); });
+    check_throws<parameter_error>("another capacity", {"capacity", "cannot change"},
+                                  [&] { simulation.set("capacity", {10}); });
+    check_throws<parameter_error>("another cell size", {"cell_size", "cannot change"},
+                                  [&] { simulation.set("cell_size", {0.1}); });
+    check_throws<parameter_error>("a time step back", {"-1 s"}, [&] { simulation.set("time_step", {-1}); });
+    check_throws<parameter_error>("a scale of 3", {"power of two"}, [&] { simulation.set("mass_scale", {3}); });
+    const Blocks<3> others;
+    const webgpu::Device device;
+    check_throws<error>("inputs of another program", {},
+                        [&] { webgpu::Simulation(device, blocks.program, others.inputs()); });
+    wgsl::Inputs inputs = blocks.inputs();
+    --inputs.particles;
+    check_throws<usage_error>("inputs that contradict themselves", {"particles"},
+                              [&] { webgpu::Simulation(device, blocks.program, inputs); });
+    simulation.set("particles", {10});
+    check(simulation.read("mass").size() == 10, "only particles that are there are read");
+}
+
+/// A program of three lines, with workgroups of one, so that a few particles need a second row of them.
+void every_particle_once() {
+    wgsl::Program program;
+    program.name = "visits";
+    program.dimension = 2;
+    wgsl::detail::UniformLayout uniforms(program);
+    wgsl::detail::add_uniforms(uniforms, 2);
+    program.uniform_bytes = (program.uniform_bytes + 15) / 16 * 16;
+    program.buffers = {{"visits", "u32", 1, "particle", 1, {{"visits", 1, "1"}}},
+                       {"status", "u32", 2, "program", 16, {}}};
+    program.entry_points = {{"visit", "particle", 1, {{1, true}}}};
+    program.code = R"(@group(0) @binding(1) var<storage, read_write> visits: array<u32>;
+@compute @workgroup_size(1)
+fn visit(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let i = group.y * groups.x + group.x;
+    if (i < arrayLength(&visits)) { visits[i] += i + 1u; }
+})";
+    constexpr std::uint32_t count = 70000;
+    wgsl::Inputs inputs(program);
+    inputs.particles = count;
+    inputs.nodes = {4, 8};
+    inputs.set("nodes", {4, 8});
+    inputs.set("particles", {count});
+    inputs.set("capacity", {count});
+    webgpu::Simulation simulation(webgpu::Device(), program, inputs);
+    simulation.run({"visit"}, 3);
+    std::vector<std::uint32_t> expected(count);
+    for (std::uint32_t i = 0; i < count; ++i) expected[i] = 3 * (i + 1);
+    check_same_bits("every particle is visited, in two rows of workgroups", simulation.read<std::uint32_t>("visits"),
+                    expected);
+}
+
+void refusal_and_loss() {
+    const Blocks<2> blocks;
+    const webgpu::Device device;
+    webgpu::Simulation simulation(device, blocks.program, blocks.inputs());
+    wgpuBufferDestroy(simulation.buffer("motion"));
+    simulation.step();
+    check_throws<device_error>("a command that the device refused", {"refused", "motion"}, [&] { simulation.step(); });
+    wgpuDeviceDestroy(device.handle());
+    for (int i = 0; i < 2; ++i)
+        check_throws<device_error>("a lost device", {"was lost"}, [&] { (void)simulation.status(); });
+    check_throws<device_error>("a lost device for another simulation", {"was lost"},
+                               [&] { webgpu::Simulation(device, blocks.program, blocks.inputs()); });
+}
+
+void no_gpu() {
+    setenv("VK_ICD_FILENAMES", "/no/such/driver.json", 1);
+    check_throws<device_error>("no driver", {"no GPU", "VK_ICD_FILENAMES"}, [] { webgpu::Device(); });
+}
+
+}  // namespace
+
+int main() {
+    try {
+        std::cout << webgpu::Device().name() << '\n';
+        for (const bool sorted : {false, true}) {
+            compare_with_cpu<2>(sorted);
+            compare_with_cpu<3>(sorted);
+        }
+        many_steps_are_single_steps();
+        sorted_steps_sort();
+        errors_of_a_step();
+        mistakes_in_a_program();
+        too_many_particles();
+        wrong_calls();
+        every_particle_once();
+        refusal_and_loss();
+        no_gpu();
+    } catch (const std::exception& e) {
+        check(false, "the test", e.what());
+    }
+    std::cout << passed << " passed, " << failed << " failed\n";
+    return failed ? 1 : 0;
+}
