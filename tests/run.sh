@@ -112,7 +112,7 @@ firn_install compiler cmake ninja eigen hdf5 catch2 cli11 png boost
 clang=no
 if firn_install_if_offered clang clang_openmp; then clang=yes; fi
 with_clang=(-DCMAKE_C_COMPILER=clang-19 -DCMAKE_CXX_COMPILER=clang++-19)
-release=(-DCMAKE_BUILD_TYPE=Release)
+release=(-DCMAKE_BUILD_TYPE=Release -DFIRN_EXAMPLE_OPTIONS=-O1)
 portable=("${release[@]}" -DFIRN_PORTABLE=ON -DFIRN_BUILD_EXAMPLES=OFF)
 sanitizer=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O0 -g1" -DFIRN_NATIVE=OFF -DFIRN_BUILD_EXAMPLES=OFF
     -DFIRN_WARNINGS_AS_ERRORS=OFF)

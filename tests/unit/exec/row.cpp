@@ -225,7 +225,7 @@ TEMPLATE_TEST_CASE("P2G and G2P of a pack have the same bits in every form of ro
         CHECK(scattered(Wide{}, std::false_type{}) == expected);
         CHECK(scattered(Wide{}, std::true_type{}) == expected);
 
-        const IntegerSums<std::int32_t, S> quanta(FixedPointScale{0x1p24, 0x1p22});
+        const IntegerSums<std::int32_t, S> quanta(FixedPointScale<S>{0x1p24, 0x1p22});
         records.template fill<Apic>(particles, particles, 0, arena_size<Kernel>, quanta);
         const auto counted = [&]<class Row, bool held>(std::type_identity<Row>, std::bool_constant<held>) {
             std::vector<std::int32_t> arena(count);
