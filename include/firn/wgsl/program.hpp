@@ -60,6 +60,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
     static_assert(Kernel::support <= block_size, "one block of ghost nodes holds what a particle at a face reaches");
     using State = material_state_t<with_scalar_t<Material, recorded>, D>;
+    static_assert(std::tuple_size_v<decltype(State::fields())> > 0, "firn: a struct of WGSL has at least one member");
     const Facts facts{D,
                       Kernel::support,
                       centre_node<Kernel>,
