@@ -5,7 +5,6 @@
 #   firn_deno SCRIPT ARGUMENT...       Deno, which may read files and do nothing else
 #   firn_chromium SCRIPT ARGUMENT...   node; the script finds playwright-core and chromium/ in $FIRN_WEBGPU
 #   firn_swiftshader PROGRAM ARGUMENT...   any program, with SwiftShader as its Vulkan driver
-#   firn_each COMMAND... -- PATH...    one process for each path, so that a compiler's crash hides no other program
 
 # package            version  SHA-512 of the registry's archive
 firn_webgpu_packages='
@@ -143,18 +142,4 @@ firn_chromium() {
     done
     echo "<fontconfig><dir>$folder/fonts</dir><cachedir>$folder/cache</cachedir></fontconfig>" >"$folder/fonts.conf"
     FIRN_WEBGPU="$firn_webgpu_folder" node "$@"
-}
-
-firn_each() { # COMMAND... -- PATH...
-    local command=() path status bad=0
-    while [[ $1 != -- ]]; do command+=("$1") && shift; done
-    shift
-    for path in "$@"; do
-        status=0
-        "${command[@]}" "$path" || status=$?
-        if ((status > 1)); then echo "FAIL $path: ended with status $status"; fi
-        if ((status)); then bad=$((bad + 1)); fi
-    done
-    echo "$# programs, $bad of them failed"
-    ((bad == 0))
 }

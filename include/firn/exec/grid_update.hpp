@@ -76,7 +76,7 @@ void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
     const auto update = [&](std::size_t b, int) {
         Vec<double, D> low, high;
         for (int a = 0; a < D; ++a) {
-            low[a] = grid.domain().lower[a] + h * grid.block(b)[std::size_t(a)] * block_size;
+            low[a] = position_of_place(grid.domain(), grid.block(b), a, 0);
             high[a] = low[a] + h * (block_size - 1);
         }
         const Vec<S, D> first = cast<S>(low);

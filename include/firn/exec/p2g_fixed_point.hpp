@@ -43,8 +43,7 @@ FixedPointLoad<typename View::scalar_type> fixed_point_load(const View& view, co
         256);
     S largest_mass = 0;
     for (const Largest& largest : of_thread) largest_mass = std::max(largest_mass, largest.mass);
-    // A power of two, so that scaling is exact; the quanta of one particle then fit 22 bits.
-    const double quanta = std::exp2(largest_mass_exponent - std::ilogb(double(largest_mass)));
+    const double quanta = mass_quanta(double(largest_mass));  // those of one particle fit 22 bits
 
     constexpr std::size_t per_block = std::size_t(block_nodes<D>);
     CellLoad* cells = grid.template scratch<CellLoad>();  // a cell each, named by its lower node

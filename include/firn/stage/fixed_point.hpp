@@ -12,6 +12,8 @@
 #include <firn/kernel/concept.hpp>
 #include <firn/stage/p2g.hpp>
 
+#include <cmath>
+
 namespace firn {
 
 /// Quanta per unit; powers of two, so that scaling is exact.
@@ -43,6 +45,9 @@ inline constexpr int fewest_mass_quanta = 64;
 
 /// The particle of the largest mass is that many quanta or up to twice as many where the masses in a cell are added up.
 inline constexpr int largest_mass_exponent = 20;
+
+/// Quanta per kg there; a power of two, so that scaling is exact.
+inline double mass_quanta(double largest_mass) { return std::exp2(largest_mass_exponent - std::ilogb(largest_mass)); }
 
 /// The largest |o|: how far a node of the support lies from the centre node, in cells.
 template <class Kernel>

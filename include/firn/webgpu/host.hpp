@@ -232,10 +232,7 @@ private:
         particles_ = inputs.particles;
         capacity_ = std::uint32_t(capacity);
         nodes_ = inputs.nodes;
-        if (D == 2)
-            wgsl::check_fits<2>(*program_, capacity_, {nodes_[0], nodes_[1]}, device_.limits());
-        else
-            wgsl::check_fits<3>(*program_, capacity_, {nodes_[0], nodes_[1], nodes_[2]}, device_.limits());
+        wgsl::check_fits(*program_, capacity_, nodes_, device_.limits());
     }
 
     /// How many particles, nodes, ... there are.

@@ -33,7 +33,7 @@ public:
         live_.resize(count);
         users_.resize(count);
         run_.assign(count, nothing);
-        text_.resize(count);
+        written_.resize(count);
         loop_node_.resize(graph.loops.size());
         for (std::size_t i = 0; i < count; ++i)
             if (graph.nodes[i].op == Op::loop) loop_node_[std::size_t(graph.nodes[i].a)] = int(i);
@@ -83,25 +83,22 @@ private:
         for (const int k : outputs) users_[std::size_t(k)].push_back(outside);
     }
 
-    /// Finds selections by one guarded mask that stand together, and what nothing else needs.
-    struct Run {
-        std::vector<int> selections;
-    };
+    /// Finds runs: selections by one guarded mask that stand together, and what nothing else needs.
     void find_runs() {
         for (int i = 0; i < int(live_.size()); ++i) {
             const Node& n = node(i);
             if (!live_[std::size_t(i)] || n.op != Op::select ||
                 std::find(graph_.guards.begin(), graph_.guards.end(), n.a) == graph_.guards.end())
                 continue;
-            const auto fits = [&](const Run& run) {
-                const int first = run.selections.front();
+            const auto fits = [&](const std::vector<int>& run) {
+                const int first = run.front();
                 return node(first).a == n.a && region(first) == region(i) && n.b < first && n.c < first;
             };
             if (runs_.empty() || !fits(runs_.back())) runs_.push_back({});
-            runs_.back().selections.push_back(i);
+            runs_.back().push_back(i);
         }
         for (int r = 0; r < int(runs_.size()); ++r) {
-            const std::vector<int>& selections = runs_[std::size_t(r)].selections;
+            const std::vector<int>& selections = runs_[std::size_t(r)];
             for (const int i : selections) selection_of_run_.push_back(i);
             for (int i = selections.front() - 1; i >= 0; --i) {
                 const std::vector<int>& users = users_[std::size_t(i)];
@@ -141,20 +138,15 @@ private:
         int level;  // of what binds: 0 comparison or logic, 1 sum, 2 product, 3 anything closer
     };
     static std::string within(const Expression& e, int level) { return e.level >= level ? e.text : "(" + e.text + ")"; }
-    Expression operand(int i) const {
-        const std::string& name = text_[std::size_t(i)];
-        if (!name.empty()) return {name, levels_.empty() ? 3 : level_of(i)};
-        return expression(i);
-    }
-    int level_of(int i) const { return levels_[std::size_t(i)]; }
-
     Expression expression(int i) const {
-        if (!text_[std::size_t(i)].empty()) return {text_[std::size_t(i)], level_of(i)};
+        if (!written_[std::size_t(i)].text.empty()) return written_[std::size_t(i)];
         const Node& n = node(i);
-        const auto call = [&](const char* name) { return Expression{name + ("(" + operand(n.a).text + ")"), 3}; };
-        const auto two = [&](const char* sign, int level, bool swaps) {
-            return Expression{within(operand(n.a), level) + sign + within(operand(n.b), swaps ? level : level + 1),
-                              level};
+        const auto call = [&](const char* name) { return Expression{name + ("(" + expression(n.a).text + ")"), 3}; };
+        const auto two = [&](const char* sign, int level) {  // from the left: what follows the sign must bind closer
+            return Expression{within(expression(n.a), level) + sign + within(expression(n.b), level + 1), level};
+        };
+        const auto relation = [&](const char* sign) {
+            return Expression{within(expression(n.a), 1) + sign + within(expression(n.b), 1), 0};
         };
         switch (n.op) {
             case Op::constant:
@@ -165,32 +157,34 @@ private:
                 return {n.text, 3};
             case Op::add:
                 if (share_factor(n.a, n.b))
-                    return {"fma(" + operand(node(n.b).a).text + ", " + operand(node(n.b).b).text + ", " +
-                                operand(n.a).text + ")",
+                    return {"fma(" + expression(node(n.b).a).text + ", " + expression(node(n.b).b).text + ", " +
+                                expression(n.a).text + ")",
                             3};
-                return two(" + ", 1, false);
+                return two(" + ", 1);
             case Op::subtract:
-                return two(" - ", 1, false);
+                return two(" - ", 1);
             case Op::multiply:
-                return two(" * ", 2, false);
+                return two(" * ", 2);
             case Op::divide:
-                return two(" / ", 2, false);
+                return two(" / ", 2);
             case Op::negate:
-                return {"-" + within(operand(n.a), 3), 1};
+                return {"-" + within(expression(n.a), 3), 1};
             case Op::less:
-                return {within(operand(n.a), 1) + " < " + within(operand(n.b), 1), 0};
+                return relation(" < ");
             case Op::less_equal:
-                return {within(operand(n.a), 1) + " <= " + within(operand(n.b), 1), 0};
+                return relation(" <= ");
             case Op::equal:
-                return {within(operand(n.a), 1) + " == " + within(operand(n.b), 1), 0};
+                return relation(" == ");
             case Op::both:
-                return {within(operand(n.a), 1) + " && " + within(operand(n.b), 1), 0};
+                return relation(" && ");
             case Op::either:
-                return {within(operand(n.a), 1) + " || " + within(operand(n.b), 1), 0};
+                return relation(" || ");
             case Op::inverse:
-                return {"!" + within(operand(n.a), 3), 3};
+                return {"!" + within(expression(n.a), 3), 3};
             case Op::select:
-                return {"select(" + operand(n.c).text + ", " + operand(n.b).text + ", " + operand(n.a).text + ")", 3};
+                return {
+                    "select(" + expression(n.c).text + ", " + expression(n.b).text + ", " + expression(n.a).text + ")",
+                    3};
             case Op::square_root:
                 return call("sqrt");
             case Op::magnitude:
@@ -225,11 +219,6 @@ private:
         return "loop" + std::to_string(loop) + "_" + std::to_string(value);
     }
     void line(int depth, const std::string& text) { out_ += std::string(std::size_t(4 * depth), ' ') + text + "\n"; }
-    void set_text(int i, std::string text, int level) {
-        if (levels_.size() < text_.size()) levels_.resize(text_.size(), 3);
-        text_[std::size_t(i)] = std::move(text);
-        levels_[std::size_t(i)] = level;
-    }
     /// What the definition calls it, with a number behind it from the second on.
     std::string new_name(int i) {
         const auto found = graph_.names.find(i);
@@ -243,30 +232,29 @@ private:
 
     /// The nodes of one region that belong to one run (nothing: to none).
     void write_block(int in_region, int run, int depth) {
-        levels_.resize(text_.size(), 3);
         for (int i = 0; i < int(live_.size()); ++i) {
             if (!live_[std::size_t(i)] || region(i) != in_region) continue;
             if (run == nothing)
                 for (int r = 0; r < int(runs_.size()); ++r)
-                    if (runs_[std::size_t(r)].selections.front() == i) write_run(r, in_region, depth);
+                    if (runs_[std::size_t(r)].front() == i) write_run(r, in_region, depth);
             if (run_[std::size_t(i)] != run || is_selection_of_run(i)) continue;
             if (node(i).op == Op::loop) {
                 write_loop(node(i).a, depth);
             } else if (!is_atom(i) && node(i).op != Op::loop_result) {
                 const Expression e = expression(i);
                 if (is_inlined(i) && e.text.size() <= longest_expression) {
-                    set_text(i, e.text, e.level);
+                    written_[std::size_t(i)] = e;
                 } else {
                     const std::string name = new_name(i);
                     line(depth, "let " + name + " = " + e.text + ";");
-                    set_text(i, name, 3);
+                    written_[std::size_t(i)] = {name, 3};
                 }
             }
         }
     }
 
     void write_run(int r, int in_region, int depth) {
-        const std::vector<int>& selections = runs_[std::size_t(r)].selections;
+        const std::vector<int>& selections = runs_[std::size_t(r)];
         std::vector<std::string> names;
         for (const int i : selections) {
             names.push_back(new_name(i));
@@ -277,7 +265,7 @@ private:
         for (std::size_t k = 0; k < selections.size(); ++k)
             line(depth + 1, names[k] + " = " + expression(node(selections[k]).b).text + ";");
         line(depth, "}");
-        for (std::size_t k = 0; k < selections.size(); ++k) set_text(selections[k], names[k], 3);
+        for (std::size_t k = 0; k < selections.size(); ++k) written_[std::size_t(selections[k])] = {names[k], 3};
     }
 
     void write_loop(int number, int depth) {
@@ -308,12 +296,11 @@ private:
     const Graph& graph_;
     std::vector<bool> live_;
     std::vector<std::vector<int>> users_;
-    std::vector<int> run_;  // of each node: the run that alone needs it, or nothing
-    std::vector<Run> runs_;
+    std::vector<int> run_;                // of each node: the run that alone needs it, or nothing
+    std::vector<std::vector<int>> runs_;  // their selections
     std::vector<int> selection_of_run_;
     std::vector<int> loop_node_;
-    std::vector<std::string> text_;  // of each node that has been written
-    std::vector<int> levels_;
+    std::vector<Expression> written_;  // of each node: how it is referred to, once it has been written
     std::vector<std::string> taken_;
     int names_ = 0;
     std::string out_;

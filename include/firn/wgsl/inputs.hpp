@@ -1,4 +1,4 @@
-/// \file What a host writes into a program's uniforms and buffers, from particles on the CPU; and particles back.
+/// \file What a host writes into a program's uniforms and buffers, from particles on the CPU.
 #pragma once
 
 #include <firn/data/particles.hpp>
@@ -67,16 +67,14 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) slots.push_back(slot);
     const std::size_t count = slots.size();
-    std::array<std::uint32_t, std::size_t(D)> nodes{};
     std::vector<double> along, cells;
     for (int a = 0; a < D; ++a) {
-        nodes[std::size_t(a)] = grid_nodes(domain.cells(a));
-        along.push_back(nodes[std::size_t(a)]);
+        inputs.nodes.push_back(grid_nodes(domain.cells(a)));
+        along.push_back(inputs.nodes.back());
         cells.push_back(double(extent_in_cells<float>(domain, a)));
     }
-    check_fits<D>(program, count, nodes, limits);
+    check_fits(program, count, inputs.nodes, limits);
     inputs.particles = std::uint32_t(count);
-    inputs.nodes.assign(nodes.begin(), nodes.end());
 
     float largest_mass = 0;
     for (const std::size_t slot : slots) largest_mass = std::max(largest_mass, particles.mass(slot));
@@ -86,8 +84,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     inputs.set("cells", cells);
     inputs.set("cell_size", {domain.cell_size});
     set_time_step(inputs, dt, domain.cell_size);
-    if (largest_mass > 0)
-        inputs.set("mass_quanta", {std::exp2(largest_mass_exponent - std::ilogb(double(largest_mass)))});
+    if (largest_mass > 0) inputs.set("mass_quanta", {mass_quanta(double(largest_mass))});
 
     const auto fill = [&](const char* name, const auto& number) {
         const Buffer& buffer = program.buffer(name);
@@ -132,9 +129,10 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     // Positions of nodes, rounded as the CPU's grid update does.
     std::vector<float> coordinates;
     for (int a = 0; a < D; ++a)
-        for (int i = 0; i < int(nodes[std::size_t(a)]); ++i) {
-            const int block = i / block_size - 1;
-            const float first = float(domain.lower[a] + domain.cell_size * block * block_size);
+        for (int i = 0; i < int(inputs.nodes[std::size_t(a)]); ++i) {
+            BlockCoordinate<D> block{};
+            block[std::size_t(a)] = i / block_size - 1;
+            const float first = float(position_of_place(domain, block, a, 0));
             coordinates.push_back(first + float(i % block_size) * float(domain.cell_size));
         }
     inputs.buffers.emplace_back("coordinates", std::move(coordinates));

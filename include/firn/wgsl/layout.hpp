@@ -73,7 +73,7 @@ struct Program {
 struct Facts {
     int dimension, support, centre;
     bool affine, weight_gradients;  ///< of the transfer, of the forces
-    bool sum_gradients;             ///< whether G2P needs the gradients of the weights
+    bool sum_gradients;             ///< whether G2P needs the gradients of the weights; where forces do, it does
     int workgroup_size;
 };
 

@@ -40,9 +40,8 @@ inline std::uint32_t grid_nodes(int cells) {
 
 /// \param nodes  along each axis
 /// \throws parameter_error that names the limit, and how many particles or nodes fit
-template <int D>
-void check_fits(const Program& program, std::uint64_t particles, const std::array<std::uint32_t, std::size_t(D)>& nodes,
-                const Limits& limits = {}) {
+inline void check_fits(const Program& program, std::uint64_t particles, const std::vector<std::uint32_t>& nodes,
+                       const Limits& limits = {}) {
     std::uint64_t all_nodes = 1;
     for (const std::uint32_t n : nodes) all_nodes *= n;
     const std::uint64_t most = std::min(limits.storage_binding_bytes, limits.buffer_bytes);

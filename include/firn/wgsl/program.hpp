@@ -90,7 +90,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     detail::add_entry_points(program, facts);
 
     Module module;
-    add_kernel<Kernel, D>(module, facts.weight_gradients || facts.sum_gradients);
+    add_kernel<Kernel, D>(module, facts.sum_gradients);
     add_p2g<Kernel, Transfer, Force, D>(module);
     add_grid_update<D>(module, boundary, field);
     add_g2p<Kernel, Transfer, Force, D>(module);

@@ -7,8 +7,6 @@
 #include <firn/wgsl/graph.hpp>
 #include <firn/wgsl/shape.hpp>
 
-#include <memory>
-
 namespace firn::wgsl {
 
 // What definitions call unqualified, to be found beside `recorded`.

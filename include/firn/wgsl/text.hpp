@@ -58,8 +58,7 @@ public:
     explicit KernelText(const Facts& facts) : facts_(facts), D_(facts.dimension) {}
 
     std::string helpers() const {
-        return filled(text::helpers) +
-               (facts_.weight_gradients || facts_.sum_gradients ? filled(text::gradient_helpers) : "");
+        return filled(text::helpers) + (facts_.sum_gradients ? filled(text::gradient_helpers) : "");
     }
     std::string entry_points() const {
         return filled(text::clear) + filled(text::measure) +

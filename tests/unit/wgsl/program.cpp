@@ -72,14 +72,14 @@ TEST_CASE("Particles or nodes beyond a limit are refused with the limit's name a
     const wgsl::Program p = program<3>();
     // The widest buffers hold nine numbers a particle: 128 MiB / 36 bytes.
     const std::uint64_t fit = (128ULL << 20) / 36;
-    CHECK_NOTHROW(wgsl::check_fits<3>(p, fit, {64, 64, 64}));
-    const std::string text = message([&] { wgsl::check_fits<3>(p, fit + 1, {64, 64, 64}); });
+    CHECK_NOTHROW(wgsl::check_fits(p, fit, {64, 64, 64}));
+    const std::string text = message([&] { wgsl::check_fits(p, fit + 1, {64, 64, 64}); });
     CHECK(text.find("maxStorageBufferBindingSize") != std::string::npos);
     CHECK(text.find(std::to_string(fit) + " particles fit") != std::string::npos);
-    CHECK_NOTHROW(wgsl::check_fits<3>(p, 1000, {200, 200, 200}));
-    CHECK(message([&] { wgsl::check_fits<3>(p, 1000, {208, 208, 208}); }).find("nodes fit") != std::string::npos);
+    CHECK_NOTHROW(wgsl::check_fits(p, 1000, {200, 200, 200}));
+    CHECK(message([&] { wgsl::check_fits(p, 1000, {208, 208, 208}); }).find("nodes fit") != std::string::npos);
     CHECK(message([&] {
-              wgsl::check_fits<3>(p, 1000, {64, 64, 64}, {.storage_buffers_per_stage = 4});
+              wgsl::check_fits(p, 1000, {64, 64, 64}, {.storage_buffers_per_stage = 4});
           }).find("maxStorageBuffersPerShaderStage") != std::string::npos);
 }
 
