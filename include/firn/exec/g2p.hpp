@@ -6,6 +6,7 @@
 #include <firn/exec/gather.hpp>
 #include <firn/exec/parallel.hpp>
 #include <firn/material/concept.hpp>
+#include <firn/stage/time_step.hpp>
 
 #include <limits>
 #include <vector>
@@ -174,9 +175,8 @@ private:
         });
         seen.stray = seen.stray | (real & strays<Kernel>(positions_.in_block(new_position, block)));
         seen.rightness = seen.rightness + select(real, sum * P(0), P(0));
-        const P density = mass / select(real, view.volume.template load<P>(slots, 0), P(1));
-        const P signal = norm(taken.velocity) + wave_speed(material_, select(real, density, P(1)), state);
-        seen.speed = max(seen.speed, select(real, signal, P(0)));
+        const P volume = view.volume.template load<P>(slots, 0);
+        seen.speed = max(seen.speed, signal_speed(material_, taken.velocity, mass, volume, state));
     }
 
     const View& view_;
@@ -236,10 +236,8 @@ G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Fie
                 const LiftedState state = load_state<LiftedState>(view.state, slots);
                 store_symmetric(view.stress, slots, kirchhoff_stress(lifted, state));
                 const P mass = view.mass.template load_or_zero<P>(slots, 0);
-                const auto real = mass > P(0);
-                const P density = select(real, mass, P(1)) / select(real, view.volume.template load<P>(slots, 0), P(1));
-                const P signal = norm(load_vector<P, D>(view.velocity, slots)) + wave_speed(lifted, density, state);
-                speed = max(speed, select(real, signal, P(0)));
+                const P volume = view.volume.template load<P>(slots, 0);
+                speed = max(speed, signal_speed(lifted, load_vector<P, D>(view.velocity, slots), mass, volume, state));
             }
             speeds[pack] = double(reduce_max(speed));
         },

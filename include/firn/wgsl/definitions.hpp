@@ -5,6 +5,7 @@
 #include <firn/data/sparse_grid.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/stage/grid_update.hpp>
+#include <firn/stage/time_step.hpp>
 #include <firn/wgsl/module.hpp>
 #include <firn/wgsl/stage_shapes.hpp>
 
@@ -209,7 +210,7 @@ void add_material(Module& module, const Material& material) {
     module.function<V, R, R, State>("signal_speed", of_material + "the particle's speed and its wave speed [m/s]",
                                     {"velocity", "mass", "volume", "state"},
                                     [&](const V& velocity, const R& mass, const R& volume, const State& state) {
-                                        return norm(velocity) + wave_speed(model(), mass / volume, state);
+                                        return signal_speed(model(), velocity, mass, volume, state);
                                     });
 }
 
