@@ -1,4 +1,4 @@
-/// \file A set of particles, a grid and a boundary, stepped through time. It only composes the stages of exec/.
+/// \file Sets of particles, a grid and a boundary, stepped through time. It only composes the stages of exec/.
 #pragma once
 
 #include <firn/boundary/walls.hpp>
@@ -17,36 +17,111 @@
 
 #include <functional>
 #include <iostream>
+#include <span>
 #include <string>
+#include <tuple>
 
 namespace firn {
 
-/// The ids [first, first + count) that one call of Simulation::add gave out.
+/// Several constitutive models in one simulation, all of one precision: Simulation<3, Materials<Snow<float>,
+/// Sand<float>>>. Each has particles of its own, with its own state; all meet on one grid.
+template <class... M>
+struct Materials {
+    std::tuple<M...> models;
+
+    Materials() = default;
+    Materials(const M&... each) : models(each...) {}
+};
+
+namespace detail {
+template <class Material>
+struct material_list {
+    using type = Materials<Material>;
+};
+template <class... M>
+struct material_list<Materials<M...>> {
+    using type = Materials<M...>;
+};
+template <class List>
+struct first_material;
+template <class First, class... Rest>
+struct first_material<Materials<First, Rest...>> {
+    using type = First;
+    static_assert((std::same_as<material_scalar_t<First>, material_scalar_t<Rest>> && ...),
+                  "firn: the materials of one simulation are of one precision.");
+};
+/// The precision of a material, or of a list of them.
+template <class Material>
+using precision_of_t = material_scalar_t<typename first_material<typename material_list<Material>::type>::type>;
+}  // namespace detail
+
+/// The ids [first, first + count) that one call of Simulation::add gave out among the particles of its material.
 struct Body {
     std::uint32_t first = 0, count = 0;
 };
 
+/// A material's particles and what is known of them.
+template <int D, class Material>
+struct MaterialSet {
+    static_assert(require_material<Material, D>());
+    using S = material_scalar_t<Material>;
+
+    Material material;
+    Particles<S, D, material_state_t<Material, D>> particles;
+    BlockPartition<D> partition{};
+    std::vector<Body> bodies{};
+    G2PReport report{};      ///< of the last G2P
+    bool prepared = false;   ///< sorted, with stress and report up to date
+    bool as_sorted = false;  ///< no step since particles were sorted
+};
+
 /// \tparam D         2 or 3
-/// \tparam Material  a constitutive model in float or double, which becomes the precision of everything
+/// \tparam Material  a constitutive model in float or double, which becomes the precision of everything; or several,
+///                   Materials<…>: functions that concern one of them are then told which, add<Snow<float>>(…), or by
+///                   its place in the list, add<1>(…)
 template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, class Force = MlsForce,
           class Kernel = QuadraticBSpline, class Execution = Coloured,
-          class Boundary = Walls<material_scalar_t<Material>, D>>
+          class Boundary = Walls<detail::precision_of_t<Material>, D>>
 class Simulation {
+    using List = typename detail::material_list<Material>::type;
+    template <class L>
+    struct sets_of;
+    template <class... M>
+    struct sets_of<Materials<M...>> {
+        using type = std::tuple<MaterialSet<D, M>...>;
+        static type make(const Materials<M...>& materials, const Domain<D>& domain) {
+            return std::apply(
+                [&](const M&... model) {
+                    return type{MaterialSet<D, M>{model, decltype(MaterialSet<D, M>::particles)(domain)}...};
+                },
+                materials.models);
+        }
+        template <class Wanted>
+        static constexpr std::size_t index() {
+            static_assert((std::size_t(std::same_as<Wanted, M>) + ...) == 1,
+                          "firn: name one material of the simulation; if it is there twice, by its place.");
+            std::size_t i = 0, found = 0;
+            ((std::same_as<Wanted, M> ? void(found = i) : void(), ++i), ...);
+            return found;
+        }
+    };
+
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
-    static_assert(require_material<Material, D>() && require_kernel<Kernel>());
+    static_assert(require_kernel<Kernel>());
     static_assert(transfer<Transfer> && force<Force>);
 
-    using scalar_type = material_scalar_t<Material>;
+    using scalar_type = detail::precision_of_t<Material>;
     using S = scalar_type;
-    using State = material_state_t<Material, D>;
+    using Sets = typename sets_of<List>::type;
     static constexpr int dimension = D;
+    static constexpr std::size_t material_count = std::tuple_size_v<Sets>;
 
     /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells
     explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
         : Simulation(domain, material, how, default_boundary(domain)) {}
     Simulation(const Domain<D>& domain, const Material& material, const Execution& how, const Boundary& walls)
-        : boundary(walls), execution(how), material_(material), grid_(domain), particles_(domain) {
+        : boundary(walls), execution(how), grid_(domain), sets_(sets_of<List>::make(List(material), domain)) {
         gravity[1] = -9.81;
     }
 
@@ -63,53 +138,66 @@ public:
     };
 
     const Domain<D>& domain() const { return grid_.domain(); }
-    const Material& material() const { return material_; }
     const SparseGrid<S, D>& grid() const { return grid_; }
-    const Particles<S, D, State>& particles() const { return particles_; }
-    const std::vector<Body>& bodies() const { return bodies_; }
     double time() const { return time_; }  ///< [s]
     std::uint64_t steps() const { return steps_; }
     double last_time_step() const { return last_time_step_; }  ///< [s]
 
+    /// Of the material with that place in the list; the first where none is named.
+    template <std::size_t I = 0>
+    const auto& material() const {
+        return std::get<I>(sets_).material;
+    }
+    template <std::size_t I = 0>
+    const auto& particles() const {
+        return std::get<I>(sets_).particles;
+    }
+    template <std::size_t I = 0>
+    const std::vector<Body>& bodies() const {
+        return std::get<I>(sets_).bodies;
+    }
+    /// Of the material M.
+    template <class M>
+    const M& material() const {
+        return material<place_of<M>>();
+    }
+    template <class M>
+    const auto& particles() const {
+        return particles<place_of<M>>();
+    }
+    template <class M>
+    const std::vector<Body>& bodies() const {
+        return bodies<place_of<M>>();
+    }
+
     /// Particles for editing (velocities of a body, say). The next step looks at them anew.
-    Particles<S, D, State>& edit_particles() {
-        prepared_ = false;
-        return particles_;
+    template <std::size_t I = 0>
+    auto& edit_particles() {
+        std::get<I>(sets_).prepared = false;
+        return std::get<I>(sets_).particles;
+    }
+    template <class M>
+    auto& edit_particles() {
+        return edit_particles<place_of<M>>();
     }
 
     /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
     /// \throws parameter_error, particle_error (nothing is added)
+    template <std::size_t I = 0>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
-        if (!(density > 0) || !std::isfinite(density))
-            throw parameter_error(
-                sentence("The density is ", density, " kg/m^", D, "; it must be positive and finite."));
-        if (!(samples.volume > 0) || !std::isfinite(samples.volume))
-            throw parameter_error(sentence("The volume of a particle is ", samples.volume, " m^", D,
-                                           "; it must be positive and finite."));
-        for (int a = 0; a < D; ++a)
-            if (!std::isfinite(velocity[a]))
-                throw parameter_error(
-                    sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
-        const S volume = S(samples.volume), mass = S(density * samples.volume);
-        if (!(volume > 0) || !(mass > 0) || !std::isfinite(volume) || !std::isfinite(mass))
-            throw parameter_error(sentence("A particle of ", samples.volume, " m^", D, " and ",
-                                           density * samples.volume,
-                                           " kg is too small or too large for the simulation's precision. Use "
-                                           "double."));
-        const auto& x = samples.positions;
-        check_positions<double, D>(x.size(), domain(), [&](std::size_t i, int a) { return x[i][a]; });
-        const Body body{std::uint32_t(particles_.size()), std::uint32_t(x.size())};
-        particles_.reserve(particles_.size() + x.size());
-        for (const auto& point : x) particles_.push_back(point, cast<S>(velocity), mass, volume);
-        bodies_.push_back(body);
-        prepared_ = false;
-        return body;
+        return add_to(std::get<I>(sets_), samples, density, velocity);
+    }
+    template <class M>
+    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
+        return add<place_of<M>>(samples, density, velocity);
     }
 
     /// The largest stable time step for the particles as they are [s].
     double stable_time_step() {
         prepare();
-        return firn::stable_time_step(domain().cell_size, report_.signal_speed);
+        double fastest = 0;
+        for_sets([&](const auto& set) { fastest = std::max(fastest, set.report.signal_speed); });
+        return firn::stable_time_step(domain().cell_size, fastest);
     }
 
     /// One step of the fixed time step, or of the bound.
@@ -137,32 +225,29 @@ public:
         }
     }
 
-    /// The partition in use: which blocks particles are sorted into.
+    /// The partition in use: which blocks a material's particles are sorted into.
+    template <std::size_t I = 0>
     const BlockPartition<D>& partition() {
         prepare();
-        return partition_;
+        return std::get<I>(sets_).partition;
     }
 
     /// What the last G2P saw: the bound of the next step comes from it.
+    template <std::size_t I = 0>
     const G2PReport& report() {
         prepare();
-        return report_;
+        return std::get<I>(sets_).report;
     }
 
     /// Goes back to a stored moment: the particles, partition and report of then, in the order of then, so that the run
-    /// goes on to the same bits.
-    void restore(Particles<S, D, State>&& particles, BlockPartition<D>&& partition, std::vector<Body> bodies,
-                 const G2PReport& report, double time, std::uint64_t steps, double last_time_step) {
-        grid_.activate(partition);
-        particles_ = std::move(particles);
-        partition_ = std::move(partition);
-        bodies_ = std::move(bodies);
-        report_ = report;
+    /// goes on to the same bits. With several materials: of each.
+    template <std::size_t I = 0>
+    void restore(std::tuple_element_t<I, Sets>&& set, double time, std::uint64_t steps, double last_time_step) {
+        std::get<I>(sets_) = std::move(set);
         time_ = time;
         steps_ = steps;
         last_time_step_ = last_time_step;
-        prepared_ = true;
-        as_sorted_ = false;
+        activate();
     }
 
 private:
@@ -185,40 +270,113 @@ private:
 
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
-        prepared_ = false;  // should the step fail, the next one looks at the particles anew
-        const bool due = most_steps_between_sorts > 0 && steps_ % most_steps_between_sorts == 0 && !as_sorted_;
-        if (report_.sort_needed || due) sort();
-        as_sorted_ = false;
-        const auto view = particles_.view();
-        p2g<Kernel, Transfer, Force>(execution, view, partition_, grid_, dt);
+        const bool due = most_steps_between_sorts > 0 && steps_ % most_steps_between_sorts == 0;
+        bool sorted = false;
+        for_sets([&](auto& set) {
+            set.prepared = false;  // should the step fail, the next one looks at the particles anew
+            if (set.report.sort_needed || (due && !set.as_sorted)) {
+                sort(set);
+                sorted = true;
+            }
+            set.as_sorted = false;
+        });
+        if (sorted) activate();
+        std::apply(
+            [&](auto&... set) {
+                p2g<Kernel, Transfer, Force>(execution, grid_, dt, ParticleSet{set.particles.view(), set.partition}...);
+            },
+            sets_);
         grid_update(execution, grid_, dt, acceleration, boundary);
-        report_ = g2p<Kernel, Transfer, Force>(execution, view, partition_, grid_, material_, dt);
+        for_sets([&](auto& set) {
+            set.report =
+                g2p<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition, grid_, set.material, dt);
+        });
+        for_sets([](auto& set) { set.prepared = true; });
         time_ += dt;
         last_time_step_ = dt;
         ++steps_;
-        prepared_ = true;
     }
 
     /// Makes ready for a step particles that were added or changed by hand.
     void prepare() {
-        if (prepared_) return;
-        check_positions<double, D>(particles_.slots(), domain(), [&](std::size_t i, int a) {
-            return particles_.is_particle(i) ? particles_.exact_position(i)[a] : domain().lower[a];
+        bool changed = false;
+        double fastest = 0;
+        for_sets([&](auto& set) {
+            changed = changed || !set.prepared;
+            if (!set.prepared) prepare(set);
+            if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
         });
-        sort();
-        report_ = update_stress(execution, particles_.view(), partition_, material_);
-        if (!std::isfinite(report_.signal_speed) || !(report_.signal_speed > 0))
-            throw particle_error(
-                sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ",
-                         report_.signal_speed,
-                         " m/s; velocities and deformation gradients must be finite, and the moduli positive."));
-        prepared_ = true;
+        if (!changed) return;
+        if (!std::isfinite(fastest) || !(fastest > 0)) {
+            for_sets([](auto& set) { set.prepared = false; });
+            throw particle_error(sentence(
+                "The fastest signal among the particles (their speed, plus the material's wave speed) is ", fastest,
+                " m/s; velocities and deformation gradients must be finite, and the moduli positive."));
+        }
+        activate();
+    }
+    template <class Set>
+    void prepare(Set& set) {
+        const auto& particles = set.particles;
+        std::size_t of_all = 0;
+        for_sets([&](const auto& other) { of_all += other.particles.size(); });
+        if (particles.size() == 0 && of_all > 0) {  // there may be some later
+            set.partition = {};
+            set.report = {};
+            set.prepared = true;
+            return;
+        }
+        check_positions<double, D>(particles.slots(), domain(), [&](std::size_t i, int a) {
+            return particles.is_particle(i) ? particles.exact_position(i)[a] : domain().lower[a];
+        });
+        sort(set);
+        set.report = update_stress(execution, set.particles.view(), set.partition, set.material);
+        set.prepared = true;
     }
 
-    void sort() {
-        partition_ = sort_particles<Kernel>(particles_, requested_threads(execution));
-        grid_.activate(partition_);
-        as_sorted_ = true;
+    template <class Set>
+    void sort(Set& set) {
+        set.partition = sort_particles<Kernel>(set.particles, requested_threads(execution));
+        set.as_sorted = true;
+    }
+    void activate() {
+        std::array<BlockPartition<D>*, material_count> all{};
+        std::size_t i = 0;
+        for_sets([&](auto& set) { all[i++] = &set.partition; });
+        grid_.activate(all);
+    }
+
+    template <class F>
+    void for_sets(const F& f) {
+        std::apply([&](auto&... set) { (f(set), ...); }, sets_);
+    }
+
+    template <class Set>
+    Body add_to(Set& set, const Samples<D>& samples, double density, const Vec<double, D>& velocity) {
+        if (!(density > 0) || !std::isfinite(density))
+            throw parameter_error(
+                sentence("The density is ", density, " kg/m^", D, "; it must be positive and finite."));
+        if (!(samples.volume > 0) || !std::isfinite(samples.volume))
+            throw parameter_error(sentence("The volume of a particle is ", samples.volume, " m^", D,
+                                           "; it must be positive and finite."));
+        for (int a = 0; a < D; ++a)
+            if (!std::isfinite(velocity[a]))
+                throw parameter_error(
+                    sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
+        const S volume = S(samples.volume), mass = S(density * samples.volume);
+        if (!(volume > 0) || !(mass > 0) || !std::isfinite(volume) || !std::isfinite(mass))
+            throw parameter_error(sentence("A particle of ", samples.volume, " m^", D, " and ",
+                                           density * samples.volume,
+                                           " kg is too small or too large for the simulation's precision. Use "
+                                           "double."));
+        const auto& x = samples.positions;
+        check_positions<double, D>(x.size(), domain(), [&](std::size_t i, int a) { return x[i][a]; });
+        const Body body{set.particles.next_id(), std::uint32_t(x.size())};
+        set.particles.reserve(set.particles.size() + x.size());
+        for (const auto& point : x) set.particles.push_back(point, cast<S>(velocity), mass, volume);
+        set.bodies.push_back(body);
+        set.prepared = false;
+        return body;
     }
 
     void warn_of(double ratio) {
@@ -228,16 +386,13 @@ private:
                       fixed_time_step / ratio, " s at step ", steps_, "; the simulation may become unstable."));
     }
 
-    Material material_;
+    template <class M>
+    static constexpr std::size_t place_of = sets_of<List>::template index<M>();
+
     SparseGrid<S, D> grid_;
-    Particles<S, D, State> particles_;
-    BlockPartition<D> partition_;
-    std::vector<Body> bodies_;
-    G2PReport report_;
+    Sets sets_;
     double time_ = 0, last_time_step_ = 0, warned_ratio_ = 1 / 1.2;
     std::uint64_t steps_ = 0;
-    bool prepared_ = false;
-    bool as_sorted_ = false;  // no step since particles were sorted
 };
 
 }  // namespace firn
