@@ -12,9 +12,11 @@
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
+#include <firn/simulation/material_set.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/apic.hpp>
 
+#include <algorithm>
 #include <functional>
 #include <iostream>
 #include <span>
@@ -22,58 +24,6 @@
 #include <tuple>
 
 namespace firn {
-
-/// Several constitutive models in one simulation, all of one precision: Simulation<3, Materials<Snow<float>,
-/// Sand<float>>>. Each has particles of its own, with its own state; all meet on one grid.
-template <class... M>
-struct Materials {
-    std::tuple<M...> models;
-
-    Materials() = default;
-    Materials(const M&... each) : models(each...) {}
-};
-
-namespace detail {
-template <class Material>
-struct material_list {
-    using type = Materials<Material>;
-};
-template <class... M>
-struct material_list<Materials<M...>> {
-    using type = Materials<M...>;
-};
-template <class List>
-struct first_material;
-template <class First, class... Rest>
-struct first_material<Materials<First, Rest...>> {
-    using type = First;
-    static_assert((std::same_as<material_scalar_t<First>, material_scalar_t<Rest>> && ...),
-                  "firn: the materials of one simulation are of one precision.");
-};
-/// The precision of a material, or of a list of them.
-template <class Material>
-using precision_of_t = material_scalar_t<typename first_material<typename material_list<Material>::type>::type>;
-}  // namespace detail
-
-/// The ids [first, first + count) that one call of Simulation::add gave out among the particles of its material.
-struct Body {
-    std::uint32_t first = 0, count = 0;
-};
-
-/// A material's particles and what is known of them.
-template <int D, class Material>
-struct MaterialSet {
-    static_assert(require_material<Material, D>());
-    using S = material_scalar_t<Material>;
-
-    Material material;
-    Particles<S, D, material_state_t<Material, D>> particles;
-    BlockPartition<D> partition{};
-    std::vector<Body> bodies{};
-    G2PReport report{};      ///< of the last G2P
-    bool prepared = false;   ///< sorted, with stress and report up to date
-    bool as_sorted = false;  ///< no step since particles were sorted
-};
 
 /// \tparam D         2 or 3
 /// \tparam Material  a constitutive model in float or double, which becomes the precision of everything; or several,
@@ -84,27 +34,7 @@ template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, 
           class Boundary = Walls<detail::precision_of_t<Material>, D>>
 class Simulation {
     using List = typename detail::material_list<Material>::type;
-    template <class L>
-    struct sets_of;
-    template <class... M>
-    struct sets_of<Materials<M...>> {
-        using type = std::tuple<MaterialSet<D, M>...>;
-        static type make(const Materials<M...>& materials, const Domain<D>& domain) {
-            return std::apply(
-                [&](const M&... model) {
-                    return type{MaterialSet<D, M>{model, decltype(MaterialSet<D, M>::particles)(domain)}...};
-                },
-                materials.models);
-        }
-        template <class Wanted>
-        static constexpr std::size_t index() {
-            static_assert((std::size_t(std::same_as<Wanted, M>) + ...) == 1,
-                          "firn: name one material of the simulation; if it is there twice, by its place.");
-            std::size_t i = 0, found = 0;
-            ((std::same_as<Wanted, M> ? void(found = i) : void(), ++i), ...);
-            return found;
-        }
-    };
+    using Make = detail::material_sets<D, List>;
 
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
@@ -113,7 +43,7 @@ public:
 
     using scalar_type = detail::precision_of_t<Material>;
     using S = scalar_type;
-    using Sets = typename sets_of<List>::type;
+    using Sets = typename Make::type;
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;
 
@@ -121,7 +51,7 @@ public:
     explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
         : Simulation(domain, material, how, default_boundary(domain)) {}
     Simulation(const Domain<D>& domain, const Material& material, const Execution& how, const Boundary& walls)
-        : boundary(walls), execution(how), grid_(domain), sets_(sets_of<List>::make(List(material), domain)) {
+        : boundary(walls), execution(how), grid_(domain), sets_(Make::make(List(material), domain)) {
         gravity[1] = -9.81;
     }
 
@@ -173,8 +103,9 @@ public:
     /// Particles for editing (velocities of a body, say). The next step looks at them anew.
     template <std::size_t I = 0>
     auto& edit_particles() {
-        std::get<I>(sets_).prepared = false;
-        return std::get<I>(sets_).particles;
+        auto& set = std::get<I>(sets_);
+        set.prepared = set.checked = false;
+        return set.particles;
     }
     template <class M>
     auto& edit_particles() {
@@ -192,12 +123,47 @@ public:
         return add<place_of<M>>(samples, density, velocity);
     }
 
+    /// Gives particles of a material from now on; every burst is a body.
+    /// \throws parameter_error  if a number is out of range
+    template <std::size_t I = 0>
+    void add_source(const Source<D>& source) {
+        source.check();
+        auto& sources = std::get<I>(sets_).sources;
+        sources.push_back(source);
+        if (steps_ > 0) sources.back().skip(time_);
+    }
+    template <class M>
+    void add_source(const Source<D>& source) {
+        add_source<place_of<M>>(source);
+    }
+    /// Takes out a material's particles, after every step, where they are in the sink.
+    /// \throws parameter_error  if upper is below lower
+    template <std::size_t I = 0>
+    void add_sink(const Sink<D>& sink) {
+        sink.check();
+        std::get<I>(sets_).sinks.push_back(sink);
+    }
+    template <class M>
+    void add_sink(const Sink<D>& sink) {
+        add_sink<place_of<M>>(sink);
+    }
+    /// Takes out the particles for which wanted(position [m], id) says so. Ids of others stay.
+    /// \return how many that were
+    template <std::size_t I = 0, class Wanted>
+    std::size_t remove_if(const Wanted& wanted) {
+        return remove_if(std::get<I>(sets_), wanted);
+    }
+    template <class M, class Wanted>
+    std::size_t remove_if(const Wanted& wanted) {
+        return remove_if<place_of<M>>(wanted);
+    }
+
     /// The largest stable time step for the particles as they are [s].
     double stable_time_step() {
         prepare();
         double fastest = 0;
         for_sets([&](const auto& set) { fastest = std::max(fastest, set.report.signal_speed); });
-        return firn::stable_time_step(domain().cell_size, fastest);
+        return fastest > 0 ? firn::stable_time_step(domain().cell_size, fastest) : next_burst() - time_;
     }
 
     /// One step of the fixed time step, or of the bound.
@@ -243,7 +209,11 @@ public:
     /// goes on to the same bits. With several materials: of each.
     template <std::size_t I = 0>
     void restore(std::tuple_element_t<I, Sets>&& set, double time, std::uint64_t steps, double last_time_step) {
-        std::get<I>(sets_) = std::move(set);
+        auto& mine = std::get<I>(sets_);
+        set.sources = std::move(mine.sources);
+        set.sinks = std::move(mine.sinks);
+        mine = std::move(set);
+        for (Source<D>& source : mine.sources) source.skip(time);
         time_ = time;
         steps_ = steps;
         last_time_step_ = last_time_step;
@@ -273,7 +243,7 @@ private:
         const bool due = most_steps_between_sorts > 0 && steps_ % most_steps_between_sorts == 0;
         bool sorted = false;
         for_sets([&](auto& set) {
-            set.prepared = false;  // should the step fail, the next one looks at the particles anew
+            set.prepared = set.checked = false;  // should the step fail, the next looks at the particles anew
             if (set.report.sort_needed || (due && !set.as_sorted)) {
                 sort(set);
                 sorted = true;
@@ -291,14 +261,19 @@ private:
             set.report =
                 g2p<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition, grid_, set.material, dt);
         });
-        for_sets([](auto& set) { set.prepared = true; });
+        for_sets([](auto& set) { set.prepared = set.checked = true; });
         time_ += dt;
         last_time_step_ = dt;
         ++steps_;
+        for_sets([&](auto& set) {
+            take(set);
+            give(set);
+        });
     }
 
     /// Makes ready for a step particles that were added or changed by hand.
     void prepare() {
+        if (steps_ == 0) for_sets([&](auto& set) { give(set); });
         bool changed = false;
         double fastest = 0;
         for_sets([&](auto& set) {
@@ -307,7 +282,7 @@ private:
             if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
         });
         if (!changed) return;
-        if (!std::isfinite(fastest) || !(fastest > 0)) {
+        if (!std::isfinite(fastest) || (!(fastest > 0) && !is_waiting())) {
             for_sets([](auto& set) { set.prepared = false; });
             throw particle_error(sentence(
                 "The fastest signal among the particles (their speed, plus the material's wave speed) is ", fastest,
@@ -318,20 +293,81 @@ private:
     template <class Set>
     void prepare(Set& set) {
         const auto& particles = set.particles;
-        std::size_t of_all = 0;
-        for_sets([&](const auto& other) { of_all += other.particles.size(); });
-        if (particles.size() == 0 && of_all > 0) {  // there may be some later
+        if (particles.size() == 0 && (has_particles() || is_waiting())) {  // there may be some later
             set.partition = {};
             set.report = {};
             set.prepared = true;
             return;
         }
-        check_positions<double, D>(particles.slots(), domain(), [&](std::size_t i, int a) {
-            return particles.is_particle(i) ? particles.exact_position(i)[a] : domain().lower[a];
-        });
+        if (!set.checked)
+            check_positions<double, D>(particles.slots(), domain(), [&](std::size_t i, int a) {
+                return particles.is_particle(i) ? particles.exact_position(i)[a] : domain().lower[a];
+            });
+        set.checked = true;
         sort(set);
         set.report = update_stress(execution, set.particles.view(), set.partition, set.material);
         set.prepared = true;
+    }
+
+    bool has_particles() const {
+        return std::apply([](const auto&... set) { return ((set.particles.size() > 0) || ...); }, sets_);
+    }
+    /// Are there no particles, but sources that will give some?
+    bool is_waiting() const { return !has_particles() && std::isfinite(next_burst()); }
+    /// When the next particles come [s]; infinite: never.
+    double next_burst() const {
+        double next = std::numeric_limits<double>::infinity();
+        const auto look = [&](const auto& set) {
+            for (const Source<D>& source : set.sources) {
+                const double due = source.time_of(source.bursts);
+                if (due <= source.end) next = std::min(next, due);
+            }
+        };
+        std::apply([&](const auto&... set) { (look(set), ...); }, sets_);
+        return next;
+    }
+
+    /// The bursts that are due.
+    template <class Set>
+    void give(Set& set) {
+        for (Source<D>& source : set.sources)
+            for (; source.is_due(time_); ++source.bursts) {
+                Samples<D> burst = source.samples;
+                const double born = source.time_of(source.bursts);
+                for (Vec<double, D>& x : burst.positions) x += source.velocity * (time_ - born);
+                add_to(set, burst, source.density, source.velocity);
+                set.bodies.back().end = born + source.lifespan;
+            }
+    }
+    /// What has reached its end, or a sink.
+    template <class Set>
+    void take(Set& set) {
+        if (!set.sinks.empty())
+            remove_if(set, [&](const Vec<double, D>& x, std::uint32_t) {
+                return std::any_of(set.sinks.begin(), set.sinks.end(),
+                                   [&](const Sink<D>& sink) { return sink.holds(x); });
+            });
+        const auto has_ended = [&](const Body& body) { return body.count > 0 && body.end <= time_; };
+        if (std::none_of(set.bodies.begin(), set.bodies.end(), has_ended)) return;
+        // Bodies lie in the order of their ids.
+        remove_if(set, [&](const Vec<double, D>&, std::uint32_t id) {
+            const auto next =
+                std::upper_bound(set.bodies.begin(), set.bodies.end(), id,
+                                 [](std::uint32_t wanted, const Body& body) { return wanted < body.first; });
+            return next != set.bodies.begin() && has_ended(next[-1]);
+        });
+        for (Body& body : set.bodies)
+            if (has_ended(body)) body.count = 0;
+    }
+    template <class Set, class Wanted>
+    std::size_t remove_if(Set& set, const Wanted& wanted) {
+        auto& particles = set.particles;
+        const std::size_t before = particles.size();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot) && wanted(particles.exact_position(slot), particles.id(slot)))
+                particles.remove(slot);
+        if (particles.size() < before) set.prepared = false;
+        return before - particles.size();
     }
 
     template <class Set>
@@ -387,7 +423,7 @@ private:
     }
 
     template <class M>
-    static constexpr std::size_t place_of = sets_of<List>::template index<M>();
+    static constexpr std::size_t place_of = Make::template place<M>();
 
     SparseGrid<S, D> grid_;
     Sets sets_;

@@ -5,6 +5,7 @@
 #include <firn/simulation.hpp>
 #include <firn/version.hpp>
 
+#include <bit>
 #include <vector>
 
 namespace firn {
@@ -152,8 +153,9 @@ State<detail::precision_of_t<Materials>> state_of(
         blocks.values.push_back(std::int64_t(range.first_slot));
         blocks.values.push_back(std::int64_t(range.particles));
     }
-    StateTable bodies{"bodies", 2, {}};
-    for (const Body& body : all_bodies) bodies.values.insert(bodies.values.end(), {body.first, body.count});
+    StateTable bodies{"bodies", 3, {}};  // first id, count, the bits of the end of their time
+    for (const Body& body : all_bodies)
+        bodies.values.insert(bodies.values.end(), {body.first, body.count, std::bit_cast<std::int64_t>(body.end)});
     state.tables = {std::move(slots), std::move(blocks), std::move(bodies)};
     return state;
 }
@@ -225,7 +227,7 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
     const std::size_t n = state.size();
     const StateTable& slot_of = detail::table(state.tables, "slot", 1);
     const StateTable& blocks = detail::table(state.tables, "blocks", D + 2);
-    const StateTable& body_table = detail::table(state.tables, "bodies", 2);
+    const StateTable& body_table = detail::table(state.tables, "bodies", 3);
     const auto damaged = [](const char* what) {
         return io_error(
             sentence("The state's ", what, " is inconsistent; the file is damaged. Go on from another state."));
@@ -325,8 +327,9 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
         },
         MaterialState::fields());
     std::vector<Body> bodies;
-    for (std::size_t row = 0; row < body_table.values.size(); row += 2)
-        bodies.push_back({std::uint32_t(body_table.values[row]), std::uint32_t(body_table.values[row + 1])});
+    for (std::size_t row = 0; row < body_table.values.size(); row += 3)
+        bodies.push_back({std::uint32_t(body_table.values[row]), std::uint32_t(body_table.values[row + 1]),
+                          std::bit_cast<double>(body_table.values[row + 2])});
 
     particles.reorder(partition, [](std::size_t count, const auto& body) {
         for (std::size_t i = 0; i < count; ++i) body(i);
