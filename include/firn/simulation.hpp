@@ -206,7 +206,7 @@ private:
             return particles_.is_particle(i) ? particles_.exact_position(i)[a] : domain().lower[a];
         });
         sort();
-        report_ = update_stress(execution, particles_.view(), partition_, material_);
+        report_ = update_stress(execution, particles_.view(), partition_, material_, domain().cell_size);
         if (!std::isfinite(report_.signal_speed) || !(report_.signal_speed > 0))
             throw particle_error(
                 sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ",
