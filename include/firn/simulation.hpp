@@ -305,7 +305,7 @@ private:
             });
         set.checked = true;
         sort(set);
-        set.report = update_stress(execution, set.particles.view(), set.partition, set.material);
+        set.report = update_stress(execution, set.particles.view(), set.partition, set.material, domain().cell_size);
         set.prepared = true;
     }
 
