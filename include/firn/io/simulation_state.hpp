@@ -21,10 +21,6 @@ std::string policy_name() {
         return "unnamed";
 }
 
-template <class P, class F>
-void for_parameters(const P& policy, const F& f) {
-    std::apply([&](const auto&... parameter) { (f(parameter, policy.*(parameter.member)), ...); }, P::parameters());
-}
 template <std::floating_point S>
 std::vector<double> as_doubles(S value) {
     return {double(value)};
@@ -127,14 +123,15 @@ State<detail::precision_of_t<Materials>> state_of(
     state.attributes.push_back({"library_version", version()});
     state.attributes.push_back({"compiler", detail::compiler_name()});
 
-    const auto parameter = [&](const char* group, const char* name, const char* unit, std::vector<double> values) {
-        state.parameters.push_back({group, name, unit, std::move(values)});
+    const auto parameter = [&](const char* group, std::string name, const char* unit, std::vector<double> values) {
+        state.parameters.push_back({group, std::move(name), unit, std::move(values)});
     };
-    detail::for_parameters(simulation.template material<I>(), [&](const auto& p, const auto& value) {
-        parameter("material", p.name, p.unit, detail::as_doubles(value));
-    });
-    detail::for_parameters(simulation.boundary, [&](const auto& p, const auto& value) {
-        parameter("boundary", p.name, p.unit, detail::as_doubles(value));
+    for_parameters(simulation.template material<I>(),
+                   [&](const std::string& name, const char* unit, const auto& value) {
+                       parameter("material", name, unit, detail::as_doubles(value));
+                   });
+    for_parameters(simulation.boundary, [&](const std::string& name, const char* unit, const auto& value) {
+        parameter("boundary", name, unit, detail::as_doubles(value));
     });
     parameter("grid", "lower", "m", detail::as_doubles(simulation.domain().lower));
     parameter("grid", "upper", "m", detail::as_doubles(simulation.domain().upper));

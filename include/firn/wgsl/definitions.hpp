@@ -30,14 +30,12 @@ T uniform_of(const std::string& name) {
 template <class Policy>
 auto with_uniforms(const Policy& policy, const std::string& prefix) {
     auto lifted = lift<recorded>(policy);
-    if constexpr (has_parameters<decltype(lifted)>)
-        std::apply(
-            [&](const auto&... p) {
-                ((lifted.*p.member =
-                      uniform_of<std::remove_cvref_t<decltype(lifted.*p.member)>>(prefix + "_" + p.name)),
-                 ...);
-            },
-            decltype(lifted)::parameters());
+    for_parameters(
+        lifted,
+        [](const std::string& name, const char*, auto& value) {
+            value = uniform_of<std::remove_cvref_t<decltype(value)>>(name);
+        },
+        prefix + "_");
     return lifted;
 }
 

@@ -93,9 +93,10 @@ public:
     }
     template <class Policy>
     void add_policy(const Policy& policy, const std::string& prefix) {
-        if constexpr (has_parameters<Policy>)
-            std::apply([&](const auto&... p) { (add_parameter(prefix + "_" + p.name, p.unit, policy.*p.member), ...); },
-                       Policy::parameters());
+        for_parameters(
+            policy,
+            [&](const std::string& name, const char* unit, const auto& value) { add_parameter(name, unit, value); },
+            prefix + "_");
     }
 
 private:
