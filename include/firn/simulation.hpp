@@ -109,7 +109,7 @@ public:
     /// The largest stable time step for the particles as they are [s].
     double stable_time_step() {
         prepare();
-        return firn::stable_time_step(domain().cell_size, report_.signal_speed);
+        return firn::stable_time_step<Kernel>(domain().cell_size, report_.signal_speed);
     }
 
     /// One step of the fixed time step, or of the bound.
