@@ -142,7 +142,7 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
         partition.colours[colour].push_back(std::uint32_t(partition.groups.size()));
         partition.groups.push_back(group);
     };
-    for (const Place& place : dense) 
+    for (const Place& place : dense)
         add_group(&place, &place + 1, block_colour<D>(sorted[place.number].block, dense_colours));
     for (const Place *first = sparse.data(), *end = first + sparse.size(); first != end;) {
         const Place* last = first;

@@ -24,6 +24,7 @@ concept has_impulse_parts = requires(const Mat<S, D> impulse, const S s) {
 };
 
 template <class F>
-concept force = has_gradient_flag<F> && has_inertia_flag<F> && has_impulse_parts<F, float, 3> && has_impulse_parts<F, double, 2>;
+concept force =
+    has_gradient_flag<F> && has_inertia_flag<F> && has_impulse_parts<F, float, 3> && has_impulse_parts<F, double, 2>;
 
 }  // namespace firn

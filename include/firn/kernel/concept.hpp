@@ -39,8 +39,8 @@ concept has_bounds = requires {
     { K::largest_gradient } -> std::convertible_to<double>;
 };
 
-/// The largest time step c dt/h for which symplectic Euler is stable in one dimension, in matter without gaps: 2/ω, from
-/// the symbol of the stiffness ω² = c²/h² max_θ Σ_j e^{ijθ} ∫ N'(u) N'(u − j) du (lumped mass, weight-gradient forces).
+/// A time step c dt/h up to which symplectic Euler is stable in one dimension: in matter without gaps 2/ω, from the
+/// symbol of the stiffness ω² = c²/h² max_θ Σ_j e^{ijθ} ∫ N'(u) N'(u − j) du (lumped mass, weight-gradient forces).
 template <class K>
 concept has_courant_limit = requires {
     { K::courant_limit } -> std::convertible_to<double>;

@@ -17,8 +17,7 @@ struct G2PSums {
 template <class Kernel, class Transfer>
 inline constexpr bool g2p_needs_moment = Transfer::affine && has_inertia<Kernel>;
 template <class Kernel, class Transfer, class Force>
-inline constexpr bool g2p_needs_gradient =
-    Force::weight_gradients || !g2p_needs_moment<Kernel, Transfer>;
+inline constexpr bool g2p_needs_gradient = Force::weight_gradients || !g2p_needs_moment<Kernel, Transfer>;
 
 /// What G2P gives back to a particle.
 template <class S, int D>

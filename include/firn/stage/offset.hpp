@@ -15,9 +15,10 @@ FIRN_INLINE Vec<S, D> from_centre(const Vec<S, D>& fraction) {
 /// True, or the compiler says why these forces cannot be had with this kernel.
 template <class Kernel, class Force>
 consteval bool require_inertia() {
-    static_assert(has_inertia<Kernel> || !Force::needs_inertia,
-                  "firn: MLS forces need a kernel of constant inertia (inverse_inertia in firn/kernel/concept.hpp), which "
-                  "the linear kernel does not have. Use WeightGradientForce: for linear weights both would be the same.");
+    static_assert(
+        has_inertia<Kernel> || !Force::needs_inertia,
+        "firn: MLS forces need a kernel of constant inertia (inverse_inertia in firn/kernel/concept.hpp), which "
+        "the linear kernel does not have. Use WeightGradientForce: for linear weights both would be the same.");
     return true;
 }
 

@@ -9,9 +9,7 @@ namespace firn {
 /// The fraction of h / (|v| + c) that a step may take. In matter without gaps symplectic Euler is stable up to the
 /// kernel's courant_limit: 1.63 h/c for quadratic B-splines. Particles that are unevenly spaced, and MLS forces, need
 /// the rest: of a single particle, ω² is at most c²/h² max Σ N'²/N, and with more of them no more. That gives 0.82 h/c
-/// for the quadratic and 1.13 h/c for the cubic spline, so that the same share of the limit is kept for all kernels.
-/// (Nothing bounds Σ N'²/N for linear weights: a node that only touches matter from afar makes them unstable at any
-/// step, for as long as that lasts.)
+/// for the quadratic and 1.13 h/c for the cubic spline, so that the same share of the limit serves both.
 template <class Kernel>
 inline constexpr double time_step_safety = 0.6 * (Kernel::courant_limit / 1.6329931618554521);
 
