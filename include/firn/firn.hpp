@@ -21,6 +21,8 @@
 #include <firn/exec/partition.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/force/weight_gradient.hpp>
+#include <firn/kernel/cubic_b_spline.hpp>
+#include <firn/kernel/linear.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/material/snow.hpp>

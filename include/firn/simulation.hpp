@@ -163,7 +163,7 @@ public:
         prepare();
         double fastest = 0;
         for_sets([&](const auto& set) { fastest = std::max(fastest, set.report.signal_speed); });
-        return fastest > 0 ? firn::stable_time_step(domain().cell_size, fastest) : next_burst() - time_;
+        return fastest > 0 ? firn::stable_time_step<Kernel>(domain().cell_size, fastest) : next_burst() - time_;
     }
 
     /// One step of the fixed time step, or of the bound.

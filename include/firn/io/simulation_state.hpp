@@ -244,7 +244,7 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
             throw damaged("table of blocks");
         ranges.push_back(range);
     }
-    BlockPartition<D> partition = arrange<D>(ranges);
+    BlockPartition<D> partition = arrange<D>(ranges, colours_along_axis<Kernel>);
     const std::size_t slots = partition.slots();
     for (std::size_t i = 0; i < ranges.size(); ++i)
         if (std::size_t(blocks.values[i * (D + 2) + D]) != partition.ranges[partition.by_block[i]].first_slot)
