@@ -74,7 +74,9 @@ struct DistanceGrid {
 
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const {
         const Cell cell = locate(x);
-        return reduced(cell, -1) + norm(cell.beyond);
+        const S square = dot(cell.beyond, cell.beyond);
+        const auto is_beyond = S(0) < square;
+        return reduced(cell, -1) + select(is_beyond, sqrt(select(is_beyond, square, S(1))), S(0));
     }
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const {
         const Cell cell = locate(x);
