@@ -124,7 +124,7 @@ struct Collider {
         const Vec<double, D> local = transpose(R) * (middle - position);
         const double distance = exact.signed_distance(local);
         double farthest = norm(half);  // by which the distance changes at most, from the middle of the box
-        if constexpr (requires { Shape::flat; }) {
+        if constexpr (is_flat<Shape>) {
             const Vec<double, D> normal = R * normal_of(exact, local);
             farthest = 0;
             for (int a = 0; a < D; ++a) farthest += std::abs(normal[a]) * half[a];

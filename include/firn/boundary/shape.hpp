@@ -35,6 +35,13 @@ concept has_signed_distance = requires(const Shape shape, const Vec<S, D> x) {
     { shape.signed_distance(x) } -> std::same_as<S>;
 };
 
+/// Whether the shape's normal is the same everywhere.
+template <class Shape>
+inline constexpr bool is_flat = false;
+template <class Shape>
+    requires requires { Shape::flat; }
+inline constexpr bool is_flat<Shape> = Shape::flat;
+
 /// v over its length; where it is not longer than 1e-15 (at the centre of a sphere), the direction of the second axis.
 template <scalar S, int D>
 FIRN_INLINE Vec<S, D> direction_or_up(const Vec<S, D>& v) {

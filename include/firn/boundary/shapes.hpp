@@ -166,7 +166,7 @@ struct Complement {
     using with_scalar = Complement<with_scalar_t<Shape, T>>;
 
     static constexpr const char* name = detail::joined_names<detail::named_outside, Shape>::text;
-    static constexpr bool flat = requires { Shape::flat; };
+    static constexpr bool flat = is_flat<Shape>;
     static constexpr auto parameters() { return std::tuple{parameter{"hollow", "", &Complement::hollow}}; }
     template <class T>
     with_scalar<T> lifted() const {
