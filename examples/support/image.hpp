@@ -27,4 +27,13 @@ private:
     }
 };
 
+/// Pictures of one height, beside each other.
+inline Image beside(const Image& left, const Image& right) {
+    Image both(left.width + right.width, left.height);
+    for (int y = 0; y < both.height; ++y)
+        for (int x = 0; x < both.width; ++x)
+            both.at(x, y) = x < left.width ? left.at(x, y) : right.at(x - left.width, y);
+    return both;
+}
+
 }  // namespace example

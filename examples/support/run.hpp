@@ -10,33 +10,70 @@
 #include <firn/io/obj.hpp>
 #include <firn/io/states.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <iostream>
 
 namespace example {
 
-/// Positions of all particles in the order of ids.
-template <class Simulation>
+/// Positions of a material's particles in the order of ids.
+template <std::size_t I = 0, class Simulation>
 std::vector<firn::Vec<double, Simulation::dimension>> positions(const Simulation& simulation) {
-    const auto& particles = simulation.particles();
-    std::vector<firn::Vec<double, Simulation::dimension>> points(particles.size());
+    const auto& particles = simulation.template particles<I>();
+    std::vector<std::size_t> slots;
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-        if (particles.is_particle(slot)) points[particles.id(slot)] = firn::cast<double>(particles.position(slot));
+        if (particles.is_particle(slot)) slots.push_back(slot);
+    std::sort(slots.begin(), slots.end(), [&](auto a, auto b) { return particles.id(a) < particles.id(b); });
+    std::vector<firn::Vec<double, Simulation::dimension>> points;
+    for (const std::size_t slot : slots) points.push_back(firn::cast<double>(particles.position(slot)));
     return points;
 }
 
-/// A picture of the particles, a colour for each body.
+/// f(number of the material) for each material of the simulation; the number is a compile-time constant.
+template <class Simulation, class F>
+void for_materials(const F& f) {
+    firn::unroll<int(Simulation::material_count)>(
+        [&](auto i) { f(std::integral_constant<std::size_t, std::size_t(i)>{}); });
+}
+
+/// What a picture shows besides particles: the surfaces of solids, in the palette's colour.
+template <int D>
+struct Scenery {
+    std::vector<firn::Vec<double, D>> points{};
+    std::uint8_t colour = 6;
+};
+
+/// A cloud of all particles: a colour for each material, or, of one material, for each body.
 template <class Simulation>
-Image picture(const Simulation& simulation, double spacing, View view = {}) {
+Cloud cloud_of(const Simulation& simulation, double spacing, const Scenery<Simulation::dimension>& scenery = {}) {
     constexpr int D = Simulation::dimension;
     Cloud cloud;
     cloud.radius = float((D == 3 ? 0.6 : 0.75) * spacing);
-    for (const auto& x : positions(simulation))
+    const auto add = [&](const firn::Vec<double, D>& x, std::uint8_t colour) {
         cloud.positions.push_back({float(x[0]), float(x[1]), D == 3 ? float(x[D - 1]) : 0.0F});
-    cloud.colour.resize(cloud.positions.size());
-    for (std::size_t b = 0; b < simulation.bodies().size(); ++b)
-        std::fill_n(cloud.colour.begin() + simulation.bodies()[b].first, simulation.bodies()[b].count, std::uint8_t(b));
+        cloud.colour.push_back(colour);
+    };
+    for_materials<Simulation>([&](auto i) {
+        const auto& particles = simulation.template particles<i>();
+        const auto& bodies = simulation.template bodies<i>();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+            if (!particles.is_particle(slot)) continue;
+            const auto next = std::upper_bound(bodies.begin(), bodies.end(), particles.id(slot),
+                                               [](auto id, const firn::Body& body) { return id < body.first; });
+            add(firn::cast<double>(particles.position(slot)),
+                std::uint8_t(Simulation::material_count > 1 ? std::size_t(i) : std::size_t(next - bodies.begin() - 1)));
+        }
+    });
+    for (const auto& x : scenery.points) add(x, scenery.colour);
+    return cloud;
+}
+
+/// A picture of the particles.
+template <class Simulation>
+Image picture(const Simulation& simulation, double spacing, View view = {},
+              const Scenery<Simulation::dimension>& scenery = {}) {
+    constexpr int D = Simulation::dimension;
     const auto& domain = simulation.domain();
     Box box;
     for (int a = 0; a < 3; ++a) {
@@ -44,36 +81,70 @@ Image picture(const Simulation& simulation, double spacing, View view = {}) {
         box.upper[a] = a < D ? float(domain.upper[a]) : 0.0F;
     }
     view.domain = box;
-    return render(cloud, view);
+    return render(cloud_of(simulation, spacing, scenery), view);
 }
 
-/// Runs the schedule. States: OUTPUT/NAME_0000.hdf …, the first before the first step, the last after the last.
+/// Writes the states of a run: OUTPUT/NAME_0000.hdf …, or for each of several materials OUTPUT/NAME_MATERIAL_0000.hdf.
+template <class Simulation>
+class StatesOfAll {
+public:
+    StatesOfAll(const Simulation& simulation, const Options& options) {
+        for_materials<Simulation>([&](auto i) {
+            const std::string material = std::remove_cvref_t<decltype(simulation.template material<i>())>::name;
+            series_.emplace_back(options.output,
+                                 Simulation::material_count == 1 ? options.name : options.name + "_" + material);
+            files_.push_back(options.file((Simulation::material_count == 1 ? "" : "_" + material) + ".hdf.series"));
+        });
+    }
+    void write(Simulation& simulation) {
+        for_materials<Simulation>([&](auto i) { series_[i].write(firn::state_of<i>(simulation)); });
+        ++count_;
+    }
+    [[nodiscard]] int count() const { return count_; }
+    /// What ParaView opens.
+    [[nodiscard]] const std::vector<std::filesystem::path>& files() const { return files_; }
+
+private:
+    std::vector<firn::StateSeries> series_;
+    std::vector<std::filesystem::path> files_;
+    int count_ = 0;
+};
+
+template <class Simulation>
+std::size_t particle_count(const Simulation& simulation) {
+    std::size_t count = 0;
+    for_materials<Simulation>([&](auto i) { count += simulation.template particles<i>().size(); });
+    return count;
+}
+
+/// Runs the schedule. The first state is written before the first step, the last after the last; at the end a picture.
 /// \param after_step  called after every step
 /// \param points      also write OUTPUT/NAME_0000.obj …, for Houdini and Blender
 template <class Simulation, class AfterStep>
 void run(Simulation& simulation, const Options& options, double spacing, const View& view, bool points,
-         const AfterStep& after_step) {
-    std::cout << options.name << ": " << simulation.particles().size() << " particles, " << options.schedule.steps
+         const AfterStep& after_step, const Scenery<Simulation::dimension>& scenery = {}) {
+    std::cout << options.name << ": " << particle_count(simulation) << " particles, " << options.schedule.steps
               << " steps, " << options.threads << (options.threads == 1 ? " thread" : " threads") << std::endl;
-    firn::StateSeries states(options.output, options.name);
-    int frame = 0;
+    StatesOfAll states(simulation, options);
     const auto write = [&] {
-        states.write(firn::state_of(simulation));
         char number[16];
-        std::snprintf(number, sizeof number, "_%04d.obj", frame++);
+        std::snprintf(number, sizeof number, "_%04d.obj", states.count());
+        states.write(simulation);
         if (points) firn::write_obj_points(options.file(number), positions(simulation));
     };
     write();
-    Progress progress(options.schedule.steps, std::int64_t(simulation.particles().size()));
+    Progress progress(options.schedule.steps, std::int64_t(particle_count(simulation)));
     for (std::int64_t step = 1; step <= options.schedule.steps; ++step) {
         simulation.step();
         after_step();
         if (options.schedule.writes_after(step)) write();
         progress.advance();
     }
-    write_png(options.file(".png"), picture(simulation, spacing, view));
-    std::cout << frame << " states: " << options.file(".hdf.series").string()
-              << "\npicture: " << options.file(".png").string() << std::endl;
+    write_png(options.file(".png"), picture(simulation, spacing, view, scenery));
+    std::cout << states.count() << " states";
+    for (const auto& file : states.files())
+        std::cout << (&file == states.files().data() ? ": " : ", ") << file.string();
+    std::cout << "\npicture: " << options.file(".png").string() << std::endl;
 }
 
 }  // namespace example

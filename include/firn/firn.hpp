@@ -1,6 +1,10 @@
 /// \file All of firn that needs only Eigen (and uses OpenMP where it is enabled). States in HDF5: firn/io.
 #pragma once
 
+#include <firn/boundary/boundary_list.hpp>
+#include <firn/boundary/collider.hpp>
+#include <firn/boundary/shapes.hpp>
+#include <firn/boundary/together.hpp>
 #include <firn/boundary/walls.hpp>
 #include <firn/core/config.hpp>
 #include <firn/core/dual.hpp>
@@ -24,7 +28,9 @@
 #include <firn/kernel/cubic_b_spline.hpp>
 #include <firn/kernel/linear.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
+#include <firn/material/dissipating.hpp>
 #include <firn/material/fixed_corotated.hpp>
+#include <firn/material/per_particle.hpp>
 #include <firn/material/snow.hpp>
 #include <firn/math/left_stretch.hpp>
 #include <firn/math/svd.hpp>

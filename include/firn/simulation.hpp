@@ -9,6 +9,7 @@
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g_fixed_point.hpp>
 #include <firn/exec/partition.hpp>
+#include <firn/exec/totals.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
@@ -19,6 +20,7 @@
 #include <algorithm>
 #include <functional>
 #include <iostream>
+#include <optional>
 #include <span>
 #include <string>
 #include <tuple>
@@ -56,8 +58,10 @@ public:
     }
 
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
-    Boundary boundary;                                ///< by default: walls on all faces that let go, without friction
+    Boundary boundary;  ///< by default: walls on all faces that let go, without friction. What moves is moved by steps.
     Execution execution;
+    /// Given, it is filled by every step: the impulse and torque of each part of the boundary on matter.
+    std::optional<Reactions<D>> reactions{};
     double fixed_time_step = 0;  ///< [s]; 0: the bound of the time step, anew for every step
     /// Particles are sorted when one may leave the reach of its block; and whenever the number of steps is a multiple
     /// of this, unless it is 0.
@@ -110,6 +114,34 @@ public:
     template <class M>
     auto& edit_particles() {
         return edit_particles<place_of<M>>();
+    }
+
+    /// Changes the states of a body's particles: change(position [m], state of the material). The next step computes
+    /// their stress anew.
+    template <std::size_t I = 0, class Change>
+    void set_states(const Body& body, const Change& change) {
+        auto& particles = edit_particles<I>();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+            if (!particles.is_particle(slot) || particles.id(slot) - body.first >= body.count) continue;
+            auto state = particles.state(slot);
+            change(particles.exact_position(slot), state);
+            particles.set_state(slot, state);
+        }
+    }
+    template <class M, class Change>
+    void set_states(const Body& body, const Change& change) {
+        set_states<place_of<M>>(body, change);
+    }
+
+    /// What a material's particles have in all, now.
+    template <std::size_t I = 0>
+    Totals<D> totals() const {
+        const auto& set = std::get<I>(sets_);
+        return firn::totals<Kernel>(set.particles, domain(), set.material, requested_threads(execution));
+    }
+    template <class M>
+    Totals<D> totals() const {
+        return totals<place_of<M>>();
     }
 
     /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
@@ -256,7 +288,10 @@ private:
                 p2g<Kernel, Transfer, Force>(execution, grid_, dt, ParticleSet{set.particles.view(), set.partition}...);
             },
             sets_);
-        grid_update(execution, grid_, dt, acceleration, boundary);
+        if (reactions)
+            grid_update(execution, grid_, dt, acceleration, boundary, *reactions);
+        else
+            grid_update(execution, grid_, dt, acceleration, boundary);
         for_sets([&](auto& set) {
             set.report =
                 g2p<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition, grid_, set.material, dt);
@@ -265,6 +300,7 @@ private:
         time_ += dt;
         last_time_step_ = dt;
         ++steps_;
+        boundary = advanced(boundary, dt);
         for_sets([&](auto& set) {
             take(set);
             give(set);
@@ -409,7 +445,8 @@ private:
         check_positions<double, D>(x.size(), domain(), [&](std::size_t i, int a) { return x[i][a]; });
         const Body body{set.particles.next_id(), std::uint32_t(x.size())};
         set.particles.reserve(set.particles.size() + x.size());
-        for (const auto& point : x) set.particles.push_back(point, cast<S>(velocity), mass, volume);
+        const auto state = initial_state<D>(set.material);
+        for (const auto& point : x) set.particles.push_back(point, cast<S>(velocity), mass, volume, state);
         set.bodies.push_back(body);
         set.prepared = false;
         return body;

@@ -9,6 +9,7 @@
 ///     updated(state, velocity_gradient, dt)  in place of F following the flow and returned()
 ///     kirchhoff_stress(state, velocity_gradient)  a stress [Pa] that depends on the rate, too
 ///     diffusivity(density, state)            of momentum by viscosity [m²/s], for the bound of the time step
+///     initial_state<D>()                     what a particle begins with, if that is not state<D>{}
 #pragma once
 
 #include <firn/core/parameters.hpp>
@@ -24,12 +25,22 @@ struct ElasticState {
     static constexpr auto fields() { return std::tuple{parameter{"deformation_gradient", "1", &ElasticState::F}}; }
 };
 
-/// The scalar that a model's parameters are made of.
+namespace detail {
 template <class M>
-struct material_scalar;
+struct first_argument {};
 template <template <class> class M, class S>
-struct material_scalar<M<S>> {
+struct first_argument<M<S>> {
     using type = S;
+};
+}  // namespace detail
+
+/// The scalar that a model's parameters are made of: its template argument, or what it says itself.
+template <class M>
+struct material_scalar : detail::first_argument<M> {};
+template <class M>
+    requires requires { typename M::scalar_type; }
+struct material_scalar<M> {
+    using type = typename M::scalar_type;
 };
 template <class M>
 using material_scalar_t = typename material_scalar<M>::type;
@@ -123,18 +134,37 @@ consteval bool require_material() {
 
 // A model is asked through these. What is written for one model, found beside it, goes before them.
 
+/// What a particle begins with: what the model says, or undeformed.
+template <int D, class M>
+material_state_t<M, D> initial_state(const M& model) {
+    if constexpr (requires { model.template initial_state<D>(); })
+        return model.template initial_state<D>();
+    else
+        return {};
+}
+
+/// The trial state: F has followed the flow.
+template <class M, class State, scalar S, int D>
+FIRN_INLINE State followed(const M&, State state, const Mat<S, D>& velocity_gradient, const S& dt) {
+    state.F = state.F + (velocity_gradient * state.F) * dt;
+    return state;
+}
+/// What the model's return mapping makes of a trial state; the same where it has none.
+template <class M, class State>
+FIRN_INLINE State returned_by(const M& model, const State& trial) {
+    if constexpr (requires { model.returned(trial); })
+        return model.returned(trial);
+    else
+        return trial;
+}
+
 /// The state after dt [s] in a flow of velocity gradient ∇v [1/s]: F ← (I + dt ∇v) F, and the model's return mapping.
 template <class M, class State, scalar S, int D>
 FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& velocity_gradient, const S& dt) {
     if constexpr (requires { model.updated(state, velocity_gradient, dt); }) {
         return model.updated(state, velocity_gradient, dt);
     } else {
-        State trial = state;
-        trial.F = state.F + (velocity_gradient * state.F) * dt;
-        if constexpr (requires { model.returned(trial); })
-            return model.returned(trial);
-        else
-            return trial;
+        return returned_by(model, followed(model, state, velocity_gradient, dt));
     }
 }
 

@@ -1,0 +1,128 @@
+/// \file Snow (Stomakhin et al. 2013): a snowball breaks on a wall and sticks, a layer of snow slides down a slope. The
+/// same particles once more on coarse cells, where snow moves like soap: what breaks must be finer than what it breaks
+/// into.
+#include "support/run.hpp"
+
+namespace {
+
+constexpr int D = 3;
+using Point = firn::Vec<double, D>;
+using Obstacle = firn::Collider<firn::Box<float, D>>;
+using Boundary = firn::Together<firn::Walls<float, D>, Obstacle, Obstacle>;
+using Simulation = firn::Simulation<D, firn::Snow<float>, firn::Apic, firn::MlsForce, firn::QuadraticBSpline,
+                                    firn::Coloured, Boundary>;
+
+constexpr double size = 4;  // of the box [m]
+constexpr double slope = 30 * 3.14159265358979 / 180;
+
+/// What the snow meets: an upright wall that it sticks to, and a plank that it slides down on.
+Obstacle wall() {
+    Obstacle wall{.shape = {{0.1F, 0.9F, 0.7F}}, .contact = firn::Contact::stick};
+    wall.position = {2.9, 0.9, 2.8};
+    return wall;
+}
+Obstacle plank() {
+    Obstacle plank{.shape = {{1.4F, 0.06F, 0.6F}}, .contact = firn::Contact::separate, .friction = 0.25};
+    plank.position = {1.7, 0.75, 1.1};
+    plank.rotation = firn::rotor({0.0, 0.0, 1.0}, -slope);
+    return plank;
+}
+
+/// From the axes of the plank to the world's.
+Point on_plank(const Point& x) {
+    const Obstacle of = plank();
+    return of.position + firn::matrix_of(of.rotation) * x;
+}
+
+firn::Samples<D> ball(const firn::SamplingOptions& filling) {
+    return firn::sample_sphere<D>({1.6, 1.1, 2.8}, 0.26, filling);
+}
+firn::Samples<D> layer(const firn::SamplingOptions& filling) {
+    firn::Samples<D> snow = firn::sample_box<D>({-1.3, 0.07, -0.45}, {-0.2, 0.25, 0.45}, filling);
+    for (Point& x : snow.positions) x = on_plank(x);
+    return snow;
+}
+
+Simulation make(int cells, const firn::SamplingOptions& filling, double speed, const firn::Snow<float>& snow,
+                int threads) {
+    const firn::Domain<D> domain{{0, 0, 0}, {size, size, size}, size / cells};
+    const auto walls = firn::Walls<float, D>::all({0, 0, 0}, {size, size, size}, {firn::Contact::separate, 0.5});
+    Simulation simulation(domain, snow, {threads}, {walls, wall(), plank()});
+    const double density = 400;
+    simulation.add(ball(filling), density, {speed, 1.5, 0.0});
+    simulation.add(layer(filling), density);
+    return simulation;
+}
+
+/// The obstacles' surfaces as points.
+example::Scenery<D> scenery(double spacing) {
+    example::Scenery<D> scenery;
+    for (const Obstacle& obstacle : {wall(), plank()}) {
+        const Point half = firn::cast<double>(obstacle.shape.half_extents);
+        for (Point x : firn::sample_box<D>(half * -1.0, half, {.spacing = spacing}).positions) {
+            bool is_surface = false;
+            for (int a = 0; a < D; ++a) is_surface = is_surface || std::abs(x[a]) > half[a] - 1.5 * spacing;
+            // A little thinner than what the snow meets, whose nodes are whole cells.
+            if (is_surface) scenery.points.push_back(obstacle.position + firn::matrix_of(obstacle.rotation) * x);
+        }
+    }
+    return scenery;
+}
+
+int snow(int argc, char** argv) {
+    example::CommandLine line({.name = "snow",
+                               .about = "A snowball breaks on a wall, snow slides down a slope.",
+                               .particles = 60'000,
+                               .steps = 12'000,
+                               .frames = 30});
+    std::int64_t cells = 128, coarse_cells = 32;
+    double speed = 10;
+    firn::SnowProperties properties;
+    line.add("--cells", cells, "Cells along an edge of the box", 16, 1024);
+    line.add("--coarse-cells", coarse_cells, "Cells of the run beside it; 0: none", 0, 1024);
+    line.add("--speed", speed, "Of the snowball in m/s", 0, 50);
+    line.add("--young", properties.young, "Young's modulus in Pa", 1e3, 1e7);
+    line.add("--critical-compression", properties.critical_compression, "Where snow begins to be crushed", 1e-4, 0.5);
+    line.add("--critical-stretch", properties.critical_stretch, "Where snow begins to break", 1e-4, 0.5);
+    line.add("--hardening", properties.hardening, "Hardening coefficient", 0, 20);
+    if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
+    const example::Options& options = line.options();
+
+    constexpr double volume = 4.0 / 3 * 3.14159265358979 * 0.26 * 0.26 * 0.26 + 1.1 * 0.18 * 0.9;
+    const double spacing = std::cbrt(volume / double(options.particles));
+    const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered};
+    const auto material = firn::Snow<float>::from_properties(properties);
+
+    const auto with_time_step = [&](Simulation simulation) {
+        simulation.fixed_time_step = 0.0128 / double(cells);  // snow that hardens waits for no new bound
+        return simulation;
+    };
+    Simulation fine = with_time_step(make(int(cells), filling, speed, material, options.threads));
+    example::View view{.direction = {{0.7F, -0.3F, -0.8F}}};
+    view.frame = example::Box{{{0.0F, 0.0F, 0.0F}}, {{4.0F, 2.2F, 4.0F}}};
+    view.width = 1100;
+    view.height = 825;
+    view.smoothing = 0.4F;
+    const auto obstacles = scenery(1.3 * spacing);
+    example::run(fine, options, spacing, view, false, [] {}, obstacles);
+    if (coarse_cells < 16) return 0;
+
+    Simulation coarse = with_time_step(make(int(coarse_cells), filling, speed, material, options.threads));
+    std::cout << "the same on " << coarse_cells << " cells" << std::endl;
+    example::Progress progress(options.schedule.steps, std::int64_t(example::particle_count(coarse)));
+    for (std::int64_t step = 0; step < options.schedule.steps; ++step) {
+        coarse.step();
+        progress.advance();
+    }
+    example::write_png(options.file("_fine_and_coarse.png"),
+                       example::beside(example::picture(fine, spacing, view, obstacles),
+                                       example::picture(coarse, spacing, view, obstacles)));
+    std::cout << "both: " << options.file("_fine_and_coarse.png").string() << std::endl;
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return example::report_errors([&] { return snow(argc, argv); });
+}

@@ -1,0 +1,106 @@
+/// \file What a set of particles has in all: mass, momenta, energies.
+#pragma once
+
+#include <firn/data/particles.hpp>
+#include <firn/exec/parallel.hpp>
+#include <firn/kernel/concept.hpp>
+#include <firn/material/concept.hpp>
+#include <firn/math/rotor.hpp>
+
+#include <vector>
+
+namespace firn {
+
+/// Sums over particles, in double.
+template <int D>
+struct Totals {
+    std::size_t particles = 0;
+    double mass = 0;                      ///< [kg]
+    Vec<double, D> momentum{};            ///< Σ m v [kg m/s]
+    Axial<double, D> angular_momentum{};  ///< about the origin, that of the affine fields included [kg m²/s]
+    Vec<double, D> first_moment{};        ///< Σ m x [kg m]; over the mass: the centre of mass
+    double kinetic_energy = 0;            ///< Σ ½ m (|v|² + h²/inverse_inertia ‖C‖²) [J]
+    double elastic_energy = 0;            ///< Σ V0 ψ [J]; 0 of materials that offer no energy_density
+    double dissipated_energy = 0;         ///< Σ V0 of what plastic flow took [J]; 0 unless Dissipating<…> keeps it
+
+    Totals& operator+=(const Totals& other) {
+        particles += other.particles;
+        mass += other.mass;
+        momentum += other.momentum;
+        angular_momentum = angular_momentum + other.angular_momentum;
+        first_moment += other.first_moment;
+        kinetic_energy += other.kinetic_energy;
+        elastic_energy += other.elastic_energy;
+        dissipated_energy += other.dissipated_energy;
+        return *this;
+    }
+};
+
+namespace detail {
+
+/// 2 ω of the spin (C − Cᵀ)/2.
+template <int D>
+Axial<double, D> curl(const Mat<double, D>& C) {
+    if constexpr (D == 2)
+        return C(1, 0) - C(0, 1);
+    else
+        return {{C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1)}};
+}
+
+/// The same numbers in double.
+template <class To, class From>
+To state_in_double(const From& state) {
+    To exact;
+    constexpr auto from = From::fields();
+    constexpr auto to = To::fields();
+    unroll<int(std::tuple_size_v<decltype(from)>)>([&](auto f) {
+        const auto& member = state.*(std::get<f>(from).member);
+        auto* numbers = components(exact.*(std::get<f>(to).member));
+        auto copy = member;
+        for (int k = 0; k < component_count<std::remove_cvref_t<decltype(member)>>; ++k)
+            numbers[k] = double(components(copy)[k]);
+    });
+    return exact;
+}
+
+}  // namespace detail
+
+/// The same bits for any number of threads.
+/// An affine field C carries angular momentum and energy as a body of the inertia h²/inverse_inertia does (Jiang et al.
+/// 2015, §5.3); kernels without such a constant are counted without it.
+template <class Kernel, class Material, std::floating_point S, int D, class State>
+Totals<D> totals(const Particles<S, D, State>& particles, const Domain<D>& domain, const Material& material,
+                 int threads = 0) {
+    double inertia = 0;
+    if constexpr (has_inertia<Kernel>) inertia = domain.cell_size * domain.cell_size / Kernel::inverse_inertia;
+    using Exact = with_scalar_t<Material, double>;
+    const auto exact = lift<double>(material);
+
+    constexpr std::size_t chunk = 4096;
+    std::vector<Totals<D>> parts((particles.slots() + chunk - 1) / chunk);
+    parallel_for(parts.size(), thread_count(threads), [&](std::size_t part, int) {
+        Totals<D>& sum = parts[part];
+        const std::size_t end = std::min(particles.slots(), (part + 1) * chunk);
+        for (std::size_t slot = part * chunk; slot < end; ++slot) {
+            if (!particles.is_particle(slot)) continue;
+            const double mass = double(particles.mass(slot)), volume = double(particles.volume(slot));
+            const Vec<double, D> x = particles.exact_position(slot), v = cast<double>(particles.velocity(slot));
+            const Mat<double, D> C = cast<double>(particles.affine(slot));
+            sum.particles += 1;
+            sum.mass += mass;
+            sum.momentum += v * mass;
+            sum.first_moment += x * mass;
+            sum.angular_momentum =
+                sum.angular_momentum + (axial_product<double, D>(x, v) + detail::curl<D>(C) * inertia) * mass;
+            sum.kinetic_energy += 0.5 * mass * (dot(v, v) + inertia * squared_norm(C));
+            const auto state = detail::state_in_double<material_state_t<Exact, D>>(particles.state(slot));
+            if constexpr (has_energy_density<Exact, D>) sum.elastic_energy += volume * energy_density(exact, state);
+            if constexpr (requires { state.dissipated; }) sum.dissipated_energy += volume * state.dissipated;
+        }
+    });
+    Totals<D> sum;
+    for (const Totals<D>& part : parts) sum += part;
+    return sum;
+}
+
+}  // namespace firn

@@ -1,0 +1,51 @@
+/// \file Any model, and how much energy its plastic flow takes.
+#pragma once
+
+#include <firn/core/names.hpp>
+#include <firn/material/concept.hpp>
+
+namespace firn {
+
+namespace detail {
+struct named_dissipating {
+    static constexpr const char* name = "dissipating";
+};
+}  // namespace detail
+
+/// Keeps a number more a particle: the elastic energy that the return mapping took out, Σ ψ(trial) − ψ(returned)
+/// [J/m³ of undeformed volume]. Where a model hardens while it yields, what hardening puts into ψ counts against it.
+/// \tparam Model  offers energy_density
+template <class Model>
+struct Dissipating : Model {
+    using scalar_type = material_scalar_t<Model>;
+    using S = scalar_type;
+    template <class T>
+    using with_scalar = Dissipating<with_scalar_t<Model, T>>;
+
+    static constexpr const char* name = detail::joined_names<detail::named_dissipating, Model>::text;
+
+    template <int D>
+    struct state : material_state_t<Model, D> {
+        S dissipated = S(0);  ///< [J/m³]
+
+        static constexpr auto fields() {
+            return std::tuple_cat(material_state_t<Model, D>::fields(),
+                                  std::tuple{parameter{"dissipated_energy", "J/m^3", &state::dissipated}});
+        }
+    };
+
+    template <int D>
+    state<D> initial_state() const {
+        return {firn::initial_state<D>(static_cast<const Model&>(*this)), S(0)};
+    }
+    template <int D>
+    FIRN_INLINE state<D> updated(const state<D>& before, const Mat<S, D>& velocity_gradient, const S& dt) const {
+        const Model& model = *this;
+        const material_state_t<Model, D>& from = before;
+        const material_state_t<Model, D> trial = followed(model, from, velocity_gradient, dt);
+        const material_state_t<Model, D> after = returned_by(model, trial);
+        return {after, before.dissipated + (firn::energy_density(model, trial) - firn::energy_density(model, after))};
+    }
+};
+
+}  // namespace firn
