@@ -23,6 +23,8 @@
 #include <firn/force/weight_gradient.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
+#include <firn/material/hencky.hpp>
+#include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
 #include <firn/math/left_stretch.hpp>
 #include <firn/math/svd.hpp>
