@@ -23,6 +23,7 @@
 #include <firn/force/weight_gradient.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
+#include <firn/material/fluid.hpp>
 #include <firn/material/hencky.hpp>
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
