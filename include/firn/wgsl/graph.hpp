@@ -35,6 +35,7 @@ enum class Op : std::uint8_t {
     magnitude,  ///< |a|
     round_down,
     round_to_even,
+    settled,  ///< a, which must not be merged with what is added to it
     power_of_two,
     exponent_of,
     significand_of,
