@@ -30,7 +30,10 @@
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/dissipating.hpp>
 #include <firn/material/fixed_corotated.hpp>
+#include <firn/material/fluid.hpp>
+#include <firn/material/hencky.hpp>
 #include <firn/material/per_particle.hpp>
+#include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
 #include <firn/math/left_stretch.hpp>
 #include <firn/math/svd.hpp>

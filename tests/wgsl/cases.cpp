@@ -7,6 +7,9 @@
 /// of a step are the same to the bit, and particles on a device that does not contract either.
 #include <firn/field/attraction.hpp>
 #include <firn/force/weight_gradient.hpp>
+#include <firn/material/fluid.hpp>
+#include <firn/material/sand.hpp>
+#include <firn/material/snow.hpp>
 #include <firn/transfer/pic.hpp>
 #include <firn/wgsl/inputs.hpp>
 #include <firn/wgsl/program.hpp>
@@ -241,6 +244,13 @@ int main(int count, char** words) {
         const NeoHookean<float> own{.mu = 4e4F, .lambda = 6e4F};
         write_case<2, Apic, MlsForce>(root, "2d_own_material", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, own);
         write_case<3, Apic, MlsForce>(root, "3d_own_material", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, own);
+        write_case<2, Apic, MlsForce>(root, "2d_snow", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, Snow<float>{});
+        write_case<3, Pic, WeightGradientForce>(root, "3d_snow", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, Snow<float>{});
+        write_case<3, Apic, MlsForce>(root, "3d_sand", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50,
+                                      Sand<float>::from_properties({.hardening = 9, .hardening_decay = 0.2}));
+        const auto honey = Fluid<float>::from_properties({.viscosity = 5});
+        write_case<2, Apic, MlsForce>(root, "2d_fluid", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, honey);
+        write_case<3, Pic, MlsForce>(root, "3d_fluid", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, honey);
         write_case<2, Apic, MlsForce>(root, "2d_10k", {0.35, 1.0 / 204, 1.0 / 102}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k", {0.3, 1.0 / 57, 1.0 / 28.5}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k_sorted", {0.3, 1.0 / 57, 1.0 / 28.5}, "step_sorted", 1);

@@ -67,10 +67,13 @@ struct MovingBlocks {
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot)) continue;
             auto state = particles.state(slot);
-            for (int k = 0; k < D * D; ++k)
-                state.F.m[k] += 0.1F * float(noise(slot * std::size_t(D * D) + std::size_t(k)) - 0.5);
-            if (slot % 997 == 0 && std::same_as<Material, firn::FixedCorotated<float>>)
-                state.F(0, 0) = -0.6F;  // inverted: served by Jacobi rotations
+            if constexpr (requires { state.F; })
+                for (int k = 0; k < D * D; ++k)
+                    state.F.m[k] += 0.1F * float(noise(slot * std::size_t(D * D) + std::size_t(k)) - 0.5);
+            else
+                state.J += 0.01F * float(noise(slot) - 0.5);
+            if constexpr (std::same_as<Material, firn::FixedCorotated<float>>)
+                if (slot % 997 == 0) state.F(0, 0) = -0.6F;  // inverted: served by Jacobi rotations
             particles.set_state(slot, state);
         }
         for (int i = 0; i < 10; ++i) simulation.step();

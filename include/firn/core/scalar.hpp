@@ -88,6 +88,13 @@ FIRN_INLINE constexpr const S& named(const char*, const S& x) {
     return x;
 }
 
+/// x. Marks a sum whose rounding is needed: (a + b) − a for the error of a + b. A scalar that writes a program sees to
+/// it that compilers do not simplify it.
+template <class S>
+FIRN_INLINE constexpr const S& settled(const S& x) {
+    return x;
+}
+
 /// A number type that every definition of firn can be evaluated with.
 template <class S>
 concept scalar = has_arithmetic<S> && has_literals<S> && has_select<S> && has_roots<S>;

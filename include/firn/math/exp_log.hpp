@@ -42,7 +42,7 @@ struct Pair {
 /// a + b = high + low exactly (Knuth, The Art of Computer Programming, vol. 2, 4.2.2).
 template <class S>
 FIRN_INLINE Pair<S> two_sum(const S& a, const S& b) {
-    const S sum = a + b;
+    const S sum = settled(a + b);
     const S part = sum - a;
     return {sum, (a - (sum - part)) + (b - part)};
 }

@@ -19,7 +19,7 @@ FIRN_INLINE Pair<S> log_pair(const S& x) {
     const S f = m - S(1);
 
     // s = f / (m + 1)
-    const S divisor = m + S(1);
+    const S divisor = settled(m + S(1));
     const S divisor_rest = m - (divisor - S(1));
     const S divisor_head = leading_half(divisor);
     const S s = leading_half(f / divisor);

@@ -191,6 +191,10 @@ private:
                 return call("abs");
             case Op::round_down:
                 return call("floor");
+            case Op::settled:
+                return {"max(" + expression(n.a).text + ", " + literal(-3e38F) + ")", 3};
+            case Op::round_to_even:
+                return call("round");
             case Op::power_of_two:
                 return call("power_of_two");
             case Op::exponent_of:

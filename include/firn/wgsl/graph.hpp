@@ -34,6 +34,8 @@ enum class Op : std::uint8_t {
     square_root,
     magnitude,  ///< |a|
     round_down,
+    round_to_even,
+    settled,  ///< a, which must not be merged with what is added to it
     power_of_two,
     exponent_of,
     significand_of,
@@ -93,6 +95,8 @@ public:
                     return constant(std::abs(x));
                 case Op::round_down:
                     return constant(std::floor(x));
+                case Op::round_to_even:
+                    return constant(std::nearbyint(x));
                 default:
                     break;
             }

@@ -26,6 +26,7 @@ struct Component {
     std::string name;
     int count;
     std::string unit;
+    std::vector<double> start{};  ///< of a material's state: what it is in a body at rest
 };
 
 /// A storage buffer of 32-bit numbers.

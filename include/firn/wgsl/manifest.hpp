@@ -33,7 +33,8 @@ inline const std::vector<std::string> error_sentences{
 ///     uniforms   binding, bytes, fields: name, type, offset [bytes], unit, default
 ///     buffers    name, binding, type, per, count: so many 32-bit numbers for each particle, node, cell (as many as
 ///                nodes), block (of 4^D nodes), axis_node (nodes along x, then y, then z) or once (program).
-///                Of particles, number c of particle i lies at [c * capacity + i]; `components` names the numbers.
+///                Of particles, number c of particle i lies at [c * capacity + i]; `components` names the numbers, and
+///                of a state has the default: that of a body at rest.
 ///     kernels    entry, workgroup_size, bindings (number, access), per: one invocation each "particle" or "node"; one
 ///                workgroup for each block ("block_workgroup"), or one. x = min(groups, 65535), y = ceil(groups / x).
 ///     initialise, step, step_sorted   entry points in their order; the last has P2G through workgroup memory
@@ -75,7 +76,10 @@ inline std::string manifest(const Program& program) {
                 json.field("count", b.count);
                 if (!b.components.empty())
                     json.key("components").array(b.components, [&](const Component& c) {
-                        json.object([&] { json.field("name", c.name).field("count", c.count).field("unit", c.unit); });
+                        json.object([&] {
+                            json.field("name", c.name).field("count", c.count).field("unit", c.unit);
+                            if (!c.start.empty()) json.key("default").array(c.start, [&](double x) { json.value(x); });
+                        });
                     });
             });
         });

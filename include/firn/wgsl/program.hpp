@@ -39,13 +39,20 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
 /// The fields of a material's state.
 template <class State>
 std::vector<Component> state_components() {
-    return std::apply(
-        [](const auto&... field) {
-            return std::vector<Component>{
-                {field.name, component_count<std::remove_cvref_t<decltype(std::declval<State>().*field.member)>>,
-                 field.unit}...};
+    State state{};
+    std::vector<Component> all;
+    std::apply(
+        [&](const auto&... field) {
+            const auto add = [&](const auto& f) {
+                auto& member = state.*f.member;
+                constexpr int count = component_count<std::remove_cvref_t<decltype(member)>>;
+                const auto* numbers = firn::detail::components(member);
+                all.push_back({f.name, count, f.unit, std::vector<double>(numbers, numbers + count)});
+            };
+            (add(field), ...);
         },
         State::fields());
+    return all;
 }
 
 }  // namespace detail
@@ -87,7 +94,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     uniforms.add_policy(boundary, "boundary");
     uniforms.add_policy(field, "field");
     program.uniform_bytes = (program.uniform_bytes + 15) / 16 * 16;
-    detail::add_buffers(program, facts, detail::state_components<State>());
+    detail::add_buffers(program, facts, detail::state_components<material_state_t<Material, D>>());
     detail::add_entry_points(program, facts);
 
     Module module;

@@ -87,6 +87,11 @@ struct recorded {
     friend recorded sqrt(recorded a) { return unary(Op::square_root, a); }
     friend recorded abs(recorded a) { return unary(Op::magnitude, a); }
     friend recorded floor(recorded a) { return unary(Op::round_down, a); }
+    /// By a maximum with −3e38, which is below all that definitions meet: drivers take (x + c) − c for x, but none
+    /// looks through that.
+    friend recorded settled(recorded a) { return unary(Op::settled, a); }
+    /// The builtin: compilers take (x + c) − c for x.
+    friend recorded nearest_whole(recorded a) { return unary(Op::round_to_even, a); }
     friend recorded power_of_two(recorded a) { return unary(Op::power_of_two, a); }
     friend recorded exponent_of(recorded a) { return unary(Op::exponent_of, a); }
     friend recorded significand_of(recorded a) { return unary(Op::significand_of, a); }

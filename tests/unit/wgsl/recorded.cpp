@@ -67,6 +67,10 @@ private:
                 return set(std::abs(at(n.a)));
             case Op::round_down:
                 return set(std::floor(at(n.a)));
+            case Op::settled:
+                return set(at(n.a));
+            case Op::round_to_even:
+                return set(std::nearbyint(at(n.a)));
             case Op::power_of_two:
                 return set(firn::power_of_two(at(n.a)));
             case Op::exponent_of:

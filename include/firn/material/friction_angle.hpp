@@ -1,0 +1,31 @@
+/// \file The friction angle of granular matter, and the slope of its cone.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/core/scalar.hpp>
+
+#include <cmath>
+#include <numbers>
+
+namespace firn {
+
+/// α of the Drucker–Prager cone ‖dev τ‖ + α tr τ ≤ 0 from sin φ. In 3D √(2/3) 2 sin φ / (3 − sin φ), which meets Mohr
+/// and Coulomb's pyramid in triaxial compression (Klár et al. 2016, §4.3); in 2D sin φ / √2, where cone and pyramid
+/// are the same.
+template <int D, scalar S>
+FIRN_INLINE S friction_slope(const S& sine) {
+    if constexpr (D == 3)
+        return S(2 * 0.81649658092772603273) * sine / (S(3) - sine);
+    else
+        return S(1 / std::numbers::sqrt2) * sine;
+}
+
+/// \throws parameter_error unless 0 ≤ φ < 90 [degrees]; returns φ in radians
+inline double check_friction_angle(double degrees) {
+    if (!(degrees >= 0 && degrees < 90))
+        throw parameter_error(sentence("The friction angle is ", degrees,
+                                       " degrees; it must be at least 0 and below 90. Dry sand has 30 to 40."));
+    return degrees * std::numbers::pi / 180;
+}
+
+}  // namespace firn
