@@ -1,17 +1,24 @@
 /// \file All of firn that needs only Eigen (and uses OpenMP where it is enabled). States in HDF5: firn/io.
 #pragma once
 
+#include <firn/boundary/boundary_list.hpp>
+#include <firn/boundary/collider.hpp>
+#include <firn/boundary/distance_grid.hpp>
+#include <firn/boundary/shapes.hpp>
+#include <firn/boundary/together.hpp>
 #include <firn/boundary/walls.hpp>
 #include <firn/core/config.hpp>
 #include <firn/core/dual.hpp>
 #include <firn/core/eigen.hpp>
 #include <firn/core/error.hpp>
+#include <firn/core/lanes.hpp>
 #include <firn/core/pack.hpp>
 #include <firn/core/parameters.hpp>
 #include <firn/core/scalar.hpp>
 #include <firn/core/strict.hpp>
 #include <firn/core/tensor.hpp>
 #include <firn/data/mesh.hpp>
+#include <firn/data/mesh_distance.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/data/sampling.hpp>
 #include <firn/data/sparse_grid.hpp>
@@ -19,11 +26,13 @@
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g.hpp>
 #include <firn/exec/partition.hpp>
+#include <firn/exec/reactions.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/force/weight_gradient.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/math/left_stretch.hpp>
+#include <firn/math/rotor.hpp>
 #include <firn/simulation.hpp>
 #include <firn/transfer/apic.hpp>
 #include <firn/transfer/pic.hpp>
