@@ -160,7 +160,7 @@ void write_solids(const std::filesystem::path& root, const scenes::Matter& matte
     Collider<Sphere<float, D>> ball{.shape = {0.12F}, .contact = Contact::slip, .friction = 0.2};
     ball.position = Vec<double, D>::filled(0.35);
     ball.linear_velocity = Vec<double, D>::filled(0.25);
-    Collider<Complement<Tube<float, D>>> tube{.shape = {{0.55F}}, .thickness = 0.02};
+    Collider<Complement<Tube<float, D>>> tube{.shape = {{0.3F}}, .thickness = 0.02};
     tube.position = Vec<double, D>::filled(0.5);
     if constexpr (D == 2) {
         ball.angular_velocity = -3;
