@@ -95,14 +95,14 @@ int your_simulator(int argc, char** argv) {
     firn::SparseGrid<double, 3> grid(domain);
     auto partition = firn::partition_particles<Kernel>(view, all.size(), domain, options.threads);
     grid.activate(partition);
-    firn::G2PReport report = firn::update_stress(execution, view, partition, material);
+    firn::G2PReport report = firn::update_stress(execution, view, partition, material, domain.cell_size);
 
     firn::StateSeries states(options.output, options.name);
     states.write(your_state(all, 0, 0, 0));
     example::Progress progress(options.schedule.steps, std::int64_t(all.size()));
     double time = 0;
     for (std::int64_t step = 1; step <= options.schedule.steps; ++step) {
-        const double dt = firn::stable_time_step(domain.cell_size, report.signal_speed);
+        const double dt = firn::stable_time_step<Kernel>(domain.cell_size, report.signal_speed);
         if (report.sort_needed) {  // an order of the particles; the particles themselves are not moved
             partition = firn::partition_particles<Kernel>(view, all.size(), domain, options.threads);
             grid.activate(partition);

@@ -42,12 +42,20 @@ double position_of_place(const Domain<D>& domain, const BlockCoordinate<D>& bloc
     return domain.lower[axis] + domain.cell_size * (block_size * block[std::size_t(axis)] + place);
 }
 
-/// The colour of a block, or of a cube of blocks, 0 to 2^D − 1: whether each coordinate is odd. Those of one colour
-/// have one of another colour between them.
+/// Nodes along one axis that the particles of a cube of Blocks^D blocks can touch until they are sorted again.
+template <class Kernel, int Blocks = 1>
+inline constexpr int arena_size = Blocks * block_size + 2 * allowed_drift + Kernel::support - 1;
+
+/// How many blocks apart along an axis dense blocks of one colour are: so far that their arenas never overlap.
+template <class Kernel>
+inline constexpr int colours_along_axis = (arena_size<Kernel> + block_size - 1) / block_size;
+
+/// The colour of a block, or of a cube of blocks, 0 to n^D − 1: its coordinates modulo n. Those of one colour have
+/// n − 1 of other colours between them.
 template <int D>
-std::size_t block_colour(const BlockCoordinate<D>& block) {
+std::size_t block_colour(const BlockCoordinate<D>& block, int n) {
     std::size_t colour = 0;
-    for (const int coordinate : block) colour = 2 * colour + std::size_t(coordinate & 1);
+    for (const int coordinate : block) colour = std::size_t(n) * colour + std::size_t((coordinate % n + n) % n);
     return colour;
 }
 
@@ -76,24 +84,25 @@ inline constexpr std::size_t sparse_particles = 24;
 
 template <int D>
 struct BlockPartition {
-    /// First the colours of the dense blocks, then those of the cubes of sparse ones.
-    static constexpr std::size_t colour_count = 2 << D;
-
     std::vector<BlockRange<D>> ranges;    ///< dense blocks by block, then sparse ones by colour, cube and block
     std::vector<BlockGroup> groups;       ///< in the order of their ranges
     std::vector<std::uint32_t> by_block;  ///< numbers of ranges, sorted by block
-    std::array<std::vector<std::uint32_t>, colour_count> colours;  ///< numbers of groups, a colour each
+    /// Numbers of groups, a colour each: first those of the dense blocks, then those of the cubes of sparse ones.
+    std::vector<std::vector<std::uint32_t>> colours;
     std::vector<std::uint32_t>
         order;  ///< particle of each slot (its id, once particles lie in this order), or no_particle
     std::size_t particles = 0;
+    /// Where its ranges begin in the grid's table of neighbours: not 0 where several sets of particles share a grid.
+    std::size_t first_row = 0;
 
     std::size_t slots() const { return order.size(); }
 };
 
 /// Groups and slots for blocks of which only the counts of particles are known; the order is empty.
 /// \param sorted  by block, each once, with at least one particle
+/// \param dense_colours  along an axis, those of the dense blocks. \see colours_along_axis
 template <int D>
-BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted) {
+BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_colours) {
     struct Place {
         std::uint64_t colour, cube;  // 0 for dense blocks: they stay in the order of blocks
         std::uint32_t number;        // in `sorted`
@@ -108,7 +117,7 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted) {
     for (std::uint32_t i = 0; i < sorted.size(); ++i) {
         if (is_sparse(sorted[i])) {
             const BlockCoordinate<D> cube = cube_of(sorted[i].block);
-            sparse.push_back({block_colour<D>(cube), block_key<D>(cube), i});
+            sparse.push_back({block_colour<D>(cube, 2), block_key<D>(cube), i});
         } else {
             dense.push_back({0, 0, i});
         }
@@ -116,6 +125,8 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted) {
     std::sort(sparse.begin(), sparse.end());
 
     BlockPartition<D> partition;
+    const std::size_t n = std::size_t(dense_colours), of_dense = D == 2 ? n * n : n * n * n;
+    partition.colours.resize(of_dense + (1 << D));
     partition.ranges.reserve(sorted.size());
     partition.by_block.resize(sorted.size());
     std::size_t slots = 0;
@@ -133,11 +144,12 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted) {
         partition.colours[colour].push_back(std::uint32_t(partition.groups.size()));
         partition.groups.push_back(group);
     };
-    for (const Place& place : dense) add_group(&place, &place + 1, block_colour<D>(sorted[place.number].block));
+    for (const Place& place : dense)
+        add_group(&place, &place + 1, block_colour<D>(sorted[place.number].block, dense_colours));
     for (const Place *first = sparse.data(), *end = first + sparse.size(); first != end;) {
         const Place* last = first;
         while (last != end && last->colour == first->colour && last->cube == first->cube) ++last;
-        add_group(first, last, (1 << D) + first->colour);
+        add_group(first, last, of_dense + first->colour);
         first = last;
     }
     partition.order.assign(slots, no_particle);

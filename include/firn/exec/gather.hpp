@@ -8,8 +8,8 @@ namespace firn {
 
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D>
 struct PackSums {
-    static constexpr bool moments = g2p_needs_moment<Transfer>;
-    static constexpr bool gradients = g2p_needs_gradient<Transfer, Force>;
+    static constexpr bool moments = g2p_needs_moment<Kernel, Transfer>;
+    static constexpr bool gradients = g2p_needs_gradient<Kernel, Transfer, Force>;
     static constexpr int quads = 1 + (moments ? D : 0) + (gradients ? D : 0);
     static constexpr int K = Kernel::support;
     using P = native_pack<S>;

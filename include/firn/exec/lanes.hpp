@@ -9,11 +9,6 @@
 
 namespace firn {
 
-/// Nodes along one axis that the particles of a cube of Blocks^D blocks can touch until they are sorted again. There is
-/// another cube between two cubes of one colour, so theirs never overlap.
-template <class Kernel, int Blocks = 1>
-inline constexpr int arena_size = Blocks * block_size + 2 * allowed_drift + Kernel::support - 1;
-
 /// Which nodes of an arena particles reach, both ends included.
 template <int D>
 struct ArenaBox {
@@ -28,7 +23,8 @@ struct Arena {
     static constexpr int blocks = Blocks + 2;  ///< along an axis, those around it included
     static constexpr int block_count = D == 2 ? blocks * blocks : blocks * blocks * blocks;
     static constexpr int line_count = D == 2 ? n : n * n;
-    static_assert(n <= 2 * Blocks * block_size, "firn: this kernel is too wide for blocks of four cells");
+    static_assert(n <= (Blocks == 1 ? colours_along_axis<Kernel> : 2 * Blocks) * block_size,
+                  "firn: two groups of one colour never touch one node");
     static_assert(n + block_size - allowed_drift <= blocks * block_size);
 
     alignas(64) Number node[(line_count * n + 4) * node_width];  // rows of a whole register may reach over the end
@@ -172,7 +168,7 @@ public:
     template <class Grid>
     BlocksAround(const Grid& grid, const BlockPartition<D>& partition, const BlockGroup& group) {
         if constexpr (Blocks == 1) {
-            blocks_ = grid.neighbours(group.first_range);
+            blocks_ = grid.neighbours(partition, group.first_range);
         } else {
             constexpr int n = Blocks + 2;
             blocks_ = table_;
@@ -180,7 +176,7 @@ public:
             for (std::uint32_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
                 int corner = 0;
                 for (const int coordinate : partition.ranges[r].block) corner = corner * n + (coordinate & 1);
-                const std::uint32_t* neighbour = grid.neighbours(r);
+                const std::uint32_t* neighbour = grid.neighbours(partition, r);
                 for (int line = 0; line < (D == 2 ? 3 : 9); ++line)
                     for (int k = 0; k < 3; ++k)
                         table_[corner + (D == 2 ? line : line / 3 * n + line % 3) * n + k] = *neighbour++;

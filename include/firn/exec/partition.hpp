@@ -30,11 +30,12 @@ FIRN_INLINE BlockCell block_cell(const Vec<S, D>& base, std::uint64_t origin) {
 }
 
 /// Sorts particles by block, then by cell, and gathers blocks into groups. Nothing is moved: the result is an order.
+/// \param colours     of dense blocks along an axis. \see colours_along_axis
 /// \param candidates  number of places to look at
 /// \param is_particle is_particle(i): does place i hold a particle (or padding) ?
 /// \param place_of    place_of(i) → BlockCell
 template <int D, class IsParticle, class PlaceOf>
-BlockPartition<D> partition_by(std::size_t candidates, int threads, const IsParticle& is_particle,
+BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads, const IsParticle& is_particle,
                                const PlaceOf& place_of) {
     threads = int(std::min<std::size_t>(std::size_t(thread_count(threads)), candidates / 4096 + 1));
     const auto first_of = [&](std::size_t t) { return candidates * t / std::size_t(threads); };
@@ -72,7 +73,7 @@ BlockPartition<D> partition_by(std::size_t candidates, int threads, const IsPart
             m.range.push_back(std::uint32_t(k));
             sorted[std::size_t(k)].particles += m.counts[n];
         }
-    BlockPartition<D> partition = arrange<D>(sorted);
+    BlockPartition<D> partition = arrange<D>(sorted, colours);
 
     // Within a range, thread t's particles follow those of thread t − 1: the order of a serial stable sort.
     std::vector<std::size_t> next(keys.size());
@@ -107,7 +108,7 @@ BlockPartition<D> partition_by(std::size_t candidates, int threads, const IsPart
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads = 0) {
     return partition_by<D>(
-        particles.slots(), threads, [&](std::size_t i) { return particles.is_particle(i); },
+        colours_along_axis<Kernel>, particles.slots(), threads, [&](std::size_t i) { return particles.is_particle(i); },
         [&](std::size_t i) {
             Vec<S, D> base = particles.place(i);
             for (int a = 0; a < D; ++a) base[a] = base_node<Kernel>(base[a]);
@@ -124,7 +125,7 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
     check_positions<S, D>(count, domain, [&](std::size_t i, int a) { return view.position.particle(i, a); });
     const S per_cell = S(1 / domain.cell_size);
     return partition_by<D>(
-        count, threads, [](std::size_t) { return true; },
+        colours_along_axis<Kernel>, count, threads, [](std::size_t) { return true; },
         [&](std::size_t i) {
             Vec<S, D> base{};
             for (int a = 0; a < D; ++a)
@@ -136,7 +137,7 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
 /// Calls body(group, thread) for all groups, colour after colour; those of one colour share no node.
 template <int D, class Body>
 void for_groups_by_colour(const BlockPartition<D>& partition, int threads, const Body& body) {
-    std::array<std::size_t, BlockPartition<D>::colour_count> counts{};
+    std::vector<std::size_t> counts(partition.colours.size());
     for (std::size_t c = 0; c < counts.size(); ++c) counts[c] = partition.colours[c].size();
     parallel_phases(counts, threads, [&](std::size_t colour, std::size_t i, int thread) {
         body(partition.groups[partition.colours[colour][i]], thread);

@@ -13,6 +13,10 @@ template <class F>
 concept has_gradient_flag = requires {
     { F::weight_gradients } -> std::convertible_to<bool>;  ///< does it need ∇N (then G, and Σ v_i ⊗ ∇N_i) ?
 };
+template <class F>
+concept has_inertia_flag = requires {
+    { F::needs_inertia } -> std::convertible_to<bool>;  ///< does it need a kernel with an inverse_inertia ?
+};
 template <class F, class S, int D>
 concept has_impulse_parts = requires(const Mat<S, D> impulse, const S s) {
     { F::affine_part(impulse, s, s) } -> std::same_as<Mat<S, D>>;
@@ -20,6 +24,7 @@ concept has_impulse_parts = requires(const Mat<S, D> impulse, const S s) {
 };
 
 template <class F>
-concept force = has_gradient_flag<F> && has_impulse_parts<F, float, 3> && has_impulse_parts<F, double, 2>;
+concept force =
+    has_gradient_flag<F> && has_inertia_flag<F> && has_impulse_parts<F, float, 3> && has_impulse_parts<F, double, 2>;
 
 }  // namespace firn

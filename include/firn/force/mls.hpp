@@ -8,6 +8,7 @@ namespace firn {
 struct MlsForce {
     static constexpr const char* name = "mls";
     static constexpr bool weight_gradients = false;
+    static constexpr bool needs_inertia = true;
 
     /// A = (−dt V0 τ) D⁻¹ h [kg m/s a cell].
     template <scalar S, int D>

@@ -8,6 +8,7 @@ namespace firn {
 struct WeightGradientForce {
     static constexpr const char* name = "weight_gradient";
     static constexpr bool weight_gradients = true;
+    static constexpr bool needs_inertia = false;
 
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> affine_part(const Mat<S, D>&, const S&, const S&) {

@@ -25,7 +25,8 @@ template <class K, class S>
 concept has_gradients = requires(const S f) {
     { K::gradients(f) } -> std::same_as<std::array<S, std::size_t(K::support)>>;  ///< per cell
 };
-/// D⁻¹ in 1/h²: Σ N (x_i − x)(x_i − x)ᵀ = h²/inverse_inertia I for every x (Jiang et al. 2015, §5.3).
+/// D⁻¹ in 1/h²: Σ N (x_i − x)(x_i − x)ᵀ = h²/inverse_inertia I for every x (Jiang et al. 2015, §5.3). A kernel whose
+/// inertia depends on x has none; for it, Σ N_i v_i (x_i − x)ᵀ D⁻¹ must be Σ v_i ⊗ ∇N_i, as for multilinear weights.
 template <class K>
 concept has_inertia = requires {
     { K::inverse_inertia } -> std::convertible_to<double>;
@@ -38,9 +39,16 @@ concept has_bounds = requires {
     { K::largest_gradient } -> std::convertible_to<double>;
 };
 
+/// A time step c dt/h up to which symplectic Euler is stable in one dimension: in matter without gaps 2/ω, from the
+/// symbol of the stiffness ω² = c²/h² max_θ Σ_j e^{ijθ} ∫ N'(u) N'(u − j) du (lumped mass, weight-gradient forces).
+template <class K>
+concept has_courant_limit = requires {
+    { K::courant_limit } -> std::convertible_to<double>;
+};
+
 template <class K>
 concept kernel = has_support<K> && has_weights<K, float> && has_weights<K, double> && has_gradients<K, float> &&
-                 has_gradients<K, double> && has_inertia<K> && has_bounds<K>;
+                 has_gradients<K, double> && has_bounds<K> && has_courant_limit<K>;
 
 /// True, or the compiler says what K lacks.
 template <class K>
@@ -52,9 +60,11 @@ consteval bool require_kernel() {
                   "firn: a kernel offers a static weights(f) that gives std::array<S, support> for every scalar S.");
     static_assert(has_gradients<K, float> && has_gradients<K, double>,
                   "firn: a kernel offers a static gradients(f) that gives std::array<S, support> for every scalar S.");
-    static_assert(has_inertia<K>, "firn: a kernel states its `inverse_inertia`; see firn/kernel/concept.hpp.");
     static_assert(has_bounds<K>,
                   "firn: a kernel states its `largest_weight` and `largest_gradient`; see "
+                  "firn/kernel/concept.hpp.");
+    static_assert(has_courant_limit<K>,
+                  "firn: a kernel states its `courant_limit`, from which the bound of the time step comes; see "
                   "firn/kernel/concept.hpp.");
     return kernel<K>;
 }

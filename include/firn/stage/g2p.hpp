@@ -14,10 +14,10 @@ struct G2PSums {
 };
 
 /// Does G2P need Σ N v_i oᵀ ?  Does it need Σ v_i ∇Nᵀ ?
-template <class Transfer>
-inline constexpr bool g2p_needs_moment = Transfer::affine;
-template <class Transfer, class Force>
-inline constexpr bool g2p_needs_gradient = Force::weight_gradients || !Transfer::affine;
+template <class Kernel, class Transfer>
+inline constexpr bool g2p_needs_moment = Transfer::affine && has_inertia<Kernel>;
+template <class Kernel, class Transfer, class Force>
+inline constexpr bool g2p_needs_gradient = Force::weight_gradients || !g2p_needs_moment<Kernel, Transfer>;
 
 /// What G2P gives back to a particle.
 template <class S, int D>
@@ -33,12 +33,14 @@ template <class Kernel, class Transfer, class Force, scalar S, int D>
 FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<S, D>& d, const S& h) {
     G2PResult<S, D> result;
     result.velocity = sums.velocity;
-    const S D_inverse = named("D_inverse", S(Kernel::inverse_inertia) / (h * h));
-    if constexpr (g2p_needs_moment<Transfer>)
-        result.affine = Transfer::affine_field((sums.moment - outer(sums.velocity, d)) * h, D_inverse);
+    const S D_inverse = inverse_inertia<Kernel>(h);
+    if constexpr (g2p_needs_moment<Kernel, Transfer>)
+        result.affine = Transfer::affine_field((sums.moment - outer(sums.velocity, d)) * h * D_inverse);
+    else if constexpr (Transfer::affine)
+        result.affine = Transfer::affine_field(sums.gradient * (S(1) / h));  // the same as B D⁻¹
     else
         result.affine = Mat<S, D>::zero();
-    if constexpr (g2p_needs_gradient<Transfer, Force>)
+    if constexpr (g2p_needs_gradient<Kernel, Transfer, Force>)
         result.velocity_gradient = sums.gradient * (S(1) / h);
     else
         result.velocity_gradient = result.affine;

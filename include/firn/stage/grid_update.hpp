@@ -3,15 +3,18 @@
 
 #include <firn/core/tensor.hpp>
 
+#include <limits>
+
 namespace firn {
 
 /// The new velocity of a node: momentum over mass, accelerated for dt, then the boundary.
-/// A node without mass has no velocity: zero. (A force per mass [m/s²] is added to the velocity, not to the momentum:
-/// for nodes with very little mass that is the more accurate order.)
+/// A node without mass has no velocity: zero. Neither has one whose mass is not a normal number: its inverse would not
+/// be finite. (A force per mass [m/s²] is added to the velocity, not to the momentum: for nodes with very little mass
+/// that is the more accurate order.)
 template <scalar S, int D, class Boundary>
 FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, const Vec<S, D>& position,
                                     const Vec<S, D>& acceleration, const S& dt, const Boundary& boundary) {
-    const auto filled = mass > S(0);
+    const auto filled = mass >= S(std::numeric_limits<value_type_t<S>>::min());
     const S per_mass = named("per_mass", S(1) / select(filled, mass, S(1)));
     const Vec<S, D> v = boundary.velocity(position, momentum * per_mass + acceleration * dt);
     return select(filled, v, Vec<S, D>::zero());

@@ -33,7 +33,8 @@ struct P2GRecord {
 template <class Kernel, class Transfer, class Force, scalar S, int D>
 FIRN_INLINE P2GRecord<S, D> make_record(const P2GParticle<S, D>& particle, const Vec<S, D>& d, const S& h,
                                         const S& dt) {
-    const S D_inverse = named("D_inverse", S(Kernel::inverse_inertia) / (h * h));
+    static_assert(require_inertia<Kernel, Force>());
+    const S D_inverse = inverse_inertia<Kernel>(h);
     const Mat<S, D> impulse = particle.stress * (-(dt * particle.volume));
     Mat<S, D> A = Force::affine_part(impulse, D_inverse, h);
     if constexpr (Transfer::affine) A += particle.affine * (particle.mass * h);

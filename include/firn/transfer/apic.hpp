@@ -9,10 +9,10 @@ struct Apic {
     static constexpr const char* name = "apic";
     static constexpr bool affine = true;
 
-    /// C = B D⁻¹ [1/s], from B = Σ N v_i (x_i − x_p)ᵀ [m²/s] and D⁻¹ [1/m²]. Jiang et al. 2015, eq. (8).
+    /// All of C = B D⁻¹ [1/s]. Jiang et al. 2015, eq. (8).
     template <scalar S, int D>
-    FIRN_INLINE static Mat<S, D> affine_field(const Mat<S, D>& B, const S& D_inverse) {
-        return B * D_inverse;
+    FIRN_INLINE static Mat<S, D> affine_field(const Mat<S, D>& C) {
+        return C;
     }
 };
 

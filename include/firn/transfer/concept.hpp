@@ -6,18 +6,18 @@
 namespace firn {
 
 // A particle's velocity field around itself is v + C (x − x_p). P2G gives m N (v + C (x_i − x_p)) to node i, G2P
-// interpolates v = Σ N v_i and the first moment B = Σ N v_i (x_i − x_p)ᵀ.
+// interpolates v = Σ N v_i and the affine field C = B D⁻¹ from the first moment B = Σ N v_i (x_i − x_p)ᵀ.
 
 template <class T>
 concept has_affine_flag = requires {
     { T::affine } -> std::convertible_to<bool>;  ///< does the scheme carry C ?
 };
 template <class T, class S, int D>
-concept has_affine_from_moment = requires(const Mat<S, D> B, const S D_inverse) {
-    { T::affine_field(B, D_inverse) } -> std::same_as<Mat<S, D>>;
+concept has_affine_field = requires(const Mat<S, D> C) {
+    { T::affine_field(C) } -> std::same_as<Mat<S, D>>;  ///< what a particle keeps of it
 };
 
 template <class T>
-concept transfer = has_affine_flag<T> && has_affine_from_moment<T, float, 3> && has_affine_from_moment<T, double, 2>;
+concept transfer = has_affine_flag<T> && has_affine_field<T, float, 3> && has_affine_field<T, double, 2>;
 
 }  // namespace firn

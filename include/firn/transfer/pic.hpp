@@ -11,7 +11,7 @@ struct Pic {
 
     /// A particle carries no velocity field of its own: C = 0.
     template <scalar S, int D>
-    FIRN_INLINE static Mat<S, D> affine_field(const Mat<S, D>&, const S&) {
+    FIRN_INLINE static Mat<S, D> affine_field(const Mat<S, D>&) {
         return Mat<S, D>::zero();
     }
 };

@@ -168,7 +168,8 @@ template <class Kernel, class Transfer, class Force, int D>
 void add_g2p(Module& module) {
     using R = recorded;
     using V = Vec<R, D>;
-    constexpr bool sum_moments = g2p_needs_moment<Transfer>, sum_gradients = g2p_needs_gradient<Transfer, Force>;
+    constexpr bool sum_moments = g2p_needs_moment<Kernel, Transfer>;
+    constexpr bool sum_gradients = g2p_needs_gradient<Kernel, Transfer, Force>;
     const std::string of_transfer = std::string(Transfer::name) + ", ", of_force = std::string(Force::name) + ", ";
     detail::add_axis_sums<Kernel, D, 0, sum_moments, sum_gradients>(module);
     using Sums = PartialSums<V, D, sum_moments, sum_gradients>;
@@ -203,12 +204,20 @@ void add_material(Module& module, const Material& material) {
                                       [&](const State& state, const Mat<R, D>& velocity_gradient) {
                                           return updated(model(), state, velocity_gradient, detail::time_step());
                                       });
-    module.function<State>("kirchhoff_stress", of_material + "Kirchhoff stress [Pa]", {"state"},
-                           [&](const State& state) { return kirchhoff_stress(model(), state); });
+    if constexpr (has_rate_dependent_stress<with_scalar_t<Material, R>, D>)
+        module.function<State, Mat<R, D>>("kirchhoff_stress", of_material + "Kirchhoff stress [Pa]",
+                                          {"state", "velocity_gradient"},
+                                          [&](const State& state, const Mat<R, D>& velocity_gradient) {
+                                              return stress_of(model(), state, velocity_gradient);
+                                          });
+    else
+        module.function<State>("kirchhoff_stress", of_material + "Kirchhoff stress [Pa]", {"state"},
+                               [&](const State& state) { return kirchhoff_stress(model(), state); });
     module.function<V, R, R, State>("signal_speed", of_material + "the particle's speed and its wave speed [m/s]",
                                     {"velocity", "mass", "volume", "state"},
                                     [&](const V& velocity, const R& mass, const R& volume, const State& state) {
-                                        return signal_speed(model(), velocity, mass, volume, state);
+                                        return signal_speed(model(), velocity, mass, volume, state,
+                                                            detail::cell_size());
                                     });
 }
 

@@ -1,35 +1,9 @@
 /// \file G2P takes from the grid what the definition says, for dense matter and for spray.
-#include "support/catch.hpp"
-#include "support/scenes.hpp"
+#include "by_definition.hpp"
 
 using namespace firn;
 
 namespace {
-
-/// Σ N_i v_i over the nodes around a particle, from the kernel's own function.
-template <class S, int D>
-Vec<double, D> interpolated(const SparseGrid<S, D>& grid, const S* x) {
-    std::array<int, std::size_t(D)> base{};
-    std::array<std::array<double, 3>, std::size_t(D)> w{};
-    for (int a = 0; a < D; ++a) {
-        const double cells = (double(x[a]) - grid.domain().lower[a]) / grid.domain().cell_size;
-        base[std::size_t(a)] = int(std::floor(cells - 0.5));
-        w[std::size_t(a)] = QuadraticBSpline::weights(cells - base[std::size_t(a)]);
-    }
-    Vec<double, D> v{};
-    for (int n = 0; n < (D == 2 ? 9 : 27); ++n) {
-        auto node = base;
-        double weight = 1;
-        for (int a = 0, rest = n; a < D; ++a, rest /= 3) {
-            node[std::size_t(a)] += rest % 3;
-            weight *= w[std::size_t(a)][std::size_t(rest % 3)];
-        }
-        const S* of_node = grid.find_node(node);
-        REQUIRE(of_node != nullptr);
-        for (int a = 0; a < D; ++a) v[a] += weight * double(of_node[a]);
-    }
-    return v;
-}
 
 /// Leaves numbers that are no numbers where the next functions have their arenas.
 [[gnu::noinline]] void poison_stack() {
@@ -63,7 +37,7 @@ TEMPLATE_TEST_CASE_SIG("G2P interpolates by definition, for dense blocks and for
     const double dt = 1e-3;
     const auto before = cloud.x;
     for (std::size_t p = 0; p < cloud.size(); ++p)
-        expected.push_back(interpolated<S, D>(grid, cloud.x.data() + p * std::size_t(D)));
+        expected.push_back(by_definition::g2p<QuadraticBSpline>(grid, by_definition::vector<D>(cloud.x, p)).velocity);
     poison_stack();
     g2p<QuadraticBSpline, Apic, MlsForce>(Coloured{1}, view, partition, grid, FixedCorotated<S>{}, dt);
     for (std::size_t p = 0; p < cloud.size(); ++p)

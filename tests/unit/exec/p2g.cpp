@@ -1,18 +1,12 @@
 /// \file The executions of P2G make the same sums, conserve what they must, and refuse what would overflow.
-#include "support/catch.hpp"
-#include "support/scenes.hpp"
+#include "by_definition.hpp"
 
 using namespace firn;
+using by_definition::Case;
+using by_definition::difference;
+using by_definition::numbers;
 
 namespace {
-
-template <class S_, int D_, class Transfer_, class Force_>
-struct Case {
-    using S = S_;
-    static constexpr int D = D_;
-    using Transfer = Transfer_;
-    using Force = Force_;
-};
 
 constexpr double dt = 1e-3;
 
@@ -25,76 +19,6 @@ SparseGrid<typename C::S, C::D> scattered(scenes::RandomCloud<typename C::S, C::
     return grid;
 }
 
-template <class S, int D>
-std::vector<double> numbers(const SparseGrid<S, D>& grid) {
-    std::vector<double> all;
-    for (std::size_t b = 0; b < grid.block_count(); ++b)
-        all.insert(all.end(), grid.nodes(b), grid.nodes(b) + block_nodes<D> * node_width);
-    return all;
-}
-
-/// Largest difference of momentum and of mass, each relative to the largest on the grid.
-double difference(const std::vector<double>& a, const std::vector<double>& b) {
-    double momentum = 0, mass = 0, momentum_scale = 0, mass_scale = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        double &worst = i % 4 == 3 ? mass : momentum, &scale = i % 4 == 3 ? mass_scale : momentum_scale;
-        worst = std::max(worst, std::abs(a[i] - b[i]));
-        scale = std::max(scale, std::abs(b[i]));
-    }
-    return std::max(momentum / momentum_scale, mass / mass_scale);
-}
-
-/// The definition, written out: Σ over particles and the 3^D nodes around each, from the kernel's own functions.
-template <class C>
-std::vector<double> by_definition(scenes::RandomCloud<typename C::S, C::D>& cloud,
-                                  const SparseGrid<typename C::S, C::D>& grid) {
-    constexpr int D = C::D;
-    std::vector<double> sums(grid.block_count() * std::size_t(block_nodes<D> * node_width), 0.0);
-    const double h = cloud.domain.cell_size;
-    for (std::size_t p = 0; p < cloud.size(); ++p) {
-        std::array<int, std::size_t(D)> base{};
-        std::array<std::array<double, 3>, std::size_t(D)> w{}, g{};
-        Vec<double, D> x{};
-        for (int a = 0; a < D; ++a) {
-            x[a] = double(cloud.x[p * D + std::size_t(a)]);
-            const double cells = (x[a] - cloud.domain.lower[a]) / h;
-            base[std::size_t(a)] = int(std::floor(cells - 0.5));
-            w[std::size_t(a)] = QuadraticBSpline::weights(cells - base[std::size_t(a)]);
-            g[std::size_t(a)] = QuadraticBSpline::gradients(cells - base[std::size_t(a)]);
-        }
-        for (int n = 0; n < (D == 2 ? 9 : 27); ++n) {
-            std::array<int, std::size_t(D)> node = base;
-            std::array<std::size_t, std::size_t(D)> k{};
-            double weight = 1;
-            Vec<double, D> gradient = Vec<double, D>::filled(1 / h), offset{};
-            for (int a = 0, rest = n; a < D; ++a, rest /= 3) {
-                k[std::size_t(a)] = std::size_t(rest % 3);
-                node[std::size_t(a)] += rest % 3;
-                weight *= w[std::size_t(a)][k[std::size_t(a)]];
-                offset[a] = cloud.domain.lower[a] + h * node[std::size_t(a)] - x[a];
-                for (int b = 0; b < D; ++b) gradient[b] *= (a == b ? g : w)[std::size_t(a)][k[std::size_t(a)]];
-            }
-            const typename C::S* to = grid.find_node(node);
-            REQUIRE(to != nullptr);
-            double* sum = sums.data() + (to - grid.nodes(0));
-            const double m = double(cloud.mass[p]), V = double(cloud.volume[p]);
-            for (int i = 0; i < D; ++i) {
-                double momentum = m * weight * double(cloud.v[p * D + std::size_t(i)]);
-                for (int j = 0; j < D; ++j) {
-                    const std::size_t ij = p * D * D + std::size_t(D * i + j);
-                    if (C::Transfer::affine) momentum += m * weight * double(cloud.C[ij]) * offset[j];
-                    const double direction =
-                        C::Force::weight_gradients ? gradient[j] : weight * 4 / (h * h) * offset[j];
-                    momentum -= dt * V * double(cloud.stress[ij]) * direction;
-                }
-                sum[i] += momentum;
-            }
-            sum[node_mass] += m * weight;
-        }
-    }
-    return sums;
-}
-
 }  // namespace
 
 // Every pair of precision, dimension, transfer and force; fixed point on two of them.
@@ -104,7 +28,7 @@ TEMPLATE_TEST_CASE("P2G is the sum that the papers define, in every execution", 
     using S = typename TestType::S;
     scenes::RandomCloud<S, TestType::D> cloud(3000);
     const auto serial = scattered<TestType>(cloud, Serial{});
-    const auto expected = by_definition<TestType>(cloud, serial);
+    const auto expected = by_definition::p2g<TestType>(cloud, serial, dt);
     // Rounding: some hundred additions a node at most; the position in cells is rounded in S, too.
     const double tolerance = (sizeof(S) == 4 ? 0x1p-23 : 0x1p-52) * 64;
     CHECK(difference(numbers(serial), expected) < tolerance);
@@ -127,7 +51,7 @@ TEMPLATE_TEST_CASE("P2G reaches every node of particles that have drifted up to 
         grid.activate(partition);
         p2g<QuadraticBSpline, typename TestType::Transfer, typename TestType::Force>(execution, cloud.view(), partition,
                                                                                      grid, dt);
-        CHECK(difference(numbers(grid), by_definition<TestType>(cloud, grid)) < 64 * 0x1p-52);
+        CHECK(difference(numbers(grid), by_definition::p2g<TestType>(cloud, grid, dt)) < 64 * 0x1p-52);
     };
     check(Serial{});
     check(Coloured{2});

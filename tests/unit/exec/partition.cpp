@@ -79,9 +79,12 @@ TEST_CASE("Groups are whole packs of one block, or of the sparse blocks of one c
               block_key<3>(partition.ranges[partition.by_block[i]].block));
 }
 
-TEST_CASE("The nodes of two groups of one colour never overlap, and every group has a colour") {
+TEMPLATE_TEST_CASE("The nodes of two groups of one colour never overlap, and every group has a colour", "", Linear,
+                   QuadraticBSpline, CubicBSpline) {
     auto cloud = cloud_and_spray<float, 3>(20000);
-    const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 1);
+    for (float& x : cloud.x) x = (x + 0.2f) * 2 - 0.249f;  // more blocks, some at negative coordinates
+    cloud.domain.upper = Vec<double, 3>::filled(2);
+    const auto partition = partition_particles<TestType>(cloud.view(), cloud.size(), cloud.domain, 1);
     std::set<std::uint32_t> seen;
     for (const auto& colour : partition.colours)
         for (const std::uint32_t g : colour) {
@@ -100,10 +103,12 @@ TEST_CASE("The nodes of two groups of one colour never overlap, and every group 
                     distance = std::max({distance, other_low - high, low - other_high});
                 }
                 // Each reaches `allowed_drift` cells below its blocks and support − 1 + drift above.
-                CHECK((distance - 1) * block_size >= QuadraticBSpline::support - 1 + 2 * allowed_drift);
+                CHECK((distance - 1) * block_size >= TestType::support - 1 + 2 * allowed_drift);
             }
         }
     CHECK(seen.size() == partition.groups.size());
+    // As many colours as that takes, not one more: parity, but for the dense blocks of the cubic kernel.
+    CHECK(partition.colours.size() == (TestType::support == 4 ? 27 + 8 : 8 + 8));
 }
 
 TEST_CASE("The order is the same for any number of threads") {

@@ -187,21 +187,24 @@ struct RowsInForm {
     }
 };
 
-template <class S_, int D_, class Force_>
+template <class S_, int D_, class Force_, class Kernel_ = QuadraticBSpline>
 struct Case {
     using S = S_;
     static constexpr int D = D_;
     using Force = Force_;
+    using Kernel = Kernel_;
 };
 
 }  // namespace
 
 TEMPLATE_TEST_CASE("P2G and G2P of a pack have the same bits in every form of rows", "", (Case<float, 3, MlsForce>),
                    (Case<float, 3, WeightGradientForce>), (Case<float, 2, MlsForce>), (Case<double, 3, MlsForce>),
-                   (Case<double, 2, WeightGradientForce>)) {
+                   (Case<double, 2, WeightGradientForce>), (Case<float, 3, WeightGradientForce, Linear>),
+                   (Case<double, 2, WeightGradientForce, Linear>), (Case<float, 3, WeightGradientForce, CubicBSpline>),
+                   (Case<float, 2, MlsForce, CubicBSpline>), (Case<double, 3, MlsForce, CubicBSpline>)) {
     using S = typename TestType::S;
     using Force = typename TestType::Force;
-    using Kernel = QuadraticBSpline;
+    using Kernel = typename TestType::Kernel;
     constexpr int D = TestType::D, K = Kernel::support;
     using Sums = FloatSums<S>;
     constexpr std::size_t count =
