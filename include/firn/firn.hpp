@@ -3,6 +3,7 @@
 
 #include <firn/boundary/boundary_list.hpp>
 #include <firn/boundary/collider.hpp>
+#include <firn/boundary/distance_grid.hpp>
 #include <firn/boundary/shapes.hpp>
 #include <firn/boundary/together.hpp>
 #include <firn/boundary/walls.hpp>
@@ -10,12 +11,14 @@
 #include <firn/core/dual.hpp>
 #include <firn/core/eigen.hpp>
 #include <firn/core/error.hpp>
+#include <firn/core/lanes.hpp>
 #include <firn/core/pack.hpp>
 #include <firn/core/parameters.hpp>
 #include <firn/core/scalar.hpp>
 #include <firn/core/strict.hpp>
 #include <firn/core/tensor.hpp>
 #include <firn/data/mesh.hpp>
+#include <firn/data/mesh_distance.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/data/sampling.hpp>
 #include <firn/data/sparse_grid.hpp>
@@ -23,6 +26,7 @@
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g.hpp>
 #include <firn/exec/partition.hpp>
+#include <firn/exec/reactions.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/force/weight_gradient.hpp>
 #include <firn/kernel/cubic_b_spline.hpp>
@@ -36,6 +40,7 @@
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
 #include <firn/math/left_stretch.hpp>
+#include <firn/math/rotor.hpp>
 #include <firn/math/svd.hpp>
 #include <firn/simulation.hpp>
 #include <firn/transfer/apic.hpp>

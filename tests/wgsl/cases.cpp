@@ -29,6 +29,21 @@ using namespace firn;
 constexpr double position_tolerance = 1e-3;  // [cells]
 constexpr double velocity_tolerance = 2e-2;  // [m/s]
 
+/// A shape by its distance alone, whose normal is found by dual numbers: all within a radius of the last axis.
+template <scalar S, int D>
+struct Tube {
+    S radius = S(0.5);
+    static constexpr const char* name = "tube";
+    static constexpr auto parameters() { return std::tuple{parameter{"radius", "m", &Tube::radius}}; }
+    S signed_distance(const Vec<S, D>& x) const {
+        using firn::abs, firn::sqrt;
+        if constexpr (D == 2)
+            return abs(x[0]) - radius;
+        else
+            return sqrt(x[0] * x[0] + x[1] * x[1]) - radius;
+    }
+};
+
 class Case {
 public:
     Case(const std::filesystem::path& folder, const wgsl::Program& program) : folder_(folder) {
@@ -93,11 +108,12 @@ void write_case_file(Case& files, const wgsl::Program& program, const wgsl::Inpu
 }
 
 /// One step to the bit, from particles that are in motion and strained; then more steps, within a tolerance.
-template <int D, class Transfer, class Force, class Material = FixedCorotated<float>>
+template <int D, class Transfer, class Force, class Material = FixedCorotated<float>, class Boundary = Walls<float, D>>
 void write_case(const std::filesystem::path& root, const std::string& name, const scenes::Matter& matter,
                 const std::string& schedule, int steps,
-                const Material& material = FixedCorotated<float>::from_young_poisson(1e5, 0.3), double time_step = 0) {
-    scenes::MovingBlocks<D, Transfer, Force, Material> blocks(matter, material);
+                const Material& material = FixedCorotated<float>::from_young_poisson(1e5, 0.3), double time_step = 0,
+                const Boundary& boundary = scenes::rough_walls<D>()) {
+    scenes::MovingBlocks<D, Transfer, Force, Material, Boundary> blocks(matter, material, boundary);
     auto& simulation = blocks.simulation;
     if (time_step > 0) simulation.fixed_time_step = time_step;
     const auto& particles = simulation.particles();
@@ -139,6 +155,26 @@ template <class Transfer, class Force>
 void write_both_dimensions(const std::filesystem::path& root, const std::string& name) {
     write_case<2, Transfer, Force>(root, "2d_" + name, {0.3, 1.0 / 64, 1.0 / 32}, "step", 50);
     write_case<3, Transfer, Force>(root, "3d_" + name, {0.25, 1.0 / 32, 1.0 / 16}, "step", 50);
+}
+
+/// Solids between the blocks, one of them a stranger's: they turn, but stay where they are.
+template <int D>
+void write_solids(const std::filesystem::path& root, const scenes::Matter& matter) {
+    Collider<Sphere<float, D>> ball{.shape = {0.12F}, .contact = Contact::slip, .friction = 0.2};
+    ball.position = Vec<double, D>::filled(0.35);
+    ball.linear_velocity = Vec<double, D>::filled(0.25);
+    Collider<Complement<Tube<float, D>>> tube{.shape = {{0.3F}}, .thickness = 0.02};
+    tube.position = Vec<double, D>::filled(0.5);
+    if constexpr (D == 2) {
+        ball.angular_velocity = -3;
+        tube.rotation = rotor(0.7);
+    } else {
+        ball.angular_velocity = {1.0, -2.0, 3.0};
+        tube.rotation = rotor({1.0, 2.0, 3.0}, 0.7);
+    }
+    const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.3);
+    write_case<D, Apic, MlsForce>(root, std::to_string(D) + "d_solids", matter, "step", 1, material, 0,
+                                  Together(scenes::rough_walls<D>(), ball, tube));
 }
 
 /// For the page, whose pointer pulls: where the CPU has the centre of mass after a hundred steps.
@@ -251,6 +287,8 @@ int main(int count, char** words) {
         const auto honey = Fluid<float>::from_properties({.viscosity = 5});
         write_case<2, Apic, MlsForce>(root, "2d_fluid", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, honey);
         write_case<3, Pic, MlsForce>(root, "3d_fluid", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, honey);
+        write_solids<2>(root, {0.3, 1.0 / 64, 1.0 / 32});
+        write_solids<3>(root, {0.25, 1.0 / 32, 1.0 / 16});
         write_case<2, Apic, MlsForce>(root, "2d_10k", {0.35, 1.0 / 204, 1.0 / 102}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k", {0.3, 1.0 / 57, 1.0 / 28.5}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k_sorted", {0.3, 1.0 / 57, 1.0 / 28.5}, "step_sorted", 1);

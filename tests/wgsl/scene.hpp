@@ -46,21 +46,22 @@ struct Matter {
     double side, spacing, cell_size;
 };
 
-/// Two blocks after ten steps, strained at random; and the program for what comes next.
-template <int D, class Transfer, class Force, class Material>
-struct MovingBlocks {
-    using Walls = firn::Walls<float, D>;
+/// The unit box.
+template <int D>
+firn::Walls<float, D> rough_walls() {
+    return firn::Walls<float, D>::all(firn::Vec<float, D>::filled(0), firn::Vec<float, D>::filled(1),
+                                      {firn::Contact::separate, 0.3});
+}
 
+/// Two blocks after ten steps, strained at random; and the program for what comes next.
+template <int D, class Transfer, class Force, class Material, class Boundary = firn::Walls<float, D>>
+struct MovingBlocks {
     firn::Domain<D> domain;
-    Walls walls;
-    firn::Simulation<D, Material, Transfer, Force, firn::QuadraticBSpline, Integers> simulation;
+    firn::Simulation<D, Material, Transfer, Force, firn::QuadraticBSpline, Integers, Boundary> simulation;
     firn::wgsl::Program program;
 
-    MovingBlocks(const Matter& matter, const Material& material)
-        : domain(box(matter.cell_size)),
-          walls(Walls::all(firn::Vec<float, D>::filled(0), firn::Vec<float, D>::filled(1),
-                           {firn::Contact::separate, 0.3})),
-          simulation(domain, material, {}, walls) {
+    MovingBlocks(const Matter& matter, const Material& material, const Boundary& boundary = rough_walls<D>())
+        : domain(box(matter.cell_size)), simulation(domain, material, {}, boundary) {
         simulation.fixed_time_step = 0.1 * matter.cell_size / 20;  // waves: 12 m/s
         add_two_blocks<D>(simulation, matter.side, matter.spacing);
         auto& particles = simulation.edit_particles();
@@ -80,7 +81,7 @@ struct MovingBlocks {
         simulation.edit_particles();  // so that they are sorted anew now, and not in the next step
         simulation.partition();
         program = firn::wgsl::make_program<firn::QuadraticBSpline, Transfer, Force, D>(
-            material, walls, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)});
+            material, simulation.boundary, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)});
     }
 
     /// The simulation as it is now.

@@ -15,6 +15,7 @@ struct Wall {
     double friction = 0;  ///< Coulomb's coefficient μ [1]
 };
 
+/// A wall that slips without friction is a plane of symmetry: half a body against it moves as the whole would.
 template <scalar S, int D>
 struct Walls {
     Vec<S, D> lower{};  ///< lower corner of the box [m]

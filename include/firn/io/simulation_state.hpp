@@ -205,10 +205,33 @@ inline const StateTable& table(const std::vector<StateTable>& tables, const char
 
 }  // namespace detail
 
+/// Sets a policy's parameters to those of a state's group: boundaries that moved go back to where they were.
+///
+///     restore_parameters(simulation.boundary, state, "boundary");
+///
+/// \throws io_error if the state lacks one, or has another number of values for it; the policy is then as it was
+template <class Policy, class S>
+void restore_parameters(Policy& policy, const State<S>& state, const char* group) {
+    Policy restored = policy;
+    for_parameters(restored, [&](const std::string& name, const char*, auto& value) {
+        const std::vector<double> values = detail::parameter_values(state, group, name.c_str());
+        if (values.size() != detail::as_doubles(value).size())
+            throw io_error(sentence("The state has ", values.size(), " values for ", group, "/", name,
+                                    "; the simulation's policy needs ", detail::as_doubles(value).size(), "."));
+        using Value = std::remove_cvref_t<decltype(value)>;
+        if constexpr (std::is_arithmetic_v<Value>)
+            value = Value(values[0]);
+        else
+            for (std::size_t i = 0; i < values.size(); ++i)
+                value[int(i)] = std::remove_cvref_t<decltype(value[0])>(values[i]);
+    });
+    policy = restored;
+}
+
 /// Goes on from a state: `simulation` must have been made with the same policies, domain and material; it takes over
-/// particles, time and steps (not gravity, walls or the time step, which are the program's), and every further step
-/// gives the bits of the run that wrote the state. With several materials: once for each, with the states of one
-/// moment.
+/// particles, time and steps (not gravity, boundary or the time step, which are the program's; restore_parameters()
+/// puts a boundary that moved back), and every further step gives the bits of the run that wrote the state. With
+/// several materials: once for each, with the states of one moment.
 /// \tparam I  of which of the simulation's materials
 /// \throws io_error naming what differs or is missing; the simulation is then as it was
 template <std::size_t I = 0, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,

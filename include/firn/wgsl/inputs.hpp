@@ -58,6 +58,21 @@ inline void set_time_step(Inputs& inputs, double dt, double cell_size) {
     inputs.set("place_per_velocity", {dt / cell_size});
 }
 
+/// The uniforms of a policy's parameters: of a boundary that has moved, with prefix "boundary".
+/// \throws usage_error if the program was made for another policy
+template <class Policy>
+void set_parameters(Inputs& inputs, const Policy& policy, const std::string& prefix) {
+    for_parameters(
+        policy,
+        [&](const std::string& name, const char*, const auto& value) {
+            if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
+                inputs.set(name, {double(value)});
+            else
+                inputs.set(name, {std::begin(value.v), std::end(value.v)});
+        },
+        prefix + "_");
+}
+
 /// \throws parameter_error, as check_fits()
 template <int D, class State>
 Inputs make_inputs(const Program& program, const Domain<D>& domain, const Particles<float, D, State>& particles,

@@ -71,6 +71,33 @@ TEST_CASE("A state says what it holds, in SI units, in the order of ids") {
     for (std::size_t i = 0; i < state.size(); ++i) CHECK(state.id[i] == std::int64_t(i));
 }
 
+TEST_CASE("Where moving boundaries were is in a state to the bit, and comes back from it") {
+    using Boundary = Together<Walls<float, 3>, Collider<Sphere<float, 3>>>;
+    using Turning = Simulation<3, FixedCorotated<float>, Apic, MlsForce, QuadraticBSpline, Coloured, Boundary>;
+    const auto walls = Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {Contact::slip, 0});
+    const Collider<Sphere<float, 3>> ball{
+        .shape = {0.123F}, .linear_velocity = {0.1, 0.2, 0.3}, .angular_velocity = {1.0, 2.0, 3.0}};
+    const auto make = [&] {
+        return Turning({{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}, 1.0 / 16}, FixedCorotated<float>{}, {}, {walls, ball});
+    };
+    auto run = make();
+    run.add(sample_box<3>({0.2, 0.2, 0.2}, {0.3, 0.3, 0.3}, {.spacing = 1.0 / 32}), 1000);
+    for (int i = 0; i < 7; ++i) run.boundary = advanced(run.boundary, 0.01);
+    const states::Folder folder;
+    write_state(folder / "state.hdf", state_of(run));
+    const auto state = read_state<float>(folder / "state.hdf");
+    CHECK(detail::parameter_values(state, "boundary", "1_shape_radius") == std::vector<double>{double(0.123F)});
+    auto continued = make();
+    restore(continued, state);
+    restore_parameters(continued.boundary, state, "boundary");
+    const auto &was = std::get<1>(run.boundary.parts), &is = std::get<1>(continued.boundary.parts);
+    CHECK(is.position == was.position);
+    CHECK(is.rotation == was.rotation);
+    CHECK(is.position[0] == Approx(0.007));
+    CHECK(is.shape.radius == 0.123F);
+    CHECK_THROWS_AS(restore_parameters(continued.boundary, state, "material"), io_error);
+}
+
 TEST_CASE("A state of another run is refused with what differs, and the simulation is as it was") {
     auto run = make_run<2, double, Coloured>(1);
     scenes::add_two_blocks<2>(run, 0.25, 1.0 / 32);

@@ -126,6 +126,30 @@ TEST_CASE("Inputs hold the particles' numbers, and the time step in all that fol
     CHECK_THROWS_AS(inputs.set("time_step", {0, 0, 0}), usage_error);
 }
 
+TEST_CASE("The parameters of each of several boundaries are uniforms, which follow a solid that moves") {
+    using Ball = Collider<Sphere<float, 2>>;
+    Together boundary(Walls<float, 2>::all({0, 0}, {1, 1}, {}), Ball{.shape = {0.25F}},
+                      Ball{.linear_velocity = {1.0, 2.0}, .angular_velocity = 3.0});
+    const wgsl::Program p = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(FixedCorotated<float>{}, boundary);
+    CHECK(p.boundary == "walls_collider_sphere_collider_sphere");
+    CHECK(p.uniform("boundary_0_upper").values == std::vector<double>{1, 1});
+    CHECK(p.uniform("boundary_1_shape_radius").values == std::vector<double>{0.25});
+    CHECK(p.uniform("boundary_2_rotation").values == std::vector<double>{1, 0});
+    std::vector<std::string> names;
+    for (const wgsl::Uniform& u : p.uniforms) names.push_back(u.name);
+    std::sort(names.begin(), names.end());
+    CHECK(std::adjacent_find(names.begin(), names.end()) == names.end());
+
+    wgsl::Inputs inputs(p);
+    boundary = advanced(boundary, 0.1);
+    set_parameters(inputs, boundary, "boundary");
+    const auto bytes = inputs.uniform_bytes();
+    CHECK(float_at(bytes, p.uniform("boundary_2_position").offset + 4) == 0.2F);
+    CHECK(float_at(bytes, p.uniform("boundary_2_rotation").offset + 4) == Approx(std::sin(0.15)));
+    CHECK(float_at(bytes, p.uniform("boundary_1_shape_radius").offset) == 0.25F);
+    CHECK_THROWS_AS(set_parameters(inputs, boundary, "field"), usage_error);
+}
+
 TEST_CASE("The pull towards a line falls off to its radius and points at the line; at its centre there is none") {
     const Attraction<double, 3> pull{{0, -10, 0}, {0.5, 0.5, 0.5}, {0, 0, 1}, 0.2, 30};
     const auto near = pull({0.6, 0.5, 0.9});  // half the radius away from the line, whatever z

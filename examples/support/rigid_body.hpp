@@ -1,0 +1,123 @@
+/// \file A rigid body that matter pushes: what a collider gives to matter, the body loses.
+///
+///     body.place(collider);
+///     … grid_update(…, collider, reactions), …
+///     body.push(-reactions.parts[k].impulse + weight * dt, -reactions.parts[k].angular_impulse);
+///     body.move(dt);
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/math/rotor.hpp>
+
+#include <cmath>
+#include <numbers>
+
+namespace example {
+
+using firn::Axial, firn::Mat, firn::Vec;
+
+/// The inverse of a symmetric 3 × 3 matrix by its adjugate.
+inline Mat<double, 3> inverse(const Mat<double, 3>& a) {
+    Mat<double, 3> adjugate{};
+    for (int i = 0; i < 3; ++i) {
+        const Vec<double, 3> row = cross(a.column((i + 1) % 3), a.column((i + 2) % 3));
+        for (int j = 0; j < 3; ++j) adjugate(i, j) = row[j];
+    }
+    return adjugate * (1 / determinant(a));
+}
+
+/// Momentum and angular momentum are what it keeps; velocities follow from them, so that both are conserved to
+/// rounding. Impulses first, then the motion with the new velocities (symplectic Euler); the rotation by the angular
+/// velocity half a step ahead, of second order in the step.
+template <int D>
+class RigidBody {
+public:
+    /// Of the body's axes about its centre of mass [kg m²]: a number in the plane, in space a symmetric matrix.
+    using Inertia = std::conditional_t<D == 2, double, Mat<double, 3>>;
+
+    Vec<double, D> position{};  ///< of the centre of mass [m]
+    firn::Rotor<double, D> rotation = firn::no_rotation<double, D>();
+    Vec<double, D> momentum{};            ///< [kg m/s]
+    Axial<double, D> angular_momentum{};  ///< about the centre of mass [kg m²/s]
+
+    /// \throws parameter_error unless mass and moments of inertia are positive and finite
+    RigidBody(double mass, const Inertia& inertia) : mass_(mass) {
+        bool possible = mass > 0 && std::isfinite(mass);
+        if constexpr (D == 2) {
+            possible = possible && inertia > 0 && std::isfinite(inertia);
+            inverse_inertia_ = 1 / inertia;
+        } else {
+            const double minor = inertia(0, 0) * inertia(1, 1) - inertia(0, 1) * inertia(1, 0);
+            possible = possible && inertia(0, 0) > 0 && minor > 0 && determinant(inertia) > 0 &&
+                       std::isfinite(squared_norm(inertia));
+            inverse_inertia_ = inverse(inertia);
+        }
+        if (!possible)
+            throw firn::parameter_error(firn::sentence(
+                "A rigid body of ", mass, " kg: its mass and its moments of inertia must be positive and finite."));
+    }
+
+    double mass() const { return mass_; }
+    Vec<double, D> velocity() const { return momentum * (1 / mass_); }
+    Axial<double, D> angular_velocity() const { return angular_velocity_at(rotation); }
+    /// Of the motion [J].
+    double kinetic_energy() const {
+        const auto w = angular_velocity();
+        double turning = 0;
+        if constexpr (D == 2)
+            turning = w * angular_momentum;
+        else
+            turning = dot(w, angular_momentum);
+        return 0.5 * (dot(momentum, momentum) / mass_ + turning);
+    }
+
+    /// \param impulse          [N s]
+    /// \param angular_impulse  about the centre of mass [N m s]
+    void push(const Vec<double, D>& impulse, const Axial<double, D>& angular_impulse = {}) {
+        momentum += impulse;
+        angular_momentum += angular_impulse;
+    }
+
+    /// Goes on for dt [s] without forces.
+    void move(double dt) {
+        position += velocity() * dt;
+        const auto halfway = turned(rotation, angular_velocity() * (dt / 2));
+        rotation = turned(rotation, angular_velocity_at(halfway) * dt);
+    }
+
+    /// Puts a collider, whose origin is the centre of mass, where the body is, with its motion.
+    template <class Collider>
+    void place(Collider& collider) const {
+        collider.position = position;
+        collider.rotation = rotation;
+        collider.linear_velocity = velocity();
+        collider.angular_velocity = angular_velocity();
+    }
+
+private:
+    Axial<double, D> angular_velocity_at(const firn::Rotor<double, D>& turn) const {
+        if constexpr (D == 2) {
+            return inverse_inertia_ * angular_momentum;
+        } else {
+            const Mat<double, 3> R = matrix_of(turn);
+            return R * (inverse_inertia_ * (transpose(R) * angular_momentum));
+        }
+    }
+
+    double mass_;
+    Inertia inverse_inertia_;
+};
+
+/// A ball of a density [kg/m³]; in the plane a disc [kg/m²].
+template <int D>
+RigidBody<D> ball(double density, double radius) {
+    if constexpr (D == 2) {
+        const double mass = density * std::numbers::pi * radius * radius;
+        return {mass, mass * radius * radius / 2};
+    } else {
+        const double mass = density * 4.0 / 3 * std::numbers::pi * radius * radius * radius;
+        return {mass, Mat<double, 3>::diagonal(0.4 * mass * radius * radius)};
+    }
+}
+
+}  // namespace example

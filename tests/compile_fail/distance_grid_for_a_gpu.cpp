@@ -1,0 +1,14 @@
+// A shape whose distances lie in memory cannot become part of a program's text.
+// expect: firn: a DistanceGrid looks its distances up in memory that a GPU's program does not have
+#include <firn/boundary/collider.hpp>
+#include <firn/boundary/distance_grid.hpp>
+#include <firn/boundary/shapes.hpp>
+#include <firn/wgsl/recorded.hpp>
+
+#ifdef FIRN_GOOD
+using Shape = firn::Sphere<float, 3>;
+#else
+using Shape = firn::DistanceGrid<float, 3>;
+#endif
+
+auto program(const firn::Collider<Shape>& solid) { return firn::lift<firn::wgsl::recorded>(solid); }
