@@ -95,7 +95,7 @@ int your_simulator(int argc, char** argv) {
     firn::SparseGrid<double, 3> grid(domain);
     auto partition = firn::partition_particles<Kernel>(view, all.size(), domain, options.threads);
     grid.activate(partition);
-    firn::G2PReport report = firn::update_stress(execution, view, partition, material);
+    firn::G2PReport report = firn::update_stress(execution, view, partition, material, domain.cell_size);
 
     firn::StateSeries states(options.output, options.name);
     states.write(your_state(all, 0, 0, 0));

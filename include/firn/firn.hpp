@@ -25,7 +25,9 @@
 #include <firn/kernel/linear.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
+#include <firn/material/snow.hpp>
 #include <firn/math/left_stretch.hpp>
+#include <firn/math/svd.hpp>
 #include <firn/simulation.hpp>
 #include <firn/transfer/apic.hpp>
 #include <firn/transfer/pic.hpp>

@@ -1,4 +1,4 @@
-/// \file A set of particles, a grid and a boundary, stepped through time. It only composes the stages of exec/.
+/// \file Sets of particles, a grid and a boundary, stepped through time. It only composes the stages of exec/.
 #pragma once
 
 #include <firn/boundary/walls.hpp>
@@ -12,41 +12,46 @@
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
+#include <firn/simulation/material_set.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/apic.hpp>
 
+#include <algorithm>
 #include <functional>
 #include <iostream>
+#include <span>
 #include <string>
+#include <tuple>
 
 namespace firn {
 
-/// The ids [first, first + count) that one call of Simulation::add gave out.
-struct Body {
-    std::uint32_t first = 0, count = 0;
-};
-
 /// \tparam D         2 or 3
-/// \tparam Material  a constitutive model in float or double, which becomes the precision of everything
+/// \tparam Material  a constitutive model in float or double, which becomes the precision of everything; or several,
+///                   Materials<…>: functions that concern one of them are then told which, add<Snow<float>>(…), or by
+///                   its place in the list, add<1>(…)
 template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, class Force = MlsForce,
           class Kernel = QuadraticBSpline, class Execution = Coloured,
-          class Boundary = Walls<material_scalar_t<Material>, D>>
+          class Boundary = Walls<detail::precision_of_t<Material>, D>>
 class Simulation {
+    using List = typename detail::material_list<Material>::type;
+    using Make = detail::material_sets<D, List>;
+
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
-    static_assert(require_material<Material, D>() && require_kernel<Kernel>());
+    static_assert(require_kernel<Kernel>());
     static_assert(transfer<Transfer> && force<Force>);
 
-    using scalar_type = material_scalar_t<Material>;
+    using scalar_type = detail::precision_of_t<Material>;
     using S = scalar_type;
-    using State = material_state_t<Material, D>;
+    using Sets = typename Make::type;
     static constexpr int dimension = D;
+    static constexpr std::size_t material_count = std::tuple_size_v<Sets>;
 
     /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells
     explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
         : Simulation(domain, material, how, default_boundary(domain)) {}
     Simulation(const Domain<D>& domain, const Material& material, const Execution& how, const Boundary& walls)
-        : boundary(walls), execution(how), material_(material), grid_(domain), particles_(domain) {
+        : boundary(walls), execution(how), grid_(domain), sets_(Make::make(List(material), domain)) {
         gravity[1] = -9.81;
     }
 
@@ -63,53 +68,102 @@ public:
     };
 
     const Domain<D>& domain() const { return grid_.domain(); }
-    const Material& material() const { return material_; }
     const SparseGrid<S, D>& grid() const { return grid_; }
-    const Particles<S, D, State>& particles() const { return particles_; }
-    const std::vector<Body>& bodies() const { return bodies_; }
     double time() const { return time_; }  ///< [s]
     std::uint64_t steps() const { return steps_; }
     double last_time_step() const { return last_time_step_; }  ///< [s]
 
+    /// Of the material with that place in the list; the first where none is named.
+    template <std::size_t I = 0>
+    const auto& material() const {
+        return std::get<I>(sets_).material;
+    }
+    template <std::size_t I = 0>
+    const auto& particles() const {
+        return std::get<I>(sets_).particles;
+    }
+    template <std::size_t I = 0>
+    const std::vector<Body>& bodies() const {
+        return std::get<I>(sets_).bodies;
+    }
+    /// Of the material M.
+    template <class M>
+    const M& material() const {
+        return material<place_of<M>>();
+    }
+    template <class M>
+    const auto& particles() const {
+        return particles<place_of<M>>();
+    }
+    template <class M>
+    const std::vector<Body>& bodies() const {
+        return bodies<place_of<M>>();
+    }
+
     /// Particles for editing (velocities of a body, say). The next step looks at them anew.
-    Particles<S, D, State>& edit_particles() {
-        prepared_ = false;
-        return particles_;
+    template <std::size_t I = 0>
+    auto& edit_particles() {
+        auto& set = std::get<I>(sets_);
+        set.prepared = set.checked = false;
+        return set.particles;
+    }
+    template <class M>
+    auto& edit_particles() {
+        return edit_particles<place_of<M>>();
     }
 
     /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
     /// \throws parameter_error, particle_error (nothing is added)
+    template <std::size_t I = 0>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
-        if (!(density > 0) || !std::isfinite(density))
-            throw parameter_error(
-                sentence("The density is ", density, " kg/m^", D, "; it must be positive and finite."));
-        if (!(samples.volume > 0) || !std::isfinite(samples.volume))
-            throw parameter_error(sentence("The volume of a particle is ", samples.volume, " m^", D,
-                                           "; it must be positive and finite."));
-        for (int a = 0; a < D; ++a)
-            if (!std::isfinite(velocity[a]))
-                throw parameter_error(
-                    sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
-        const S volume = S(samples.volume), mass = S(density * samples.volume);
-        if (!(volume > 0) || !(mass > 0) || !std::isfinite(volume) || !std::isfinite(mass))
-            throw parameter_error(sentence("A particle of ", samples.volume, " m^", D, " and ",
-                                           density * samples.volume,
-                                           " kg is too small or too large for the simulation's precision. Use "
-                                           "double."));
-        const auto& x = samples.positions;
-        check_positions<double, D>(x.size(), domain(), [&](std::size_t i, int a) { return x[i][a]; });
-        const Body body{std::uint32_t(particles_.size()), std::uint32_t(x.size())};
-        particles_.reserve(particles_.size() + x.size());
-        for (const auto& point : x) particles_.push_back(point, cast<S>(velocity), mass, volume);
-        bodies_.push_back(body);
-        prepared_ = false;
-        return body;
+        return add_to(std::get<I>(sets_), samples, density, velocity);
+    }
+    template <class M>
+    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
+        return add<place_of<M>>(samples, density, velocity);
+    }
+
+    /// Gives particles of a material from now on; every burst is a body.
+    /// \throws parameter_error  if a number is out of range
+    template <std::size_t I = 0>
+    void add_source(const Source<D>& source) {
+        source.check();
+        auto& sources = std::get<I>(sets_).sources;
+        sources.push_back(source);
+        if (steps_ > 0) sources.back().skip(time_);
+    }
+    template <class M>
+    void add_source(const Source<D>& source) {
+        add_source<place_of<M>>(source);
+    }
+    /// Takes out a material's particles, after every step, where they are in the sink.
+    /// \throws parameter_error  if upper is below lower
+    template <std::size_t I = 0>
+    void add_sink(const Sink<D>& sink) {
+        sink.check();
+        std::get<I>(sets_).sinks.push_back(sink);
+    }
+    template <class M>
+    void add_sink(const Sink<D>& sink) {
+        add_sink<place_of<M>>(sink);
+    }
+    /// Takes out the particles for which wanted(position [m], id) says so. Ids of others stay.
+    /// \return how many that were
+    template <std::size_t I = 0, class Wanted>
+    std::size_t remove_if(const Wanted& wanted) {
+        return remove_if(std::get<I>(sets_), wanted);
+    }
+    template <class M, class Wanted>
+    std::size_t remove_if(const Wanted& wanted) {
+        return remove_if<place_of<M>>(wanted);
     }
 
     /// The largest stable time step for the particles as they are [s].
     double stable_time_step() {
         prepare();
-        return firn::stable_time_step<Kernel>(domain().cell_size, report_.signal_speed);
+        double fastest = 0;
+        for_sets([&](const auto& set) { fastest = std::max(fastest, set.report.signal_speed); });
+        return fastest > 0 ? firn::stable_time_step<Kernel>(domain().cell_size, fastest) : next_burst() - time_;
     }
 
     /// One step of the fixed time step, or of the bound.
@@ -137,32 +191,33 @@ public:
         }
     }
 
-    /// The partition in use: which blocks particles are sorted into.
+    /// The partition in use: which blocks a material's particles are sorted into.
+    template <std::size_t I = 0>
     const BlockPartition<D>& partition() {
         prepare();
-        return partition_;
+        return std::get<I>(sets_).partition;
     }
 
     /// What the last G2P saw: the bound of the next step comes from it.
+    template <std::size_t I = 0>
     const G2PReport& report() {
         prepare();
-        return report_;
+        return std::get<I>(sets_).report;
     }
 
     /// Goes back to a stored moment: the particles, partition and report of then, in the order of then, so that the run
-    /// goes on to the same bits.
-    void restore(Particles<S, D, State>&& particles, BlockPartition<D>&& partition, std::vector<Body> bodies,
-                 const G2PReport& report, double time, std::uint64_t steps, double last_time_step) {
-        grid_.activate(partition);
-        particles_ = std::move(particles);
-        partition_ = std::move(partition);
-        bodies_ = std::move(bodies);
-        report_ = report;
+    /// goes on to the same bits. With several materials: of each.
+    template <std::size_t I = 0>
+    void restore(std::tuple_element_t<I, Sets>&& set, double time, std::uint64_t steps, double last_time_step) {
+        auto& mine = std::get<I>(sets_);
+        set.sources = std::move(mine.sources);
+        set.sinks = std::move(mine.sinks);
+        mine = std::move(set);
+        for (Source<D>& source : mine.sources) source.skip(time);
         time_ = time;
         steps_ = steps;
         last_time_step_ = last_time_step;
-        prepared_ = true;
-        as_sorted_ = false;
+        activate();
     }
 
 private:
@@ -185,40 +240,179 @@ private:
 
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
-        prepared_ = false;  // should the step fail, the next one looks at the particles anew
-        const bool due = most_steps_between_sorts > 0 && steps_ % most_steps_between_sorts == 0 && !as_sorted_;
-        if (report_.sort_needed || due) sort();
-        as_sorted_ = false;
-        const auto view = particles_.view();
-        p2g<Kernel, Transfer, Force>(execution, view, partition_, grid_, dt);
+        const bool due = most_steps_between_sorts > 0 && steps_ % most_steps_between_sorts == 0;
+        bool sorted = false;
+        for_sets([&](auto& set) {
+            set.prepared = set.checked = false;  // should the step fail, the next looks at the particles anew
+            if (set.report.sort_needed || (due && !set.as_sorted)) {
+                sort(set);
+                sorted = true;
+            }
+            set.as_sorted = false;
+        });
+        if (sorted) activate();
+        std::apply(
+            [&](auto&... set) {
+                p2g<Kernel, Transfer, Force>(execution, grid_, dt, ParticleSet{set.particles.view(), set.partition}...);
+            },
+            sets_);
         grid_update(execution, grid_, dt, acceleration, boundary);
-        report_ = g2p<Kernel, Transfer, Force>(execution, view, partition_, grid_, material_, dt);
+        for_sets([&](auto& set) {
+            set.report =
+                g2p<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition, grid_, set.material, dt);
+        });
+        for_sets([](auto& set) { set.prepared = set.checked = true; });
         time_ += dt;
         last_time_step_ = dt;
         ++steps_;
-        prepared_ = true;
+        for_sets([&](auto& set) {
+            take(set);
+            give(set);
+        });
     }
 
     /// Makes ready for a step particles that were added or changed by hand.
     void prepare() {
-        if (prepared_) return;
-        check_positions<double, D>(particles_.slots(), domain(), [&](std::size_t i, int a) {
-            return particles_.is_particle(i) ? particles_.exact_position(i)[a] : domain().lower[a];
+        if (steps_ == 0) for_sets([&](auto& set) { give(set); });
+        bool changed = false;
+        double fastest = 0;
+        for_sets([&](auto& set) {
+            changed = changed || !set.prepared;
+            if (!set.prepared) prepare(set);
+            if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
         });
-        sort();
-        report_ = update_stress(execution, particles_.view(), partition_, material_);
-        if (!std::isfinite(report_.signal_speed) || !(report_.signal_speed > 0))
-            throw particle_error(
-                sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ",
-                         report_.signal_speed,
-                         " m/s; velocities and deformation gradients must be finite, and the moduli positive."));
-        prepared_ = true;
+        if (!changed) return;
+        if (!std::isfinite(fastest) || (!(fastest > 0) && !is_waiting())) {
+            for_sets([](auto& set) { set.prepared = false; });
+            throw particle_error(sentence(
+                "The fastest signal among the particles (their speed, plus the material's wave speed) is ", fastest,
+                " m/s; velocities and deformation gradients must be finite, and the moduli positive."));
+        }
+        activate();
+    }
+    template <class Set>
+    void prepare(Set& set) {
+        const auto& particles = set.particles;
+        if (particles.size() == 0 && (has_particles() || is_waiting())) {  // there may be some later
+            set.partition = {};
+            set.report = {};
+            set.prepared = true;
+            return;
+        }
+        if (!set.checked)
+            check_positions<double, D>(particles.slots(), domain(), [&](std::size_t i, int a) {
+                return particles.is_particle(i) ? particles.exact_position(i)[a] : domain().lower[a];
+            });
+        set.checked = true;
+        sort(set);
+        set.report = update_stress(execution, set.particles.view(), set.partition, set.material, domain().cell_size);
+        set.prepared = true;
     }
 
-    void sort() {
-        partition_ = sort_particles<Kernel>(particles_, requested_threads(execution));
-        grid_.activate(partition_);
-        as_sorted_ = true;
+    bool has_particles() const {
+        return std::apply([](const auto&... set) { return ((set.particles.size() > 0) || ...); }, sets_);
+    }
+    /// Are there no particles, but sources that will give some?
+    bool is_waiting() const { return !has_particles() && std::isfinite(next_burst()); }
+    /// When the next particles come [s]; infinite: never.
+    double next_burst() const {
+        double next = std::numeric_limits<double>::infinity();
+        const auto look = [&](const auto& set) {
+            for (const Source<D>& source : set.sources) {
+                const double due = source.time_of(source.bursts);
+                if (due <= source.end) next = std::min(next, due);
+            }
+        };
+        std::apply([&](const auto&... set) { (look(set), ...); }, sets_);
+        return next;
+    }
+
+    /// The bursts that are due.
+    template <class Set>
+    void give(Set& set) {
+        for (Source<D>& source : set.sources)
+            for (; source.is_due(time_); ++source.bursts) {
+                Samples<D> burst = source.samples;
+                const double born = source.time_of(source.bursts);
+                for (Vec<double, D>& x : burst.positions) x += source.velocity * (time_ - born);
+                add_to(set, burst, source.density, source.velocity);
+                set.bodies.back().end = born + source.lifespan;
+            }
+    }
+    /// What has reached its end, or a sink.
+    template <class Set>
+    void take(Set& set) {
+        if (!set.sinks.empty())
+            remove_if(set, [&](const Vec<double, D>& x, std::uint32_t) {
+                return std::any_of(set.sinks.begin(), set.sinks.end(),
+                                   [&](const Sink<D>& sink) { return sink.holds(x); });
+            });
+        const auto has_ended = [&](const Body& body) { return body.count > 0 && body.end <= time_; };
+        if (std::none_of(set.bodies.begin(), set.bodies.end(), has_ended)) return;
+        // Bodies lie in the order of their ids.
+        remove_if(set, [&](const Vec<double, D>&, std::uint32_t id) {
+            const auto next =
+                std::upper_bound(set.bodies.begin(), set.bodies.end(), id,
+                                 [](std::uint32_t wanted, const Body& body) { return wanted < body.first; });
+            return next != set.bodies.begin() && has_ended(next[-1]);
+        });
+        for (Body& body : set.bodies)
+            if (has_ended(body)) body.count = 0;
+    }
+    template <class Set, class Wanted>
+    std::size_t remove_if(Set& set, const Wanted& wanted) {
+        auto& particles = set.particles;
+        const std::size_t before = particles.size();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot) && wanted(particles.exact_position(slot), particles.id(slot)))
+                particles.remove(slot);
+        if (particles.size() < before) set.prepared = false;
+        return before - particles.size();
+    }
+
+    template <class Set>
+    void sort(Set& set) {
+        set.partition = sort_particles<Kernel>(set.particles, requested_threads(execution));
+        set.as_sorted = true;
+    }
+    void activate() {
+        std::array<BlockPartition<D>*, material_count> all{};
+        std::size_t i = 0;
+        for_sets([&](auto& set) { all[i++] = &set.partition; });
+        grid_.activate(all);
+    }
+
+    template <class F>
+    void for_sets(const F& f) {
+        std::apply([&](auto&... set) { (f(set), ...); }, sets_);
+    }
+
+    template <class Set>
+    Body add_to(Set& set, const Samples<D>& samples, double density, const Vec<double, D>& velocity) {
+        if (!(density > 0) || !std::isfinite(density))
+            throw parameter_error(
+                sentence("The density is ", density, " kg/m^", D, "; it must be positive and finite."));
+        if (!(samples.volume > 0) || !std::isfinite(samples.volume))
+            throw parameter_error(sentence("The volume of a particle is ", samples.volume, " m^", D,
+                                           "; it must be positive and finite."));
+        for (int a = 0; a < D; ++a)
+            if (!std::isfinite(velocity[a]))
+                throw parameter_error(
+                    sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
+        const S volume = S(samples.volume), mass = S(density * samples.volume);
+        if (!(volume > 0) || !(mass > 0) || !std::isfinite(volume) || !std::isfinite(mass))
+            throw parameter_error(sentence("A particle of ", samples.volume, " m^", D, " and ",
+                                           density * samples.volume,
+                                           " kg is too small or too large for the simulation's precision. Use "
+                                           "double."));
+        const auto& x = samples.positions;
+        check_positions<double, D>(x.size(), domain(), [&](std::size_t i, int a) { return x[i][a]; });
+        const Body body{set.particles.next_id(), std::uint32_t(x.size())};
+        set.particles.reserve(set.particles.size() + x.size());
+        for (const auto& point : x) set.particles.push_back(point, cast<S>(velocity), mass, volume);
+        set.bodies.push_back(body);
+        set.prepared = false;
+        return body;
     }
 
     void warn_of(double ratio) {
@@ -228,16 +422,13 @@ private:
                       fixed_time_step / ratio, " s at step ", steps_, "; the simulation may become unstable."));
     }
 
-    Material material_;
+    template <class M>
+    static constexpr std::size_t place_of = Make::template place<M>();
+
     SparseGrid<S, D> grid_;
-    Particles<S, D, State> particles_;
-    BlockPartition<D> partition_;
-    std::vector<Body> bodies_;
-    G2PReport report_;
+    Sets sets_;
     double time_ = 0, last_time_step_ = 0, warned_ratio_ = 1 / 1.2;
     std::uint64_t steps_ = 0;
-    bool prepared_ = false;
-    bool as_sorted_ = false;  // no step since particles were sorted
 };
 
 }  // namespace firn

@@ -20,4 +20,49 @@ concept says_where = requires(const B b, const Vec<double, D> x) {
 template <class B, class S, int D>
 concept boundary = changes_velocity<B, S, D> && says_where<B, D>;
 
+/// The boundary dt [s] later: what `advanced(dt)` of a boundary that moves says; others stay as they are.
+template <class B>
+B advanced(const B& boundary, double dt) {
+    if constexpr (requires { boundary.advanced(dt); })
+        return boundary.advanced(dt);
+    else
+        return boundary;
+}
+
+// A boundary may be made of parts, which act one after another and whose reactions are told apart. It then offers
+// part_count(), template centre_of_part<D>(k), and velocity(x, v, seen, first), which calls seen(first + k, before,
+// after) for each in turn.
+
+template <class B>
+int part_count(const B& boundary) {
+    if constexpr (requires { boundary.part_count(); })
+        return boundary.part_count();
+    else
+        return 1;
+}
+
+/// The point that the torque on part k is about: the position of what has one [m], else the origin.
+template <int D, class B>
+Vec<double, D> part_centre(const B& boundary, int k) {
+    if constexpr (requires { boundary.template centre_of_part<D>(k); })
+        return boundary.template centre_of_part<D>(k);
+    else if constexpr (requires { boundary.position; })
+        return cast<double>(boundary.position);
+    else
+        return Vec<double, D>::zero();
+}
+
+/// boundary.velocity(x, v), and seen(first + k, velocity before, velocity after) for every part k.
+template <class B, class S, int D, class Seen>
+FIRN_INLINE Vec<S, D> velocity_by_parts(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Seen& seen,
+                                        int first = 0) {
+    if constexpr (requires { boundary.velocity(x, v, seen, first); }) {
+        return boundary.velocity(x, v, seen, first);
+    } else {
+        const Vec<S, D> after = boundary.velocity(x, v);
+        seen(first, v, after);
+        return after;
+    }
+}
+
 }  // namespace firn

@@ -11,6 +11,10 @@ enum class Contact {
     separate  ///< no motion into the surface; free to leave
 };
 
+constexpr const char* name_of(Contact contact) {
+    return contact == Contact::stick ? "stick" : contact == Contact::slip ? "slip" : "separate";
+}
+
 /// The velocity, relative to the surface, after contact. `normal` is of unit length and points into free space.
 /// Friction takes at most μ times the normal impulse from the tangential velocity (Stomakhin et al. 2013, §8).
 template <scalar S, int D>

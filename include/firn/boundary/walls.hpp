@@ -51,11 +51,8 @@ struct Walls {
         for (std::size_t a = 0; a < std::size_t(D); ++a) {
             for (const bool upper_face : {false, true}) {
                 const Wall& wall = (upper_face ? at_upper : at_lower)[a];
-                const char* contact = wall.contact == Contact::stick  ? "stick"
-                                      : wall.contact == Contact::slip ? "slip"
-                                                                      : "separate";
                 text += sentence(text.empty() ? "" : "; ", upper_face ? "upper" : "lower", " face of axis ", a, ": ",
-                                 contact, ", friction ", wall.friction);
+                                 name_of(wall.contact), ", friction ", wall.friction);
             }
         }
         return text;

@@ -15,6 +15,10 @@ struct dual {
     template <class U>
         requires std::is_arithmetic_v<U>
     FIRN_INLINE constexpr dual(U v) : value(T(v)), derivative(T(0)) {}
+    /// A constant of the scalar beneath, where that is none of C++'s numbers.
+    FIRN_INLINE constexpr explicit dual(const T& v)
+        requires(!std::is_arithmetic_v<T>)
+        : value(v), derivative(T(0)) {}
 
     FIRN_INLINE friend constexpr dual operator+(dual a, dual b) {
         return {a.value + b.value, a.derivative + b.derivative};

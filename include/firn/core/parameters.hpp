@@ -8,11 +8,14 @@
 ///                           firn::parameter{"lambda", "Pa", &NeoHookean::lambda}};
 ///     }
 ///
-/// A policy that holds more than scalars writes `template <class T> P<T> lifted() const` itself.
+/// A policy that holds more than scalars writes `template <class T> P<T> lifted() const` itself; one whose scalar is
+/// not its first template parameter says `template <class T> using with_scalar = …`. A parameter may itself be a
+/// policy: its parameters then count as the owner's, their names after its name and an underscore.
 #pragma once
 
 #include <firn/core/tensor.hpp>
 
+#include <string>
 #include <tuple>
 
 namespace firn {
@@ -23,6 +26,10 @@ struct parameter {
     const char* unit;
     Field Owner::* member;
     constexpr parameter(const char* n, const char* u, Field Owner::* m) : name(n), unit(u), member(m) {}
+
+    /// What it is in a policy.
+    FIRN_INLINE constexpr Field& of(Owner& owner) const { return owner.*member; }
+    FIRN_INLINE constexpr const Field& of(const Owner& owner) const { return owner.*member; }
 };
 
 namespace detail {
@@ -38,9 +45,32 @@ template <template <class, int> class P, class S, int D, class T>
 struct with_scalar<P<S, D>, T> {
     using type = P<T, D>;
 };
+template <class P, class T>
+struct with_scalar_of : with_scalar<P, T> {};
+template <class P, class T>
+    requires requires { typename P::template with_scalar<T>; }
+struct with_scalar_of<P, T> {
+    using type = typename P::template with_scalar<T>;
+};
+}  // namespace detail
+
+/// The policy P<S> or P<S, D> with its scalar replaced by T.
+template <class P, class T>
+using with_scalar_t = typename detail::with_scalar_of<P, T>::type;
+
+template <class P>
+concept has_parameters = requires { P::parameters(); };
+
+template <class T, class P>
+FIRN_INLINE auto lift(const P& policy);
+
+namespace detail {
 template <class T, class S>
-FIRN_INLINE T lift_value(const S& value) {
-    return T(value);
+FIRN_INLINE auto lift_value(const S& value) {
+    if constexpr (has_parameters<S>)
+        return lift<T>(value);
+    else
+        return T(value);
 }
 template <class T, class S, int D>
 FIRN_INLINE Vec<T, D> lift_value(const Vec<S, D>& value) {
@@ -48,12 +78,23 @@ FIRN_INLINE Vec<T, D> lift_value(const Vec<S, D>& value) {
 }
 }  // namespace detail
 
-/// The policy P<S> or P<S, D> with its scalar replaced by T.
-template <class P, class T>
-using with_scalar_t = typename detail::with_scalar<P, T>::type;
-
-template <class P>
-concept has_parameters = requires { P::parameters(); };
+/// Calls f(name, unit, value) for every number and vector among the parameters of a policy; none for what lists none.
+template <class P, class F>
+void for_parameters(P& policy, const F& f, const std::string& before = "") {
+    if constexpr (has_parameters<std::remove_const_t<P>>)
+        std::apply(
+            [&](const auto&... p) {
+                const auto visit = [&](const auto& one) {
+                    auto& value = one.of(policy);
+                    if constexpr (has_parameters<std::remove_cvref_t<decltype(value)>>)
+                        for_parameters(value, f, before + one.name + "_");
+                    else
+                        f(before + one.name, one.unit, value);
+                };
+                (visit(p), ...);
+            },
+            std::remove_const_t<P>::parameters());
+}
 
 /// Lifts a policy to the scalar T: every listed parameter is converted, e.g. a float to sixteen equal lanes.
 template <class T, class P>
@@ -72,7 +113,7 @@ FIRN_INLINE auto lift(const P& policy) {
         constexpr auto to = Lifted::parameters();
         constexpr int count = int(std::tuple_size_v<decltype(from)>);
         unroll<count>([&](auto i) FIRN_LAMBDA {
-            lifted.*(std::get<i>(to).member) = detail::lift_value<T>(policy.*(std::get<i>(from).member));
+            std::get<i>(to).of(lifted) = detail::lift_value<T>(std::get<i>(from).of(policy));
         });
         return lifted;
     }

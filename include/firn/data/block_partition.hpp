@@ -92,6 +92,8 @@ struct BlockPartition {
     std::vector<std::uint32_t>
         order;  ///< particle of each slot (its id, once particles lie in this order), or no_particle
     std::size_t particles = 0;
+    /// Where its ranges begin in the grid's table of neighbours: not 0 where several sets of particles share a grid.
+    std::size_t first_row = 0;
 
     std::size_t slots() const { return order.size(); }
 };

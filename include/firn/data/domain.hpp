@@ -8,12 +8,18 @@
 
 namespace firn {
 
+namespace detail {
+// Not a call in Domain: g++ 12 stops with an internal error when it weighs Simulation({{0, 0}, {1, 1}, 0.1}).
+template <int D>
+inline constexpr auto ones = Vec<double, D>::filled(1.0);
+}  // namespace detail
+
 /// An axis-aligned box of any size, with cubic cells of any size. Nodes lie at multiples of `cell_size` from `lower`.
 template <int D>
 struct Domain {
-    Vec<double, D> lower{};                              ///< [m]
-    Vec<double, D> upper = Vec<double, D>::filled(1.0);  ///< [m]
-    double cell_size = 1.0 / 64;                         ///< h [m]
+    Vec<double, D> lower{};                  ///< [m]
+    Vec<double, D> upper = detail::ones<D>;  ///< [m]
+    double cell_size = 1.0 / 64;             ///< h [m]
 
     /// Number of cells along an axis; the last one reaches over `upper` where the extent is no multiple of h.
     int cells(int axis) const { return int(std::ceil((upper[axis] - lower[axis]) / cell_size - 1e-6)); }

@@ -132,17 +132,34 @@ public:
         if (needed > slots()) grow(needed);
     }
 
+    /// The id of the next particle: no id is given out twice.
+    std::uint32_t next_id() const { return next_id_; }
+
     /// Appends a particle; its id is the number of particles added before. Ends the order by blocks.
-    void push_back(const Vec<double, D>& x, const Vec<S, D>& v, S mass, S volume) {
+    /// \throws parameter_error  if all ids have been given out
+    void push_back(const Vec<double, D>& x, const Vec<S, D>& v, S mass, S volume, const State& state = {}) {
+        if (next_id_ == no_particle)
+            throw parameter_error(sentence("All ", no_particle, " ids of particles have been given out."));
         if (end_ == slots()) grow(std::max<std::size_t>(4 * pack_size, slots() + slots() / 2 / pack_size * pack_size));
         const std::size_t slot = end_++;
         set_position(slot, x);
         set_velocity(slot, v);
         fields_.at(of_mass, slot, 0) = mass;
         fields_.at(of_volume, slot, 0) = volume;
-        set_state(slot, State{});
-        id_[slot] = std::uint32_t(size_++);
+        set_state(slot, state);
+        id_[slot] = next_id_++;
+        ++size_;
     }
+
+    /// Takes a particle out; its slot becomes padding, until particles are brought into order again.
+    void remove(std::size_t slot) {
+        if (!is_particle(slot)) return;
+        id_[slot] = no_particle;
+        make_padding(slot);
+        --size_;
+    }
+    /// As many as that have been given out: those of particles that were taken out are not given again.
+    void skip_ids(std::uint32_t next) { next_id_ = std::max(next_id_, next); }
 
     std::uint32_t id(std::size_t slot) const { return id_[slot]; }
     bool is_particle(std::size_t slot) const { return id_[slot] != no_particle; }
@@ -309,7 +326,8 @@ private:
 
     Domain<D> domain_;
     std::size_t size_ = 0;  ///< particles
-    std::size_t end_ = 0;   ///< slots in use, padding included
+    std::uint32_t next_id_ = 0;
+    std::size_t end_ = 0;  ///< slots in use, padding included
     BlockedFields<S> fields_;
     std::vector<std::uint32_t> id_;
     std::vector<std::uint32_t> block_;   // of each slot: which of blocks_ its position counts from

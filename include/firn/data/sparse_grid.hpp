@@ -4,6 +4,7 @@
 #include <firn/data/block_partition.hpp>
 
 #include <algorithm>
+#include <span>
 #include <type_traits>
 
 namespace firn {
@@ -30,36 +31,25 @@ public:
     S* nodes(std::size_t b) { return nodes_.data() + b * std::size_t(block_nodes<D> * node_width); }
     const S* nodes(std::size_t b) const { return nodes_.data() + b * std::size_t(block_nodes<D> * node_width); }
 
-    /// The 3^D blocks around range r of the partition, last axis fastest.
-    const std::uint32_t* neighbours(std::size_t r) const { return neighbours_.data() + r * neighbour_count; }
+    /// The 3^D blocks around range r of a partition that the grid was activated for, last axis fastest.
+    const std::uint32_t* neighbours(const BlockPartition<D>& partition, std::size_t r) const {
+        return neighbours_.data() + (partition.first_row + r) * neighbour_count;
+    }
 
     /// Makes room for every node that particles of the partition can reach before they are sorted again: the blocks of
     /// the partition and their neighbours, in the order of their keys. Contents are lost.
     void activate(const BlockPartition<D>& partition) {
-        std::vector<std::uint64_t> grown;
-        blocks_.resize(partition.ranges.size());
-        for (std::size_t i = 0; i < blocks_.size(); ++i)
-            blocks_[i] = block_key<D>(partition.ranges[partition.by_block[i]].block);
-        for (int a = 0; a < D; ++a) {
-            grow(blocks_, std::uint64_t(1) << 21 * (D - 1 - a), grown);
-            blocks_.swap(grown);
+        const BlockPartition<D>* const one[] = {&partition};
+        make_room(one);
+    }
+    /// The same for several sets of particles on one grid. Their rows of neighbours follow one another.
+    void activate(std::span<BlockPartition<D>* const> partitions) {
+        std::size_t row = 0;
+        for (BlockPartition<D>* partition : partitions) {
+            partition->first_row = row;
+            row += partition->ranges.size();
         }
-
-        // Neighbours along the last axis are neighbours in the list; the others are found by walking along it.
-        neighbours_.resize(partition.ranges.size() * neighbour_count);
-        for (int line = 0; line < neighbour_count / 3; ++line) {
-            std::size_t b = 0;
-            for (const std::uint32_t r : partition.by_block) {
-                BlockCoordinate<D> block = partition.ranges[r].block;
-                block[D - 1] -= 1;
-                for (int a = D - 2, rest = line; a >= 0; --a, rest /= 3) block[std::size_t(a)] += rest % 3 - 1;
-                const std::uint64_t key = block_key<D>(block);
-                while (blocks_[b] < key) ++b;
-                for (std::uint32_t n = 0; n < 3; ++n)
-                    neighbours_[r * std::size_t(neighbour_count) + std::size_t(line) * 3 + n] = std::uint32_t(b) + n;
-            }
-        }
-        nodes_.resize(blocks_.size() * std::size_t(block_nodes<D> * node_width));
+        make_room(std::vector<const BlockPartition<D>*>(partitions.begin(), partitions.end()));
     }
 
     /// Memory for a T each node, kept from step to step: what it holds is left from its last use.
@@ -96,6 +86,44 @@ public:
     }
 
 private:
+    void make_room(std::span<const BlockPartition<D>* const> partitions) {
+        blocks_.clear();
+        for (const BlockPartition<D>* partition : partitions)
+            for (const std::uint32_t r : partition->by_block)
+                blocks_.push_back(block_key<D>(partition->ranges[r].block));
+        if (partitions.size() > 1) {
+            std::sort(blocks_.begin(), blocks_.end());
+            blocks_.erase(std::unique(blocks_.begin(), blocks_.end()), blocks_.end());
+        }
+        std::vector<std::uint64_t> grown;
+        for (int a = 0; a < D; ++a) {
+            grow(blocks_, std::uint64_t(1) << 21 * (D - 1 - a), grown);
+            blocks_.swap(grown);
+        }
+        std::size_t rows = 0;
+        for (const BlockPartition<D>* partition : partitions)
+            rows = std::max(rows, partition->first_row + partition->ranges.size());
+        neighbours_.resize(rows * neighbour_count);
+        for (const BlockPartition<D>* partition : partitions) find_neighbours(*partition);
+        nodes_.resize(blocks_.size() * std::size_t(block_nodes<D> * node_width));
+    }
+
+    /// Neighbours along the last axis are neighbours in the list; the others are found by walking along it.
+    void find_neighbours(const BlockPartition<D>& partition) {
+        for (int line = 0; line < neighbour_count / 3; ++line) {
+            std::size_t b = 0;
+            for (const std::uint32_t r : partition.by_block) {
+                BlockCoordinate<D> block = partition.ranges[r].block;
+                block[D - 1] -= 1;
+                for (int a = D - 2, rest = line; a >= 0; --a, rest /= 3) block[std::size_t(a)] += rest % 3 - 1;
+                const std::uint64_t key = block_key<D>(block);
+                while (blocks_[b] < key) ++b;
+                const std::size_t first = (partition.first_row + r) * neighbour_count + std::size_t(line) * 3;
+                for (std::uint32_t n = 0; n < 3; ++n) neighbours_[first + n] = std::uint32_t(b) + n;
+            }
+        }
+    }
+
     /// All keys of a sorted list, and those one step below and above: sorted, each once.
     static void grow(const std::vector<std::uint64_t>& keys, std::uint64_t step, std::vector<std::uint64_t>& grown) {
         grown.clear();

@@ -155,7 +155,7 @@ private:
 
         LiftedState state = load_state<LiftedState>(view.state, slots);
         state = updated(material_, state, taken.velocity_gradient, P(dt_));
-        const Mat<P, D> stress = kirchhoff_stress(material_, state);
+        const Mat<P, D> stress = stress_of(material_, state, taken.velocity_gradient);
         store_state(view.state, slots, state);
         store_symmetric(view.stress, slots, stress);
         if constexpr (Transfer::affine)
@@ -176,7 +176,7 @@ private:
         seen.stray = seen.stray | (real & strays<Kernel>(positions_.in_block(new_position, block)));
         seen.rightness = seen.rightness + select(real, sum * P(0), P(0));
         const P volume = view.volume.template load<P>(slots, 0);
-        seen.speed = max(seen.speed, signal_speed(material_, taken.velocity, mass, volume, state));
+        seen.speed = max(seen.speed, signal_speed(material_, taken.velocity, mass, volume, state, P(h_)));
     }
 
     const View& view_;
@@ -217,9 +217,11 @@ G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>
 }
 
 /// The stress and signal speed of particles as they are: before the first step, and after a state was changed by hand.
+/// A stress that depends on the rate takes C for the velocity gradient, or zero where the view has no C.
+/// \param cell_size  h of the grid to come [m]
 template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
 G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Field, State>& view,
-                        const BlockPartition<D>& partition, const Material& material) {
+                        const BlockPartition<D>& partition, const Material& material, double cell_size) {
     using P = native_pack<S>;
     using LiftedState = material_state_t<with_scalar_t<Material, P>, D>;
     const auto lifted = lift<P>(material);
@@ -234,10 +236,18 @@ G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Fie
                 const std::size_t slot = pack * pack_size + lane;
                 const Slots slots{slot, partition.order.data() + slot};
                 const LiftedState state = load_state<LiftedState>(view.state, slots);
-                store_symmetric(view.stress, slots, kirchhoff_stress(lifted, state));
+                if constexpr (has_rate_dependent_stress<with_scalar_t<Material, P>, D>) {
+                    Mat<P, D> C = Mat<P, D>::zero();
+                    if (view.affine.data)
+                        unroll<D * D>([&](auto k) FIRN_LAMBDA { C.m[k] = view.affine.template load<P>(slots, k); });
+                    store_symmetric(view.stress, slots, stress_of(lifted, state, C));
+                } else {
+                    store_symmetric(view.stress, slots, kirchhoff_stress(lifted, state));
+                }
                 const P mass = view.mass.template load_or_zero<P>(slots, 0);
                 const P volume = view.volume.template load<P>(slots, 0);
-                speed = max(speed, signal_speed(lifted, load_vector<P, D>(view.velocity, slots), mass, volume, state));
+                speed = max(speed, signal_speed(lifted, load_vector<P, D>(view.velocity, slots), mass, volume, state,
+                                                P(S(cell_size))));
             }
             speeds[pack] = double(reduce_max(speed));
         },

@@ -5,6 +5,7 @@
 #include <firn/data/sparse_grid.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/exec/parallel.hpp>
+#include <firn/exec/reactions.hpp>
 #include <firn/exec/transpose.hpp>
 #include <firn/stage/grid_update.hpp>
 
@@ -33,9 +34,10 @@ FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
 }
 
 /// One block of nodes, a register of nodes at a time.
-template <std::floating_point S, int D, class Acceleration, class Boundary>
+/// \param reactions  null, or where to add what each part of the boundary gives to matter
+template <std::floating_point S, int D, class Acceleration, class Boundary, class OfParts>
 FIRN_INLINE void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
-                              const Boundary& boundary) {
+                              const Boundary& boundary, OfParts reactions) {
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
     for (int from = 0; from < block_nodes<D>; from += lanes) {
@@ -52,11 +54,60 @@ FIRN_INLINE void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const
         });
         Vec<P, D> momentum;
         unroll<D>([&](auto a) FIRN_LAMBDA { momentum.v[a] = r[a]; });
-        const Vec<P, D> v =
-            node_velocity(momentum, r[node_mass], x, acceleration_at<P, D>(acceleration, x), P(dt), boundary);
+        const auto update = [&](const auto& applied) FIRN_LAMBDA {
+            return node_velocity(momentum, r[node_mass], x, acceleration_at<P, D>(acceleration, x), P(dt), applied);
+        };
+        Vec<P, D> v;
+        if constexpr (std::same_as<OfParts, std::nullptr_t>)
+            v = update(boundary);
+        else
+            v = update(Watched<P, D, Boundary>{boundary, r[node_mass], reactions});
         unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = v.v[a]; });
         store_quads(r, nodes + from * node_width);
     }
+}
+
+template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary, class Wanted>
+void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
+                 const Boundary& boundary, Wanted reactions) {
+    static_assert(firn::boundary<Boundary, S, D>,
+                  "firn: the boundary must offer velocity(x, v) and reaches(lower, upper)");
+    constexpr bool watched = !std::same_as<Wanted, std::nullptr_t>;
+    const double h = grid.domain().cell_size;
+    const auto lifted = lift<native_pack<S>>(boundary);
+    const auto field = lifted_acceleration<native_pack<S>>(acceleration);
+
+    std::vector<Reaction<D>> of_blocks;
+    std::size_t parts = 0;
+    if constexpr (watched) {
+        parts = std::size_t(part_count(boundary));
+        reactions->parts.assign(parts, {});
+        for (std::size_t k = 0; k < parts; ++k)
+            reactions->parts[k].about = reactions->about ? *reactions->about : part_centre<D>(boundary, int(k));
+        of_blocks.resize(grid.block_count() * parts);
+    }
+
+    const auto update = [&](std::size_t b, int) {
+        Vec<double, D> low, high;
+        for (int a = 0; a < D; ++a) {
+            low[a] = position_of_place(grid.domain(), grid.block(b), a, 0);
+            high[a] = low[a] + h * (block_size - 1);
+        }
+        const Vec<S, D> first = cast<S>(low);
+        if (!boundary.reaches(low, high)) {
+            update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{}, nullptr);
+        } else if constexpr (watched) {
+            Reaction<D>* const of_block = of_blocks.data() + b * parts;
+            for (std::size_t k = 0; k < parts; ++k) of_block[k].about = reactions->parts[k].about;
+            update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, of_block);
+        } else {
+            update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, nullptr);
+        }
+    };
+    parallel_for(grid.block_count(), thread_count(requested_threads(execution)), update, 16);
+
+    if constexpr (watched)
+        for (std::size_t i = 0; i < of_blocks.size(); ++i) reactions->parts[i % parts] += of_blocks[i];
 }
 
 }  // namespace detail
@@ -68,24 +119,14 @@ FIRN_INLINE void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary) {
-    static_assert(firn::boundary<Boundary, S, D>,
-                  "firn: the boundary must offer velocity(x, v) and reaches(lower, upper)");
-    const double h = grid.domain().cell_size;
-    const auto lifted = lift<native_pack<S>>(boundary);
-    const auto field = detail::lifted_acceleration<native_pack<S>>(acceleration);
-    const auto update = [&](std::size_t b, int) {
-        Vec<double, D> low, high;
-        for (int a = 0; a < D; ++a) {
-            low[a] = position_of_place(grid.domain(), grid.block(b), a, 0);
-            high[a] = low[a] + h * (block_size - 1);
-        }
-        const Vec<S, D> first = cast<S>(low);
-        if (boundary.reaches(low, high))
-            detail::update_block(grid.nodes(b), first, S(h), S(dt), field, lifted);
-        else
-            detail::update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{});
-    };
-    parallel_for(grid.block_count(), thread_count(requested_threads(execution)), update, 16);
+    detail::update_grid(execution, grid, dt, acceleration, boundary, nullptr);
+}
+
+/// The same, to the bit; and what the boundary gave to matter. \see Reactions
+template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
+void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
+                 const Boundary& boundary, Reactions<D>& reactions) {
+    detail::update_grid(execution, grid, dt, acceleration, boundary, &reactions);
 }
 
 }  // namespace firn

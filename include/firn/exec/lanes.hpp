@@ -168,7 +168,7 @@ public:
     template <class Grid>
     BlocksAround(const Grid& grid, const BlockPartition<D>& partition, const BlockGroup& group) {
         if constexpr (Blocks == 1) {
-            blocks_ = grid.neighbours(group.first_range);
+            blocks_ = grid.neighbours(partition, group.first_range);
         } else {
             constexpr int n = Blocks + 2;
             blocks_ = table_;
@@ -176,7 +176,7 @@ public:
             for (std::uint32_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
                 int corner = 0;
                 for (const int coordinate : partition.ranges[r].block) corner = corner * n + (coordinate & 1);
-                const std::uint32_t* neighbour = grid.neighbours(r);
+                const std::uint32_t* neighbour = grid.neighbours(partition, r);
                 for (int line = 0; line < (D == 2 ? 3 : 9); ++line)
                     for (int k = 0; k < 3; ++k)
                         table_[corner + (D == 2 ? line : line / 3 * n + line % 3) * n + k] = *neighbour++;

@@ -1,6 +1,7 @@
 /// \file P2G over all particles, in floating point. \see Serial, Coloured
 #pragma once
 
+#include <firn/data/particle_set.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/exec/partition.hpp>
 #include <firn/exec/scatter.hpp>
@@ -26,15 +27,16 @@ FIRN_INLINE void for_packs(const ParticleReader<View>& reader, const GroupPlaces
 
 /// Scatters a group straight to the grid's nodes.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
-void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View>& places, const BlockGroup& group,
-                      const SparseGrid<S, D>& grid, const Sums& sums, typename Sums::number* nodes) {
+void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
+                      const BlockPartition<D>& partition, const BlockGroup& group, const SparseGrid<S, D>& grid,
+                      const Sums& sums, typename Sums::number* nodes) {
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, arena_size<Kernel>, sums,
         [&](const auto& records, std::size_t slot, int used) FIRN_LAMBDA {
             const auto range_of = [&](int l) { return places.blocks().range(slot + std::size_t(l)); };
             for (int first = 0, last = 1; first < used; first = last++) {
                 while (last < used && range_of(last) == range_of(first)) ++last;
-                const std::uint32_t* neighbours = grid.neighbours(range_of(first));
+                const std::uint32_t* neighbours = grid.neighbours(partition, range_of(first));
                 records.template scatter<Sums::costly>(first, last, [&](std::ptrdiff_t corner) FIRN_LAMBDA {
                     return GridRows<Sums, Kernel, S, D>(nodes, neighbours, corner);
                 });
@@ -67,27 +69,27 @@ void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View
 
 /// All groups, colour after colour: no two threads ever add to one node, and every node is added to in one order.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
-void scatter_coloured(const View& view, const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, double dt,
-                      int threads, const Sums& sums, typename Sums::number* nodes) {
+void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, double dt, int threads,
+                      const Sums& sums, typename Sums::number* nodes) {
     const Positions<View> positions(grid.domain());
-    const ParticleReader<View> reader(view, grid.domain(), dt);
-    for_groups_by_colour(partition, threads, [&](const BlockGroup& group, int) {
-        const GroupPlaces<View> places(view, partition, group, positions);
+    const ParticleReader<View> reader(set.view, grid.domain(), dt);
+    for_groups_by_colour(set.partition, threads, [&](const BlockGroup& group, int) {
+        const GroupPlaces<View> places(set.view, set.partition, group, positions);
         if (group.sparse)
-            scatter_to_arena<2, Kernel, Transfer, Force>(reader, places, partition, group, grid, sums, nodes);
+            scatter_to_arena<2, Kernel, Transfer, Force>(reader, places, set.partition, group, grid, sums, nodes);
         else
-            scatter_to_arena<1, Kernel, Transfer, Force>(reader, places, partition, group, grid, sums, nodes);
+            scatter_to_arena<1, Kernel, Transfer, Force>(reader, places, set.partition, group, grid, sums, nodes);
     });
 }
 
 /// One group straight to the nodes, for a thread that is alone or adds atomically.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
-void scatter_group(const View& view, const BlockPartition<D>& partition, const BlockGroup& group,
-                   const SparseGrid<S, D>& grid, double dt, const Sums& sums, typename Sums::number* nodes) {
+void scatter_group(const ParticleSet<View>& set, const BlockGroup& group, const SparseGrid<S, D>& grid, double dt,
+                   const Sums& sums, typename Sums::number* nodes) {
     const Positions<View> positions(grid.domain());
-    scatter_to_nodes<Kernel, Transfer, Force>(ParticleReader<View>(view, grid.domain(), dt),
-                                              GroupPlaces<View>(view, partition, group, positions), group, grid, sums,
-                                              nodes);
+    scatter_to_nodes<Kernel, Transfer, Force>(ParticleReader<View>(set.view, grid.domain(), dt),
+                                              GroupPlaces<View>(set.view, set.partition, group, positions),
+                                              set.partition, group, grid, sums, nodes);
 }
 
 /// Zeros `per_node` numbers (or others) for each node of the grid.
@@ -101,25 +103,33 @@ void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
 }  // namespace detail
 
 /// Particles to grid: clears the grid, then adds mass and momentum of all particles, the impulse of the stress over
-/// dt included. Needs: the grid activated for the partition, and no particle more than `allowed_drift` cells from the
-/// block it was sorted into.
-template <class Kernel, class Transfer, class Force, class View, int D>
-void p2g(const Coloured& execution, const View& view, const BlockPartition<D>& partition,
-         SparseGrid<typename View::scalar_type, D>& grid, double dt) {
+/// dt included. Needs: the grid activated for the partitions of all sets, and no particle more than `allowed_drift`
+/// cells from the block it was sorted into. Sets follow one another, so that the same bits come from any number of
+/// threads.
+template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
+void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     const int threads = thread_count(execution.threads);
     detail::clear(grid.nodes(0), node_width, grid, threads);
-    detail::scatter_coloured<Kernel, Transfer, Force>(view, partition, grid, dt, threads,
-                                                      FloatSums<typename View::scalar_type>{}, grid.nodes(0));
+    (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, FloatSums<S>{}, grid.nodes(0)), ...);
 }
 
 /// \copydoc p2g
-template <class Kernel, class Transfer, class Force, class View, int D>
-void p2g(const Serial&, const View& view, const BlockPartition<D>& partition,
-         SparseGrid<typename View::scalar_type, D>& grid, double dt) {
+template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
+void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     detail::clear(grid.nodes(0), node_width, grid, 1);
-    for (const BlockGroup& group : partition.groups)
-        detail::scatter_group<Kernel, Transfer, Force>(view, partition, group, grid, dt,
-                                                       FloatSums<typename View::scalar_type>{}, grid.nodes(0));
+    const auto scatter = [&](const auto& set) {
+        for (const BlockGroup& group : set.partition.groups)
+            detail::scatter_group<Kernel, Transfer, Force>(set, group, grid, dt, FloatSums<S>{}, grid.nodes(0));
+    };
+    (scatter(sets), ...);
+}
+
+/// \copydoc p2g
+/// One set of particles.
+template <class Kernel, class Transfer, class Force, class Execution, class View, int D>
+void p2g(const Execution& execution, const View& view, const BlockPartition<D>& partition,
+         SparseGrid<typename View::scalar_type, D>& grid, double dt) {
+    p2g<Kernel, Transfer, Force>(execution, grid, dt, ParticleSet<View>{view, partition});
 }
 
 }  // namespace firn

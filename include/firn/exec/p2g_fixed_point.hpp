@@ -14,104 +14,134 @@ struct CellLoad {
     vector mass_and_count;
 };
 
-/// The load that the fixed-point scale is chosen from.
-template <class Kernel, class Transfer, class Force, class View, int D>
-FixedPointLoad<typename View::scalar_type> fixed_point_load(const View& view, const BlockPartition<D>& partition,
-                                                            SparseGrid<typename View::scalar_type, D>& grid, double dt,
-                                                            int threads) {
-    using S = typename View::scalar_type;
+/// The load that the fixed-point scale is chosen from, over one set of particles after the other.
+template <std::floating_point S, int D>
+class LoadSums {
+public:
     using P = native_pack<S>;
-    constexpr int lanes = scalar_traits<P>::lanes;
+    static constexpr int lanes = scalar_traits<P>::lanes;
+
+    LoadSums(SparseGrid<S, D>& grid, double dt, int threads)
+        : grid_(grid),
+          cells_(grid.template scratch<CellLoad>()),
+          dt_(dt),
+          threads_(threads),
+          of_thread_(std::size_t(threads)) {
+        clear(cells_, 1, grid, threads);
+    }
+
+    template <class View>
+    void see_mass(const ParticleSet<View>& set) {
+        parallel_for(
+            set.partition.slots() / pack_size, threads_,
+            [&](std::size_t pack, int thread) {
+                P mass = P(0);
+                for (int lane = 0; lane < pack_size; lane += lanes) {
+                    const std::size_t slot = pack * pack_size + std::size_t(lane);
+                    const Slots slots{slot, set.partition.order.data() + slot};
+                    mass = max(mass, set.view.mass.template load_or_zero<P>(slots, 0));
+                }
+                S& largest = of_thread_[std::size_t(thread)].mass;
+                largest = std::max(largest, reduce_max(mass));
+            },
+            256);
+    }
+
+    /// After see_mass() of all sets.
+    template <class Kernel, class Transfer, class Force, class View>
+    void add(const ParticleSet<View>& set) {
+        const S quanta = S(mass_quanta());
+        const Positions<View> positions(grid_.domain());
+        const ParticleReader<View> reader(set.view, grid_.domain(), dt_);
+        for_groups_by_colour(set.partition, threads_, [&](const BlockGroup& group, int thread) {
+            const GroupPlaces<View> places(set.view, set.partition, group, positions);
+            P momentum_per_mass = P(0), gradient_per_mass = P(0);
+            for (std::size_t slot = 0; slot < group.particles; slot += lanes) {
+                const Vec<P, D> position = places.template position<P>(slot);
+                const auto record = reader.template record<Kernel, Transfer, Force>(places.slots(slot),
+                                                                                    locate<Kernel>(position).fraction);
+                const FixedPointLoad<P> load = load_of<Kernel, Force>(record);
+                momentum_per_mass = max(momentum_per_mass, load.momentum_per_mass);
+                gradient_per_mass = max(gradient_per_mass, load.gradient_per_mass);
+
+                P node = P(0);
+                unroll<D>([&](auto a) FIRN_LAMBDA {
+                    constexpr int last = arena_size<Kernel> - 1;
+                    const P cell = floor(position.v[a]) + P(allowed_drift);
+                    node =
+                        node * P(arena_size<Kernel>) + select(cell > P(0), select(cell < P(last), cell, P(last)), P(0));
+                });
+                const P mass = -floor(-record.mass * P(quanta));  // rounded up
+                const std::size_t end = std::min<std::size_t>(lanes, group.particles - slot);
+                for (std::size_t l = 0; l < end; ++l) {
+                    const std::size_t cell = ArenaNodes<Kernel, D>::in_grid(
+                        grid_.neighbours(set.partition, places.blocks().range(slot + l)), std::ptrdiff_t(node[int(l)]));
+                    cells_[cell].mass_and_count += CellLoad::vector{std::uint64_t(mass[int(l)]), 1};
+                }
+            }
+            Largest& largest = of_thread_[std::size_t(thread)];
+            largest.momentum_per_mass = std::max(largest.momentum_per_mass, reduce_max(momentum_per_mass));
+            largest.gradient_per_mass = std::max(largest.gradient_per_mass, reduce_max(gradient_per_mass));
+        });
+    }
+
+    /// Of all sets that were added.
+    FixedPointLoad<S> load() {
+        constexpr std::size_t per_block = std::size_t(block_nodes<D>);
+        parallel_for(
+            grid_.block_count(), threads_,
+            [&](std::size_t b, int thread) {
+                CellLoad& largest = of_thread_[std::size_t(thread)].cell;
+                for (std::size_t i = b * per_block; i < (b + 1) * per_block; ++i)
+                    for (int k = 0; k < 2; ++k)
+                        largest.mass_and_count[k] = std::max(largest.mass_and_count[k], cells_[i].mass_and_count[k]);
+            },
+            64);
+        const S quanta = S(mass_quanta());
+        FixedPointLoad<S> load;
+        for (const Largest& largest : of_thread_) {
+            load.momentum_per_mass = std::max(load.momentum_per_mass, largest.momentum_per_mass);
+            load.gradient_per_mass = std::max(load.gradient_per_mass, largest.gradient_per_mass);
+            load.cell_mass = std::max(load.cell_mass, S(largest.cell.mass_and_count[0]) / quanta);
+            load.cell_particles = std::max(load.cell_particles, S(largest.cell.mass_and_count[1]));
+        }
+        return load;
+    }
+
+private:
     struct alignas(64) Largest {
         S mass = 0, momentum_per_mass = 0, gradient_per_mass = 0;
         CellLoad cell{};
     };
-    std::vector<Largest> of_thread{std::size_t(threads)};
 
-    const std::size_t packs = partition.slots() / pack_size;
-    parallel_for(
-        packs, threads,
-        [&](std::size_t pack, int thread) {
-            P mass = P(0);
-            for (int lane = 0; lane < pack_size; lane += lanes) {
-                const std::size_t slot = pack * pack_size + std::size_t(lane);
-                mass = max(mass, view.mass.template load_or_zero<P>(Slots{slot, partition.order.data() + slot}, 0));
-            }
-            S& largest = of_thread[std::size_t(thread)].mass;
-            largest = std::max(largest, reduce_max(mass));
-        },
-        256);
-    S largest_mass = 0;
-    for (const Largest& largest : of_thread) largest_mass = std::max(largest_mass, largest.mass);
-    const double quanta = mass_quanta(double(largest_mass));  // those of one particle fit 22 bits
-
-    constexpr std::size_t per_block = std::size_t(block_nodes<D>);
-    CellLoad* cells = grid.template scratch<CellLoad>();  // a cell each, named by its lower node
-    clear(cells, 1, grid, threads);
-
-    const Positions<View> positions(grid.domain());
-    const ParticleReader<View> reader(view, grid.domain(), dt);
-    for_groups_by_colour(partition, threads, [&](const BlockGroup& group, int thread) {
-        const GroupPlaces<View> places(view, partition, group, positions);
-        P momentum_per_mass = P(0), gradient_per_mass = P(0);
-        for (std::size_t slot = 0; slot < group.particles; slot += lanes) {
-            const Vec<P, D> position = places.template position<P>(slot);
-            const auto record =
-                reader.template record<Kernel, Transfer, Force>(places.slots(slot), locate<Kernel>(position).fraction);
-            const FixedPointLoad<P> load = load_of<Kernel, Force>(record);
-            momentum_per_mass = max(momentum_per_mass, load.momentum_per_mass);
-            gradient_per_mass = max(gradient_per_mass, load.gradient_per_mass);
-
-            P node = P(0);
-            unroll<D>([&](auto a) FIRN_LAMBDA {
-                constexpr int last = arena_size<Kernel> - 1;
-                const P cell = floor(position.v[a]) + P(allowed_drift);
-                node = node * P(arena_size<Kernel>) + select(cell > P(0), select(cell < P(last), cell, P(last)), P(0));
-            });
-            const P mass = -floor(-record.mass * P(S(quanta)));  // rounded up
-            const std::size_t end = std::min<std::size_t>(lanes, group.particles - slot);
-            for (std::size_t l = 0; l < end; ++l) {
-                const std::size_t cell = ArenaNodes<Kernel, D>::in_grid(
-                    grid.neighbours(places.blocks().range(slot + l)), std::ptrdiff_t(node[int(l)]));
-                cells[cell].mass_and_count += CellLoad::vector{std::uint64_t(mass[int(l)]), 1};
-            }
-        }
-        Largest& largest = of_thread[std::size_t(thread)];
-        largest.momentum_per_mass = std::max(largest.momentum_per_mass, reduce_max(momentum_per_mass));
-        largest.gradient_per_mass = std::max(largest.gradient_per_mass, reduce_max(gradient_per_mass));
-    });
-    parallel_for(
-        grid.block_count(), threads,
-        [&](std::size_t b, int thread) {
-            CellLoad& largest = of_thread[std::size_t(thread)].cell;
-            for (std::size_t i = b * per_block; i < (b + 1) * per_block; ++i)
-                for (int k = 0; k < 2; ++k)
-                    largest.mass_and_count[k] = std::max(largest.mass_and_count[k], cells[i].mass_and_count[k]);
-        },
-        64);
-
-    FixedPointLoad<S> load;
-    for (const Largest& largest : of_thread) {
-        load.momentum_per_mass = std::max(load.momentum_per_mass, largest.momentum_per_mass);
-        load.gradient_per_mass = std::max(load.gradient_per_mass, largest.gradient_per_mass);
-        load.cell_mass = std::max(load.cell_mass, S(largest.cell.mass_and_count[0]) / S(quanta));
-        load.cell_particles = std::max(load.cell_particles, S(largest.cell.mass_and_count[1]));
+    /// Those of one particle fit 22 bits.
+    double mass_quanta() const {
+        S largest = 0;
+        for (const Largest& of_one : of_thread_) largest = std::max(largest, of_one.mass);
+        return firn::mass_quanta(double(largest));
     }
-    return load;
-}
+
+    SparseGrid<S, D>& grid_;
+    CellLoad* cells_;  // a cell each, named by its lower node
+    double dt_;
+    int threads_;
+    std::vector<Largest> of_thread_;
+};
 
 }  // namespace detail
 
 /// \copydoc p2g
 /// \throws overflow_error before anything is added, if a sum could leave the range of Integer
-template <class Kernel, class Transfer, class Force, class View, int D, class Integer, Adding How>
-void p2g(const FixedPoint<Integer, How>& execution, const View& view, const BlockPartition<D>& partition,
-         SparseGrid<typename View::scalar_type, D>& grid, double dt) {
-    using S = typename View::scalar_type;
+template <class Kernel, class Transfer, class Force, class Integer, Adding How, std::floating_point S, int D,
+          class... Views>
+void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, double dt,
+         const ParticleSet<Views>&... sets) {
     const int threads = thread_count(execution.threads);
-    const FixedPointScale<S> scale = fixed_point_scale<Kernel, D, Integer>(
-        detail::fixed_point_load<Kernel, Transfer, Force>(view, partition, grid, dt, threads), execution.momentum_scale,
-        execution.mass_scale);
+    detail::LoadSums<S, D> load(grid, dt, threads);
+    (load.see_mass(sets), ...);
+    (load.template add<Kernel, Transfer, Force>(sets), ...);
+    const FixedPointScale<S> scale =
+        fixed_point_scale<Kernel, D, Integer>(load.load(), execution.momentum_scale, execution.mass_scale);
 
     constexpr std::size_t numbers = std::size_t(block_nodes<D> * node_width);
     using Node = std::array<Integer, node_width>;
@@ -119,14 +149,16 @@ void p2g(const FixedPoint<Integer, How>& execution, const View& view, const Bloc
     detail::clear(sums, node_width, grid, threads);
 
     if constexpr (How == Adding::coloured) {
-        detail::scatter_coloured<Kernel, Transfer, Force>(view, partition, grid, dt, threads,
-                                                          IntegerSums<Integer, S>(scale), sums);
+        const IntegerSums<Integer, S> integers(scale);
+        (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, integers, sums), ...);
     } else {
         const AtomicSums<Integer, S> atomic(scale);
-        parallel_for(partition.groups.size(), threads, [&](std::size_t g, int) {
-            detail::scatter_group<Kernel, Transfer, Force>(view, partition, partition.groups[g], grid, dt, atomic,
-                                                           sums);
-        });
+        const auto scatter = [&](const auto& set) {
+            parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
+                detail::scatter_group<Kernel, Transfer, Force>(set, set.partition.groups[g], grid, dt, atomic, sums);
+            });
+        };
+        (scatter(sets), ...);
     }
 
     const double momentum_quantum = 1 / double(scale.momentum), mass_quantum = 1 / double(scale.mass);

@@ -5,7 +5,8 @@
 #include <firn/simulation.hpp>
 #include <firn/version.hpp>
 
-#include <numeric>
+#include <bit>
+#include <vector>
 
 namespace firn {
 
@@ -20,10 +21,6 @@ std::string policy_name() {
         return "unnamed";
 }
 
-template <class P, class F>
-void for_parameters(const P& policy, const F& f) {
-    std::apply([&](const auto&... parameter) { (f(parameter, policy.*(parameter.member)), ...); }, P::parameters());
-}
 template <std::floating_point S>
 std::vector<double> as_doubles(S value) {
     return {double(value)};
@@ -55,12 +52,16 @@ std::vector<StateAttribute> policy_attributes() {
 /// what positions are rounded from], velocities [m/s], C [1/s], the material's state (F), τ [Pa],
 /// mass [kg], volume [m^D], in the order of ids; the order of the slots and blocks beside them, so that sums go on in
 /// the same order; parameters with units; names of policies.
-template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
-State<material_scalar_t<Material>> state_of(
-    Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>& simulation) {
-    using S = material_scalar_t<Material>;
-    const BlockPartition<D>& partition = simulation.partition();
-    const auto& particles = simulation.particles();
+/// \tparam I  of which of the simulation's materials
+template <std::size_t I = 0, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
+          class Boundary>
+State<detail::precision_of_t<Materials>> state_of(
+    Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation) {
+    using S = detail::precision_of_t<Materials>;
+    using Material = std::remove_cvref_t<decltype(simulation.template material<I>())>;
+    const BlockPartition<D>& partition = simulation.template partition<I>();
+    const auto& particles = simulation.template particles<I>();
+    const std::vector<Body>& all_bodies = simulation.template bodies<I>();
     const std::size_t n = particles.size();
 
     State<S> state;
@@ -68,17 +69,21 @@ State<material_scalar_t<Material>> state_of(
     state.step = simulation.steps();
     state.time = simulation.time();
     state.dt = simulation.last_time_step();
-    state.id.resize(n);
-    std::iota(state.id.begin(), state.id.end(), std::int64_t(0));
-    state.material.resize(n);
-    for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
-        const Body& body = simulation.bodies()[b];
-        std::fill_n(state.material.begin() + body.first, body.count, std::int32_t(b));
-    }
-
-    std::vector<std::size_t> slot_of(n);
+    std::vector<std::size_t> slot_of(particles.next_id(), no_particle);  // of each id; then, of those that there are
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) slot_of[particles.id(slot)] = slot;
+    std::erase(slot_of, std::size_t(no_particle));
+    state.id.reserve(n);
+    for (const std::size_t slot : slot_of) state.id.push_back(std::int64_t(particles.id(slot)));
+    state.material.resize(n);
+    for (std::size_t b = 0; b < all_bodies.size(); ++b) {
+        const auto place_of = [&](std::int64_t id) {
+            return state.material.begin() + (std::lower_bound(state.id.begin(), state.id.end(), id) - state.id.begin());
+        };
+        const std::int64_t first = all_bodies[b].first;
+        std::fill(place_of(first), place_of(first + all_bodies[b].count), std::int32_t(b));
+    }
+
     const auto add = [&](const char* name, const char* unit, int components, const auto& get) {
         StateField<S> field{name, unit, components, std::vector<S>(n * std::size_t(components))};
         for (std::size_t i = 0; i < n; ++i) get(slot_of[i], field.values.data() + i * std::size_t(components));
@@ -118,22 +123,24 @@ State<material_scalar_t<Material>> state_of(
     state.attributes.push_back({"library_version", version()});
     state.attributes.push_back({"compiler", detail::compiler_name()});
 
-    const auto parameter = [&](const char* group, const char* name, const char* unit, std::vector<double> values) {
-        state.parameters.push_back({group, name, unit, std::move(values)});
+    const auto parameter = [&](const char* group, std::string name, const char* unit, std::vector<double> values) {
+        state.parameters.push_back({group, std::move(name), unit, std::move(values)});
     };
-    detail::for_parameters(simulation.material(), [&](const auto& p, const auto& value) {
-        parameter("material", p.name, p.unit, detail::as_doubles(value));
-    });
-    detail::for_parameters(simulation.boundary, [&](const auto& p, const auto& value) {
-        parameter("boundary", p.name, p.unit, detail::as_doubles(value));
+    for_parameters(simulation.template material<I>(),
+                   [&](const std::string& name, const char* unit, const auto& value) {
+                       parameter("material", name, unit, detail::as_doubles(value));
+                   });
+    for_parameters(simulation.boundary, [&](const std::string& name, const char* unit, const auto& value) {
+        parameter("boundary", name, unit, detail::as_doubles(value));
     });
     parameter("grid", "lower", "m", detail::as_doubles(simulation.domain().lower));
     parameter("grid", "upper", "m", detail::as_doubles(simulation.domain().upper));
     parameter("grid", "cell_size", "m", {simulation.domain().cell_size});
     parameter("run", "gravity", "m/s^2", detail::as_doubles(simulation.gravity));
     parameter("run", "fixed_time_step", "s", {simulation.fixed_time_step});
-    parameter("run", "signal_speed", "m/s", {simulation.report().signal_speed});
-    parameter("run", "sort_needed", "1", {double(simulation.report().sort_needed)});
+    parameter("run", "signal_speed", "m/s", {simulation.template report<I>().signal_speed});
+    parameter("run", "sort_needed", "1", {double(simulation.template report<I>().sort_needed)});
+    parameter("run", "next_id", "1", {double(particles.next_id())});
 
     StateTable slots{"slot", 1, {slot_of.begin(), slot_of.end()}};
     StateTable blocks{"blocks", D + 2, {}};
@@ -143,8 +150,9 @@ State<material_scalar_t<Material>> state_of(
         blocks.values.push_back(std::int64_t(range.first_slot));
         blocks.values.push_back(std::int64_t(range.particles));
     }
-    StateTable bodies{"bodies", 2, {}};
-    for (const Body& body : simulation.bodies()) bodies.values.insert(bodies.values.end(), {body.first, body.count});
+    StateTable bodies{"bodies", 3, {}};  // first id, count, the bits of the end of their time
+    for (const Body& body : all_bodies)
+        bodies.values.insert(bodies.values.end(), {body.first, body.count, std::bit_cast<std::int64_t>(body.end)});
     state.tables = {std::move(slots), std::move(blocks), std::move(bodies)};
     return state;
 }
@@ -157,6 +165,15 @@ std::vector<double> parameter_values(const State<S>& state, const char* group, c
     for (const StateParameter& p : state.parameters)
         if (p.group == group && p.name == name && !p.values.empty()) return p.values;
     throw io_error(sentence("The state does not say ", group, "/", name, "; it was not written by state_of()."));
+}
+
+/// The first id that no particle has had, at most 2³² − 1.
+template <class S>
+std::int64_t next_id(const State<S>& state) {
+    const double next = parameter_values(state, "run", "next_id")[0];
+    if (!(next >= 0 && next <= double(no_particle)) || next != std::floor(next))
+        throw io_error(sentence("The state says ", next, " for run/next_id; the file is damaged."));
+    return std::int64_t(next);
 }
 
 /// \throws io_error if the state was made by other policies, in another precision or dimension, or another domain
@@ -190,12 +207,16 @@ inline const StateTable& table(const std::vector<StateTable>& tables, const char
 
 /// Goes on from a state: `simulation` must have been made with the same policies, domain and material; it takes over
 /// particles, time and steps (not gravity, walls or the time step, which are the program's), and every further step
-/// gives the bits of the run that wrote the state.
+/// gives the bits of the run that wrote the state. With several materials: once for each, with the states of one
+/// moment.
+/// \tparam I  of which of the simulation's materials
 /// \throws io_error naming what differs or is missing; the simulation is then as it was
-template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
-void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>& simulation,
-             const State<material_scalar_t<Material>>& state) {
-    using S = material_scalar_t<Material>;
+template <std::size_t I = 0, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
+          class Boundary>
+void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation,
+             const State<detail::precision_of_t<Materials>>& state) {
+    using S = detail::precision_of_t<Materials>;
+    using Material = std::remove_cvref_t<decltype(simulation.template material<I>())>;
     using MaterialState = material_state_t<Material, D>;
     detail::check_same_run(state, detail::policy_attributes<S, Material, Transfer, Force, Kernel, Boundary>(),
                            simulation.domain());
@@ -203,7 +224,7 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
     const std::size_t n = state.size();
     const StateTable& slot_of = detail::table(state.tables, "slot", 1);
     const StateTable& blocks = detail::table(state.tables, "blocks", D + 2);
-    const StateTable& body_table = detail::table(state.tables, "bodies", 2);
+    const StateTable& body_table = detail::table(state.tables, "bodies", 3);
     const auto damaged = [](const char* what) {
         return io_error(
             sentence("The state's ", what, " is inconsistent; the file is damaged. Go on from another state."));
@@ -229,10 +250,11 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
         if (std::size_t(blocks.values[i * (D + 2) + D]) != partition.ranges[partition.by_block[i]].first_slot)
             throw damaged("table of blocks");
     if (partition.particles != n || slot_of.values.size() != n) throw damaged("table of blocks");
+    const std::int64_t next_id = detail::next_id(state);
     for (std::size_t i = 0; i < n; ++i) {
         const std::int64_t slot = slot_of.values[i];
         if (slot < 0 || slot >= std::int64_t(slots) || partition.order[std::size_t(slot)] != no_particle ||
-            state.id[i] != std::int64_t(i))
+            state.id[i] < (i == 0 ? 0 : state.id[i - 1] + 1) || state.id[i] >= next_id)
             throw damaged("order of particles");
         partition.order[std::size_t(slot)] = std::uint32_t(i);
     }
@@ -267,6 +289,7 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
         std::copy_n(place + i * D, D, of_block.v);
         std::copy_n(v + i * D, D, velocity.v);
         if (!(mass[i] > 0) || !(volume[i] > 0)) throw damaged("mass or volume");
+        particles.skip_ids(std::uint32_t(state.id[i]));
         particles.push_back(position, velocity, mass[i], volume[i]);
         particles.set_place(i, partition.ranges[range_of[i]].block, of_block);
         for (int a = 0; a < D; ++a) {
@@ -278,6 +301,7 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
         particles.set_affine(i, matrix(C + i * D * D));
         particles.set_stress(i, matrix(stress + i * D * D));
     }
+    particles.skip_ids(std::uint32_t(next_id));
     check_positions<double, D>(n, simulation.domain(),
                                [&](std::size_t i, int a) { return particles.exact_position(i)[a]; });
     std::apply(
@@ -300,16 +324,18 @@ void restore(Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundar
         },
         MaterialState::fields());
     std::vector<Body> bodies;
-    for (std::size_t row = 0; row < body_table.values.size(); row += 2)
-        bodies.push_back({std::uint32_t(body_table.values[row]), std::uint32_t(body_table.values[row + 1])});
+    for (std::size_t row = 0; row < body_table.values.size(); row += 3)
+        bodies.push_back({std::uint32_t(body_table.values[row]), std::uint32_t(body_table.values[row + 1]),
+                          std::bit_cast<double>(body_table.values[row + 2])});
 
     particles.reorder(partition, [](std::size_t count, const auto& body) {
         for (std::size_t i = 0; i < count; ++i) body(i);
     });
     const G2PReport report{detail::parameter_values(state, "run", "signal_speed")[0],
                            detail::parameter_values(state, "run", "sort_needed")[0] != 0};
-    simulation.restore(std::move(particles), std::move(partition), std::move(bodies), report, state.time, state.step,
-                       state.dt);
+    MaterialSet<D, Material> set{
+        simulation.template material<I>(), std::move(particles), std::move(partition), std::move(bodies), report, true};
+    simulation.template restore<I>(std::move(set), state.time, state.step, state.dt);
 }
 
 }  // namespace firn

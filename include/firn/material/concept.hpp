@@ -1,4 +1,14 @@
 /// \file What a constitutive model is. The least a user writes: `kirchhoff_stress(F)` and `wave_speed(density, F)`.
+///
+/// A model that keeps more than F has a struct template `state<D>` of its own, with its fields(), and takes that in the
+/// place of F. What else a model may offer, each a member that costs nothing where it is not there:
+///
+///     energy_density(F or state)             elastic energy [J/m³ of undeformed volume]
+///     returned(trial)                        the state<D> of a trial state: a plastic return mapping, after F has
+///                                            followed the flow
+///     updated(state, velocity_gradient, dt)  in place of F following the flow and returned()
+///     kirchhoff_stress(state, velocity_gradient)  a stress [Pa] that depends on the rate, too
+///     diffusivity(density, state)            of momentum by viscosity [m²/s], for the bound of the time step
 #pragma once
 
 #include <firn/core/parameters.hpp>
@@ -24,18 +34,62 @@ struct material_scalar<M<S>> {
 template <class M>
 using material_scalar_t = typename material_scalar<M>::type;
 
+namespace detail {
+template <class M, int D>
+struct material_state {
+    using type = ElasticState<material_scalar_t<M>, D>;
+};
+template <class M, int D>
+    requires requires { typename M::template state<D>; }
+struct material_state<M, D> {
+    using type = typename M::template state<D>;
+};
+}  // namespace detail
+
+/// What a particle of material M keeps: ElasticState, or M::state<D> where the model has one of its own.
+template <class M, int D>
+using material_state_t = typename detail::material_state<M, D>::type;
+
 // clang-format off
-/// τ = J σ [Pa] from the deformation gradient.
+/// τ = J σ [Pa] from the deformation gradient, or from the model's own state.
 template <class M, int D>
-concept has_kirchhoff_stress = requires(const M m, const Mat<material_scalar_t<M>, D> F) {
-    { m.kirchhoff_stress(F) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
-};
-/// A bound of the speed of sound [m/s] from the density at rest [kg/m³] and the deformation gradient.
+concept has_kirchhoff_stress =
+    requires(const M m, const Mat<material_scalar_t<M>, D> F) {
+        { m.kirchhoff_stress(F) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
+    } ||
+    requires(const M m, const material_state_t<M, D> state) {
+        { m.kirchhoff_stress(state) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
+    };
+/// τ [Pa] from the model's own state and the velocity gradient [1/s].
 template <class M, int D>
-concept has_wave_speed = requires(const M m, const material_scalar_t<M> density,
-                                  const Mat<material_scalar_t<M>, D> F) {
-    { m.wave_speed(density, F) } -> std::same_as<material_scalar_t<M>>;
-};
+concept has_rate_dependent_stress =
+    requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient) {
+        { m.kirchhoff_stress(state, velocity_gradient) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
+    };
+/// A bound of the speed of sound [m/s] from the density at rest [kg/m³] and the deformation gradient or state.
+template <class M, int D>
+concept has_wave_speed =
+    requires(const M m, const material_scalar_t<M> density, const Mat<material_scalar_t<M>, D> F) {
+        { m.wave_speed(density, F) } -> std::same_as<material_scalar_t<M>>;
+    } ||
+    requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
+        { m.wave_speed(density, state) } -> std::same_as<material_scalar_t<M>>;
+    };
+/// Elastic energy [J/m³ of undeformed volume] of the deformation gradient or state.
+template <class M, int D>
+concept has_energy_density =
+    requires(const M m, const Mat<material_scalar_t<M>, D> F) {
+        { m.energy_density(F) } -> std::same_as<material_scalar_t<M>>;
+    } ||
+    requires(const M m, const material_state_t<M, D> state) {
+        { m.energy_density(state) } -> std::same_as<material_scalar_t<M>>;
+    };
+/// Diffusivity of momentum [m²/s] from the density at rest [kg/m³].
+template <class M, int D>
+concept has_diffusivity =
+    requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
+        { m.diffusivity(density, state) } -> std::same_as<material_scalar_t<M>>;
+    };
 // clang-format on
 
 /// A constitutive model in D dimensions.
@@ -54,10 +108,11 @@ consteval bool require_material() {
                       "firn: a material lists its parameters in a static function parameters(); see "
                       "firn/core/parameters.hpp.");
         static_assert(has_kirchhoff_stress<M, D>,
-                      "firn: a material offers `Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const` [Pa].");
+                      "firn: a material offers `Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const` [Pa], or of its "
+                      "own `state<D>`.");
         static_assert(has_wave_speed<M, D>,
                       "firn: a material offers `S wave_speed(const S& density, const Mat<S, D>& F) "
-                      "const` [m/s]; the time step is bounded by it.");
+                      "const` [m/s], or of its own `state<D>`; the time step is bounded by it.");
     } else {
         static_assert(has_material_scalar<M>,
                       "firn: a material is a template over its scalar, "
@@ -66,36 +121,56 @@ consteval bool require_material() {
     return material<M, D>;
 }
 
-namespace detail {
-template <class M, int D>
-struct material_state {
-    using type = ElasticState<material_scalar_t<M>, D>;
-};
-template <class M, int D>
-    requires requires { typename M::template state<D>; }
-struct material_state<M, D> {
-    using type = typename M::template state<D>;
-};
-}  // namespace detail
+// A model is asked through these. What is written for one model, found beside it, goes before them.
 
-/// What a particle of material M keeps: ElasticState, or M::state<D> where the model has one of its own (and then its
-/// own `updated`, `kirchhoff_stress` and `wave_speed` of that state, found beside it).
-template <class M, int D>
-using material_state_t = typename detail::material_state<M, D>::type;
+/// The state after dt [s] in a flow of velocity gradient ∇v [1/s]: F ← (I + dt ∇v) F, and the model's return mapping.
+template <class M, class State, scalar S, int D>
+FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& velocity_gradient, const S& dt) {
+    if constexpr (requires { model.updated(state, velocity_gradient, dt); }) {
+        return model.updated(state, velocity_gradient, dt);
+    } else {
+        State trial = state;
+        trial.F = state.F + (velocity_gradient * state.F) * dt;
+        if constexpr (requires { model.returned(trial); })
+            return model.returned(trial);
+        else
+            return trial;
+    }
+}
 
-/// The state after dt in a flow of velocity gradient ∇v: F ← (I + dt ∇v) F.
-template <class M, scalar S, int D>
-FIRN_INLINE ElasticState<S, D> updated(const M&, const ElasticState<S, D>& state, const Mat<S, D>& velocity_gradient,
-                                       const S& dt) {
-    return {state.F + (velocity_gradient * state.F) * dt};
+/// τ [Pa]; of a rate-dependent model the part of a body at rest.
+template <class M, class State>
+FIRN_INLINE auto kirchhoff_stress(const M& model, const State& state) {
+    if constexpr (requires { model.kirchhoff_stress(state); })
+        return model.kirchhoff_stress(state);
+    else
+        return model.kirchhoff_stress(state.F);
 }
-template <class M, scalar S, int D>
-FIRN_INLINE Mat<S, D> kirchhoff_stress(const M& model, const ElasticState<S, D>& state) {
-    return model.kirchhoff_stress(state.F);
+/// τ [Pa] in a flow of velocity gradient ∇v [1/s].
+template <class M, class State, scalar S, int D>
+FIRN_INLINE Mat<S, D> stress_of(const M& model, const State& state, const Mat<S, D>& velocity_gradient) {
+    if constexpr (requires { model.kirchhoff_stress(state, velocity_gradient); })
+        return model.kirchhoff_stress(state, velocity_gradient);
+    else
+        return kirchhoff_stress(model, state);
 }
-template <class M, scalar S, int D>
-FIRN_INLINE S wave_speed(const M& model, const S& density, const ElasticState<S, D>& state) {
-    return model.wave_speed(density, state.F);
+
+/// A bound of the speed of sound [m/s].
+template <class M, scalar S, class State>
+FIRN_INLINE S wave_speed(const M& model, const S& density, const State& state) {
+    if constexpr (requires { model.wave_speed(density, state); })
+        return model.wave_speed(density, state);
+    else
+        return model.wave_speed(density, state.F);
+}
+
+/// ψ [J/m³ of undeformed volume], the elastic part. \see has_energy_density
+template <class M, class State>
+FIRN_INLINE auto energy_density(const M& model, const State& state) {
+    if constexpr (requires { model.energy_density(state); })
+        return model.energy_density(state);
+    else
+        return model.energy_density(state.F);
 }
 
 }  // namespace firn

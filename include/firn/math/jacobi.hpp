@@ -15,19 +15,20 @@ namespace firn {
 
 /// F = scale · U diag(σ) Qᵀ with rotations U and Q: σ₀ ≥ σ₁ ≥ |σ₂|, and σ₂ carries the sign of det F.
 /// Columns of U that belong to σ = 0 are zero if two or three singular values vanish.
-template <scalar S>
+template <scalar S, int D = 3>
 struct LeftSingular {
-    Mat<S, 3> vectors;
-    Vec<S, 3> values;
+    Mat<S, D> vectors;
+    Vec<S, D> values;
     S scale;  ///< largest |Fᵢⱼ|, or 1 for F = 0
 };
 
 namespace detail {
 
 /// Rotates columns p and q of W until orthogonal, the longer first: tan 2θ = 2 p·q / (|p|² − |q|²). Lanes where they
-/// are so already are left alone to the bit. Returns where something was done.
-template <int p, int q, class S>
-FIRN_INLINE mask_t<S> orthogonalise(std::array<Vec<S, 3>, 3>& w) {
+/// are so already are left alone to the bit. Returns where something was done. Columns after the third are turned
+/// along.
+template <int p, int q, class S, std::size_t N>
+FIRN_INLINE mask_t<S> orthogonalise(std::array<Vec<S, 3>, N>& w) {
     constexpr auto epsilon = std::numeric_limits<value_type_t<S>>::epsilon();
     const S pp = dot(w[p], w[p]);
     const S qq = dot(w[q], w[q]);
@@ -43,7 +44,33 @@ FIRN_INLINE mask_t<S> orthogonalise(std::array<Vec<S, 3>, 3>& w) {
     const S sine = cosine * tangent;
     w[p] = select(turn, longer * cosine + shorter * sine, longer);
     w[q] = select(turn, shorter * cosine - longer * sine, shorter);
+    if constexpr (N > 3) {
+        const Vec<S, 3> of_longer = select(swap, w[q + 3], w[p + 3]);
+        const Vec<S, 3> of_shorter = select(swap, -w[p + 3], w[q + 3]);
+        w[p + 3] = select(turn, of_longer * cosine + of_shorter * sine, of_longer);
+        w[q + 3] = select(turn, of_shorter * cosine - of_longer * sine, of_shorter);
+    }
     return turn | swap;
+}
+
+/// The columns after all rotations: σ u, sorted.
+template <class S, std::size_t N>
+FIRN_INLINE std::array<Vec<S, 3>, N> orthogonal_columns(const std::array<Vec<S, 3>, N>& w) {
+    constexpr int most_sweeps = sizeof(value_type_t<S>) == 4 ? 6 : 7;
+    return repeat_while<most_sweeps>(w, [](std::array<Vec<S, 3>, N>& columns) FIRN_LAMBDA {
+        const mask_t<S> first = orthogonalise<0, 1>(columns);
+        const mask_t<S> second = orthogonalise<0, 2>(columns);
+        const mask_t<S> third = orthogonalise<1, 2>(columns);
+        return first | second | third;
+    });
+}
+
+/// The largest |Fᵢⱼ|, or 1 for F = 0.
+template <class S, int D>
+FIRN_INLINE S largest_or_one(const Mat<S, D>& F) {
+    S largest = abs(F.m[0]);
+    unroll<D * D - 1>([&](auto k) FIRN_LAMBDA { largest = max(largest, abs(F.m[k + 1])); });
+    return select(S(0) < largest, largest, S(1));
 }
 
 template <class S>
@@ -57,19 +84,10 @@ FIRN_INLINE Vec<S, 3> normalised_or_zero(const Vec<S, 3>& a, const S& length) {
 
 template <scalar S>
 FIRN_INLINE LeftSingular<S> left_singular(const Mat<S, 3>& F) {
-    S largest = abs(F.m[0]);
-    unroll<8>([&](auto k) FIRN_LAMBDA { largest = max(largest, abs(F.m[k + 1])); });
-    largest = select(S(0) < largest, largest, S(1));
-
+    const S largest = detail::largest_or_one(F);
     std::array<Vec<S, 3>, 3> w;
     unroll<9>([&](auto k) FIRN_LAMBDA { w[k / 3].v[k % 3] = F.m[k] / largest; });
-    constexpr int most_sweeps = sizeof(value_type_t<S>) == 4 ? 6 : 7;
-    w = repeat_while<most_sweeps>(w, [](std::array<Vec<S, 3>, 3>& columns) FIRN_LAMBDA {
-        const mask_t<S> first = detail::orthogonalise<0, 1>(columns);
-        const mask_t<S> second = detail::orthogonalise<0, 2>(columns);
-        const mask_t<S> third = detail::orthogonalise<1, 2>(columns);
-        return first | second | third;
-    });
+    w = detail::orthogonal_columns(w);
 
     LeftSingular<S> result{};
     const S first = sqrt(dot(w[0], w[0]));

@@ -82,12 +82,19 @@ FIRN_INLINE Mat<S, 2> polar_rotation(const Mat<S, 2>& F) {
     return Mat<S, 2>::rows(c, -s, s, c);
 }
 
+namespace detail {
+/// F Rᵀ for R = polar_rotation(F).
+template <class S>
+FIRN_INLINE Mat<S, 2> turned_back(const Mat<S, 2>& F, const Mat<S, 2>& R) {
+    const S off = S(0.5) * (F(0, 0) * R(1, 0) + F(0, 1) * R(1, 1)) + S(0.5) * (F(1, 0) * R(0, 0) + F(1, 1) * R(0, 1));
+    return Mat<S, 2>::rows(F(0, 0) * R(0, 0) + F(0, 1) * R(0, 1), off, off, F(1, 0) * R(1, 0) + F(1, 1) * R(1, 1));
+}
+}  // namespace detail
+
 /// V = F Rᵀ in 2D, symmetric to the bit, ‖V² − FFᵀ‖ ≤ 10 ε ‖F‖² for every finite F.
 template <scalar S>
 FIRN_INLINE Mat<S, 2> left_stretch(const Mat<S, 2>& F) {
-    const Mat<S, 2> R = polar_rotation(F);
-    const S off = S(0.5) * (F(0, 0) * R(1, 0) + F(0, 1) * R(1, 1)) + S(0.5) * (F(1, 0) * R(0, 0) + F(1, 1) * R(0, 1));
-    return Mat<S, 2>::rows(F(0, 0) * R(0, 0) + F(0, 1) * R(0, 1), off, off, F(1, 0) * R(1, 0) + F(1, 1) * R(1, 1));
+    return detail::turned_back(F, polar_rotation(F));
 }
 
 namespace detail {

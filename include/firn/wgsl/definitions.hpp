@@ -30,14 +30,12 @@ T uniform_of(const std::string& name) {
 template <class Policy>
 auto with_uniforms(const Policy& policy, const std::string& prefix) {
     auto lifted = lift<recorded>(policy);
-    if constexpr (has_parameters<decltype(lifted)>)
-        std::apply(
-            [&](const auto&... p) {
-                ((lifted.*p.member =
-                      uniform_of<std::remove_cvref_t<decltype(lifted.*p.member)>>(prefix + "_" + p.name)),
-                 ...);
-            },
-            decltype(lifted)::parameters());
+    for_parameters(
+        lifted,
+        [](const std::string& name, const char*, auto& value) {
+            value = uniform_of<std::remove_cvref_t<decltype(value)>>(name);
+        },
+        prefix + "_");
     return lifted;
 }
 
@@ -206,12 +204,20 @@ void add_material(Module& module, const Material& material) {
                                       [&](const State& state, const Mat<R, D>& velocity_gradient) {
                                           return updated(model(), state, velocity_gradient, detail::time_step());
                                       });
-    module.function<State>("kirchhoff_stress", of_material + "Kirchhoff stress [Pa]", {"state"},
-                           [&](const State& state) { return kirchhoff_stress(model(), state); });
+    if constexpr (has_rate_dependent_stress<with_scalar_t<Material, R>, D>)
+        module.function<State, Mat<R, D>>("kirchhoff_stress", of_material + "Kirchhoff stress [Pa]",
+                                          {"state", "velocity_gradient"},
+                                          [&](const State& state, const Mat<R, D>& velocity_gradient) {
+                                              return stress_of(model(), state, velocity_gradient);
+                                          });
+    else
+        module.function<State>("kirchhoff_stress", of_material + "Kirchhoff stress [Pa]", {"state"},
+                               [&](const State& state) { return kirchhoff_stress(model(), state); });
     module.function<V, R, R, State>("signal_speed", of_material + "the particle's speed and its wave speed [m/s]",
                                     {"velocity", "mass", "volume", "state"},
                                     [&](const V& velocity, const R& mass, const R& volume, const State& state) {
-                                        return signal_speed(model(), velocity, mass, volume, state);
+                                        return signal_speed(model(), velocity, mass, volume, state,
+                                                            detail::cell_size());
                                     });
 }
 

@@ -277,7 +277,7 @@ fn g2p($INVOCATION) {
         let fraction = place - base;
         let taken = take_from_grid(gather(nodes_from(base + corner), fraction), fraction);
         let state = updated(load_state(i), taken.velocity_gradient);
-        let stress = kirchhoff_stress(state);
+        let stress = kirchhoff_stress(state$AT_RATE);
         let moved = moved_by(taken.velocity, place, corner);
         let speed = signal_speed(taken.velocity, load_mass(i), load_volume(i), state);
         if (is_finite($STRESS_SUM + speed) && moved.outside <= 1.0f) {
@@ -306,7 +306,7 @@ fn initialise($INVOCATION) {
     let i = invocation(group, groups, local);
     if (i < params.particles) {
         let state = load_state(i);
-        store_stress(i, kirchhoff_stress(state));
+        store_stress(i, kirchhoff_stress(state$AT_FIRST_RATE));
         atomicMax(&fastest, bitcast<u32>(signal_speed(load_velocity(i), load_mass(i), load_volume(i), state)));
     }
     workgroupBarrier();

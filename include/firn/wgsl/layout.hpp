@@ -74,6 +74,7 @@ struct Facts {
     int dimension, support, centre;
     bool affine, weight_gradients;  ///< of the transfer, of the forces
     bool sum_gradients;             ///< whether G2P needs the gradients of the weights; where forces do, it does
+    bool rate_dependent;            ///< the material's stress
     int workgroup_size;
 };
 
@@ -92,9 +93,10 @@ public:
     }
     template <class Policy>
     void add_policy(const Policy& policy, const std::string& prefix) {
-        if constexpr (has_parameters<Policy>)
-            std::apply([&](const auto&... p) { (add_parameter(prefix + "_" + p.name, p.unit, policy.*p.member), ...); },
-                       Policy::parameters());
+        for_parameters(
+            policy,
+            [&](const std::string& name, const char* unit, const auto& value) { add_parameter(name, unit, value); },
+            prefix + "_");
     }
 
 private:
@@ -149,8 +151,9 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     };
     const Bindings particle{{motion, true}, {affine, true}, {stress, true}, {constants, false}, {status, true}};
     const int size = facts.workgroup_size;
-    add("initialise", "particle", size,
-        {{motion, true}, {stress, true}, {state, true}, {constants, false}, {status, true}});
+    Bindings first{{motion, true}, {stress, true}, {state, true}, {constants, false}, {status, true}};
+    if (facts.rate_dependent) first.emplace_back(affine, true);
+    add("initialise", "particle", size, first);
     add("clear", "node", size, {{nodes, true}, {cells, true}, {status, true}});
     add("measure", "particle", size, with(particle, {{cells, true}}));
     add("measure_cells", "node", size, {{cells, true}, {status, true}});

@@ -30,6 +30,8 @@ std::string listed(int count, const F& f, const char* between = ", ") {
     return joined(parts, between);
 }
 
+inline std::string no_matrix(int D) { return "mat" + std::to_string(D) + "x" + std::to_string(D) + "<f32>()"; }
+
 /// load_NAME(i) and store_NAME(i, value) for a value that begins at number `first` of a particle in a buffer.
 /// \param number  number(k): which number the value's k-th component is
 template <class T, class Number>
@@ -200,6 +202,8 @@ private:
             {"AXES", D == 2 ? "xy" : "xyz"},
             {"STRESS_SUM", listed(
                                D, [](int a) { return "stress[" + std::to_string(a) + "]." + axis(a); }, " + ")},
+            {"AT_RATE", facts_.rate_dependent ? ", taken.velocity_gradient" : ""},
+            {"AT_FIRST_RATE", facts_.rate_dependent ? facts_.affine ? ", load_affine(i)" : ", " + no_matrix(D) : ""},
             {"STORE_AFFINE", facts_.affine ? "store_affine(i, taken.affine);" : ""},
             {"VEC", vec("f32")},
             {"D", std::to_string(D)}};
@@ -247,7 +251,6 @@ std::string particle_accessors(bool affine) {
     using M = Mat<recorded, D>;
     const auto in_order = [](int k) { return k; };
     const auto of_symmetric = [](int k) { return symmetric_index<D>(k % D, k / D); };
-    const std::string no_matrix = shape<M>::type() + "()";
     return accessors<V>("place", "motion", 0, in_order) + accessors<V>("corner", "motion", D, in_order) +
            accessors<V>("velocity", "motion", 2 * D, in_order) + accessors<M>("stress", "stress", 0, of_symmetric) +
            accessors<State>("state", "state", 0, in_order) +
@@ -256,7 +259,7 @@ std::string particle_accessors(bool affine) {
            "fn load_volume(i: u32) -> f32 { return constants[params.capacity + i]; }\n"
            "fn load_particle(i: u32) -> P2GParticle {\n    return P2GParticle(load_mass(i), load_volume(i), "
            "load_velocity(i), " +
-           (affine ? "load_affine(i)" : no_matrix) + ", load_stress(i));\n}\n";
+           (affine ? "load_affine(i)" : no_matrix(D)) + ", load_stress(i));\n}\n";
 }
 
 }  // namespace detail

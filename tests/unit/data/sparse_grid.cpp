@@ -38,7 +38,7 @@ TEST_CASE("Each range finds the 3^D blocks around it, and no node twice") {
     for (std::size_t r = 0; r < partition.ranges.size(); ++r)
         for (int n = 0; n < 27; ++n) {
             const std::array<int, 3> offset{n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1};
-            const auto& block = grid.block(grid.neighbours(r)[n]);
+            const auto& block = grid.block(grid.neighbours(partition, r)[n]);
             for (std::size_t a = 0; a < 3; ++a) CHECK(block[a] == partition.ranges[r].block[a] + offset[a]);
         }
     for (std::size_t b = 0; b < grid.block_count(); ++b) CHECK(grid.find(grid.block(b)) == b);

@@ -17,7 +17,7 @@ void step(const ForeignParticles<S, D>& view, std::size_t count, const Domain<D>
     auto partition = partition_particles<QuadraticBSpline>(view, count, domain);
     SparseGrid<S, D> grid(domain);
     grid.activate(partition);
-    update_stress(Coloured{2}, view, partition, material);
+    update_stress(Coloured{2}, view, partition, material, domain.cell_size);
     for (int i = 0; i < steps; ++i) {
         p2g<QuadraticBSpline, Apic, MlsForce>(Coloured{2}, view, partition, grid, dt);
         grid_update(Coloured{2}, grid, dt, gravity, walls);

@@ -1,0 +1,81 @@
+/// \file Any number of boundaries of one type, decided at run time. For the CPU; a GPU's program takes a Together.
+#pragma once
+
+#include <firn/boundary/concept.hpp>
+#include <firn/core/lanes.hpp>
+#include <firn/core/names.hpp>
+
+#include <string>
+#include <vector>
+
+namespace firn {
+
+namespace detail {
+struct named_list {
+    static constexpr const char* name = "list";
+};
+}  // namespace detail
+
+/// They act on a node one after another, in the order of `all`.
+template <class B>
+struct BoundaryList {
+    std::vector<B> all;
+
+    template <class T>
+    using with_scalar = BoundaryList<with_scalar_t<B, T>>;
+
+    static constexpr const char* name = detail::joined_names<B, detail::named_list>::text;
+
+    /// Once a step, before any node is touched. \throws what the boundaries throw
+    template <class T>
+    with_scalar<T> lifted() const {
+        static_assert(
+            has_lanes<T>,
+            "firn: a BoundaryList has as many boundaries as its program has while it runs; the text of a GPU's "
+            "program must know them. Use Together<...>.");
+        with_scalar<T> other;
+        other.all.reserve(all.size());
+        for (const B& one : all) other.all.push_back(lift<T>(one));
+        return other;
+    }
+
+    BoundaryList advanced(double dt) const {
+        BoundaryList later;
+        later.all.reserve(all.size());
+        for (const B& one : all) later.all.push_back(firn::advanced(one, dt));
+        return later;
+    }
+
+    template <class S, int D>
+    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v) const {
+        for (const B& one : all) v = one.velocity(x, v);
+        return v;
+    }
+
+    template <int D>
+    bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
+        for (const B& one : all)
+            if (one.reaches(lower, upper)) return true;
+        return false;
+    }
+
+    int part_count() const { return int(all.size()); }
+    template <class S, int D, class Seen>
+    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v, const Seen& seen, int first) const {
+        for (const B& one : all) v = velocity_by_parts(one, x, v, seen, first++);
+        return v;
+    }
+    template <int D>
+    Vec<double, D> centre_of_part(int k) const {
+        return part_centre<D>(all[std::size_t(k)], 0);
+    }
+
+    /// What they say of themselves, for files.
+    std::string description() const {
+        std::string text;
+        for (const B& one : all) text += (text.empty() ? "" : "; ") + one.description();
+        return text;
+    }
+};
+
+}  // namespace firn

@@ -1,0 +1,108 @@
+/// \file Several boundaries as one: Together<Walls<float, 3>, Collider<Sphere<float, 3>>>.
+#pragma once
+
+#include <firn/boundary/concept.hpp>
+#include <firn/core/error.hpp>
+#include <firn/core/names.hpp>
+
+#include <tuple>
+
+namespace firn {
+
+namespace detail {
+
+inline constexpr const char* numerals[] = {"0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11"};
+
+/// The I-th part among the parameters of a Together: its own are called I_NAME.
+template <std::size_t I>
+struct part_parameter {
+    const char* name = numerals[I];
+    const char* unit = "";
+    template <class Owner>
+    FIRN_INLINE constexpr auto& of(Owner& owner) const {
+        return std::get<I>(owner.parts);
+    }
+};
+
+}  // namespace detail
+
+/// Boundaries that act on a node one after another, the first first: where two of them touch it, the last has its way.
+/// \tparam B  boundary policies in one scalar, twelve at most
+template <class... B>
+struct Together {
+    static_assert(sizeof...(B) > 0 && sizeof...(B) <= std::size(detail::numerals));
+
+    std::tuple<B...> parts;
+
+    constexpr Together() = default;
+    constexpr Together(const B&... each) : parts(each...) {}
+
+    template <class T>
+    using with_scalar = Together<with_scalar_t<B, T>...>;
+
+    static constexpr const char* name = detail::joined_names<B...>::text;
+    static constexpr auto parameters() {
+        return []<std::size_t... I>(std::index_sequence<I...>) {
+            return std::tuple{detail::part_parameter<I>{}...};
+        }(std::index_sequence_for<B...>{});
+    }
+
+    /// Once a step, before any node is touched. \throws what the parts throw
+    template <class T>
+    with_scalar<T> lifted() const {
+        return std::apply([](const auto&... part) { return with_scalar<T>(lift<T>(part)...); }, parts);
+    }
+
+    Together advanced(double dt) const {
+        return std::apply([&](const auto&... part) { return Together(firn::advanced(part, dt)...); }, parts);
+    }
+
+    template <class S, int D>
+    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v) const {
+        unroll<int(sizeof...(B))>([&](auto i) FIRN_LAMBDA { v = std::get<i>(parts).velocity(x, v); });
+        return v;
+    }
+
+    template <int D>
+    bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
+        return std::apply([&](const auto&... part) { return (part.reaches(lower, upper) || ...); }, parts);
+    }
+
+    // The parts, for reactions; parts of parts are counted through.
+
+    int part_count() const {
+        return std::apply([](const auto&... part) { return (firn::part_count(part) + ...); }, parts);
+    }
+    template <class S, int D, class Seen>
+    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v, const Seen& seen, int first) const {
+        unroll<int(sizeof...(B))>([&](auto i) FIRN_LAMBDA {
+            const auto& part = std::get<i>(parts);
+            v = velocity_by_parts(part, x, v, seen, first);
+            first += firn::part_count(part);
+        });
+        return v;
+    }
+    template <int D>
+    Vec<double, D> centre_of_part(int k) const {
+        Vec<double, D> centre = Vec<double, D>::zero();
+        unroll<int(sizeof...(B))>([&](auto i) {
+            const int count = firn::part_count(std::get<i>(parts));
+            if (k >= 0 && k < count) centre = firn::part_centre<D>(std::get<i>(parts), k);
+            k -= count;
+        });
+        return centre;
+    }
+
+    /// What the parts say of themselves, for files.
+    std::string description() const {
+        std::string text;
+        const auto add = [&](const auto& part) {
+            if constexpr (requires { part.description(); })
+                text += sentence(text.empty() ? "" : "; ", part.description());
+        };
+        std::apply([&](const auto&... part) { (add(part), ...); }, parts);
+        return text;
+    }
+};
+
+}  // namespace firn

@@ -1,0 +1,49 @@
+/// \file The lanes of a scalar as numbers of C++, for what must look something up in memory: on a CPU only.
+#pragma once
+
+#include <firn/core/dual.hpp>
+#include <firn/core/pack.hpp>
+#include <firn/core/strict.hpp>
+
+namespace firn {
+
+template <std::floating_point T>
+FIRN_INLINE T lane_of(T a, int) {
+    return a;
+}
+template <std::floating_point T>
+FIRN_INLINE T lane_of(strict<T> a, int) {
+    return a.value;
+}
+template <class T, int N>
+FIRN_INLINE T lane_of(pack<T, N> a, int lane) {
+    return a[lane];
+}
+template <class T>
+FIRN_INLINE auto lane_of(const dual<T>& a, int lane) {
+    return lane_of(a.value, lane);
+}
+
+/// A scalar whose numbers can be read while the program runs: all but one that records a program.
+template <class S>
+concept has_lanes = requires(const S a) {
+    { lane_of(a, 0) } -> std::floating_point;
+};
+
+/// The scalar with f(lane) in every lane; a constant where it has derivatives.
+template <has_lanes S, class F>
+FIRN_INLINE S from_lanes(const F& f) {
+    using T = value_type_t<S>;
+    constexpr int lanes = scalar_traits<S>::lanes;
+    if constexpr (lanes == 1) {
+        return S(T(f(0)));
+    } else if constexpr (requires(S a) { a.derivative; }) {
+        return S(from_lanes<decltype(S::value)>(f));
+    } else {
+        T numbers[lanes];
+        for (int lane = 0; lane < lanes; ++lane) numbers[lane] = T(f(lane));
+        return S::load(numbers);
+    }
+}
+
+}  // namespace firn

@@ -1,0 +1,36 @@
+/// \file Names of policies that are made of other policies.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+namespace firn {
+
+template <class P>
+constexpr std::string_view name_of() {
+    if constexpr (requires { P::name; })
+        return P::name;
+    else
+        return "unnamed";
+}
+
+namespace detail {
+
+/// The policies' names with underscores in between.
+template <class... P>
+struct joined_names {
+    static constexpr auto characters = [] {
+        std::array<char, (std::size_t(0) + ... + (name_of<P>().size() + 1))> all{};
+        auto end = all.begin();
+        ((end = std::copy_n(name_of<P>().data(), name_of<P>().size(), end), *end++ = '_'), ...);
+        all.back() = '\0';
+        return all;
+    }();
+    static constexpr const char* text = characters.data();
+};
+
+}  // namespace detail
+
+}  // namespace firn

@@ -1,0 +1,69 @@
+/// \file Signed distances from a closed triangle mesh, on a grid: what makes a mesh a collider's shape.
+///
+///     Collider<DistanceGrid<float, 3>> bunny{.shape = {mesh_distance(mesh, {.spacing = 0.01, .band = 0.03})}};
+#pragma once
+
+#include <firn/boundary/distance_grid.hpp>
+#include <firn/data/inside.hpp>
+#include <firn/data/nearest_triangle.hpp>
+
+namespace firn {
+
+struct MeshDistanceOptions {
+    double spacing = 0;  ///< of the grid's nodes [m]; about the simulation's cell size or half of it serves
+    /// Outside, distances end here [m]; 0: three spacings. It is also the margin of the grid around the mesh. Inside,
+    /// they go all the way: matter that has got there finds the way out.
+    double band = 0;
+    double most_bytes = 0x1p32;  ///< a grid that needs more memory is refused before it is allocated
+};
+
+/// The distance [m] of every node from the nearest triangle, with the sign of InsideTest; exact but for rounding.
+/// \tparam Number  float or double
+/// \throws mesh_error for a mesh that is empty, open, or encloses nothing; parameter_error for lengths that are not
+/// positive and finite, a band narrower than one spacing, and too large a grid
+template <std::floating_point Number = float>
+std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMesh& mesh,
+                                                                const MeshDistanceOptions& options) {
+    const double spacing = options.spacing, band = options.band == 0 ? 3 * spacing : options.band;
+    if (!(spacing > 0) || !std::isfinite(spacing))
+        throw parameter_error(
+            sentence("The spacing of a grid of distances is ", spacing, " m; it must be positive and finite."));
+    if (!(band >= spacing) || !std::isfinite(band))
+        throw parameter_error(sentence("The band of a grid of distances is ", band, " m at a spacing of ", spacing,
+                                       " m; it must be one spacing at least, and finite."));
+    const InsideTest inside(mesh);
+    const NearestTriangle nearest(mesh);
+
+    DistanceNumbers<Number, 3> grid;
+    grid.spacing = spacing;
+    double bytes = sizeof(Number);
+    Vec<double, 3> count{};
+    for (int a = 0; a < 3; ++a) {
+        grid.lower[a] = inside.bounds().lower[a] - band;
+        count[a] = std::ceil((inside.bounds().upper[a] + band - grid.lower[a]) / spacing) + 1;
+        bytes *= count[a];
+    }
+    if (!(bytes <= options.most_bytes) || !(std::max({count[0], count[1], count[2]}) < 1e9))
+        throw parameter_error(sentence("At a spacing of ", spacing, " m a grid of distances around this mesh has ",
+                                       count[0], " x ", count[1], " x ", count[2], " nodes, ", bytes,
+                                       " bytes; at most ", options.most_bytes,
+                                       " are allowed. Take a wider spacing, a narrower band, or raise most_bytes."));
+    for (int a = 0; a < 3; ++a) grid.nodes[std::size_t(a)] = int(count[a]);
+    grid.values.reserve(std::size_t(bytes / sizeof(Number)));
+
+    for (int i = 0; i < grid.nodes[0]; ++i)
+        for (int j = 0; j < grid.nodes[1]; ++j) {
+            double bound = std::numeric_limits<double>::infinity();  // from the node before, one spacing away
+            for (int k = 0; k < grid.nodes[2]; ++k) {
+                const Vec<double, 3> x = grid.lower + Vec<double, 3>{double(i), double(j), double(k)} * spacing;
+                const bool is_inside = inside(x);
+                const double distance = nearest.distance(x, is_inside ? bound : std::min(bound, band));
+                grid.values.push_back(Number(is_inside ? -distance : distance));
+                bound = is_inside || distance < band ? (distance + spacing) * (1 + 1e-9)
+                                                     : std::numeric_limits<double>::infinity();
+            }
+        }
+    return std::make_shared<const DistanceNumbers<Number, 3>>(std::move(grid));
+}
+
+}  // namespace firn

@@ -1,0 +1,123 @@
+/// \file The distance from a point to the nearest triangle of a mesh, by a tree of bounding boxes.
+#pragma once
+
+#include <firn/data/mesh.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace firn {
+
+namespace detail {
+
+using Corners = std::array<Vec<double, 3>, 3>;
+
+inline double squared_distance_to_segment(const Vec<double, 3>& x, const Vec<double, 3>& a, const Vec<double, 3>& b) {
+    const auto along = b - a, from_a = x - a;
+    const double length2 = dot(along, along);
+    const double t = length2 > 0 ? std::clamp(dot(from_a, along) / length2, 0.0, 1.0) : 0.0;
+    const auto apart = from_a - along * t;
+    return dot(apart, apart);
+}
+
+/// Over the triangle's plane where the point lies above or below the triangle, else to the nearest edge; a triangle
+/// without area consists of its edges.
+inline double squared_distance_to_triangle(const Vec<double, 3>& x, const Corners& corner) {
+    const auto [a, b, c] = corner;
+    const auto normal = cross(b - a, c - a);
+    const double area2 = dot(normal, normal);
+    const auto is_left_of = [&](const auto& from, const auto& to) {
+        return dot(cross(to - from, x - from), normal) >= 0;
+    };
+    if (area2 > 0 && is_left_of(a, b) && is_left_of(b, c) && is_left_of(c, a)) {
+        const double height = dot(x - a, normal);
+        return height * height / area2;
+    }
+    return std::min({squared_distance_to_segment(x, a, b), squared_distance_to_segment(x, b, c),
+                     squared_distance_to_segment(x, c, a)});
+}
+
+}  // namespace detail
+
+class NearestTriangle {
+public:
+    /// \throws mesh_error as check_mesh()
+    explicit NearestTriangle(const TriangleMesh& mesh) {
+        check_mesh(mesh);
+        for (const auto& [i, j, k] : mesh.triangles)
+            triangles_.push_back(
+                {mesh.vertices[std::size_t(i)], mesh.vertices[std::size_t(j)], mesh.vertices[std::size_t(k)]});
+        build(0, triangles_.size());
+    }
+
+    /// The distance [m] from x to the nearest triangle if it is below `bound`, else the bound.
+    double distance(const Vec<double, 3>& x, double bound = std::numeric_limits<double>::infinity()) const {
+        double nearest = bound * bound;
+        search(0, x, nearest);
+        return nearest < bound * bound ? std::sqrt(nearest) : bound;
+    }
+
+private:
+    static constexpr std::size_t most_in_a_leaf = 4;
+    /// A box around triangles. Its first half follows it in the list, the second is at `second`; 0: it is a leaf.
+    struct Box {
+        Bounds<3> bounds;
+        std::size_t first, last, second;
+    };
+
+    void build(std::size_t first, std::size_t last) {
+        constexpr double infinity = std::numeric_limits<double>::infinity();
+        Bounds<3> bounds{Vec<double, 3>::filled(infinity), Vec<double, 3>::filled(-infinity)};
+        for (std::size_t t = first; t < last; ++t)
+            for (const auto& corner : triangles_[t])
+                for (int a = 0; a < 3; ++a) {
+                    bounds.lower[a] = std::min(bounds.lower[a], corner[a]);
+                    bounds.upper[a] = std::max(bounds.upper[a], corner[a]);
+                }
+        const std::size_t self = boxes_.size();
+        boxes_.push_back({bounds, first, last, 0});
+        if (last - first <= most_in_a_leaf) return;
+        const auto extent = bounds.upper - bounds.lower;
+        const int axis = int(std::max_element(extent.v, extent.v + 3) - extent.v);
+        const auto along = [&](const detail::Corners& t) { return t[0][axis] + t[1][axis] + t[2][axis]; };
+        const std::size_t middle = (first + last) / 2;
+        const auto at = [&](std::size_t t) { return triangles_.begin() + std::ptrdiff_t(t); };
+        std::nth_element(at(first), at(middle), at(last),
+                         [&](const auto& a, const auto& b) { return along(a) < along(b); });
+        build(first, middle);
+        boxes_[self].second = boxes_.size();
+        build(middle, last);
+    }
+
+    static double squared_distance_to_box(const Vec<double, 3>& x, const Bounds<3>& box) {
+        double sum = 0;
+        for (int a = 0; a < 3; ++a) {
+            const double over = std::max({box.lower[a] - x[a], x[a] - box.upper[a], 0.0});
+            sum += over * over;
+        }
+        return sum;
+    }
+
+    void search(std::size_t of, const Vec<double, 3>& x, double& nearest) const {
+        const Box& box = boxes_[of];
+        if (box.second == 0) {
+            for (std::size_t t = box.first; t < box.last; ++t)
+                nearest = std::min(nearest, detail::squared_distance_to_triangle(x, triangles_[t]));
+            return;
+        }
+        std::size_t near = of + 1, far = box.second;
+        double to_near = squared_distance_to_box(x, boxes_[near].bounds),
+               to_far = squared_distance_to_box(x, boxes_[far].bounds);
+        if (to_far < to_near) {
+            std::swap(near, far);
+            std::swap(to_near, to_far);
+        }
+        if (to_near < nearest) search(near, x, nearest);
+        if (to_far < nearest) search(far, x, nearest);
+    }
+
+    std::vector<detail::Corners> triangles_;
+    std::vector<Box> boxes_;
+};
+
+}  // namespace firn

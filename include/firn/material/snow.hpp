@@ -1,0 +1,129 @@
+/// \file Snow: fixed corotated elasticity whose stretches are limited, hardening under compression. Stomakhin et al.
+/// 2013, "A material point method for snow simulation", §5.
+#pragma once
+
+#include <firn/material/fixed_corotated.hpp>
+#include <firn/math/exp_log.hpp>
+#include <firn/math/svd.hpp>
+
+namespace firn {
+
+/// Snow in terms that can be measured. The defaults are those of the paper, table 2, for a density of 400 kg/m³.
+struct SnowProperties {
+    double young = 1.4e5;                  ///< Young's modulus before hardening [Pa]
+    double poisson = 0.2;                  ///< Poisson's ratio [1]
+    double critical_compression = 2.5e-2;  ///< θc, where snow begins to be crushed [1]
+    double critical_stretch = 7.5e-3;      ///< θs, where it begins to break [1]
+    double hardening = 10;                 ///< ξ [1]
+};
+
+/// μ = μ0 e^{ξ (1 − J_P)}, λ = λ0 e^{ξ (1 − J_P)}; singular values of the elastic F stay in [1 − θc, 1 + θs], and what
+/// is cut off changes the plastic volume J_P. In 2D the same with two singular values: plane strain.
+///
+/// The exponent is at most largest_exponent (4, where snow is 55 times as stiff as before): the paper sets no bound,
+/// and then neither moduli nor time step have one.
+template <scalar S = float>
+struct Snow {
+    S mu = S(1.4e5 / 2.4);              ///< shear modulus before hardening, μ0 [Pa]
+    S lambda = S(2.8e4 / (1.2 * 0.6));  ///< first Lamé parameter before hardening, λ0 [Pa]
+    S lowest_stretch = S(1 - 2.5e-2);   ///< 1 − θc [1]
+    S highest_stretch = S(1 + 7.5e-3);  ///< 1 + θs [1]
+    S hardening = S(10);                ///< ξ [1]
+    S largest_exponent = S(4);          ///< bound of ξ (1 − J_P) [1]
+
+    static constexpr const char* name = "snow";
+    static constexpr auto parameters() {
+        return std::tuple{parameter{"mu", "Pa", &Snow::mu},
+                          parameter{"lambda", "Pa", &Snow::lambda},
+                          parameter{"lowest_stretch", "1", &Snow::lowest_stretch},
+                          parameter{"highest_stretch", "1", &Snow::highest_stretch},
+                          parameter{"hardening", "1", &Snow::hardening},
+                          parameter{"largest_exponent", "1", &Snow::largest_exponent}};
+    }
+
+    template <int D>
+    struct state {
+        Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
+        S plastic_volume = S(1);              ///< J_P = det F_P [1]
+
+        static constexpr auto fields() {
+            return std::tuple{parameter{"deformation_gradient", "1", &state::F},
+                              parameter{"plastic_volume", "1", &state::plastic_volume}};
+        }
+    };
+
+    /// \throws parameter_error unless E > 0, −1 < ν < ½, 0 < θc < 1, θs > 0 and ξ ≥ 0
+    static Snow from_properties(const SnowProperties& snow) {
+        const auto elastic = FixedCorotated<S>::from_young_poisson(snow.young, snow.poisson);
+        if (!(snow.critical_compression > 0 && snow.critical_compression < 1) || !(snow.critical_stretch > 0) ||
+            !std::isfinite(snow.critical_stretch))
+            throw parameter_error(sentence("The critical compression of snow is ", snow.critical_compression,
+                                           " and its critical stretch ", snow.critical_stretch,
+                                           "; the first must lie between 0 and 1, both excluded, the second must be "
+                                           "positive and finite. Snow of the paper has 0.025 and 0.0075."));
+        if (!(snow.hardening >= 0) || !std::isfinite(snow.hardening))
+            throw parameter_error(sentence("The hardening coefficient of snow is ", snow.hardening,
+                                           "; it must be finite and not negative. Snow of the paper has 10."));
+        Snow model;
+        model.mu = elastic.mu;
+        model.lambda = elastic.lambda;
+        model.lowest_stretch = S(1 - snow.critical_compression);
+        model.highest_stretch = S(1 + snow.critical_stretch);
+        model.hardening = S(snow.hardening);
+        return model;
+    }
+
+    /// The elastic solid that snow of plastic volume J_P is.
+    FIRN_INLINE FixedCorotated<S> hardened(const S& plastic_volume) const {
+        const S exponent = hardening * (S(1) - plastic_volume);
+        const S factor = named("hardened", exp(min(exponent, largest_exponent)));
+        return {mu * factor, lambda * factor};
+    }
+
+    /// τ [Pa]
+    template <int D>
+    FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& snow) const {
+        return hardened(snow.plastic_volume).kirchhoff_stress(snow.F);
+    }
+    /// ψ of the elastic part [J/m³ of undeformed volume]
+    template <int D>
+    FIRN_INLINE S energy_density(const state<D>& snow) const {
+        return hardened(snow.plastic_volume).energy_density(snow.F);
+    }
+    /// [m/s]
+    template <int D>
+    FIRN_INLINE S wave_speed(const S& density, const state<D>& snow) const {
+        return hardened(snow.plastic_volume).wave_speed(density, snow.F);
+    }
+
+    /// F = U diag(σ′/σ) Uᵀ F_trial with σ′ = clamp(σ), J_P = J_P Π σ/σ′; where no σ leaves its bounds, nothing changes,
+    /// to the bit. An inverted F is turned back. J_P is kept in [0, 2^20].
+    template <int D>
+    FIRN_INLINE state<D> returned(const state<D>& trial) const {
+        const StretchRange<S> squared = squared_stretch_range(trial.F);
+        const auto elastic = (lowest_stretch * lowest_stretch < squared.lowest) &
+                             (squared.highest < highest_stretch * highest_stretch) & (S(0) < determinant(trial.F));
+        const auto doubtful = !elastic;
+        state<D> snow = trial;
+        if (any(doubtful)) {
+            const Principal<S, D> p = principal_stretches(trial.F);
+            mask_t<S> yields = S(1) < S(0);
+            Vec<S, D> ratio;
+            S volume = trial.plastic_volume;
+            unroll<D>([&](auto i) FIRN_LAMBDA {
+                const S sigma = p.stretches.v[i];
+                yields = yields | (sigma < lowest_stretch) | (highest_stretch < sigma);
+                const S divisor = select(abs(sigma) < S(1e-3), S(1e-3), sigma);
+                ratio.v[i] = max(lowest_stretch, min(sigma, highest_stretch)) / divisor;
+                volume = volume / ratio.v[i];
+            });
+            const Mat<S, D> F = select(yields, spectral(p.directions, ratio) * trial.F, trial.F);
+            volume = select(yields, max(S(0), min(volume, S(0x1p20))), trial.plastic_volume);
+            snow.F = select(doubtful, F, trial.F);
+            snow.plastic_volume = select(doubtful, volume, trial.plastic_volume);
+        }
+        return snow;
+    }
+};
+
+}  // namespace firn

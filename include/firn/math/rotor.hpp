@@ -1,0 +1,102 @@
+/// \file Rotations of the plane and of space from the same lines: unit quaternions, and what turns about an axis.
+#pragma once
+
+#include <firn/core/tensor.hpp>
+#include <firn/math/trigonometric.hpp>
+
+#include <type_traits>
+
+namespace firn {
+
+/// A rotation: the unit quaternion (w, x, y, z) = (cos φ/2, n sin φ/2) for the angle φ about n; in the plane, where n
+/// is z, its (w, z).
+template <class S, int D>
+using Rotor = Vec<S, D == 2 ? 2 : 4>;
+
+/// An angular velocity, a torque: a number in the plane, a vector in space.
+template <class S, int D>
+using Axial = std::conditional_t<D == 2, S, Vec<S, 3>>;
+
+template <class S, int D>
+FIRN_INLINE constexpr Rotor<S, D> no_rotation() {
+    Rotor<S, D> q = Rotor<S, D>::zero();
+    q[0] = S(1);
+    return q;
+}
+
+/// a × b
+template <class S, int D>
+FIRN_INLINE constexpr Axial<S, D> axial_product(const Vec<S, D>& a, const Vec<S, D>& b) {
+    if constexpr (D == 2)
+        return a.v[0] * b.v[1] - a.v[1] * b.v[0];
+    else
+        return cross(a, b);
+}
+
+/// The matrix of r ↦ ω × r.
+template <scalar S>
+FIRN_INLINE constexpr Mat<S, 2> skew(const S& w) {
+    return Mat<S, 2>::rows(S(0), -w, w, S(0));
+}
+template <scalar S>
+FIRN_INLINE constexpr Mat<S, 3> skew(const Vec<S, 3>& w) {
+    return Mat<S, 3>::rows(S(0), -w.v[2], w.v[1], w.v[2], S(0), -w.v[0], -w.v[1], w.v[0], S(0));
+}
+
+/// The same as another scalar.
+template <class T, int D, class S>
+FIRN_INLINE constexpr Axial<T, D> cast_axial(const S& w) {
+    if constexpr (D == 2)
+        return T(w);
+    else
+        return cast<T>(w);
+}
+
+/// The part of a rotor beside its first number.
+template <class S, int N>
+FIRN_INLINE constexpr Axial<S, N == 2 ? 2 : 3> axial_part(const Vec<S, N>& q) {
+    if constexpr (N == 2)
+        return q.v[1];
+    else
+        return Vec<S, 3>{q.v[1], q.v[2], q.v[3]};
+}
+
+/// Its matrix, after Rodrigues: R = I + 2 w K + 2 K² with K r = (x, y, z) × r.
+template <class S, int N>
+FIRN_INLINE constexpr Mat<S, N == 2 ? 2 : 3> matrix_of(const Vec<S, N>& q) {
+    using M = Mat<S, N == 2 ? 2 : 3>;
+    const M K = skew(axial_part(q));
+    return M::identity() + (K * q.v[0] + K * K) * S(2);
+}
+
+/// The rotation q, then by the vector of rotation `turn` [rad]: its length is the angle, its direction the axis.
+/// Of unit length again.
+template <std::floating_point S, int N>
+Vec<S, N> turned(const Vec<S, N>& q, const Axial<S, N == 2 ? 2 : 3>& turn) {
+    Vec<S, 3> about{}, part{};  // in the plane along z
+    if constexpr (N == 2) {
+        about[2] = turn;
+        part[2] = q[1];
+    } else {
+        about = turn;
+        part = axial_part(q);
+    }
+    const S angle = norm(about), c = cos(angle / 2);
+    about = about * (angle > 0 ? sin(angle / 2) / angle : S(0.5));
+    const S w = c * q[0] - dot(about, part);
+    part = part * c + about * q[0] + cross(about, part);
+    Vec<S, N> product{};
+    product[0] = w;
+    for (int i = 1; i < N; ++i) product[i] = part[N == 2 ? 2 : i - 1];
+    return product * (1 / norm(product));
+}
+
+/// The rotation by `angle` [rad] of the plane, counter-clockwise.
+inline Rotor<double, 2> rotor(double angle) { return turned(no_rotation<double, 2>(), angle); }
+
+/// The rotation by `angle` [rad] about `axis` (any length but 0), by the right hand.
+inline Rotor<double, 3> rotor(const Vec<double, 3>& axis, double angle) {
+    return turned(no_rotation<double, 3>(), axis * (angle / norm(axis)));
+}
+
+}  // namespace firn

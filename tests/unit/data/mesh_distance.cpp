@@ -1,0 +1,259 @@
+/// \file Signed distances from a mesh on a grid, and the collider that interpolates them: against every triangle in
+/// turn, against the ball and the box that meshes stand for.
+#include "support/catch.hpp"
+#include "support/random_numbers.hpp"
+#include <firn/boundary/collider.hpp>
+#include <firn/boundary/shapes.hpp>
+#include <firn/core/strict.hpp>
+#include <firn/data/mesh_distance.hpp>
+
+#include "meshes.hpp"
+
+using namespace firn;
+using test_support::Random;
+
+namespace {
+
+/// The distance from a point to a triangle, by search over its barycentric coordinates: the distance is convex in them.
+double by_search(const Vec<double, 3>& x, const detail::Corners& t) {
+    const auto nearest = [](const auto& f) {
+        double low = 0, high = 1;
+        for (int i = 0; i < 60; ++i) {
+            const double a = low + (high - low) / 3, b = high - (high - low) / 3;
+            (f(a) < f(b) ? high : low) = f(a) < f(b) ? b : a;
+        }
+        return f((low + high) / 2);
+    };
+    return nearest([&](double u) {
+        return nearest([&](double v) {
+            const auto p = t[0] + (t[1] - t[0]) * u + (t[2] - t[0]) * (1 - u) * v;
+            return norm(x - p);
+        });
+    });
+}
+
+/// ∞-norm over random points of the interpolant's error, where `exact` knows the distance.
+template <class Shape, class Exact>
+double largest_error(const Shape& shape, const Exact& exact) {
+    Random random(62);
+    double worst = 0;
+    for (int i = 0; i < 4000; ++i) {
+        const auto x = random.direction<3>() * random.uniform(0.2, 0.4);
+        worst = std::max(worst, std::abs(shape.signed_distance(x) - exact(x)));
+    }
+    return worst;
+}
+
+}  // namespace
+
+TEST_CASE("the distance to a triangle is the least over its points", "[data][mesh_distance]") {
+    Random random(60);
+    for (int trial = 0; trial < 200; ++trial) {
+        detail::Corners t{random.vector<3>(-1, 1), random.vector<3>(-1, 1), random.vector<3>(-1, 1)};
+        if (trial % 10 == 0) t[2] = t[0] + (t[1] - t[0]) * random.uniform(-1, 2);  // no area
+        const auto x = random.vector<3>(-2, 2);
+        CAPTURE(trial);
+        CHECK(std::sqrt(detail::squared_distance_to_triangle(x, t)) == Approx(by_search(x, t)).epsilon(1e-7));
+    }
+}
+
+TEST_CASE("the tree finds the distance of the nearest triangle", "[data][mesh_distance]") {
+    const auto mesh = test_meshes::joined(test_meshes::sphere({0.2, 0.1, 0}, 0.3, 2), test_meshes::unit_cube());
+    const NearestTriangle nearest(mesh);
+    Random random(61);
+    for (int trial = 0; trial < 500; ++trial) {
+        const auto x = random.vector<3>(-1, 2);
+        double least = 1e300;
+        for (const auto& [i, j, k] : mesh.triangles)
+            least = std::min(least, detail::squared_distance_to_triangle(
+                                        x, {mesh.vertices[std::size_t(i)], mesh.vertices[std::size_t(j)],
+                                            mesh.vertices[std::size_t(k)]}));
+        CHECK(nearest.distance(x) == Approx(std::sqrt(least)).epsilon(1e-14));  // rounding of the tree's boxes
+        CHECK(nearest.distance(x, 0.1) == Approx(std::min(std::sqrt(least), 0.1)).epsilon(1e-14));
+    }
+}
+
+TEST_CASE("nodes have the distance of the mesh, with its sign, to the end of the band outside",
+          "[data][mesh_distance]") {
+    const auto mesh = test_meshes::box({-0.2, -0.3, -0.1}, {0.2, 0.3, 0.1});
+    const auto numbers = mesh_distance<double>(mesh, {.spacing = 0.03, .band = 0.1});
+    const Box<double, 3> box{{0.2, 0.3, 0.1}};
+    std::size_t at = 0, inside = 0, ended = 0;
+    for (int i = 0; i < numbers->nodes[0]; ++i)
+        for (int j = 0; j < numbers->nodes[1]; ++j)
+            for (int k = 0; k < numbers->nodes[2]; ++k, ++at) {
+                const auto x = numbers->lower + Vec<double, 3>{double(i), double(j), double(k)} * numbers->spacing;
+                const double distance = box.signed_distance(x);
+                REQUIRE(std::abs(numbers->values[at] - std::min(distance, 0.1)) <= 1e-12);
+                inside += distance < 0;
+                ended += distance >= 0.1;
+                const bool at_end = i == 0 || j == 0 || k == 0 || i + 1 == numbers->nodes[0] ||
+                                    j + 1 == numbers->nodes[1] || k + 1 == numbers->nodes[2];
+                if (at_end) REQUIRE(numbers->values[at] == Approx(0.1).epsilon(1e-12));
+            }
+    CHECK(at == numbers->values.size());
+    CHECK(inside > 500);
+    CHECK(ended > 500);
+    // A mesh turned inside out is the same solid.
+    const auto turned = mesh_distance<double>(reversed(mesh), {.spacing = 0.03, .band = 0.1});
+    REQUIRE(turned->values.size() == numbers->values.size());
+    double difference = 0;
+    for (std::size_t i = 0; i < numbers->values.size(); ++i)
+        difference = std::max(difference, std::abs(turned->values[i] - numbers->values[i]));
+    CHECK(difference <= 1e-15);
+}
+
+TEST_CASE("the interpolant's error falls with the square of the spacing", "[data][mesh_distance]") {
+    // Of a ball with 20480 faces, 0.3 m: flat faces lie up to 6e-5 m within it.
+    const auto mesh = test_meshes::sphere({0, 0, 0}, 0.3, 5);
+    const Sphere<double, 3> ball{0.3};
+    double error[3];
+    int i = 0;
+    for (const double spacing : {0.08, 0.04, 0.02}) {
+        const DistanceGrid<double, 3, double> shape{mesh_distance<double>(mesh, {.spacing = spacing, .band = 0.16})};
+        error[i++] = largest_error(shape, [&](const auto& x) { return ball.signed_distance(x); });
+        Random random(63);
+        for (int trial = 0; trial < 500; ++trial) {
+            const auto x = random.direction<3>() * random.uniform(0.2, 0.4);
+            CHECK(std::abs(norm(shape.normal(x)) - 1) <= 1e-14);
+            CHECK(norm(shape.normal(x) - ball.normal(x)) <= 8 * spacing);
+        }
+    }
+    CAPTURE(error[0], error[1], error[2]);
+    // The second derivatives of the distance are 1/r along two axes, and r ≥ 0.12 in the cells looked at.
+    CHECK(error[0] <= 0.08 * 0.08 / 8 * 2 / 0.12);
+    CHECK(error[0] / error[1] > 3.2);
+    CHECK(error[1] / error[2] > 3.2);
+}
+
+TEMPLATE_TEST_CASE("outside of its box, a grid's distance goes on; its normal points away", "[data][mesh_distance]",
+                   float, double) {
+    using S = TestType;
+    const DistanceGrid<S, 3> shape{
+        mesh_distance(test_meshes::box({-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}), {.spacing = 0.05, .band = 0.1})};
+    const double beyond = shape.signed_distance({S(0.9), S(0), S(0)});
+    CHECK(beyond == Approx(0.8).epsilon(1e-5));
+    CHECK(shape.normal({S(0.9), S(0), S(0)})[0] == Approx(1));
+    CHECK(shape.signed_distance({S(-3), S(-3), S(0)}) == Approx(0.1 + std::sqrt(2.0) * 2.8).epsilon(0.02));
+    CHECK(std::abs(norm(shape.normal({S(-3), S(-3), S(0)})) - 1) <= 1e-6);
+    // What is no number gives no memory that is not the grid's.
+    CHECK_FALSE(shape.signed_distance({S(std::nan("")), S(0), S(0)}) <= 0);
+}
+
+TEST_CASE("lanes of a register look up what one number alone does", "[data][mesh_distance]") {
+    const auto compare = [](auto of) {
+        using S = decltype(of);
+        using P = native_pack<S>;
+        const DistanceGrid<S, 3> shape{mesh_distance(test_meshes::sphere({0, 0, 0}, 0.3, 2), {.spacing = 0.05})};
+        const DistanceGrid<P, 3> in_lanes = shape.template lifted<P>();
+        Random random(64);
+        for (int trial = 0; trial < 100; ++trial) {
+            Vec<P, 3> x{};
+            for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane)
+                for (int a = 0; a < 3; ++a) x[a].set(lane, S(random.uniform(-0.6, 0.6)));
+            const P distance = in_lanes.signed_distance(x);
+            const Vec<P, 3> normal = in_lanes.normal(x);
+            for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) {
+                const Vec<S, 3> alone{x[0][lane], x[1][lane], x[2][lane]};
+                const S tolerance =
+#ifdef __FMA__  // contracted where the compiler likes
+                    40 * std::numeric_limits<S>::epsilon();
+#else
+                    0;
+#endif
+                CHECK(std::abs(distance[lane] - shape.signed_distance(alone)) <= tolerance);
+                for (int a = 0; a < 3; ++a) CHECK(std::abs(normal[a][lane] - shape.normal(alone)[a]) <= 10 * tolerance);
+            }
+        }
+    };
+    compare(0.0F);
+    compare(0.0);
+    // And a dual number's derivative is the gradient.
+    const DistanceGrid<double, 3, double> shape{
+        mesh_distance<double>(test_meshes::sphere({0, 0, 0}, 0.3, 2), {.spacing = 0.05})};
+    const auto with = shape.lifted<dual<double>>().signed_distance({dual<double>(0.21, 1), {0.1, 0.0}, {-0.2, 0.0}});
+    const double quotient =
+        (shape.signed_distance({0.21 + 1e-6, 0.1, -0.2}) - shape.signed_distance({0.21 - 1e-6, 0.1, -0.2})) / 2e-6;
+    CHECK(with.derivative == Approx(quotient).epsilon(1e-6));
+    CHECK(shape.lifted<strict<double>>().signed_distance({0.21, 0.1, -0.2}).value ==
+          Approx(shape.signed_distance({0.21, 0.1, -0.2})));
+}
+
+TEMPLATE_TEST_CASE("a mesh as a collider, turned and moving: what the ball it stands for does; no node is missed",
+                   "[data][mesh_distance]", float, double) {
+    using S = TestType;
+    const double spacing = 0.02;
+    Collider<DistanceGrid<S, 3>> of_mesh{
+        .shape = {mesh_distance(test_meshes::sphere({0, 0, 0}, 0.3, 4), {.spacing = spacing})},
+        .friction = 0.3,
+        .position = {0.5, -0.2, 0.1},
+        .rotation = rotor({1, 2, -1}, 0.8),
+        .linear_velocity = {0.3, 1, -0.4},
+        .angular_velocity = {2, -1, 0.5}};
+    Collider<Sphere<S, 3>> of_ball{.shape = {S(0.3)},
+                                   .friction = 0.3,
+                                   .position = of_mesh.position,
+                                   .rotation = of_mesh.rotation,
+                                   .linear_velocity = of_mesh.linear_velocity,
+                                   .angular_velocity = of_mesh.angular_velocity};
+    Random random(65);
+    int touched = 0, skipped = 0;
+    for (int trial = 0; trial < 1000; ++trial) {
+        const auto at = of_mesh.position + random.direction<3>() * random.uniform(0.15, 0.5);
+        const auto v = random.vector<3>(-3, 3);
+        if (std::abs(norm(at - of_mesh.position) - 0.3) < 1e-3) continue;
+        const auto mine = of_mesh.velocity(cast<S>(at), cast<S>(v)), its = of_ball.velocity(cast<S>(at), cast<S>(v));
+        CAPTURE(trial);
+        CHECK(norm(mine - its) <= 0.5);  // the normal's error times the speeds; compared closely below
+        touched += !(mine == cast<S>(v));
+        const auto half = Vec<double, 3>::filled(0.04);
+        if (!of_mesh.reaches(at - half, at + half)) {
+            ++skipped;
+            for (int corner = 0; corner < 27; ++corner) {
+                Vec<double, 3> x = at;
+                for (int a = 0, rest = corner; a < 3; ++a, rest /= 3) x[a] += 0.04 * (rest % 3 - 1);
+                CHECK(of_mesh.velocity(cast<S>(x), cast<S>(v)) == cast<S>(v));
+            }
+        }
+    }
+    CHECK(touched > 200);
+    CHECK(skipped > 50);
+}
+
+TEST_CASE("meshes and grids that cannot be are refused, and memory is counted before it is taken",
+          "[data][mesh_distance][error]") {
+    const auto cube = test_meshes::unit_cube();
+    const auto words_of = [](const TriangleMesh& mesh, const MeshDistanceOptions& options) {
+        try {
+            mesh_distance(mesh, options);
+        } catch (const parameter_error& e) {
+            return std::string(e.what());
+        }
+        return std::string("nothing");
+    };
+    const double not_a_number = std::numeric_limits<double>::quiet_NaN();
+    for (const double bad : {0.0, -0.1, not_a_number, std::numeric_limits<double>::infinity()})
+        CHECK(words_of(cube, {.spacing = bad}).find("spacing") != std::string::npos);
+    for (const double bad : {-1.0, 0.05, not_a_number})
+        CHECK(words_of(cube, {.spacing = 0.1, .band = bad}).find("band") != std::string::npos);
+    CHECK(words_of(cube, {.spacing = 1e-6}).find("bytes") != std::string::npos);
+    CHECK(words_of(cube, {.spacing = 1e-300}).find("bytes") != std::string::npos);
+    CHECK(words_of(cube, {.spacing = 0.1, .most_bytes = 1000}).find("bytes") != std::string::npos);
+
+    CHECK_THROWS_AS(mesh_distance({}, {.spacing = 0.1}), mesh_error);
+    auto open = cube;
+    open.triangles.pop_back();
+    CHECK_THROWS_AS(mesh_distance(open, {.spacing = 0.1}), mesh_error);
+    auto twice = cube;
+    twice.triangles[0] = {0, 0, 3};
+    CHECK_THROWS_AS(mesh_distance(twice, {.spacing = 0.1}), mesh_error);
+    CHECK_THROWS_AS(mesh_distance(test_meshes::box({0, 0, 0}, {1, 1, 0}), {.spacing = 0.1}), mesh_error);
+
+    const Collider<DistanceGrid<float, 3>> without{};
+    CHECK_THROWS_AS(without.check(), parameter_error);
+    auto wrong = *mesh_distance(cube, {.spacing = 0.1});
+    wrong.values.pop_back();
+    const Collider<DistanceGrid<float, 3>> damaged{
+        .shape = {std::make_shared<const DistanceNumbers<float, 3>>(std::move(wrong))}};
+    CHECK_THROWS_AS(damaged.check(), parameter_error);
+}

@@ -1,0 +1,160 @@
+// Particles that come and go during a run: how many, where, and with ids that stay unique.
+#include "support/catch.hpp"
+#include "support/temporary_folder.hpp"
+#include <firn/firn.hpp>
+#include <firn/io/states.hpp>
+
+#include <set>
+
+using namespace firn;
+
+namespace {
+
+constexpr double spacing = 1.0 / 32;
+
+/// A layer of 8 particles, 0.25 m wide, at y = 0.8 m.
+Samples<2> layer() { return sample_box<2>({0.375, 0.8}, {0.625, 0.8 + spacing}, {.spacing = spacing}); }
+
+Simulation<2> box(int threads = 1) {
+    Simulation<2> simulation({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16}, FixedCorotated<float>::from_young_poisson(1e3, 0.3),
+                             {threads});
+    simulation.gravity = {0.0, 0.0};
+    simulation.fixed_time_step = 1e-3;
+    return simulation;
+}
+
+template <class F>
+void for_particles(const Simulation<2>& simulation, const F& f) {
+    const auto& particles = simulation.particles();
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot)) f(particles, slot);
+}
+
+std::set<std::uint32_t> ids(const Simulation<2>& simulation) {
+    std::set<std::uint32_t> all;
+    for_particles(simulation, [&](const auto& particles, std::size_t slot) { all.insert(particles.id(slot)); });
+    return all;
+}
+
+std::vector<float> numbers(const Simulation<2>& simulation) {
+    std::vector<std::pair<std::uint32_t, float>> pairs;
+    for_particles(simulation, [&](const auto& particles, std::size_t slot) {
+        for (int a = 0; a < 2; ++a) {
+            pairs.emplace_back(4 * particles.id(slot) + unsigned(a), particles.position(slot)[a]);
+            pairs.emplace_back(4 * particles.id(slot) + 2 + unsigned(a), particles.velocity(slot)[a]);
+        }
+    });
+    std::sort(pairs.begin(), pairs.end());
+    std::vector<float> all;
+    for (const auto& [key, value] : pairs) all.push_back(value);
+    return all;
+}
+
+}  // namespace
+
+TEST_CASE("a jet gives layers one spacing apart, whatever the time step") {
+    for (const double dt : {1e-3, 1.7e-3}) {
+        Simulation<2> simulation = box();
+        simulation.fixed_time_step = dt;
+        simulation.add_source(Source<2>::jet(layer(), spacing, 1000, {0.0, -2.0}));
+        simulation.advance(0.1);
+        // 2 m/s × 0.1 s = 6.4 spacings: layers at 0, 1, … 6
+        REQUIRE(simulation.particles().size() == 7 * 8);
+        REQUIRE(ids(simulation).size() == 7 * 8);
+        for_particles(simulation, [&](const auto& particles, std::size_t slot) {
+            const double born = double(particles.id(slot) / 8) * spacing / 2;  // [s]
+            REQUIRE(double(particles.position(slot)[1]) == Approx(0.8 + spacing / 2 - 2 * (0.1 - born)).margin(2e-6));
+        });
+    }
+}
+
+TEST_CASE("particles are taken out at the end of their lifespan, and their ids are not given again") {
+    Simulation<2> simulation = box();
+    Source<2> source = Source<2>::jet(layer(), spacing, 1000, {0.0, -1.0});
+    source.lifespan = 0.1;  // 3.2 spacings
+    simulation.add_source(source);
+    simulation.advance(0.5 + 1e-4);  // bursts 0 to 16, of which 13 to 16 are younger than 0.1 s
+    REQUIRE(simulation.particles().size() == 4 * 8);
+    REQUIRE(*ids(simulation).begin() == 13 * 8);
+    REQUIRE(*ids(simulation).rbegin() == 17 * 8 - 1);
+    REQUIRE(simulation.particles().next_id() == 17 * 8);
+}
+
+TEST_CASE("a sink takes out what is in it, and nothing else") {
+    Simulation<2> simulation = box();
+    simulation.add_source(Source<2>::jet(layer(), spacing, 1000, {0.0, -2.0}));
+    simulation.add_sink({{0.0, 0.0}, {1.0, 0.5}});
+    simulation.advance(0.3);
+    // 0.8 + spacing/2 − 0.5 = 0.3156 m take 0.158 s: of bursts 0 to 19, those before 0.3 − 0.158 = 0.142 s are gone
+    REQUIRE(simulation.particles().size() == 10 * 8);
+    REQUIRE(*ids(simulation).begin() == 10 * 8);
+    for_particles(simulation,
+                  [](const auto& particles, std::size_t slot) { REQUIRE(particles.position(slot)[1] > 0.5F); });
+}
+
+TEST_CASE("remove_if takes out those that are named; the others go on as if alone") {
+    Simulation<2> simulation = box(), alone = box();
+    const auto here = sample_box<2>({0.1, 0.1}, {0.3, 0.3}, {.spacing = spacing});
+    const auto there = sample_box<2>({0.6, 0.6}, {0.8, 0.8}, {.spacing = spacing});
+    const Body first = simulation.add(here, 1000, {0.3, 0.1});
+    simulation.add(there, 1000);
+    alone.add(here, 1000, {0.3, 0.1});
+    REQUIRE(simulation.remove_if([&](const Vec<double, 2>&, std::uint32_t id) { return id >= first.count; }) ==
+            there.positions.size());
+    for (int step = 0; step < 50; ++step) {
+        simulation.step();
+        alone.step();
+    }
+    REQUIRE(numbers(simulation) == numbers(alone));
+    REQUIRE(simulation.remove_if([](const Vec<double, 2>&, std::uint32_t) { return true; }) == first.count);
+    REQUIRE_THROWS_AS(simulation.step(), particle_error);  // nothing is left, and nothing will come
+}
+
+TEST_CASE("with sources: the same bits for any number of threads, and after a restart") {
+    const auto with_source = [](int threads) {
+        Simulation<2> simulation = box(threads);
+        simulation.gravity = {0.0, -9.81};
+        simulation.add(sample_box<2>({0.1, 0.05}, {0.9, 0.3}, {.spacing = spacing}), 1000);
+        Source<2> source = Source<2>::jet(layer(), spacing, 1000, {0.3, -2.0});
+        source.lifespan = 0.12;
+        simulation.add_source(source);
+        simulation.add_sink({{0.0, 0.0}, {0.2, 0.1}});
+        return simulation;
+    };
+    Simulation<2> one = with_source(1), three = with_source(3);
+    for (int step = 0; step < 150; ++step) {
+        one.step();
+        three.step();
+    }
+    REQUIRE(numbers(one) == numbers(three));
+
+    const TemporaryFolder folder;
+    write_state(folder.path() / "state.hdf", state_of(one));
+    Simulation<2> continued = box(2);
+    continued.gravity = one.gravity;
+    Source<2> source = Source<2>::jet(layer(), spacing, 1000, {0.3, -2.0});
+    source.lifespan = 0.12;
+    continued.add_source(source);
+    continued.add_sink({{0.0, 0.0}, {0.2, 0.1}});
+    restore(continued, read_state<float>(folder.path() / "state.hdf"));
+    for (int step = 0; step < 150; ++step) {
+        one.step();
+        continued.step();
+    }
+    REQUIRE(numbers(one) == numbers(continued));
+    REQUIRE(ids(one) == ids(continued));
+}
+
+TEST_CASE("wrong sources and sinks are refused") {
+    Simulation<2> simulation = box();
+    REQUIRE_THROWS_AS(Source<2>::jet(layer(), spacing, 1000, {0.0, 0.0}), parameter_error);
+    REQUIRE_THROWS_AS(Source<2>::jet(layer(), 0, 1000, {0.0, 1.0}), parameter_error);
+    REQUIRE_THROWS_AS(simulation.add_source({.samples = {}, .rate = 1}), parameter_error);
+    REQUIRE_THROWS_AS(simulation.add_source({.samples = layer(), .rate = -1}), parameter_error);
+    REQUIRE_THROWS_AS(simulation.add_source({.samples = layer(), .lifespan = 0}), parameter_error);
+    REQUIRE_THROWS_AS(simulation.add_sink({{0.5, 0.0}, {0.4, 1.0}}), parameter_error);
+
+    const auto outside = sample_box<2>({0.4, 1.1}, {0.5, 1.1 + spacing}, {.spacing = spacing});
+    simulation.add_source(Source<2>::jet(outside, spacing, 1000, {0.0, -1.0}));
+    REQUIRE_THROWS_AS(simulation.step(), particle_error);
+}
