@@ -27,7 +27,9 @@
 #include <firn/exec/p2g.hpp>
 #include <firn/exec/partition.hpp>
 #include <firn/exec/reactions.hpp>
+#include <firn/exec/transfer_passes.hpp>
 #include <firn/force/mls.hpp>
+#include <firn/force/none.hpp>
 #include <firn/force/weight_gradient.hpp>
 #include <firn/kernel/cubic_b_spline.hpp>
 #include <firn/kernel/linear.hpp>
@@ -43,6 +45,9 @@
 #include <firn/math/rotor.hpp>
 #include <firn/math/svd.hpp>
 #include <firn/simulation.hpp>
+#include <firn/transfer/aflip.hpp>
 #include <firn/transfer/apic.hpp>
+#include <firn/transfer/flip.hpp>
+#include <firn/transfer/fmpm.hpp>
 #include <firn/transfer/pic.hpp>
 #include <firn/version.hpp>

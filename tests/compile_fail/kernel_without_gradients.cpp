@@ -5,9 +5,9 @@
 struct Hat {
     static constexpr int support = 2;
     static constexpr double base_shift = 0;
-    static constexpr double inverse_inertia = 4;
     static constexpr std::array<double, 3> largest_weight{1, 1, 1};
     static constexpr double largest_gradient = 1;
+    static constexpr double courant_limit = 1;
 
     template <firn::scalar S>
     static std::array<S, 2> weights(const S& f) {

@@ -108,12 +108,13 @@ void write_case_file(Case& files, const wgsl::Program& program, const wgsl::Inpu
 }
 
 /// One step to the bit, from particles that are in motion and strained; then more steps, within a tolerance.
-template <int D, class Transfer, class Force, class Material = FixedCorotated<float>, class Boundary = Walls<float, D>>
+template <int D, class Transfer, class Force, class Material = FixedCorotated<float>, class Kernel = QuadraticBSpline,
+          class Boundary = Walls<float, D>>
 void write_case(const std::filesystem::path& root, const std::string& name, const scenes::Matter& matter,
                 const std::string& schedule, int steps,
                 const Material& material = FixedCorotated<float>::from_young_poisson(1e5, 0.3), double time_step = 0,
                 const Boundary& boundary = scenes::rough_walls<D>()) {
-    scenes::MovingBlocks<D, Transfer, Force, Material, Boundary> blocks(matter, material, boundary);
+    scenes::MovingBlocks<D, Transfer, Force, Material, Kernel, Boundary> blocks(matter, material, boundary);
     auto& simulation = blocks.simulation;
     if (time_step > 0) simulation.fixed_time_step = time_step;
     const auto& particles = simulation.particles();
@@ -126,7 +127,8 @@ void write_case(const std::filesystem::path& root, const std::string& name, cons
     Case files(root / name, program);
     std::vector<Expectation> expectations;
     expectations.push_back({"nodes", schedule == "step" ? "p2g" : "p2g_blocks", 1,
-                            files.file("nodes_1", scenes::node_sums<Transfer, Force>(simulation, inputs.nodes)), 0});
+                            files.file("nodes_1", scenes::node_sums<Kernel, Transfer, Force>(simulation, inputs.nodes)),
+                            0});
     simulation.step();
     for (const auto& [buffer, numbers] : blocks.inputs().buffers)
         if (buffer != "constants" && buffer != "coordinates")
@@ -277,6 +279,16 @@ int main(int count, char** words) {
         write_both_dimensions<Pic, WeightGradientForce>(root, "pic_weight_gradient");
         write_case<2, Apic, MlsForce>(root, "2d_sorted", {0.3, 1.0 / 64, 1.0 / 32}, "step_sorted", 50);
         write_case<3, Apic, MlsForce>(root, "3d_sorted", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 50);
+        using Elastic = FixedCorotated<float>;
+        write_case<2, Apic, WeightGradientForce, Elastic, Linear>(root, "2d_linear", {0.3, 1.0 / 64, 1.0 / 32}, "step",
+                                                                  50);
+        write_case<3, Pic, WeightGradientForce, Elastic, Linear>(root, "3d_linear_sorted", {0.25, 1.0 / 32, 1.0 / 16},
+                                                                 "step_sorted", 50);
+        write_case<2, Apic, WeightGradientForce, Elastic, CubicBSpline>(root, "2d_cubic_sorted",
+                                                                        {0.3, 1.0 / 64, 1.0 / 32}, "step_sorted", 50);
+        write_case<3, Apic, MlsForce, Elastic, CubicBSpline>(root, "3d_cubic", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50);
+        write_case<3, Apic, MlsForce, Elastic, CubicBSpline>(root, "3d_cubic_sorted", {0.25, 1.0 / 32, 1.0 / 16},
+                                                             "step_sorted", 50);
         const NeoHookean<float> own{.mu = 4e4F, .lambda = 6e4F};
         write_case<2, Apic, MlsForce>(root, "2d_own_material", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, own);
         write_case<3, Apic, MlsForce>(root, "3d_own_material", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, own);

@@ -80,7 +80,7 @@ void compare_with_cpu(bool sorted) {
     }
     simulation.run(sorted ? until(wgsl::sorted_step_order, "p2g_blocks") : until(wgsl::step_order, "p2g"));
     check_same_bits(name + "integers at the nodes after P2G", simulation.read_buffer<std::int32_t>("nodes"),
-                    scenes::node_sums<Apic, MlsForce>(blocks.simulation, blocks.inputs().nodes));
+                    scenes::node_sums<QuadraticBSpline, Apic, MlsForce>(blocks.simulation, blocks.inputs().nodes));
     simulation.step(1, sorted);
     blocks.simulation.step();
     const wgsl::Inputs after = blocks.inputs();

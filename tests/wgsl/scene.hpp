@@ -10,15 +10,15 @@ namespace scenes {
 using Integers = firn::FixedPoint<std::int32_t>;
 
 /// The integers that a P2G of these particles adds up, on the program's dense grid.
-template <class Transfer, class Force, class Simulation>
+template <class Kernel, class Transfer, class Force, class Simulation>
 std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<std::uint32_t>& nodes) {
     using namespace firn;
     constexpr int D = Simulation::dimension;
     SparseGrid<float, D> grid(simulation.domain());
     grid.activate(simulation.partition());
     auto particles = simulation.particles();
-    p2g<QuadraticBSpline, Transfer, Force>(simulation.execution, particles.view(), simulation.partition(), grid,
-                                           simulation.fixed_time_step);
+    p2g<Kernel, Transfer, Force>(simulation.execution, particles.view(), simulation.partition(), grid,
+                                 simulation.fixed_time_step);
     using Node = std::array<std::int32_t, node_width>;
     const Node* sums = grid.template scratch<Node>();
     std::size_t all = 1;
@@ -54,10 +54,11 @@ firn::Walls<float, D> rough_walls() {
 }
 
 /// Two blocks after ten steps, strained at random; and the program for what comes next.
-template <int D, class Transfer, class Force, class Material, class Boundary = firn::Walls<float, D>>
+template <int D, class Transfer, class Force, class Material, class Kernel = firn::QuadraticBSpline,
+          class Boundary = firn::Walls<float, D>>
 struct MovingBlocks {
     firn::Domain<D> domain;
-    firn::Simulation<D, Material, Transfer, Force, firn::QuadraticBSpline, Integers, Boundary> simulation;
+    firn::Simulation<D, Material, Transfer, Force, Kernel, Integers, Boundary> simulation;
     firn::wgsl::Program program;
 
     MovingBlocks(const Matter& matter, const Material& material, const Boundary& boundary = rough_walls<D>())
@@ -80,7 +81,7 @@ struct MovingBlocks {
         for (int i = 0; i < 10; ++i) simulation.step();
         simulation.edit_particles();  // so that they are sorted anew now, and not in the next step
         simulation.partition();
-        program = firn::wgsl::make_program<firn::QuadraticBSpline, Transfer, Force, D>(
+        program = firn::wgsl::make_program<Kernel, Transfer, Force, D>(
             material, simulation.boundary, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)});
     }
 

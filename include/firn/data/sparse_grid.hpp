@@ -60,6 +60,18 @@ public:
         return reinterpret_cast<T*>(scratch_.data());
     }
 
+    /// Exchanges the numbers of all nodes with those of layer k = 1, 2, …: further numbers of the same nodes, which are
+    /// there from the first exchange on. What a layer holds is lost when the grid is activated anew.
+    void exchange(std::size_t k) {
+        if (layers_.size() < k) layers_.resize(k);
+        layers_[k - 1].resize(nodes_.size());
+        layers_[k - 1].swap(nodes_);
+    }
+    /// The numbers of layer k, block after block as those of nodes(0); null if nothing was exchanged.
+    const S* layer(std::size_t k) const {
+        return k > layers_.size() || layers_[k - 1].empty() ? nullptr : layers_[k - 1].data();
+    }
+
     /// Number of a block, or no_block.
     std::uint32_t find(const BlockCoordinate<D>& block) const {
         const std::uint64_t key = block_key<D>(block);
@@ -81,7 +93,9 @@ public:
 
     /// Bytes in use.
     std::size_t bytes() const {
-        return nodes_.capacity() * sizeof(S) + neighbours_.capacity() * sizeof(std::uint32_t) +
+        std::size_t numbers = nodes_.capacity();
+        for (const auto& layer : layers_) numbers += layer.capacity();
+        return numbers * sizeof(S) + neighbours_.capacity() * sizeof(std::uint32_t) +
                blocks_.capacity() * sizeof(std::uint64_t) + scratch_.capacity();
     }
 
@@ -106,6 +120,7 @@ private:
         neighbours_.resize(rows * neighbour_count);
         for (const BlockPartition<D>* partition : partitions) find_neighbours(*partition);
         nodes_.resize(blocks_.size() * std::size_t(block_nodes<D> * node_width));
+        for (auto& layer : layers_) layer.clear();
     }
 
     /// Neighbours along the last axis are neighbours in the list; the others are found by walking along it.
@@ -144,6 +159,7 @@ private:
     std::vector<std::uint64_t> blocks_;  // keys, sorted
     std::vector<std::uint32_t> neighbours_;
     aligned_vector<S> nodes_;
+    std::vector<aligned_vector<S>> layers_;
     aligned_vector<std::byte> scratch_;
 };
 

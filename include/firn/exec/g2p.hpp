@@ -7,6 +7,7 @@
 #include <firn/exec/parallel.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/stage/time_step.hpp>
+#include <firn/transfer/concept.hpp>
 
 #include <limits>
 #include <vector>
@@ -79,12 +80,13 @@ class GroupUpdate {
 
 public:
     GroupUpdate(const View& view, const BlockPartition<D>& partition, const SparseGrid<S, D>& grid,
-                const Material& material, double dt)
+                const Material& material, double dt, const Transfer& transfer)
         : view_(view),
           partition_(partition),
           grid_(grid),
           positions_(grid.domain()),
           material_(lift<P>(material)),
+          transfer_(lift<P>(transfer)),
           h_(S(grid.domain().cell_size)),
           dt_(S(dt)),
           per_velocity_(positions_.per_velocity(dt, grid.domain().cell_size)) {}
@@ -102,6 +104,19 @@ public:
     }
 
 private:
+    static constexpr bool blended = blends_velocities<Transfer>;
+    /// In place of what only blending schemes gather.
+    struct NoNodes {
+        template <class... Any>
+        FIRN_INLINE explicit NoNodes(const Any&...) {}
+    };
+    struct NoSums {
+        struct Lanes {
+            Vec<P, D> velocity;
+        };
+        FIRN_INLINE static Lanes lanes(int) { return {}; }
+    };
+
     struct Seen {
         P speed = P(0);
         P rightness = P(0);  // 0, or NaN once a number was not finite
@@ -110,32 +125,24 @@ private:
 
     template <int Blocks>
     FIRN_INLINE void update_group(const BlockGroup& group, Seen& seen) const {
-        using GroupArena = Arena<Kernel, S, D, Blocks>;
         const GroupPlaces<View> places(view_, partition_, group, positions_);
         const BlocksOfSlots<S, D>& blocks = places.blocks();
         const ArenaBox<D> box = places.template box<Kernel>(group.packs());
-        GroupArena arena;
-        arena.clear(box);
         const BlocksAround<D, Blocks> around(grid_, partition_, group);
-        GroupArena::for_runs(grid_.nodes(0), around.data(), box, [&](int to, const S* from, auto count) FIRN_LAMBDA {
-            unroll<count>([&](auto k) FIRN_LAMBDA {
-                quad<S>::load(from + k * node_width).store(arena.node + to + k * node_width);
-            });
-        });
+        using Nodes = GroupNodes<Kernel, S, D, Blocks>;
+        const Nodes nodes(grid_.nodes(0), around, box);
+        using NodesBefore = std::conditional_t<blended, Nodes, NoNodes>;
+        const NodesBefore nodes_before(blended ? grid_.layer(1) : nullptr, around, box);
 
-        PackSums<Kernel, Transfer, Force, S, D> sums;
+        TransferSums<Kernel, Transfer, Force, S, D> sums;
+        std::conditional_t<blended, PackSums<Kernel, false, false, S, D>, NoSums> before;
         for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
             prefetch(group.first_slot + slot + pack_size);
-            for (int lane = 0; lane < pack_size; lane += lanes)
-                sums.locate(lane, places.template position<P>(slot + std::size_t(lane)),
-                            blocks.template in_cube<P>(slot + std::size_t(lane)), GroupArena::n);
-            sums.gather([&](int l, auto line) FIRN_LAMBDA {
-                return row<S, Kernel::support>::load(arena.node + sums.weights.corner[l] +
-                                                     line_begin<Kernel, D, GroupArena::n>(line) * node_width);
-            });
+            nodes.gather(sums, places, slot);
+            if constexpr (blended) nodes_before.gather(before, places, slot);
             for (int lane = 0; lane < pack_size; lane += lanes)
                 update(places.slots(slot + std::size_t(lane)), blocks.template lower<P>(slot + std::size_t(lane)),
-                       sums.offset(lane), sums.lanes(lane), seen);
+                       sums.offset(lane), sums.lanes(lane), before.lanes(lane).velocity, seen);
         }
     }
 
@@ -146,8 +153,9 @@ private:
     }
 
     /// \param block   lower corner of the particle's block [cells];  \param offset  from its centre node [cells]
+    /// \param before  Σ N v_i before forces acted, for schemes that blend
     FIRN_INLINE void update(const Slots& slots, const Vec<P, D>& block, const Vec<P, D>& offset,
-                            const G2PSums<P, D>& sums, Seen& seen) const {
+                            const G2PSums<P, D>& sums, const Vec<P, D>& before, Seen& seen) const {
         const View view = view_;  // out of reach of every store below: where its numbers lie is worked out once
         const auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_));
         const P mass = view.mass.template load_or_zero<P>(slots, 0);
@@ -165,18 +173,29 @@ private:
         P sum = trace(stress);
         const Vec<P, D> lowest = positions_.lowest(block), highest = positions_.highest(block);
         const Vec<P, D> position = load_vector<P, D>(view.position, slots);
-        const auto move = moved_by(taken.velocity, P(per_velocity_), position, lowest, highest);
+        const ParticleVelocity<P, D> v = velocities(view, slots, taken, before);
+        const auto move = moved_by(v.motion, P(per_velocity_), position, lowest, highest);
         const Vec<P, D> new_position = select(real, move.position, position);
         sum = sum + select(move.outside <= P(positions_.cell()), P(0), P(std::numeric_limits<S>::infinity()));
         unroll<D>([&](auto a) FIRN_LAMBDA {
-            sum = sum + taken.velocity.v[a];
+            sum = sum + v.velocity.v[a];
             view.position.store(slots, a, new_position.v[a]);
-            view.velocity.store(slots, a, taken.velocity.v[a]);
+            view.velocity.store(slots, a, v.velocity.v[a]);
         });
         seen.stray = seen.stray | (real & strays<Kernel>(positions_.in_block(new_position, block)));
         seen.rightness = seen.rightness + select(real, sum * P(0), P(0));
         const P volume = view.volume.template load<P>(slots, 0);
-        seen.speed = max(seen.speed, signal_speed(material_, taken.velocity, mass, volume, state, P(h_)));
+        seen.speed = max(seen.speed, signal_speed(material_, v.velocity, mass, volume, state, P(h_)));
+    }
+
+    /// What the particles keep, and what moves them.
+    FIRN_INLINE ParticleVelocity<P, D> velocities(const View& view, const Slots& slots, const G2PResult<P, D>& taken,
+                                                  const Vec<P, D>& before) const {
+        if constexpr (blended)
+            return transfer_.blended(taken.velocity, before, load_vector<P, D>(view.velocity, slots),
+                                     taken.velocity_gradient);
+        else
+            return {taken.velocity, taken.velocity};
     }
 
     const View& view_;
@@ -184,22 +203,29 @@ private:
     const SparseGrid<S, D>& grid_;
     Positions<View> positions_;
     Lifted material_;
+    with_scalar_t<Transfer, P> transfer_;
     S h_, dt_, per_velocity_;
 };
 
 }  // namespace detail
 
 /// Grid to particles: interpolates velocities, moves the particles, updates the material's state and stress.
-/// Particles are kept inside the domain.
+/// Particles are kept inside the domain. A transfer that blends needs before_p2g(). \see exec/transfer_passes.hpp
 /// \throws particle_error naming the first particle that is not finite or has left the domain
 template <class Kernel, class Transfer, class Force, class Execution, class Material, std::floating_point S, int D,
           class Field, class State>
 G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>& view,
-              const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material, double dt) {
+              const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material, double dt,
+              const Transfer& transfer = {}) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
+    if constexpr (requires { transfer.check(); }) transfer.check();
+    if (blends_velocities<Transfer> && !grid.layer(1))
+        throw usage_error(
+            "This transfer blends with the velocities that nodes had before forces acted, and the grid does "
+            "not hold them. Call before_p2g() before every p2g().");
     const int threads = thread_count(requested_threads(execution));
     const detail::GroupUpdate<Kernel, Transfer, Force, Material, ParticleView<S, D, Field, State>> update(
-        view, partition, grid, material, dt);
+        view, partition, grid, material, dt, transfer);
     std::vector<detail::G2PThreadReport> reports{std::size_t(threads)};
     parallel_for(partition.groups.size(), threads,
                  [&](std::size_t g, int thread) { update(g, reports[std::size_t(thread)]); });

@@ -6,10 +6,9 @@
 
 namespace firn {
 
-template <class Kernel, class Transfer, class Force, std::floating_point S, int D>
+/// \tparam moments, gradients  which sums are made besides Σ N v
+template <class Kernel, bool moments, bool gradients, std::floating_point S, int D>
 struct PackSums {
-    static constexpr bool moments = g2p_needs_moment<Kernel, Transfer>;
-    static constexpr bool gradients = g2p_needs_gradient<Kernel, Transfer, Force>;
     static constexpr int quads = 1 + (moments ? D : 0) + (gradients ? D : 0);
     static constexpr int K = Kernel::support;
     using P = native_pack<S>;
@@ -128,6 +127,44 @@ private:
             if constexpr (gradients) sums.gradient[a].store(value[1 + (moments ? D : 0) + a] + q);
         });
     }
+};
+
+/// The same with what a transfer and a form of the forces need.
+template <class Kernel, class Transfer, class Force, std::floating_point S, int D>
+using TransferSums =
+    PackSums<Kernel, g2p_needs_moment<Kernel, Transfer>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
+
+/// The nodes around a group in one place, to gather from.
+template <class Kernel, std::floating_point S, int D, int Blocks>
+class GroupNodes {
+public:
+    static constexpr int n = Arena<Kernel, S, D, Blocks>::n;
+
+    /// \param nodes  of the whole grid, or one of its layers
+    FIRN_INLINE GroupNodes(const S* nodes, const BlocksAround<D, Blocks>& around, const ArenaBox<D>& box) {
+        arena_.clear(box);
+        Arena<Kernel, S, D, Blocks>::for_runs(
+            nodes, around.data(), box, [&](int to, const S* from, auto count) FIRN_LAMBDA {
+                unroll<count>([&](auto k) FIRN_LAMBDA {
+                    quad<S>::load(from + k * node_width).store(arena_.node + to + k * node_width);
+                });
+            });
+    }
+    /// The sums of the pack that begins at `slot` of the group.
+    template <class Sums, class View>
+    FIRN_INLINE void gather(Sums& sums, const GroupPlaces<View>& places, std::size_t slot) const {
+        using P = native_pack<S>;
+        for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
+            sums.locate(lane, places.template position<P>(slot + std::size_t(lane)),
+                        places.blocks().template in_cube<P>(slot + std::size_t(lane)), n);
+        sums.gather([&](int l, auto line) FIRN_LAMBDA {
+            return row<S, Kernel::support>::load(arena_.node + sums.weights.corner[l] +
+                                                 line_begin<Kernel, D, n>(line) * node_width);
+        });
+    }
+
+private:
+    Arena<Kernel, S, D, Blocks> arena_;
 };
 
 }  // namespace firn

@@ -20,11 +20,17 @@ FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, co
     return select(filled, v, Vec<S, D>::zero());
 }
 
-/// For nodes that no boundary reaches.
+/// For nodes that no boundary reaches, and for passes in which none acts.
 struct NoBoundary {
+    static constexpr const char* name = "no_boundary";
+
     template <class S, int D>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>&, const Vec<S, D>& v) const {
         return v;
+    }
+    template <int D>
+    bool reaches(const Vec<double, D>&, const Vec<double, D>&) const {
+        return false;
     }
 };
 

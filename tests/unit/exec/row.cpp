@@ -242,7 +242,7 @@ TEMPLATE_TEST_CASE("P2G and G2P of a pack have the same bits in every form of ro
         CHECK(counted(Wide{}, std::true_type{}) == integers);
 
         const auto nodes = random.template array<count>();
-        PackSums<Kernel, Apic, Force, S, D> sums;
+        TransferSums<Kernel, Apic, Force, S, D> sums;
         using P = native_pack<S>;
         for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
             sums.locate(lane, particles.template position<P>(std::size_t(lane)), Vec<P, D>::zero(), arena_size<Kernel>);

@@ -1,0 +1,158 @@
+/// \file The further passes of transfers that need them: FLIP, AFLIP and ASFLIP before P2G, FMPM after it. They do
+/// nothing for PIC and APIC. A step is
+///
+///     before_p2g<Kernel, Transfer>(execution, grid, sets...);
+///     p2g<Kernel, Transfer, Force>(execution, grid, dt, sets...);
+///     after_p2g<Kernel, Transfer>(execution, grid, transfer, memory, sets...);
+///     grid_update(execution, grid, dt, acceleration, boundary);
+///     g2p<Kernel, Transfer, Force>(execution, view, partition, grid, material, dt, transfer);  // for each set
+#pragma once
+
+#include <firn/data/particle_set.hpp>
+#include <firn/exec/gather.hpp>
+#include <firn/exec/grid_update.hpp>
+#include <firn/exec/p2g.hpp>
+#include <firn/force/none.hpp>
+
+#include <algorithm>
+
+namespace firn {
+
+/// What passes need from step to step: velocities of the particles of each set.
+template <std::floating_point S>
+struct TransferMemory {
+    std::vector<aligned_vector<S>> velocities;
+};
+
+namespace detail {
+
+/// D numbers a particle, reached as a set's velocities are.
+template <class View>
+auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memory, std::size_t slots) {
+    using S = typename View::scalar_type;
+    constexpr int D = View::dimension;
+    memory.resize(std::max(memory.size(), slots * std::size_t(D)));
+    if constexpr (Positions<View>::in_cells)
+        return BlockedSpan<S>{memory.data(), D};
+    else
+        return StridedSpan<S>::template vectors<D>(memory.data());
+}
+
+/// Σ N v_i for every particle of a set, to `velocity`.
+template <class Kernel, class View, class Field, std::floating_point S, int D>
+void gather_velocities(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, const Field& velocity) {
+    const Positions<View> positions(grid.domain());
+    parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
+        const BlockGroup& group = set.partition.groups[g];
+        const GroupPlaces<View> places(set.view, set.partition, group, positions);
+        const ArenaBox<D> box = places.template box<Kernel>(group.packs());
+        const auto gather = [&](auto blocks) {
+            const BlocksAround<D, blocks> around(grid, set.partition, group);
+            const GroupNodes<Kernel, S, D, blocks> nodes(grid.nodes(0), around, box);
+            PackSums<Kernel, false, false, S, D> sums;
+            using P = native_pack<S>;
+            for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
+                nodes.gather(sums, places, slot);
+                for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
+                    const Vec<P, D> v = sums.lanes(lane).velocity;
+                    unroll<D>([&](auto a) { velocity.store(places.slots(slot + std::size_t(lane)), a, v.v[a]); });
+                }
+            }
+        };
+        if (group.sparse)
+            gather(std::integral_constant<int, 2>{});
+        else
+            gather(std::integral_constant<int, 1>{});
+    });
+}
+
+/// Momentum and mass of particles that move as they do, and nothing acts on; then velocities in place of momenta.
+template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
+void transfer_velocities(const Execution& execution, SparseGrid<S, D>& grid, const ParticleSet<Views>&... sets) {
+    p2g<Kernel, Transfer, NoForce>(execution, grid, 0.0, sets...);
+    grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
+}
+
+/// For every register of nodes: f(numbers in the grid, number of the first).
+template <std::floating_point S, int D, class F>
+void for_nodes(SparseGrid<S, D>& grid, int threads, const F& f) {
+    constexpr std::size_t per_block = std::size_t(block_nodes<D> * node_width);
+    constexpr std::size_t step = std::size_t(scalar_traits<native_pack<S>>::lanes * node_width);
+    parallel_for(
+        grid.block_count(), threads,
+        [&](std::size_t b, int) {
+            for (std::size_t i = b * per_block; i < (b + 1) * per_block; i += step) f(grid.nodes(0) + i, i);
+        },
+        16);
+}
+
+template <int D, class P>
+FIRN_INLINE Vec<P, D> load_node_vectors(const value_type_t<P>* from, P (&r)[4]) {
+    load_quads(from, r);
+    Vec<P, D> v;
+    unroll<D>([&](auto a) FIRN_LAMBDA { v.v[a] = r[a]; });
+    return v;
+}
+template <int D, class P>
+FIRN_INLINE void store_node_vectors(const Vec<P, D>& v, P (&r)[4], value_type_t<P>* to) {
+    unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = v.v[a]; });
+    store_quads(r, to);
+}
+
+}  // namespace detail
+
+/// Velocities of the nodes before forces act, in layer 1 of the grid, for transfers that blend with them.
+template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
+void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const ParticleSet<Views>&... sets) {
+    if constexpr (blends_velocities<Transfer>) {
+        detail::transfer_velocities<Kernel, Transfer>(execution, grid, sets...);
+        grid.exchange(1);
+    }
+}
+
+/// Momenta of the nodes in place of those that P2G made, for transfers that refine them: m v, v the series of FMPM.
+/// Layers 1 and 2 of the grid are used up.
+/// \throws parameter_error if the order is less than 1
+template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
+void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer, TransferMemory<S>& memory,
+               const ParticleSet<Views>&... sets) {
+    if constexpr (refines_velocities<Transfer>) {
+        using P = native_pack<S>;
+        if (transfer.order < 1)
+            throw parameter_error(sentence("The order of ", Transfer::name, " is ", transfer.order,
+                                           "; it must be 1 (which is PIC) or more."));
+        if (transfer.order == 1) return;
+        const int threads = thread_count(requested_threads(execution));
+        memory.velocities.resize(std::max(memory.velocities.size(), sizeof...(Views)));
+
+        grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // v_1
+        grid.exchange(1);
+        const std::size_t numbers = grid.block_count() * std::size_t(block_nodes<D> * node_width);
+        std::copy_n(grid.layer(1), numbers, grid.nodes(0));
+        for (int j = 1; j < transfer.order; ++j) {
+            const auto there_and_back = [&]<std::size_t... I>(std::index_sequence<I...>) {
+                const auto as_taken = [&](const auto& set, std::size_t i) {
+                    auto taken = set;
+                    taken.view.velocity = detail::vectors_like(set.view, memory.velocities[i], set.partition.slots());
+                    detail::gather_velocities<Kernel>(set, grid, threads, taken.view.velocity);
+                    return taken;
+                };
+                const std::tuple<ParticleSet<Views>...> taken{as_taken(sets, I)...};
+                grid.exchange(2);  // v_j
+                detail::transfer_velocities<Kernel, Transfer>(execution, grid, std::get<I>(taken)...);
+            };
+            there_and_back(std::index_sequence_for<Views...>{});
+            const S *const first = grid.layer(1), *const last = grid.layer(2);
+            const bool is_last = j + 1 == transfer.order;
+            detail::for_nodes(grid, threads, [&](S* node, std::size_t i) {
+                P r[4], of_first[4], of_last[4];
+                const Vec<P, D> v_1 = detail::load_node_vectors<D>(first + i, of_first);
+                const Vec<P, D> v_j = detail::load_node_vectors<D>(last + i, of_last);
+                const Vec<P, D> v = Transfer::next(v_1, v_j, detail::load_node_vectors<D>(node, r));
+                detail::store_node_vectors(is_last ? v * r[node_mass] : v, r, node);
+            });
+        }
+    }
+}
+
+}  // namespace firn
