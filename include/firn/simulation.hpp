@@ -10,6 +10,7 @@
 #include <firn/exec/p2g_fixed_point.hpp>
 #include <firn/exec/partition.hpp>
 #include <firn/exec/totals.hpp>
+#include <firn/exec/transfer_passes.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
@@ -60,6 +61,7 @@ public:
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
     Boundary boundary;  ///< by default: walls on all faces that let go, without friction. What moves is moved by steps.
     Execution execution;
+    Transfer transfer{};
     /// Given, it is filled by every step: the impulse and torque of each part of the boundary on matter.
     std::optional<Reactions<D>> reactions{};
     double fixed_time_step = 0;  ///< [s]; 0: the bound of the time step, anew for every step
@@ -283,18 +285,14 @@ private:
             set.as_sorted = false;
         });
         if (sorted) activate();
-        std::apply(
-            [&](auto&... set) {
-                p2g<Kernel, Transfer, Force>(execution, grid_, dt, ParticleSet{set.particles.view(), set.partition}...);
-            },
-            sets_);
+        std::apply([&](auto&... set) { make_grid(dt, ParticleSet{set.particles.view(), set.partition}...); }, sets_);
         if (reactions)
             grid_update(execution, grid_, dt, acceleration, boundary, *reactions);
         else
             grid_update(execution, grid_, dt, acceleration, boundary);
         for_sets([&](auto& set) {
-            set.report =
-                g2p<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition, grid_, set.material, dt);
+            set.report = g2p<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition, grid_,
+                                                      set.material, dt, transfer);
         });
         for_sets([](auto& set) { set.prepared = set.checked = true; });
         time_ += dt;
@@ -305,6 +303,13 @@ private:
             take(set);
             give(set);
         });
+    }
+
+    template <class... Views>
+    void make_grid(double dt, const ParticleSet<Views>&... sets) {
+        before_p2g<Kernel, Transfer>(execution, grid_, sets...);
+        p2g<Kernel, Transfer, Force>(execution, grid_, dt, sets...);
+        after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, sets...);
     }
 
     /// Makes ready for a step particles that were added or changed by hand.
@@ -464,6 +469,7 @@ private:
 
     SparseGrid<S, D> grid_;
     Sets sets_;
+    TransferMemory<S> transfer_memory_;
     double time_ = 0, last_time_step_ = 0, warned_ratio_ = 1 / 1.2;
     std::uint64_t steps_ = 0;
 };

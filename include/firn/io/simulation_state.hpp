@@ -130,6 +130,9 @@ State<detail::precision_of_t<Materials>> state_of(
                    [&](const std::string& name, const char* unit, const auto& value) {
                        parameter("material", name, unit, detail::as_doubles(value));
                    });
+    for_parameters(simulation.transfer, [&](const std::string& name, const char* unit, const auto& value) {
+        parameter("transfer", name, unit, detail::as_doubles(value));
+    });
     for_parameters(simulation.boundary, [&](const std::string& name, const char* unit, const auto& value) {
         parameter("boundary", name, unit, detail::as_doubles(value));
     });
