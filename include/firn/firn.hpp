@@ -25,6 +25,7 @@
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/material/fluid.hpp>
 #include <firn/material/hencky.hpp>
+#include <firn/material/nacc.hpp>
 #include <firn/material/neo_hookean.hpp>
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
