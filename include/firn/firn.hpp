@@ -27,6 +27,9 @@
 #include <firn/exec/p2g.hpp>
 #include <firn/exec/partition.hpp>
 #include <firn/exec/reactions.hpp>
+#include <firn/field/attraction.hpp>
+#include <firn/field/damped.hpp>
+#include <firn/field/gravity.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/force/weight_gradient.hpp>
 #include <firn/kernel/cubic_b_spline.hpp>
