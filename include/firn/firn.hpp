@@ -28,6 +28,9 @@
 #include <firn/exec/partition.hpp>
 #include <firn/exec/reactions.hpp>
 #include <firn/exec/transfer_passes.hpp>
+#include <firn/field/attraction.hpp>
+#include <firn/field/damped.hpp>
+#include <firn/field/gravity.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/force/none.hpp>
 #include <firn/force/weight_gradient.hpp>

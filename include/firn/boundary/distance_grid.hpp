@@ -107,7 +107,7 @@ private:
             const S node = min(S(last - 1), floor(within));
             cell.fraction.v[a] = within - node;
             cell.beyond.v[a] = select(within == place, S(0), from_lower - within * spacing);
-            for (int lane = 0; lane < lanes; ++lane) first[lane] += std::size_t(lane_of(node, lane)) * stride[a];
+            for (int lane = 0; lane < lanes; ++lane) first[lane] += std::size_t(lane_value(node, lane)) * stride[a];
         });
         for (int corner = 0; corner < corners; ++corner) {
             std::size_t offset = 0;

@@ -8,26 +8,26 @@
 namespace firn {
 
 template <std::floating_point T>
-FIRN_INLINE T lane_of(T a, int) {
+FIRN_INLINE T lane_value(T a, int) {
     return a;
 }
 template <std::floating_point T>
-FIRN_INLINE T lane_of(strict<T> a, int) {
+FIRN_INLINE T lane_value(strict<T> a, int) {
     return a.value;
 }
 template <class T, int N>
-FIRN_INLINE T lane_of(pack<T, N> a, int lane) {
+FIRN_INLINE T lane_value(pack<T, N> a, int lane) {
     return a[lane];
 }
 template <class T>
-FIRN_INLINE auto lane_of(const dual<T>& a, int lane) {
-    return lane_of(a.value, lane);
+FIRN_INLINE auto lane_value(const dual<T>& a, int lane) {
+    return lane_value(a.value, lane);
 }
 
 /// A scalar whose numbers can be read while the program runs: all but one that records a program.
 template <class S>
 concept has_lanes = requires(const S a) {
-    { lane_of(a, 0) } -> std::floating_point;
+    { lane_value(a, 0) } -> std::floating_point;
 };
 
 /// The scalar with f(lane) in every lane; a constant where it has derivatives.

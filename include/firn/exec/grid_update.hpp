@@ -15,15 +15,6 @@ namespace firn {
 
 namespace detail {
 
-/// The acceleration at a node: a constant vector, or a field f(position) written for any scalar.
-template <class P, int D, class Acceleration>
-FIRN_INLINE Vec<P, D> acceleration_at(const Acceleration& acceleration, const Vec<P, D>& x) {
-    if constexpr (requires { acceleration(x); })
-        return acceleration(x);
-    else
-        return cast<P>(acceleration);
-}
-
 /// For a register of nodes: a policy is lifted, anything else serves as it is.
 template <class P, class Acceleration>
 FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
@@ -55,7 +46,7 @@ FIRN_INLINE void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const
         Vec<P, D> momentum;
         unroll<D>([&](auto a) FIRN_LAMBDA { momentum.v[a] = r[a]; });
         const auto update = [&](const auto& applied) FIRN_LAMBDA {
-            return node_velocity(momentum, r[node_mass], x, acceleration_at<P, D>(acceleration, x), P(dt), applied);
+            return node_velocity(momentum, r[node_mass], x, acceleration, P(dt), applied);
         };
         Vec<P, D> v;
         if constexpr (std::same_as<OfParts, std::nullptr_t>)
@@ -113,8 +104,8 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
 }  // namespace detail
 
 /// Turns the momentum of every node into its velocity after dt.
-/// \param acceleration  Vec<S, D> [m/s²]; or a callable of the node's position, Vec<P, D> → Vec<P, D> for any scalar P;
-///                      or a policy of field/ in S
+/// \param acceleration  Vec<S, D> [m/s²]; or a callable of the node's position, Vec<P, D> → Vec<P, D> for any scalar P,
+///                      or of position, velocity and time step; or a policy of field/ in S
 /// \param boundary      a boundary policy in S; node position and velocity → velocity
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,

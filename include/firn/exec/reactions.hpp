@@ -49,9 +49,9 @@ struct Watched {
             for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) {
                 Vec<double, D> arm{}, impulse{};
                 for (int a = 0; a < D; ++a) {
-                    arm[a] = double(lane_of(x[a], lane)) - sum.about[a];
-                    impulse[a] = double(lane_of(mass, lane)) *
-                                 (double(lane_of(after[a], lane)) - double(lane_of(before[a], lane)));
+                    arm[a] = double(lane_value(x[a], lane)) - sum.about[a];
+                    impulse[a] = double(lane_value(mass, lane)) *
+                                 (double(lane_value(after[a], lane)) - double(lane_value(before[a], lane)));
                 }
                 sum.impulse += impulse;
                 sum.angular_impulse += axial_product(arm, impulse);

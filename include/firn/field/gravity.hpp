@@ -5,7 +5,8 @@
 
 namespace firn {
 
-/// A field of acceleration is a policy that is called with a position [m] and returns an acceleration [m/s²].
+/// A field of acceleration is a policy that is called with a position [m], or with position, velocity [m/s] and time
+/// step [s], and returns an acceleration [m/s²].
 template <scalar S, int D>
 struct Gravity {
     Vec<S, D> gravity{};  ///< [m/s²]

@@ -7,17 +7,32 @@
 
 namespace firn {
 
+/// The acceleration of a node: a constant vector; a field f(position), written for any scalar; or a field
+/// f(position, velocity, dt), which is given the velocity before.
+template <scalar S, int D, class Field>
+FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& position, const Vec<S, D>& velocity,
+                                      const S& dt) {
+    if constexpr (requires { field(position, velocity, dt); })
+        return field(position, velocity, dt);
+    else if constexpr (requires { field(position); })
+        return field(position);
+    else
+        return cast<S>(field);
+}
+
 /// The new velocity of a node: momentum over mass, accelerated for dt, then the boundary.
 /// A node without mass has no velocity: zero. Neither has one whose mass is not a normal number: its inverse would not
 /// be finite. (A force per mass [m/s²] is added to the velocity, not to the momentum: for nodes with very little mass
 /// that is the more accurate order.)
-template <scalar S, int D, class Boundary>
+/// \param acceleration  as acceleration_at() takes it
+template <scalar S, int D, class Acceleration = Vec<S, D>, class Boundary>
 FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, const Vec<S, D>& position,
-                                    const Vec<S, D>& acceleration, const S& dt, const Boundary& boundary) {
+                                    const Acceleration& acceleration, const S& dt, const Boundary& boundary) {
     const auto filled = mass >= S(std::numeric_limits<value_type_t<S>>::min());
     const S per_mass = named("per_mass", S(1) / select(filled, mass, S(1)));
-    const Vec<S, D> v = boundary.velocity(position, momentum * per_mass + acceleration * dt);
-    return select(filled, v, Vec<S, D>::zero());
+    const Vec<S, D> before = momentum * per_mass;
+    const Vec<S, D> v = before + acceleration_at(acceleration, position, before, dt) * dt;
+    return select(filled, boundary.velocity(position, v), Vec<S, D>::zero());
 }
 
 /// For nodes that no boundary reaches, and for passes in which none acts.

@@ -158,8 +158,7 @@ void add_grid_update(Module& module, const Boundary& boundary, const Field& fiel
     module.function<V, R, V>(
         "velocity_of_node", std::string(Boundary::name) + ", " + Field::name + ", firn/stage/grid_update.hpp",
         {"momentum", "mass", "position"}, [&](const V& momentum, const R& mass, const V& position) {
-            const V acceleration = detail::with_uniforms(field, "field")(position);
-            return node_velocity(momentum, mass, position, acceleration, detail::time_step(),
+            return node_velocity(momentum, mass, position, detail::with_uniforms(field, "field"), detail::time_step(),
                                  detail::with_uniforms(boundary, "boundary"));
         });
 }

@@ -2,6 +2,7 @@
 #include "support/catch.hpp"
 #include "support/scenes.hpp"
 #include <firn/field/attraction.hpp>
+#include <firn/field/damped.hpp>
 #include <firn/wgsl/inputs.hpp>
 #include <firn/wgsl/program.hpp>
 
@@ -148,6 +149,18 @@ TEST_CASE("The parameters of each of several boundaries are uniforms, which foll
     CHECK(float_at(bytes, p.uniform("boundary_2_rotation").offset + 4) == Approx(std::sin(0.15)));
     CHECK(float_at(bytes, p.uniform("boundary_1_shape_radius").offset) == 0.25F);
     CHECK_THROWS_AS(set_parameters(inputs, boundary, "field"), usage_error);
+}
+
+TEST_CASE("A field around a field: damping has the uniforms of both, and is given the velocity") {
+    const Damped<float, 2, Attraction> damped{{.gravity = {0, -3}}, 0.5F};
+    const wgsl::Program p = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(
+        FixedCorotated<float>{}, Walls<float, 2>::all({0, 0}, {1, 1}, {}), damped);
+    CHECK(p.field == "damped_attraction");
+    CHECK(p.uniform("field_rate").values == std::vector<double>{0.5});
+    CHECK(p.uniform("field_field_gravity").values == std::vector<double>{0, -3});
+    const std::size_t update = p.code.find("fn velocity_of_node(");
+    CHECK(p.code.find("params.field_rate", update) != std::string::npos);
+    CHECK(p.code.find("params.field_field_strength", update) != std::string::npos);
 }
 
 TEST_CASE("The pull towards a line falls off to its radius and points at the line; at its centre there is none") {
