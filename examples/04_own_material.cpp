@@ -1,4 +1,4 @@
-/// \file A simulation with a material of one's own: own_material.hpp. A neo-Hookean ball is squeezed through the air
+/// \file A simulation with a material of one's own: own_material.hpp. A ball of soft tissue is squeezed through the air
 /// onto the floor.
 #include "support/run.hpp"
 
@@ -8,7 +8,7 @@ namespace {
 
 int own_material(int argc, char** argv) {
     example::CommandLine line({.name = "own_material",
-                               .about = "A ball of a user's own neo-Hookean material falls on the floor.",
+                               .about = "A ball of a user's own soft tissue falls on the floor.",
                                .particles = 60'000,
                                .steps = 1500,
                                .frames = 20});
@@ -17,7 +17,7 @@ int own_material(int argc, char** argv) {
 
     const double radius = 0.18;
     const double spacing = radius * std::cbrt(4.0 / 3.0 * std::acos(-1.0) / double(options.particles));
-    firn::Simulation<3, NeoHookean<float>> simulation(
+    firn::Simulation<3, SoftTissue<float>> simulation(
         {.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 2 * spacing}, {.mu = 2e4, .lambda = 3e4},
         {options.threads});
     simulation.add(firn::sample_sphere<3>({0.5, radius + 0.02, 0.5}, radius, {.spacing = spacing}), 1000.0,

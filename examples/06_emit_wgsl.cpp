@@ -1,7 +1,7 @@
 /// \file Writes the WGSL programs of firn's policies: for a GPU, the same definitions that run on the CPU.
 ///
 ///     06_emit_wgsl --list
-///     06_emit_wgsl --dimension 3 --transfer apic --material neo_hookean --output program
+///     06_emit_wgsl --dimension 3 --transfer apic --material soft_tissue --output program
 ///     06_emit_wgsl --all programs
 #include "support/errors.hpp"
 #include <firn/boundary/walls.hpp>

@@ -38,9 +38,12 @@
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/material/fluid.hpp>
 #include <firn/material/hencky.hpp>
+#include <firn/material/nacc.hpp>
+#include <firn/material/neo_hookean.hpp>
 #include <firn/material/per_particle.hpp>
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
+#include <firn/material/von_mises.hpp>
 #include <firn/math/left_stretch.hpp>
 #include <firn/math/rotor.hpp>
 #include <firn/math/svd.hpp>

@@ -237,6 +237,19 @@ void check_lanes(const M<S>& model, const StateOf& state_of, int count) {
     }
 }
 
+/// A NaN anywhere in F is in the stress, before and after a return.
+template <int D, class M>
+void check_nan(const M& model) {
+    for (int k = 0; k < D * D; ++k) {
+        State<M, D> state{};
+        state.F.m[k] = std::numeric_limits<material_scalar_t<M>>::quiet_NaN();
+        CAPTURE(k);
+        CHECK(std::isnan(trace(kirchhoff_stress(model, state))));
+        CHECK(std::isnan(trace(kirchhoff_stress(
+            model, updated(model, state, Mat<material_scalar_t<M>, D>::zero(), material_scalar_t<M>(0))))));
+    }
+}
+
 /// float against double, from the same (float) state; errors in ε of float times a modulus.
 template <int D, template <class> class M>
 void check_float(const M<float>& model, const State<M<double>, D>& of_double, double epsilons) {

@@ -71,7 +71,7 @@ struct Fluid {
     template <int D>
     FIRN_INLINE state<D> updated(const state<D>& fluid, const Mat<S, D>& velocity_gradient, const S& dt) const {
         const S J = fluid.J + fluid.J * (trace(velocity_gradient) * dt);
-        return {max(S(smallest_J), min(J, S(largest_J)))};
+        return {max(min(J, S(largest_J)), S(smallest_J))};
     }
 
     /// τ at rest = −p J I [Pa]

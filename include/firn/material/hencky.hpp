@@ -23,7 +23,7 @@ FIRN_INLINE HenckyStrain<S, D> hencky_strain(const Mat<S, D>& F) {
     const Principal<S, D> p = principal_stretches(F);
     HenckyStrain<S, D> hencky;
     hencky.directions = p.directions;
-    unroll<D>([&](auto i) FIRN_LAMBDA { hencky.strain.v[i] = log(max(S(1e-6), p.stretches.v[i])); });
+    unroll<D>([&](auto i) FIRN_LAMBDA { hencky.strain.v[i] = log(max(p.stretches.v[i], S(1e-6))); });
     return hencky;
 }
 
@@ -83,11 +83,11 @@ struct Hencky {
     /// smallest then by ln J; both bounds are exact at rest.  [m/s]
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
-        const S volumetric = log(max(S(1e-18), determinant(F)));
-        const S highest = S(0.5) * log(max(S(1e-12), squared_stretch_bound(F)));
+        const S volumetric = log(max(determinant(F), S(1e-18)));
+        const S highest = S(0.5) * log(max(squared_stretch_bound(F), S(1e-12)));
         const S lowest = volumetric - S(D - 1) * highest;
-        const S spread = max(S(0), highest - lowest);
-        const S compression = max(S(0), -((mu + mu) * lowest + lambda * volumetric));
+        const S spread = max(highest - lowest, S(0));
+        const S compression = max(-((mu + mu) * lowest + lambda * volumetric), S(0));
         return sqrt((lambda + (mu + mu) * (S(1) + spread) + compression) / density);
     }
 };

@@ -114,11 +114,11 @@ struct Snow {
                 const S sigma = p.stretches.v[i];
                 yields = yields | (sigma < lowest_stretch) | (highest_stretch < sigma);
                 const S divisor = select(abs(sigma) < S(1e-3), S(1e-3), sigma);
-                ratio.v[i] = max(lowest_stretch, min(sigma, highest_stretch)) / divisor;
+                ratio.v[i] = max(min(sigma, highest_stretch), lowest_stretch) / divisor;
                 volume = volume / ratio.v[i];
             });
             const Mat<S, D> F = select(yields, spectral(p.directions, ratio) * trial.F, trial.F);
-            volume = select(yields, max(S(0), min(volume, S(0x1p20))), trial.plastic_volume);
+            volume = select(yields, max(min(volume, S(0x1p20)), S(0)), trial.plastic_volume);
             snow.F = select(doubtful, F, trial.F);
             snow.plastic_volume = select(doubtful, volume, trial.plastic_volume);
         }

@@ -156,6 +156,7 @@ TEMPLATE_TEST_CASE_SIG("sand in lanes gives the bits of plain numbers, and float
         return state;
     };
     const SandProperties hardening{.friction_angle = 35, .hardening = 9, .hardening_decay = 0.2, .initial_loss = 10};
+    check_nan<D>(Sand<float>{});
     check_lanes<float, D>(Sand<float>::from_properties(hardening), state_of, 320);
     check_lanes<double, D>(Sand<double>::from_properties(hardening), state_of, 160);
     for (int i = 0; i < 100; ++i) {

@@ -158,6 +158,7 @@ TEMPLATE_TEST_CASE_SIG("snow in lanes gives the bits of plain numbers, and float
         if (i % 17 == 0) state.F = state.F * -1.0;
         return state;
     };
+    check_nan<D>(Snow<float>{});
     check_lanes<float, D>(Snow<float>{}, state_of, 320);
     check_lanes<double, D>(Snow<double>{}, state_of, 160);
     for (int i = 1; i < 100; ++i) {

@@ -144,7 +144,10 @@ template <template <class> class Material>
 struct Stress {
     template <class S, int D>
     Mat<S, D> operator()(const Mat<S, D>& F) const {
-        return Material<S>{S(4e4F), S(6e4F)}.kirchhoff_stress(F);
+        Material<S> model;
+        model.mu = S(4e4F);
+        model.lambda = S(6e4F);
+        return model.kirchhoff_stress(F);
     }
 };
 
@@ -161,8 +164,8 @@ static_assert(scalar<recorded>);
 TEST_CASE("A recorded definition computes the bits that the definition computes") {
     CHECK(differences<2>(Stress<FixedCorotated>{}) == 0);
     CHECK(differences<3>(Stress<FixedCorotated>{}) == 0);
-    CHECK(differences<2>(Stress<NeoHookean>{}) == 0);
-    CHECK(differences<3>(Stress<NeoHookean>{}) == 0);
+    CHECK(differences<2>(Stress<SoftTissue>{}) == 0);
+    CHECK(differences<3>(Stress<SoftTissue>{}) == 0);
 }
 
 TEST_CASE("What occurs twice is recorded once, in either order; what nothing needs is not written") {

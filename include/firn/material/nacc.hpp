@@ -1,0 +1,203 @@
+/// \file Non-associated Cam clay: bread, mud, chocolate, soft rock that tears. Wolper et al. 2019, "CD-MPM: Continuum
+/// damage material point methods for dynamic fracture animation", §4; hardening by the plastic volume.
+#pragma once
+
+#include <firn/core/repeat.hpp>
+#include <firn/material/friction_angle.hpp>
+#include <firn/material/hencky.hpp>
+
+namespace firn {
+
+/// Cam clay in terms that can be measured.
+struct NaccProperties {
+    double young = 1e6;          ///< Young's modulus [Pa]
+    double poisson = 0.3;        ///< Poisson's ratio [1]
+    double friction_angle = 45;  ///< φ of the critical state [degrees]
+    double cohesion = 0.5;       ///< β: what it bears in tension, as a part of the consolidation pressure [1]
+    double consolidation = 2e4;  ///< p₀ before any flow, the pressure that crushes it [Pa]
+    double hardening = 3;        ///< ξ [1]
+};
+
+/// Elastic: ψ = μ/2 (tr b̂ − D) + κ/2 ((J² − 1)/2 − ln J), b̂ = J^{−2/D} FFᵀ, κ = λ + 2μ/D (in 2D plane strain, at small
+/// strain). With p = −κ/2 (J² − 1) and q = √((6 − D)/2) ‖μ dev b̂‖ it yields where
+///     (1 + 2β) q² + M² (p + β p₀)(p − p₀) > 0,      p₀ = κ (1e-5 + sinh(ξ max(−α, 0))),
+/// α the logarithm of the plastic volume.
+template <scalar S = float>
+struct Nacc {
+    S mu = S(1e6 / 2.6);                          ///< shear modulus [Pa]
+    S lambda = S(3e5 / (1.3 * 0.4));              ///< first Lamé parameter [Pa]
+    S friction_sine = S(0.70710678118654752440);  ///< sin φ [1]
+    S cohesion = S(0.5);                          ///< β [1]
+    S hardening = S(3);                           ///< ξ [1]
+    S first_log_volume = S(-0.0079992322);        ///< α before any flow [1]
+
+    static constexpr const char* name = "nacc";
+    static constexpr auto parameters() {
+        return std::tuple{parameter{"mu", "Pa", &Nacc::mu},
+                          parameter{"lambda", "Pa", &Nacc::lambda},
+                          parameter{"friction_sine", "1", &Nacc::friction_sine},
+                          parameter{"cohesion", "1", &Nacc::cohesion},
+                          parameter{"hardening", "1", &Nacc::hardening},
+                          parameter{"first_log_volume", "1", &Nacc::first_log_volume}};
+    }
+
+    template <int D>
+    struct state {
+        Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
+        S log_volume = S(0);                  ///< what α has changed by [1]
+
+        static constexpr auto fields() {
+            return std::tuple{parameter{"deformation_gradient", "1", &state::F},
+                              parameter{"plastic_log_volume", "1", &state::log_volume}};
+        }
+    };
+
+    /// \throws parameter_error unless E > 0, −1 < ν < ½, 0 ≤ φ < 90°, β ≥ 0, ξ > 0 and 0 < p₀ < κ/2 of 3D
+    static Nacc from_properties(const NaccProperties& clay) {
+        const Hencky<S> elastic = Hencky<S>::from_young_poisson(clay.young, clay.poisson);
+        const double kappa = clay.young / (3 * (1 - 2 * clay.poisson));
+        if (!(clay.cohesion >= 0) || !std::isfinite(clay.cohesion))
+            throw parameter_error(
+                sentence("The cohesion of Cam clay is ", clay.cohesion, "; it must be finite and not negative."));
+        if (!(clay.hardening > 0) || !std::isfinite(clay.hardening))
+            throw parameter_error(sentence("The hardening coefficient of Cam clay is ", clay.hardening,
+                                           "; it must be positive and finite."));
+        if (!(clay.consolidation > 0 && clay.consolidation < kappa / 2))
+            throw parameter_error(sentence("The consolidation pressure of Cam clay is ", clay.consolidation,
+                                           " Pa; it must be positive and less than half the bulk modulus, ", kappa / 2,
+                                           " Pa, which is the highest pressure of this elasticity."));
+        Nacc model;
+        model.mu = elastic.mu;
+        model.lambda = elastic.lambda;
+        model.friction_sine = S(std::sin(check_friction_angle(clay.friction_angle)));
+        model.cohesion = S(clay.cohesion);
+        model.hardening = S(clay.hardening);
+        model.first_log_volume = S(-std::asinh(clay.consolidation / kappa) / clay.hardening);
+        return model;
+    }
+
+    /// κ [Pa]
+    template <int D>
+    FIRN_INLINE S bulk() const {
+        return lambda + S(2. / D) * mu;
+    }
+    /// M, the slope q/p of the critical state. [1]
+    template <int D>
+    FIRN_INLINE S critical_slope() const {
+        return friction_slope<D>(friction_sine) * S(D) * sqrt(S((6 - D) * 0.5));
+    }
+    /// p₀/κ of a state. Above ½ it has no effect, as no pressure reaches κ/2. [1]
+    FIRN_INLINE S consolidation(const S& log_volume) const {
+        const S x = min(S(2), hardening * max(-(first_log_volume + log_volume), S(0)));
+        const S xx = x * x;  // sinh by its series: no digits are lost next to 0, error 1e-9 at 2
+        S sum = S(1);
+        unroll<7>([&](auto k) FIRN_LAMBDA {
+            constexpr int n = 14 - 2 * int(k);
+            sum = S(1) + xx * sum * S(1. / (n * (n + 1)));
+        });
+        return named("consolidation", S(1e-5) + x * sum);
+    }
+
+    /// τ = μ dev b̂ + κ/2 (J² − 1) I  [Pa]
+    template <int D>
+    FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& clay) const {
+        const S J = named("J", determinant(clay.F));
+        const Mat<S, D> b = clay.F * transpose(clay.F);
+        const S shear = mu * isochoric<D>(J);
+        const S pressure = S(0.5) * bulk<D>() * (J * J - S(1)) - shear * trace(b) * S(1. / D);
+        return b * shear + Mat<S, D>::diagonal(pressure);
+    }
+    /// ψ [J/m³ of undeformed volume]
+    template <int D>
+    FIRN_INLINE S energy_density(const state<D>& clay) const {
+        const S J = determinant(clay.F);
+        const S volumetric = S(0.5) * (J * J - S(1)) - log(max(J, S(1e-18)));
+        return S(0.5) * mu * (squared_norm(clay.F) * isochoric<D>(J) - S(D)) + S(0.5) * bulk<D>() * volumetric;
+    }
+    /// ρ0 c² ≤ μ J^{−2/D} (σ_max² + (1 + 2/D) tr b/D) + κ/2 (J² + 1): the acoustic tensor is
+    /// μ J^{−2/D} [(n·bn) I − 2/D (bn ⊗ n + n ⊗ bn) + (1 + 2/D)(tr b/D) n ⊗ n] + κ/2 (J² + 1) n ⊗ n.  [m/s]
+    template <int D>
+    FIRN_INLINE S wave_speed(const S& density, const state<D>& clay) const {
+        const S J = determinant(clay.F);
+        const S shape = squared_stretch_bound(clay.F) + S((1 + 2. / D) / D) * squared_norm(clay.F);
+        return sqrt((mu * isochoric<D>(J) * shape + S(0.5) * bulk<D>() * (J * J + S(1))) / density);
+    }
+
+    /// Above p₀, to that pressure without shear; below −β p₀, to that; else, where it yields, at the same J to the
+    /// ellipse by a smaller deviator. α changes by ln J − ln J×, J× at the pressure that is come to, in the third case
+    /// at that where the line to the middle of the ellipse meets it. Where it does not yield nothing changes, to the
+    /// bit. p₀ is that of the trial: what softens may lie outside its new ellipse until the next step.
+    ///
+    /// The third case sets b̂′ = t I + s′/μ; the paper keeps t, and J with it only nearly. Here det b̂′ = 1 gives t.
+    template <int D>
+    FIRN_INLINE state<D> returned(const state<D>& trial) const {
+        const HenckyStrain<S, D> hencky = hencky_strain(trial.F);
+        const S log_J = named("log_J", sum_of(hencky.strain));
+        Vec<S, D> shape;  // b̂
+        unroll<D>([&](auto i) FIRN_LAMBDA { shape.v[i] = exp(S(2) * hencky.strain.v[i] - S(2. / D) * log_J); });
+        const S mean = sum_of(shape) * S(1. / D);
+        const Vec<S, D> deviator = shape - Vec<S, D>::filled(mean);
+        const S squared = dot(deviator, deviator);
+
+        // All pressures over κ.
+        const S J = exp(log_J);
+        const S p = named("p", S(0.5) * (S(1) - J * J));
+        const S p0 = consolidation(trial.log_volume);
+        const S lowest = -(cohesion * p0);
+        const S M = critical_slope<D>();
+        const S ratio = mu / bulk<D>();
+        const S qq = (S(1) + cohesion + cohesion) * S((6 - D) * 0.5) * ratio * ratio * squared;  // (1 + 2β) q²
+        const S inside = M * M * (p - lowest) * (p0 - p);
+        const auto crushed = p0 < p;
+        const auto torn = p < lowest;
+        const auto sheared = inside < qq;
+        const auto to_tip = crushed | torn;
+        const auto yields = to_tip | sheared;
+
+        const S kept = sqrt(max(inside, S(0)) / select(S(0) < qq, qq, S(1)));
+        const Vec<S, D> left = deviator * kept;
+        const Vec<S, D> on_ellipse = left + Vec<S, D>::filled(unit_mean(left, mean));
+        const S middle = S(0.5) * (p0 + lowest);
+        const S away = qq + M * M * (p - middle) * (p - middle);
+        const S along = M * S(0.5) * (p0 - lowest) / sqrt(select(S(0) < away, away, S(1)));
+        const S met = select(crushed, p0, select(torn, lowest, middle + along * (p - middle)));
+        const S log_met = S(0.5) * log(max(S(1) - met - met, S(1e-12)));
+
+        Vec<S, D> after;
+        const S log_after = select(to_tip, log_met, log_J);
+        unroll<D>([&](auto i) FIRN_LAMBDA {
+            const S of_shape =
+                select(to_tip | !yields, S(0), S(0.5) * log(select(yields & !to_tip, on_ellipse.v[i], S(1))));
+            after.v[i] = log_after * S(1. / D) + of_shape;
+        });
+        state<D> clay;
+        clay.F = select(yields, returned_to(trial.F, hencky, after), trial.F);
+        clay.log_volume = select(yields, trial.log_volume + (log_J - log_met), trial.log_volume);
+        return clay;
+    }
+
+private:
+    /// J^{−2/D}
+    template <int D>
+    FIRN_INLINE S isochoric(const S& J) const {
+        return exp(S(-2. / D) * log(max(J, S(1e-18))));
+    }
+    /// t with Π (t + eᵢ) = 1 for Σ e = 0: in closed form in 2D; in 3D by Newton from above, where t³ − a t + Π e − 1 is
+    /// convex. \param above  no less than t
+    template <int D>
+    FIRN_INLINE static S unit_mean(const Vec<S, D>& e, const S& above) {
+        const S a = S(0.5) * dot(e, e);
+        if constexpr (D == 2) {
+            return sqrt(S(1) + a);
+        } else {
+            constexpr int steps = sizeof(value_type_t<S>) == 4 ? 5 : 6;
+            const S constant = e.v[0] * e.v[1] * e.v[2] - S(1);
+            return repeat<steps>(min(above, S(1) + S(1.2) * sqrt(a)), [&](const S& t) FIRN_LAMBDA {
+                const S slope = S(3) * t * t - a;
+                return t - ((t * t - a) * t + constant) / max(slope, S(1e-6));
+            });
+        }
+    }
+};
+
+}  // namespace firn

@@ -1,0 +1,56 @@
+/// \file Compressible neo-Hookean elasticity. Bonet and Wood 2008, "Nonlinear Continuum Mechanics for Finite Element
+/// Analysis", §6.4.3.
+#pragma once
+
+#include <firn/material/concept.hpp>
+#include <firn/material/lame.hpp>
+#include <firn/math/exp_log.hpp>
+#include <firn/math/stretch_bound.hpp>
+
+namespace firn {
+
+/// ψ = μ/2 (tr FFᵀ − D) − μ ln J + λ/2 ln² J  [J/m³]. In 2D the same lines with 2 × 2 matrices: plane strain.
+/// J must stay positive; where it is not, stress and wave speed are NaN, and G2P names the particle.
+template <scalar S = float>
+struct NeoHookean {
+    S mu = S(5e4 / 1.3);              ///< shear modulus [Pa]
+    S lambda = S(3e4 / (1.3 * 0.4));  ///< first Lamé parameter [Pa]
+
+    static constexpr const char* name = "neo_hookean";
+    static constexpr auto parameters() {
+        return std::tuple{parameter{"mu", "Pa", &NeoHookean::mu}, parameter{"lambda", "Pa", &NeoHookean::lambda}};
+    }
+
+    /// \throws parameter_error unless E > 0 [Pa] and −1 < ν < ½
+    static NeoHookean from_young_poisson(double young, double poisson) {
+        const Lame lame = lame_from_young_poisson(young, poisson);
+        using T = value_type_t<S>;
+        check_lame(double(T(lame.mu)), double(T(lame.lambda)));
+        return {S(lame.mu), S(lame.lambda)};
+    }
+
+    /// τ = μ (FFᵀ − I) + λ ln J I  [Pa]
+    template <int D>
+    FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
+        const S pressure = lambda * log(determinant(F)) - mu;
+        return F * transpose(F) * mu + Mat<S, D>::diagonal(pressure);
+    }
+
+    /// ψ [J/m³ of undeformed volume]
+    template <int D>
+    FIRN_INLINE S energy_density(const Mat<S, D>& F) const {
+        const S log_J = log(determinant(F));
+        return S(0.5) * mu * (squared_norm(F) - S(D)) - mu * log_J + S(0.5) * lambda * log_J * log_J;
+    }
+
+    /// ρ0 c² ≤ μ (σ_max² + 1) + λ (1 − ln J): the acoustic tensor is μ (n·FFᵀn) I + (μ + λ (1 − ln J)) n ⊗ n.
+    /// No less than the shear wave's where the second part is negative.  [m/s]
+    template <int D>
+    FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
+        const S shear = mu * squared_stretch_bound(F);
+        const S along = mu + lambda * (S(1) - log(determinant(F)));
+        return sqrt((shear + max(along, S(0))) / density);
+    }
+};
+
+}  // namespace firn

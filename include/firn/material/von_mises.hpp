@@ -1,0 +1,96 @@
+/// \file Metal and clay: Hencky elasticity with the yield condition of von Mises and linear isotropic hardening. Exact
+/// radial return in logarithmic strain: Simo and Hughes 1998, "Computational Inelasticity", §3.3 and §9.2.
+#pragma once
+
+#include <firn/material/hencky.hpp>
+
+namespace firn {
+
+/// The defaults are those of a soft clay.
+struct VonMisesProperties {
+    double young = 1e6;         ///< Young's modulus [Pa]
+    double poisson = 0.4;       ///< Poisson's ratio [1]
+    double yield_stress = 2e4;  ///< σ_Y, in uniaxial tension [Pa]
+    double hardening = 0;       ///< H = dσ_Y/dα, α the equivalent plastic strain [Pa]
+};
+
+/// Yields where ‖dev τ‖ > √⅔ (σ_Y + H α). In 2D the deviator is that of two dimensions, as in plane strain once the
+/// elastic strain is small against the plastic one: no plastic flow out of the plane.
+template <scalar S = float>
+struct VonMises {
+    S mu = S(1e6 / 2.8);              ///< shear modulus [Pa]
+    S lambda = S(4e5 / (1.4 * 0.2));  ///< first Lamé parameter [Pa]
+    S yield_stress = S(2e4);          ///< σ_Y [Pa]
+    S hardening = S(0);               ///< H [Pa]
+
+    static constexpr const char* name = "von_mises";
+    static constexpr auto parameters() {
+        return std::tuple{parameter{"mu", "Pa", &VonMises::mu}, parameter{"lambda", "Pa", &VonMises::lambda},
+                          parameter{"yield_stress", "Pa", &VonMises::yield_stress},
+                          parameter{"hardening", "Pa", &VonMises::hardening}};
+    }
+
+    template <int D>
+    struct state {
+        Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
+        S plastic_strain = S(0);              ///< equivalent plastic strain α [1]
+
+        static constexpr auto fields() {
+            return std::tuple{parameter{"deformation_gradient", "1", &state::F},
+                              parameter{"plastic_strain", "1", &state::plastic_strain}};
+        }
+    };
+
+    /// \throws parameter_error unless E > 0, −1 < ν < ½, σ_Y > 0 and H ≥ 0
+    static VonMises from_properties(const VonMisesProperties& solid) {
+        const Hencky<S> elastic = Hencky<S>::from_young_poisson(solid.young, solid.poisson);
+        if (!(solid.yield_stress > 0) || !std::isfinite(solid.yield_stress))
+            throw parameter_error(sentence("The yield stress is ", solid.yield_stress,
+                                           " Pa; it must be positive and finite. What never yields is Hencky."));
+        if (!(solid.hardening >= 0) || !std::isfinite(solid.hardening))
+            throw parameter_error(
+                sentence("The hardening modulus is ", solid.hardening, " Pa; it must be finite and not negative."));
+        return {elastic.mu, elastic.lambda, S(solid.yield_stress), S(solid.hardening)};
+    }
+
+    FIRN_INLINE Hencky<S> elastic() const { return {mu, lambda}; }
+
+    /// τ [Pa]
+    template <int D>
+    FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& solid) const {
+        return elastic().kirchhoff_stress(solid.F);
+    }
+    /// ψ of the elastic part [J/m³ of undeformed volume]
+    template <int D>
+    FIRN_INLINE S energy_density(const state<D>& solid) const {
+        return elastic().energy_density(solid.F);
+    }
+    /// [m/s]
+    template <int D>
+    FIRN_INLINE S wave_speed(const S& density, const state<D>& solid) const {
+        return elastic().wave_speed(density, solid.F);
+    }
+
+    /// dev ε′ = dev ε (1 − Δγ/‖dev ε‖), Δγ = f / (2μ + ⅔ H), f = 2μ ‖dev ε‖ − √⅔ (σ_Y + H α); α′ = α + √⅔ Δγ.
+    /// Volume is kept. Where f ≤ 0 nothing changes, to the bit.
+    template <int D>
+    FIRN_INLINE state<D> returned(const state<D>& trial) const {
+        constexpr double root_two_thirds = 0.81649658092772603273;
+        const HenckyStrain<S, D> hencky = hencky_strain(trial.F);
+        const Vec<S, D> mean = Vec<S, D>::filled(sum_of(hencky.strain) * S(1. / D));
+        const Vec<S, D> deviator = hencky.strain - mean;
+        const S shear = named("shear", norm(deviator));
+        const S radius = S(root_two_thirds) * (yield_stress + hardening * trial.plastic_strain);
+        const S excess = named("excess", (mu + mu) * shear - radius);
+        const auto yields = S(0) < excess;
+        const S slip = select(yields, excess, S(0)) / (mu + mu + S(2. / 3) * hardening);
+
+        const S kept = S(1) - slip / select(yields, shear, S(1));
+        state<D> solid;
+        solid.F = select(yields, returned_to(trial.F, hencky, deviator * kept + mean), trial.F);
+        solid.plastic_strain = trial.plastic_strain + S(root_two_thirds) * slip;
+        return solid;
+    }
+};
+
+}  // namespace firn
