@@ -3,7 +3,7 @@
 ///
 ///     before_p2g<Kernel, Transfer>(execution, grid, sets...);
 ///     p2g<Kernel, Transfer, Force>(execution, grid, dt, sets...);
-///     after_p2g<Kernel, Transfer>(execution, grid, transfer, memory, sets...);
+///     after_p2g<Kernel>(execution, grid, transfer, memory, sets...);
 ///     grid_update(execution, grid, dt, acceleration, boundary);
 ///     g2p<Kernel, Transfer, Force>(execution, view, partition, grid, material, dt, transfer);  // for each set
 #pragma once
@@ -113,7 +113,7 @@ void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Partic
 /// Momenta of the nodes in place of those that P2G made, for transfers that refine them: m v, v the series of FMPM.
 /// Layers 1 and 2 of the grid are used up.
 /// \throws parameter_error if the order is less than 1
-template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
+template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>
 void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer, TransferMemory<S>& memory,
                const ParticleSet<Views>&... sets) {
     if constexpr (refines_velocities<Transfer>) {

@@ -1,6 +1,6 @@
 /// \file P2G and G2P with the narrowest and the widest kernel: by definition, conserving, the same bits for any number
 /// of threads. (The quadratic one: p2g.cpp, g2p.cpp.)
-#include "by_definition.hpp"
+#include "support/by_definition.hpp"
 
 using namespace firn;
 using by_definition::Case;

@@ -1,5 +1,5 @@
 /// \file G2P takes from the grid what the definition says, for dense matter and for spray.
-#include "by_definition.hpp"
+#include "support/by_definition.hpp"
 
 using namespace firn;
 

@@ -1,5 +1,5 @@
 /// \file The executions of P2G make the same sums, conserve what they must, and refuse what would overflow.
-#include "by_definition.hpp"
+#include "support/by_definition.hpp"
 
 using namespace firn;
 using by_definition::Case;
