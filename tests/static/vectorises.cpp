@@ -1,5 +1,8 @@
 // Each policy on a register of float lanes, in a function of its own, for check_vectorised.sh to look at: its
 // arithmetic must be packed. FIRN_PLANT_SCALAR makes one of them work lane by lane, to see that the check would notice.
+#include <firn/boundary/collider.hpp>
+#include <firn/boundary/shapes.hpp>
+#include <firn/boundary/together.hpp>
 #include <firn/boundary/walls.hpp>
 #include <firn/core/pack.hpp>
 #include <firn/force/mls.hpp>
@@ -97,12 +100,15 @@ FIRN_INLINE void speed(const FixedCorotated<P>& model, Input in, Output out) {
     const P density = in.scalar();
     out.put(model.wave_speed(density, in.matrix<D>()));
 }
-template <int D>
-FIRN_INLINE void node(const Walls<P, D>& walls, Input in, Output out) {
+template <int D, class Boundary>
+FIRN_INLINE void node(const Boundary& boundary, Input in, Output out) {
     const P mass = in.scalar(), dt = in.scalar();
     const Vec<P, D> momentum = in.vector<D>(), x = in.vector<D>(), acceleration = in.vector<D>();
-    out.put(node_velocity(momentum, mass, x, acceleration, dt, walls));
+    out.put(node_velocity(momentum, mass, x, acceleration, dt, boundary));
 }
+
+template <int D>
+using Solids = Together<Collider<Capsule<P, D>>, Collider<Complement<Box<P, D>>>>;
 
 }  // namespace
 
@@ -121,6 +127,8 @@ void firn_stress_3d(const FixedCorotated<P>& model, const float* in, float* out)
 void firn_wave_speed_3d(const FixedCorotated<P>& model, const float* in, float* out);
 void firn_node_2d(const Walls<P, 2>& walls, const float* in, float* out);
 void firn_node_3d(const Walls<P, 3>& walls, const float* in, float* out);
+void firn_solid_2d(const Solids<2>& solids, const float* in, float* out);
+void firn_solid_3d(const Solids<3>& solids, const float* in, float* out);
 }
 
 FIRN_LOOKED_AT firn_kernel(const float* in, float* out) {
@@ -156,3 +164,5 @@ FIRN_LOOKED_AT firn_wave_speed_3d(const FixedCorotated<P>& model, const float* i
 }
 FIRN_LOOKED_AT firn_node_2d(const Walls<P, 2>& walls, const float* in, float* out) { node<2>(walls, {in}, {out}); }
 FIRN_LOOKED_AT firn_node_3d(const Walls<P, 3>& walls, const float* in, float* out) { node<3>(walls, {in}, {out}); }
+FIRN_LOOKED_AT firn_solid_2d(const Solids<2>& solids, const float* in, float* out) { node<2>(solids, {in}, {out}); }
+FIRN_LOOKED_AT firn_solid_3d(const Solids<3>& solids, const float* in, float* out) { node<3>(solids, {in}, {out}); }
