@@ -5,6 +5,7 @@
 #include <firn/core/lanes.hpp>
 #include <firn/core/names.hpp>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,13 @@ struct BoundaryList {
         return false;
     }
 
+    template <int D>
+    double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
+        double largest = 0;
+        for (const B& one : all) largest = std::max(largest, firn::largest_speed(one, lower, upper));
+        return largest;
+    }
+
     int part_count() const { return int(all.size()); }
     template <class S, int D, class Seen>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v, const Seen& seen, int first) const {
@@ -73,7 +81,8 @@ struct BoundaryList {
     /// What they say of themselves, for files.
     std::string description() const {
         std::string text;
-        for (const B& one : all) text += (text.empty() ? "" : "; ") + one.description();
+        if constexpr (requires(const B one) { one.description(); })
+            for (const B& one : all) text += (text.empty() ? "" : "; ") + one.description();
         return text;
     }
 };

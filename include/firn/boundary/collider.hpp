@@ -100,6 +100,18 @@ struct Collider {
         return later;
     }
 
+    double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const
+        requires std::floating_point<S>
+    {
+        if (!reaches(lower, upper)) return 0;
+        Vec<double, D> arm{};  // to the farthest corner of the box
+        for (int a = 0; a < D; ++a)
+            arm[a] = std::max(std::abs(lower[a] - position[a]), std::abs(upper[a] - position[a]));
+        double radius = norm(arm);
+        if constexpr (requires { shape.extent(); }) radius = std::min(radius, shape.extent() + thickness);
+        return norm(linear_velocity) + std::sqrt(squared_norm(skew(angular_velocity)) / 2) * radius;
+    }
+
     /// The velocity of the solid at x [m/s].
     FIRN_INLINE Vec<S, D> surface_velocity(const Vec<S, D>& x) const {
         return cast<S>(linear_velocity) + skew(cast_axial<S, D>(angular_velocity)) * (x - cast<S>(position));

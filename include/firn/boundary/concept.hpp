@@ -29,6 +29,16 @@ B advanced(const B& boundary, double dt) {
         return boundary;
 }
 
+/// The largest speed [m/s] that the boundary can give to nodes of the box [lower, upper], beyond what they have: for
+/// the bound of the time step. Zero for what does not move.
+template <class B, int D>
+double largest_speed(const B& boundary, const Vec<double, D>& lower, const Vec<double, D>& upper) {
+    if constexpr (requires { boundary.largest_speed(lower, upper); })
+        return boundary.largest_speed(lower, upper);
+    else
+        return 0;
+}
+
 // A boundary may be made of parts, which act one after another and whose reactions are told apart. It then offers
 // part_count(), template centre_of_part<D>(k), and velocity(x, v, seen, first), which calls seen(first + k, before,
 // after) for each in turn.

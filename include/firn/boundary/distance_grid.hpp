@@ -7,6 +7,7 @@
 #include <firn/core/error.hpp>
 #include <firn/core/lanes.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -71,6 +72,16 @@ struct DistanceGrid {
     }
     /// Of the interpolation of two distances, each √D/2 spacings.
     double uncertainty() const { return std::sqrt(double(D)) * numbers->spacing; }
+
+    /// To the farthest corner of the box of numbers, which the solid is within.
+    double extent() const {
+        Vec<double, D> farthest{};
+        for (int a = 0; a < D; ++a) {
+            const double upper = numbers->lower[a] + (numbers->nodes[std::size_t(a)] - 1) * numbers->spacing;
+            farthest[a] = std::max(std::abs(numbers->lower[a]), std::abs(upper));
+        }
+        return norm(farthest);
+    }
 
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const {
         const Cell cell = locate(x);

@@ -9,6 +9,7 @@
 ///
 ///     Vec normal(x)          outward unit normal: the gradient of the distance. Else it comes from dual numbers.
 ///     double uncertainty()   by how much [m] the distance of two points may change beyond |Δx|
+///     double extent()        no point of the shape is farther from its origin [m]
 ///     flat = true            the normal is the same everywhere
 ///     void check()           throws parameter_error for what cannot be
 #pragma once

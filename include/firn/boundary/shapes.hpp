@@ -68,6 +68,11 @@ struct Sphere {
     {
         detail::check_length(double(radius), "radius", name);
     }
+    double extent() const
+        requires std::floating_point<S>
+    {
+        return double(radius);
+    }
 
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const { return norm(x) - radius; }
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const { return direction_or_up(x); }
@@ -86,6 +91,11 @@ struct Box {
         requires std::floating_point<S>
     {
         for (int a = 0; a < D; ++a) detail::check_length(double(half_extents[a]), "half extent", name);
+    }
+    double extent() const
+        requires std::floating_point<S>
+    {
+        return norm(cast<double>(half_extents));
     }
 
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const {
@@ -142,6 +152,11 @@ struct Capsule {
     {
         detail::check_length(double(half_length), "half length", name);
         detail::check_length(double(radius), "radius", name);
+    }
+    double extent() const
+        requires std::floating_point<S>
+    {
+        return double(half_length) + double(radius);
     }
 
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const { return norm(from_segment(x)) - radius; }

@@ -5,6 +5,9 @@
 #include <firn/core/error.hpp>
 #include <firn/core/names.hpp>
 
+#include <algorithm>
+#include <iterator>
+#include <string>
 #include <tuple>
 
 namespace firn {
@@ -30,7 +33,8 @@ struct part_parameter {
 /// \tparam B  boundary policies in one scalar, twelve at most
 template <class... B>
 struct Together {
-    static_assert(sizeof...(B) > 0 && sizeof...(B) <= std::size(detail::numerals));
+    static_assert(sizeof...(B) > 0 && sizeof...(B) <= std::size(detail::numerals),
+                  "firn: a Together has one to twelve parts; one of them may be a Together or a BoundaryList.");
 
     std::tuple<B...> parts;
 
@@ -66,6 +70,12 @@ struct Together {
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
         return std::apply([&](const auto&... part) { return (part.reaches(lower, upper) || ...); }, parts);
+    }
+
+    template <int D>
+    double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
+        return std::apply([&](const auto&... part) { return std::max({firn::largest_speed(part, lower, upper)...}); },
+                          parts);
     }
 
     // The parts, for reactions; parts of parts are counted through.

@@ -148,6 +148,28 @@ TEMPLATE_TEST_CASE("reaches() never misses a node that velocity() changes, and m
     CHECK(needless < 600);
 }
 
+TEMPLATE_TEST_CASE("no node gets a larger speed than largest_speed(), and not much is lost by it",
+                   "[boundary][collider]", ALL_SHAPES) {
+    Random random(56);
+    double tightest = 0;
+    for (int trial = 0; trial < 500; ++trial) {
+        auto solid = somewhere<TestType>(random, Contact::stick, 0);
+        constexpr int D = decltype(solid)::D;
+        if (trial % 2 == 0) solid.thickness = 0.1;
+        const auto low = solid.position - random.vector<D>(0, 1), high = solid.position + random.vector<D>(0, 1);
+        const double bound = largest_speed(solid, low, high);
+        CAPTURE(trial);
+        for (int node = 0; node < 200; ++node) {
+            Vec<double, D> x{};
+            for (int a = 0; a < D; ++a) x[a] = random.uniform(low[a], high[a]);
+            const double speed = norm(solid.velocity(x, Vec<double, D>::zero()));
+            CHECK(speed <= bound);
+            tightest = std::max(tightest, speed / bound);
+        }
+    }
+    CHECK(tightest > 0.8);
+}
+
 TEMPLATE_TEST_CASE_SIG("a node on a face follows it however the numbers are rounded", "[boundary][collider]",
                        ((class S, int D), S, D), (float, 2), (double, 3)) {
     // On the face to rounding, a node is in or out; with a layer of a thousandth of a cell it is in.
@@ -292,6 +314,9 @@ TEMPLATE_TEST_CASE_SIG("boundaries together act in order, move together, and rea
     CHECK(both.reaches(V::filled(-0.05), V::filled(0.0)));
     CHECK(both.reaches(V::filled(0.9), V::filled(1.0)));
     CHECK_FALSE(both.reaches(V::filled(0.4), V::filled(0.5)));
+    CHECK(largest_speed(both, V::filled(-1), V::filled(1)) == Approx(3 * std::sqrt(double(D))));
+    CHECK(largest_speed(both, V::filled(0.5), V::filled(1)) == 0);
+    CHECK(largest_speed(walls, V::filled(-1), V::filled(1)) == 0);
     CHECK(norm(std::get<1>(advanced(both, 0.1).parts).position - V::filled(0.3)) <= 1e-15);
 
     BoundaryList<Collider<Sphere<double, D>>> list{{ball, ball}};
@@ -301,6 +326,7 @@ TEMPLATE_TEST_CASE_SIG("boundaries together act in order, move together, and rea
     CHECK(list.velocity(V::filled(0.05), v) == V::zero());
     CHECK(lift<native_pack<double>>(list).velocity(cast<native_pack<double>>(V::filled(-0.09)),
                                                    cast<native_pack<double>>(v))[0][1] == 3);
+    CHECK(largest_speed(list, V::filled(-1), V::filled(1)) == Approx(3 * std::sqrt(double(D))));
     CHECK(norm(advanced(list, 0.5).all[0].position - V::filled(1.5)) <= 1e-15);
     CHECK(list.reaches(V::filled(0.2), V::filled(0.3)));
     CHECK_FALSE(list.reaches(V::filled(0.6), V::filled(0.7)));
