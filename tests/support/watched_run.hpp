@@ -33,7 +33,7 @@ public:
     void step(double dt) {
         if (!is_ready_) {
             sort();
-            report_ = update_stress(execution, particles_.view(), partition_, material_);
+            report_ = update_stress(execution, particles_.view(), partition_, material_, grid_.domain().cell_size);
             is_ready_ = true;
         }
         if (report_.sort_needed) sort();
@@ -47,9 +47,9 @@ public:
 
     double stable_time_step() {
         sort();
-        report_ = update_stress(execution, particles_.view(), partition_, material_);
+        report_ = update_stress(execution, particles_.view(), partition_, material_, grid_.domain().cell_size);
         is_ready_ = true;
-        return firn::stable_time_step(grid_.domain().cell_size, report_.signal_speed);
+        return firn::stable_time_step<firn::QuadraticBSpline>(grid_.domain().cell_size, report_.signal_speed);
     }
 
     const firn::Particles<S, D, State>& particles() const { return particles_; }
