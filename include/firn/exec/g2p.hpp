@@ -55,9 +55,11 @@ template <class View, int D>
                 "large."));
         }
     }
-    // Its stress was finite, its deformation gradient not: there is no telling which of the block it was.
+    // Its stress was finite, its deformation gradient not; or it keeps another velocity than that which moved it: there
+    // is no telling which of the block it was.
     throw particle_error(sentence("One of the ", group.particles, " particles from particle ",
-                                  partition.order[group.first_slot], " on is not finite any more after a step of ", dt,
+                                  partition.order[group.first_slot],
+                                  " on is not finite any more, or has left the domain, after a step of ", dt,
                                   " s. Compare the step with the bound of the time step."));
 }
 
