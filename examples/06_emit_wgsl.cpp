@@ -12,6 +12,13 @@
 #include <firn/kernel/linear.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
+#include <firn/material/fluid.hpp>
+#include <firn/material/hencky.hpp>
+#include <firn/material/nacc.hpp>
+#include <firn/material/neo_hookean.hpp>
+#include <firn/material/sand.hpp>
+#include <firn/material/snow.hpp>
+#include <firn/material/von_mises.hpp>
 #include <firn/transfer/apic.hpp>
 #include <firn/transfer/pic.hpp>
 #include <firn/wgsl/program.hpp>
@@ -48,6 +55,15 @@ constexpr Contact contacts[] = {{"walls_separate", firn::Contact::separate},
 template <class... T>
 struct List {};
 
+template <class L>
+struct first;
+template <class T, class... Others>
+struct first<List<T, Others...>> {
+    using type = T;
+};
+template <class L>
+using First = typename first<L>::type;
+
 /// Calls f with every type of the list.
 template <class... T, class F>
 void for_each(List<T...>, const F& f) {
@@ -58,17 +74,17 @@ void for_each(List<T...>, const F& f) {
 using Kernels = List<firn::QuadraticBSpline, firn::Linear, firn::CubicBSpline>;
 using Transfers = List<firn::Apic, firn::Pic>;
 using Forces = List<firn::MlsForce, firn::WeightGradientForce>;
-using Materials = List<firn::FixedCorotated<float>, NeoHookean<float>>;
+using Materials =
+    List<firn::FixedCorotated<float>, firn::NeoHookean<float>, firn::Hencky<float>, firn::Snow<float>,
+         firn::Sand<float>, firn::Fluid<float>, firn::VonMises<float>, firn::Nacc<float>, SoftTissue<float>>;
 template <int D>
 using Fields = List<firn::Gravity<float, D>, firn::Attraction<float, D>>;
 
-/// Every kernel goes with every policy, but the linear one with MLS forces. To keep this program quick to compile, the
-/// quadratic one comes with all of them and the others with one of each.
-template <class Kernel, class Transfer, class Force, class Material, class Field, int D>
-constexpr bool is_offered =
-    std::same_as<Kernel, firn::QuadraticBSpline> ||
-    (std::same_as<Transfer, firn::Apic> && std::same_as<Force, firn::WeightGradientForce> &&
-     std::same_as<Material, firn::FixedCorotated<float>> && std::same_as<Field, firn::Gravity<float, D>>);
+/// The linear kernel does not go with MLS forces; and to keep this program quick to compile, the kernels after the
+/// first come with one scheme each.
+template <class Kernel, class Transfer, class Force>
+constexpr bool is_offered = std::same_as<Kernel, First<Kernels>> ||
+                            (std::same_as<Transfer, firn::Apic> && std::same_as<Force, firn::WeightGradientForce>);
 
 template <class Kernel, class Transfer, class Force, class Material, class Field, int D>
 Combination combination(const Contact& contact, const double& friction) {
@@ -83,19 +99,28 @@ Combination combination(const Contact& contact, const double& friction) {
             Material::name,    contact.name, Field::name,    make};
 }
 
+/// Every kernel, transfer and form of the forces with the first material, every material with the first of these: a
+/// material goes with each of them, but all programs at once would take minutes to compile.
 template <int D>
 void add_combinations(std::vector<Combination>& all, const double& friction) {
+    const auto add = [&]<class Kernel, class Transfer, class Force, class Material>(List<Kernel, Transfer, Force>,
+                                                                                    std::type_identity<Material>) {
+        for_each(Fields<D>{}, [&]<class Field>(std::type_identity<Field>) {
+            for (const Contact& contact : contacts)
+                all.push_back(combination<Kernel, Transfer, Force, Material, Field, D>(contact, friction));
+        });
+    };
+    using FirstMaterial = First<Materials>;
+    for_each(Materials{}, [&]<class Material>(std::type_identity<Material> material) {
+        add(List<First<Kernels>, First<Transfers>, First<Forces>>{}, material);
+    });
     for_each(Kernels{}, [&]<class Kernel>(std::type_identity<Kernel>) {
         for_each(Transfers{}, [&]<class Transfer>(std::type_identity<Transfer>) {
             for_each(Forces{}, [&]<class Force>(std::type_identity<Force>) {
-                for_each(Materials{}, [&]<class Material>(std::type_identity<Material>) {
-                    for_each(Fields<D>{}, [&]<class Field>(std::type_identity<Field>) {
-                        if constexpr (is_offered<Kernel, Transfer, Force, Material, Field, D>)
-                            for (const Contact& contact : contacts)
-                                all.push_back(
-                                    combination<Kernel, Transfer, Force, Material, Field, D>(contact, friction));
-                    });
-                });
+                using Scheme = List<Kernel, Transfer, Force>;
+                if constexpr (is_offered<Kernel, Transfer, Force> &&
+                              !std::same_as<Scheme, List<First<Kernels>, First<Transfers>, First<Forces>>>)
+                    add(Scheme{}, std::type_identity<FirstMaterial>{});
             });
         });
     });

@@ -9,8 +9,10 @@ constexpr int D = 3;
 using Point = firn::Vec<double, D>;
 using Obstacle = firn::Collider<firn::Box<float, D>>;
 using Boundary = firn::Together<firn::Walls<float, D>, Obstacle, Obstacle>;
-using Simulation = firn::Simulation<D, firn::Snow<float>, firn::Apic, firn::MlsForce, firn::QuadraticBSpline,
-                                    firn::Coloured, Boundary>;
+/// Snow is not the same everywhere: where it breaks is chosen by where it is weak.
+using Snow = firn::PerParticle<firn::Snow<float>, "mu", "lambda", "lowest_stretch", "highest_stretch">;
+using Simulation =
+    firn::Simulation<D, Snow, firn::Apic, firn::MlsForce, firn::QuadraticBSpline, firn::Coloured, Boundary>;
 
 constexpr double size = 4;  // of the box [m]
 constexpr double slope = 30 * 3.14159265358979 / 180;
@@ -43,14 +45,45 @@ firn::Samples<D> layer(const firn::SamplingOptions& filling) {
     return snow;
 }
 
-Simulation make(int cells, const firn::SamplingOptions& filling, double speed, const firn::Snow<float>& snow,
+/// Smooth noise of mean 0 and variance 1, its lumps about so long [m]: waves in random directions.
+double noise(const Point& x, double lump) {
+    static const auto waves = [] {
+        std::array<std::array<double, 4>, 48> all{};
+        firn::RandomSequence random(7);
+        for (auto& wave : all) {
+            for (double& k : wave) k = 2 * firn::unit_interval(random.bits()) - 1;
+        }
+        return all;
+    }();
+    double sum = 0;
+    for (const auto& [a, b, c, phase] : waves)
+        sum += std::cos(3.14159265358979 * ((a * x[0] + b * x[1] + c * x[2]) * 1.7 / lump + phase));
+    return sum / std::sqrt(0.5 * double(waves.size()));
+}
+
+/// How a body differs from the snow of the paper.
+struct Kind {
+    double stiffness = 1, compression = 1, stretch = 1, variation = 0.7;
+};
+void vary(Simulation& simulation, const firn::Body& body, const Kind& kind) {
+    simulation.set_states(body, [&](const Point& x, auto& state) {
+        const double harder = std::exp(kind.variation * noise(x, 0.12));
+        const auto stretched = [](float stretch, double factor) { return 1 + (stretch - 1) * float(factor); };
+        firn::of<"mu">(state) *= float(kind.stiffness * harder);
+        firn::of<"lambda">(state) *= float(kind.stiffness * harder);
+        firn::of<"lowest_stretch">(state) = stretched(firn::of<"lowest_stretch">(state), kind.compression);
+        firn::of<"highest_stretch">(state) = stretched(firn::of<"highest_stretch">(state), kind.stretch * harder);
+    });
+}
+
+Simulation make(int cells, const firn::SamplingOptions& filling, double speed, const Snow& snow, const Kind& packed,
                 int threads) {
     const firn::Domain<D> domain{{0, 0, 0}, {size, size, size}, size / cells};
     const auto walls = firn::Walls<float, D>::all({0, 0, 0}, {size, size, size}, {firn::Contact::separate, 0.5});
     Simulation simulation(domain, snow, {threads}, {walls, wall(), plank()});
     const double density = 400;
-    simulation.add(ball(filling), density, {speed, 1.5, 0.0});
-    simulation.add(layer(filling), density);
+    vary(simulation, simulation.add(ball(filling), density, {speed, 1.5, 0.0}), packed);
+    vary(simulation, simulation.add(layer(filling), density), {});
     return simulation;
 }
 
@@ -73,11 +106,12 @@ int snow(int argc, char** argv) {
     example::CommandLine line({.name = "snow",
                                .about = "A snowball breaks on a wall, snow slides down a slope.",
                                .particles = 60'000,
-                               .steps = 12'000,
+                               .steps = 8'000,
                                .frames = 30});
     std::int64_t cells = 128, coarse_cells = 32;
-    double speed = 10;
+    double speed = 8;
     firn::SnowProperties properties;
+    Kind packed{.stiffness = 6, .compression = 3, .stretch = 0.5, .variation = 1.2};  // pressed by hand
     line.add("--cells", cells, "Cells along an edge of the box", 16, 1024);
     line.add("--coarse-cells", coarse_cells, "Cells of the run beside it; 0: none", 0, 1024);
     line.add("--speed", speed, "Of the snowball in m/s", 0, 50);
@@ -85,29 +119,34 @@ int snow(int argc, char** argv) {
     line.add("--critical-compression", properties.critical_compression, "Where snow begins to be crushed", 1e-4, 0.5);
     line.add("--critical-stretch", properties.critical_stretch, "Where snow begins to break", 1e-4, 0.5);
     line.add("--hardening", properties.hardening, "Hardening coefficient", 0, 20);
+    line.add("--packed-stiffness", packed.stiffness, "Times as stiff is the snow of the ball", 0.1, 100);
+    line.add("--packed-compression", packed.compression, "Times its critical compression", 0.1, 10);
+    line.add("--packed-stretch", packed.stretch, "Times its critical stretch", 0.01, 10);
+    line.add("--variation", packed.variation, "Of the ball's strength, as the deviation of its logarithm", 0, 3);
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
 
     constexpr double volume = 4.0 / 3 * 3.14159265358979 * 0.26 * 0.26 * 0.26 + 1.1 * 0.18 * 0.9;
     const double spacing = std::cbrt(volume / double(options.particles));
     const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered};
-    const auto material = firn::Snow<float>::from_properties(properties);
+    const Snow material{firn::Snow<float>::from_properties(properties)};
 
     const auto with_time_step = [&](Simulation simulation) {
         simulation.fixed_time_step = 0.0128 / double(cells);  // snow that hardens waits for no new bound
         return simulation;
     };
-    Simulation fine = with_time_step(make(int(cells), filling, speed, material, options.threads));
+    Simulation fine = with_time_step(make(int(cells), filling, speed, material, packed, options.threads));
     example::View view{.direction = {{0.7F, -0.3F, -0.8F}}};
-    view.frame = example::Box{{{0.0F, 0.0F, 0.0F}}, {{4.0F, 2.2F, 4.0F}}};
+    view.frame = example::Box{{{0.3F, 0.0F, 0.5F}}, {{3.2F, 1.7F, 3.4F}}};
     view.width = 1100;
     view.height = 825;
     view.smoothing = 0.4F;
-    const auto obstacles = scenery(1.3 * spacing);
+    auto obstacles = scenery(1.3 * spacing);
+    obstacles.colours = {example::snow, example::snow};
     example::run(fine, options, spacing, view, false, [] {}, obstacles);
     if (coarse_cells < 16) return 0;
 
-    Simulation coarse = with_time_step(make(int(coarse_cells), filling, speed, material, options.threads));
+    Simulation coarse = with_time_step(make(int(coarse_cells), filling, speed, material, packed, options.threads));
     std::cout << "the same on " << coarse_cells << " cells" << std::endl;
     example::Progress progress(options.schedule.steps, std::int64_t(example::particle_count(coarse)));
     for (std::int64_t step = 0; step < options.schedule.steps; ++step) {

@@ -25,9 +25,10 @@ namespace example {
 /// What is drawn. Particles whose position is not finite are skipped.
 struct Cloud {
     std::vector<std::array<float, 3>> positions;
-    std::vector<std::uint8_t> colour;  ///< a number in the palette for each particle (taken modulo 8); or empty: all 0
-    std::vector<float> tone;           ///< darker 0 … ½ as it is … 1 lighter, for each particle; or empty
-    float radius = 0.01F;              ///< of a particle; of their distance, 0.6 (3D) or 0.75 (2D) closes the surface
+    std::vector<std::uint8_t>
+        colour;               ///< a number in the palette for each particle (taken modulo its 9); or empty: all 0
+    std::vector<float> tone;  ///< darker 0 … ½ as it is … 1 lighter, for each particle; or empty
+    float radius = 0.01F;     ///< of a particle; of their distance, 0.6 (3D) or 0.75 (2D) closes the surface
 };
 
 /// How it is looked at. A cloud whose particles all have z = 0 is seen from the front, without perspective.
@@ -69,11 +70,11 @@ inline float smoothstep(float lower, float upper, float x) {
     return t * t * (3.0F - 2.0F * t);
 }
 
-/// Coral, teal, amber, indigo, moss, plum, slate, sand.
-inline const std::array<Vec3, 8>& palette() {
-    static const std::array<Vec3, 8> colours{from_hex(0xEE6A50), from_hex(0x1F9E9A), from_hex(0xF0AE3C),
+/// Coral, teal, amber, indigo, moss, plum, slate, sand, snow.
+inline const std::array<Vec3, 9>& palette() {
+    static const std::array<Vec3, 9> colours{from_hex(0xEE6A50), from_hex(0x1F9E9A), from_hex(0xF0AE3C),
                                              from_hex(0x5468B4), from_hex(0x77A24C), from_hex(0xA3589C),
-                                             from_hex(0x71828F), from_hex(0xD6BC94)};
+                                             from_hex(0x71828F), from_hex(0xD6BC94), from_hex(0xE9EEF3)};
     return colours;
 }
 
@@ -327,7 +328,7 @@ inline Image render(const Cloud& cloud, const View& view = {}) {
             scene.camera.unproject(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F, splats.depth.row(y)[x]);
         const Vec3 normal = normals.row(y)[x];
         const auto k = splats.owner.row(y)[x];
-        Vec3 albedo = detail::palette()[cloud.colour.empty() ? 0U : cloud.colour[k] % 8U];
+        Vec3 albedo = detail::palette()[cloud.colour.empty() ? 0U : cloud.colour[k] % detail::palette().size()];
         if (!cloud.tone.empty() && std::isfinite(cloud.tone[k])) {
             const float t = 2.0F * std::clamp(cloud.tone[k], 0.0F, 1.0F) - 1.0F;
             albedo = t < 0.0F ? albedo * (1.0F + 0.7F * t) : detail::mix(albedo, Vec3::filled(0.95F), 0.6F * t);

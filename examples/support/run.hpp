@@ -37,11 +37,16 @@ void for_materials(const F& f) {
         [&](auto i) { f(std::integral_constant<std::size_t, std::size_t(i)>{}); });
 }
 
-/// What a picture shows besides particles: the surfaces of solids, in the palette's colour.
+/// Numbers in the renderer's palette.
+enum Colour : std::uint8_t { coral, teal, amber, indigo, moss, plum, slate, sand, snow };
+
+/// How a picture is coloured, and what it shows besides particles: the surfaces of solids, as points.
 template <int D>
 struct Scenery {
     std::vector<firn::Vec<double, D>> points{};
-    std::uint8_t colour = 6;
+    Colour solid = slate;
+    std::vector<Colour>
+        colours{};  ///< of the materials; of one material, of its bodies; or none: in the palette's order
 };
 
 /// A cloud of all particles: a colour for each material, or, of one material, for each body.
@@ -61,11 +66,13 @@ Cloud cloud_of(const Simulation& simulation, double spacing, const Scenery<Simul
             if (!particles.is_particle(slot)) continue;
             const auto next = std::upper_bound(bodies.begin(), bodies.end(), particles.id(slot),
                                                [](auto id, const firn::Body& body) { return id < body.first; });
+            const std::size_t number =
+                Simulation::material_count > 1 ? std::size_t(i) : std::size_t(next - bodies.begin() - 1);
             add(firn::cast<double>(particles.position(slot)),
-                std::uint8_t(Simulation::material_count > 1 ? std::size_t(i) : std::size_t(next - bodies.begin() - 1)));
+                number < scenery.colours.size() ? std::uint8_t(scenery.colours[number]) : std::uint8_t(number));
         }
     });
-    for (const auto& x : scenery.points) add(x, scenery.colour);
+    for (const auto& x : scenery.points) add(x, scenery.solid);
     return cloud;
 }
 

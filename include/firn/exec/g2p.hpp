@@ -55,9 +55,11 @@ template <class View, int D>
                 "large."));
         }
     }
-    // Its stress was finite, its deformation gradient not: there is no telling which of the block it was.
+    // Its stress was finite, its deformation gradient not; or it keeps another velocity than that which moved it: there
+    // is no telling which of the block it was.
     throw particle_error(sentence("One of the ", group.particles, " particles from particle ",
-                                  partition.order[group.first_slot], " on is not finite any more after a step of ", dt,
+                                  partition.order[group.first_slot],
+                                  " on is not finite any more, or has left the domain, after a step of ", dt,
                                   " s. Compare the step with the bound of the time step."));
 }
 
@@ -173,7 +175,7 @@ private:
         P sum = trace(stress);
         const Vec<P, D> lowest = positions_.lowest(block), highest = positions_.highest(block);
         const Vec<P, D> position = load_vector<P, D>(view.position, slots);
-        const ParticleVelocity<P, D> v = velocities(view, slots, taken, before);
+        const auto v = velocities(view, slots, taken, before);
         const auto move = moved_by(v.motion, P(per_velocity_), position, lowest, highest);
         const Vec<P, D> new_position = select(real, move.position, position);
         sum = sum + select(move.outside <= P(positions_.cell()), P(0), P(std::numeric_limits<S>::infinity()));
@@ -189,13 +191,16 @@ private:
     }
 
     /// What the particles keep, and what moves them.
-    FIRN_INLINE ParticleVelocity<P, D> velocities(const View& view, const Slots& slots, const G2PResult<P, D>& taken,
-                                                  const Vec<P, D>& before) const {
+    FIRN_INLINE auto velocities(const View& view, const Slots& slots, const G2PResult<P, D>& taken,
+                                const Vec<P, D>& before) const {
+        struct Taken {
+            const Vec<P, D>&velocity, &motion;
+        };
         if constexpr (blended)
             return transfer_.blended(taken.velocity, before, load_vector<P, D>(view.velocity, slots),
                                      taken.velocity_gradient);
         else
-            return {taken.velocity, taken.velocity};
+            return Taken{taken.velocity, taken.velocity};
     }
 
     const View& view_;

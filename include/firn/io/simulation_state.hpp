@@ -21,7 +21,8 @@ std::string policy_name() {
         return "unnamed";
 }
 
-template <std::floating_point S>
+template <class S>
+    requires std::is_arithmetic_v<S>
 std::vector<double> as_doubles(S value) {
     return {double(value)};
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/field/gravity.hpp>
+#include <firn/transfer/concept.hpp>
 #include <firn/version.hpp>
 #include <firn/wgsl/definitions.hpp>
 #include <firn/wgsl/manifest.hpp>
@@ -65,6 +66,10 @@ template <class Kernel, class Transfer, class Force, int D, class Material, clas
 Program make_program(const Material& material, const Boundary& boundary, const Field& field = {},
                      int workgroup_size = 64) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
+    static_assert(
+        !blends_velocities<Transfer> && !refines_velocities<Transfer>,
+        "firn: FLIP, AFLIP, ASFLIP and FMPM take further passes, for which there are no WGSL kernels yet; use Pic "
+        "or Apic.");
     static_assert(Kernel::support <= block_size, "one block of ghost nodes holds what a particle at a face reaches");
     using State = material_state_t<with_scalar_t<Material, recorded>, D>;
     static_assert(std::tuple_size_v<decltype(State::fields())> > 0, "firn: a struct of WGSL has at least one member");

@@ -4,7 +4,6 @@
 #include <firn/firn.hpp>
 #include <firn/io/states.hpp>
 
-#include "../../../examples/own_material.hpp"
 
 using namespace firn;
 
