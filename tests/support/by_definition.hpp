@@ -71,7 +71,7 @@ Mat<double, D> matrix(const std::vector<S>& by_rows, std::size_t p) {
 template <class S, int D>
 std::size_t place_of(const SparseGrid<S, D>& grid, const Node<D>& node) {
     const S* of_node = grid.find_node(node.index);
-    REQUIRE(of_node != nullptr);
+    if (!of_node) FAIL("The grid does not hold a node that a particle reaches.");
     return std::size_t(of_node - grid.nodes(0));
 }
 

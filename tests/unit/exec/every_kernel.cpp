@@ -71,7 +71,7 @@ TEMPLATE_TEST_CASE(
     (Case<float, 2, Apic, MlsForce, CubicBSpline>)) {
     using S = typename TestType::S;
     const double tolerance = (sizeof(S) == 4 ? 0x1p-23 : 0x1p-52) * 64;  // as for the quadratic kernel
-    for (const std::size_t count : {std::size_t(200), std::size_t(6000)}) {
+    for (const std::size_t count : {std::size_t(200), std::size_t(3000)}) {
         Drifted<TestType> matter(count);
         REQUIRE((count == 200 ? matter.sparse_groups() > 0 : matter.partition.groups.size() > matter.sparse_groups()));
         const auto expected = by_definition::p2g<TestType>(matter.cloud, matter.grid, dt);
@@ -91,7 +91,7 @@ TEMPLATE_TEST_CASE("G2P with linear and cubic weights takes what the papers defi
     using S = typename TestType::S;
     constexpr int D = TestType::D;
     constexpr double epsilon = double(std::numeric_limits<S>::epsilon());
-    for (const std::size_t count : {std::size_t(200), std::size_t(6000)}) {
+    for (const std::size_t count : {std::size_t(200), std::size_t(3000)}) {
         Drifted<TestType> matter(count);
         auto& cloud = matter.cloud;
         for (std::size_t i = 0; i < cloud.F.size(); ++i) cloud.F[i] = S(i % (D * D) % (D + 1) == 0);
