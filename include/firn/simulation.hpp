@@ -45,6 +45,7 @@ public:
     static_assert(transfer<Transfer> && force<Force>);
 
     using scalar_type = detail::precision_of_t<Material>;
+    using material_type = Material;
     using S = scalar_type;
     using Sets = typename Make::type;
     static constexpr int dimension = D;
@@ -181,6 +182,15 @@ public:
     void add_sink(const Sink<D>& sink) {
         add_sink<place_of<M>>(sink);
     }
+    /// Pushes the particles of a body, in every step from now on: force(position [m], time [s]) on each [N].
+    template <std::size_t I = 0, class OfParticle>
+    void add_load(const Body& body, const OfParticle& force) {
+        std::get<I>(sets_).loads.push_back({body, force});
+    }
+    template <class M, class OfParticle>
+    void add_load(const Body& body, const OfParticle& force) {
+        add_load<place_of<M>>(body, force);
+    }
     /// Takes out the particles for which wanted(position [m], id) says so. Ids of others stay.
     /// \return how many that were
     template <std::size_t I = 0, class Wanted>
@@ -246,6 +256,7 @@ public:
         auto& mine = std::get<I>(sets_);
         set.sources = std::move(mine.sources);
         set.sinks = std::move(mine.sinks);
+        set.loads = std::move(mine.loads);
         mine = std::move(set);
         for (Source<D>& source : mine.sources) source.skip(time);
         time_ = time;
@@ -285,6 +296,7 @@ private:
             set.as_sorted = false;
         });
         if (sorted) activate();
+        for_sets([&](auto& set) { push(set, dt); });
         std::apply([&](auto&... set) { make_grid(dt, ParticleSet{set.particles.view(), set.partition}...); }, sets_);
         if (reactions)
             grid_update(execution, grid_, dt, acceleration, boundary, *reactions);
@@ -303,6 +315,25 @@ private:
             take(set);
             give(set);
         });
+    }
+
+    /// The impulses of the loads, to the particles' own velocities: as much as to the nodes, by P2G.
+    template <class Set>
+    void push(Set& set, double dt) {
+        auto& particles = set.particles;
+        for (const Load<D>& load : set.loads)
+            parallel_for(
+                particles.slots() / pack_size, thread_count(requested_threads(execution)),
+                [&](std::size_t pack, int) {
+                    for (std::size_t slot = pack * pack_size; slot < (pack + 1) * pack_size; ++slot) {
+                        if (!particles.is_particle(slot) || particles.id(slot) - load.body.first >= load.body.count)
+                            continue;
+                        const Vec<double, D> force = load.force(particles.exact_position(slot), time_);
+                        particles.set_velocity(
+                            slot, particles.velocity(slot) + cast<S>(force * (dt / double(particles.mass(slot)))));
+                    }
+                },
+                64);
     }
 
     template <class... Views>

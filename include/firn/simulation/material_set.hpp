@@ -6,6 +6,7 @@
 #include <firn/material/concept.hpp>
 #include <firn/simulation/source.hpp>
 
+#include <functional>
 #include <tuple>
 #include <vector>
 
@@ -49,6 +50,13 @@ struct Body {
     double end = std::numeric_limits<double>::infinity();  ///< when its particles are taken out [s]
 };
 
+/// A force on every particle of a body: a traction [Pa] on a face comes to traction × area / particles of the face.
+template <int D>
+struct Load {
+    Body body;
+    std::function<Vec<double, D>(const Vec<double, D>& position, double time)> force;  ///< of [m] and [s], in N
+};
+
 /// A material's particles and what is known of them.
 template <int D, class Material>
 struct MaterialSet {
@@ -65,6 +73,7 @@ struct MaterialSet {
     bool as_sorted = false;  ///< no step since particles were sorted
     std::vector<Source<D>> sources{};
     std::vector<Sink<D>> sinks{};
+    std::vector<Load<D>> loads{};
 };
 
 namespace detail {
