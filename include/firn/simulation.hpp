@@ -267,9 +267,12 @@ public:
 
 private:
     static Boundary default_boundary(const Domain<D>& domain) {
-        if constexpr (std::same_as<Boundary, Walls<S, D>>)
-            return Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
-        else
+        if constexpr (std::same_as<Boundary, Walls<S, D>>) {
+            auto walls = Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
+            for (std::size_t a = 0; a < std::size_t(D); ++a)
+                if (domain.periodic[a]) walls.at_lower[a].contact = walls.at_upper[a].contact = Contact::none;
+            return walls;
+        } else
             return {};
     }
 
