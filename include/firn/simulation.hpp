@@ -51,6 +51,7 @@ public:
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;
 
+    /// \param walls  without them, walls on all faces that let go, if the boundary is Walls; others must be given
     /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells
     explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
         : Simulation(domain, material, how, default_boundary(domain)) {}
@@ -207,6 +208,7 @@ public:
         prepare();
         double fastest = 0;
         for_sets([&](const auto& set) { fastest = std::max(fastest, set.report.signal_speed); });
+        if (fastest > 0) fastest = std::max(fastest, largest_speed(boundary, domain().lower, domain().upper));
         return fastest > 0 ? firn::stable_time_step<Kernel>(domain().cell_size, fastest) : next_burst() - time_;
     }
 
