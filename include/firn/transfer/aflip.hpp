@@ -30,7 +30,8 @@ struct Aflip {
 
 /// Aflip whose particles also move with a share β of what their velocity differs from the grid's, so that bodies that
 /// share nodes come apart. β is `separation` where the flow around the particle expands (tr ∇v ≥ 0), else `approach`:
-/// particles that are pressed together stay with the grid, and matter does not pass through matter.
+/// particles that are pressed together stay with the grid, and matter does not pass through matter. (Expansion is told
+/// by ∇v, which every material has.)
 template <scalar S = float>
 struct Asflip {
     static constexpr const char* name = "asflip";

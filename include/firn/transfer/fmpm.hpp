@@ -11,6 +11,10 @@ namespace firn {
 /// which tends to the inverse of the mass matrix times p. Particles take Σ N v_i, as in PIC: order 1 is PIC, and the
 /// higher the order, the less is lost of what the grid can represent, while noise that it cannot represent still goes.
 /// Each order above 1 costs a P2G and a gather of velocities more. The boundary acts on the sum.
+///
+/// The series makes the stiffest motions of the nodes stiffer: with quadratic splines, in matter without gaps,
+/// symplectic Euler is stable up to 1.63 h/c for order 1, but to 1.24, 0.96, 0.77, 0.67 h/c for orders 2, 4, 8, 16. The
+/// bound of the time step does not know of that: above order 8 take half of it.
 struct Fmpm {
     static constexpr const char* name = "fmpm";
     static constexpr bool affine = false;

@@ -3,7 +3,9 @@
 #include "support/catch.hpp"
 #include "support/one_particle.hpp"
 #include <firn/force/mls.hpp>
+#include <firn/force/none.hpp>
 #include <firn/force/weight_gradient.hpp>
+#include <firn/kernel/linear.hpp>
 #include <firn/stage/g2p.hpp>
 #include <firn/transfer/apic.hpp>
 #include <firn/transfer/pic.hpp>
@@ -131,11 +133,13 @@ TEMPLATE_TEST_CASE_SIG("an affine velocity field a + G x is taken over exactly, 
     }
 }
 
-TEST_CASE("what G2P must sum is told by transfer and force form", "[stage]") {
-    STATIC_REQUIRE(g2p_needs_moment<Apic>);
-    STATIC_REQUIRE_FALSE(g2p_needs_moment<Pic>);
-    STATIC_REQUIRE_FALSE((g2p_needs_gradient<Apic, MlsForce>));
-    STATIC_REQUIRE((g2p_needs_gradient<Apic, WeightGradientForce>));
-    STATIC_REQUIRE((g2p_needs_gradient<Pic, MlsForce>));
-    STATIC_REQUIRE((g2p_needs_gradient<Pic, WeightGradientForce>));
+TEST_CASE("what G2P must sum is told by kernel, transfer and force form", "[stage]") {
+    STATIC_REQUIRE((g2p_needs_moment<QuadraticBSpline, Apic>));
+    STATIC_REQUIRE_FALSE((g2p_needs_moment<QuadraticBSpline, Pic>));
+    STATIC_REQUIRE_FALSE((g2p_needs_moment<Linear, Apic>));
+    STATIC_REQUIRE((g2p_needs_gradient<Linear, Apic, NoForce>));
+    STATIC_REQUIRE_FALSE((g2p_needs_gradient<QuadraticBSpline, Apic, MlsForce>));
+    STATIC_REQUIRE((g2p_needs_gradient<QuadraticBSpline, Apic, WeightGradientForce>));
+    STATIC_REQUIRE((g2p_needs_gradient<QuadraticBSpline, Pic, MlsForce>));
+    STATIC_REQUIRE((g2p_needs_gradient<QuadraticBSpline, Pic, WeightGradientForce>));
 }
