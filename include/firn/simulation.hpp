@@ -45,11 +45,13 @@ public:
     static_assert(transfer<Transfer> && force<Force>);
 
     using scalar_type = detail::precision_of_t<Material>;
+    using material_type = Material;
     using S = scalar_type;
     using Sets = typename Make::type;
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;
 
+    /// \param walls  without them, walls on all faces that let go, if the boundary is Walls; others must be given
     /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells
     explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
         : Simulation(domain, material, how, default_boundary(domain)) {}
@@ -150,7 +152,7 @@ public:
     /// \throws parameter_error, particle_error (nothing is added)
     template <std::size_t I = 0>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
-        return add_to(std::get<I>(sets_), samples, density, velocity);
+        return std::get<I>(sets_).add(samples, density, velocity);
     }
     template <class M>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
@@ -181,11 +183,20 @@ public:
     void add_sink(const Sink<D>& sink) {
         add_sink<place_of<M>>(sink);
     }
+    /// Pushes the particles of a body, in every step from now on: force(position [m], time [s]) on each [N].
+    template <std::size_t I = 0, class OfParticle>
+    void add_load(const Body& body, const OfParticle& force) {
+        std::get<I>(sets_).loads.push_back({body, force});
+    }
+    template <class M, class OfParticle>
+    void add_load(const Body& body, const OfParticle& force) {
+        add_load<place_of<M>>(body, force);
+    }
     /// Takes out the particles for which wanted(position [m], id) says so. Ids of others stay.
     /// \return how many that were
     template <std::size_t I = 0, class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
-        return remove_if(std::get<I>(sets_), wanted);
+        return std::get<I>(sets_).remove_if(wanted);
     }
     template <class M, class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
@@ -197,6 +208,7 @@ public:
         prepare();
         double fastest = 0;
         for_sets([&](const auto& set) { fastest = std::max(fastest, set.report.signal_speed); });
+        if (fastest > 0) fastest = std::max(fastest, largest_speed(boundary, domain().lower, domain().upper));
         return fastest > 0 ? firn::stable_time_step<Kernel>(domain().cell_size, fastest) : next_burst() - time_;
     }
 
@@ -246,6 +258,7 @@ public:
         auto& mine = std::get<I>(sets_);
         set.sources = std::move(mine.sources);
         set.sinks = std::move(mine.sinks);
+        set.loads = std::move(mine.loads);
         mine = std::move(set);
         for (Source<D>& source : mine.sources) source.skip(time);
         time_ = time;
@@ -256,9 +269,12 @@ public:
 
 private:
     static Boundary default_boundary(const Domain<D>& domain) {
-        if constexpr (std::same_as<Boundary, Walls<S, D>>)
-            return Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
-        else
+        if constexpr (std::same_as<Boundary, Walls<S, D>>) {
+            auto walls = Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
+            for (std::size_t a = 0; a < std::size_t(D); ++a)
+                if (domain.periodic[a]) walls.at_lower[a].contact = walls.at_upper[a].contact = Contact::none;
+            return walls;
+        } else
             return {};
     }
 
@@ -285,6 +301,7 @@ private:
             set.as_sorted = false;
         });
         if (sorted) activate();
+        for_sets([&](auto& set) { set.push(time_, dt, thread_count(requested_threads(execution))); });
         std::apply([&](auto&... set) { make_grid(dt, ParticleSet{set.particles.view(), set.partition}...); }, sets_);
         if (reactions)
             grid_update(execution, grid_, dt, acceleration, boundary, *reactions);
@@ -300,8 +317,8 @@ private:
         ++steps_;
         boundary = advanced(boundary, dt);
         for_sets([&](auto& set) {
-            take(set);
-            give(set);
+            set.take(time_);
+            set.give(time_);
         });
     }
 
@@ -314,7 +331,7 @@ private:
 
     /// Makes ready for a step particles that were added or changed by hand.
     void prepare() {
-        if (steps_ == 0) for_sets([&](auto& set) { give(set); });
+        if (steps_ == 0) for_sets([&](auto& set) { set.give(time_); });
         bool changed = false;
         double fastest = 0;
         for_sets([&](auto& set) {
@@ -357,58 +374,7 @@ private:
     bool is_waiting() const { return !has_particles() && std::isfinite(next_burst()); }
     /// When the next particles come [s]; infinite: never.
     double next_burst() const {
-        double next = std::numeric_limits<double>::infinity();
-        const auto look = [&](const auto& set) {
-            for (const Source<D>& source : set.sources) {
-                const double due = source.time_of(source.bursts);
-                if (due <= source.end) next = std::min(next, due);
-            }
-        };
-        std::apply([&](const auto&... set) { (look(set), ...); }, sets_);
-        return next;
-    }
-
-    /// The bursts that are due.
-    template <class Set>
-    void give(Set& set) {
-        for (Source<D>& source : set.sources)
-            for (; source.is_due(time_); ++source.bursts) {
-                Samples<D> burst = source.samples;
-                const double born = source.time_of(source.bursts);
-                for (Vec<double, D>& x : burst.positions) x += source.velocity * (time_ - born);
-                add_to(set, burst, source.density, source.velocity);
-                set.bodies.back().end = born + source.lifespan;
-            }
-    }
-    /// What has reached its end, or a sink.
-    template <class Set>
-    void take(Set& set) {
-        if (!set.sinks.empty())
-            remove_if(set, [&](const Vec<double, D>& x, std::uint32_t) {
-                return std::any_of(set.sinks.begin(), set.sinks.end(),
-                                   [&](const Sink<D>& sink) { return sink.holds(x); });
-            });
-        const auto has_ended = [&](const Body& body) { return body.count > 0 && body.end <= time_; };
-        if (std::none_of(set.bodies.begin(), set.bodies.end(), has_ended)) return;
-        // Bodies lie in the order of their ids.
-        remove_if(set, [&](const Vec<double, D>&, std::uint32_t id) {
-            const auto next =
-                std::upper_bound(set.bodies.begin(), set.bodies.end(), id,
-                                 [](std::uint32_t wanted, const Body& body) { return wanted < body.first; });
-            return next != set.bodies.begin() && has_ended(next[-1]);
-        });
-        for (Body& body : set.bodies)
-            if (has_ended(body)) body.count = 0;
-    }
-    template <class Set, class Wanted>
-    std::size_t remove_if(Set& set, const Wanted& wanted) {
-        auto& particles = set.particles;
-        const std::size_t before = particles.size();
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-            if (particles.is_particle(slot) && wanted(particles.exact_position(slot), particles.id(slot)))
-                particles.remove(slot);
-        if (particles.size() < before) set.prepared = false;
-        return before - particles.size();
+        return std::apply([](const auto&... set) { return std::min({set.next_burst()...}); }, sets_);
     }
 
     template <class Set>
@@ -426,35 +392,6 @@ private:
     template <class F>
     void for_sets(const F& f) {
         std::apply([&](auto&... set) { (f(set), ...); }, sets_);
-    }
-
-    template <class Set>
-    Body add_to(Set& set, const Samples<D>& samples, double density, const Vec<double, D>& velocity) {
-        if (!(density > 0) || !std::isfinite(density))
-            throw parameter_error(
-                sentence("The density is ", density, " kg/m^", D, "; it must be positive and finite."));
-        if (!(samples.volume > 0) || !std::isfinite(samples.volume))
-            throw parameter_error(sentence("The volume of a particle is ", samples.volume, " m^", D,
-                                           "; it must be positive and finite."));
-        for (int a = 0; a < D; ++a)
-            if (!std::isfinite(velocity[a]))
-                throw parameter_error(
-                    sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
-        const S volume = S(samples.volume), mass = S(density * samples.volume);
-        if (!(volume > 0) || !(mass > 0) || !std::isfinite(volume) || !std::isfinite(mass))
-            throw parameter_error(sentence("A particle of ", samples.volume, " m^", D, " and ",
-                                           density * samples.volume,
-                                           " kg is too small or too large for the simulation's precision. Use "
-                                           "double."));
-        const auto& x = samples.positions;
-        check_positions<double, D>(x.size(), domain(), [&](std::size_t i, int a) { return x[i][a]; });
-        const Body body{set.particles.next_id(), std::uint32_t(x.size())};
-        set.particles.reserve(set.particles.size() + x.size());
-        const auto state = initial_state<D>(set.material);
-        for (const auto& point : x) set.particles.push_back(point, cast<S>(velocity), mass, volume, state);
-        set.bodies.push_back(body);
-        set.prepared = false;
-        return body;
     }
 
     void warn_of(double ratio) {

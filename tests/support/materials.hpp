@@ -157,8 +157,9 @@ double stiffest(const M<double>& model, const State<M<double>, D>& state, const 
     }
     const double size = size_of(Q);
     CHECK(size_of(Q - transpose(Q)) <= 1e-7 * (1 + size));
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, D, D>> solver(as_eigen(Q));
-    return solver.eigenvalues()[D - 1];
+    // Singular values are eigenvalues once all of them are positive.
+    Q += Mat<double, D>::diagonal(size);
+    return singular_values(Q)[0] - size;
 }
 /// The wave speed bounds plane waves along eight directions; returns how near the fastest came, as a part of 1.
 template <template <class> class M, int D>

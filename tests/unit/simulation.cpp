@@ -294,3 +294,28 @@ TEST_CASE("In the far corner of 4096^3 cells a slow body moves to the bit as it 
             CHECK(std::abs(std::abs(far[i][a]) - 500 * speed) < 500 * 0x1p-22 * 1.01);
         }
 }
+
+TEST_CASE("A load pushes the particles of its body: momentum grows by force times time, whatever the threads") {
+    const auto pushed = [](int threads) {
+        Simulation<2, FixedCorotated<double>> simulation(
+            unit_box<2>(1.0 / 32), FixedCorotated<double>::from_young_poisson(1e5, 0.3), {threads});
+        simulation.gravity = {0.0, 0.0};
+        simulation.fixed_time_step = 2e-4;
+        const Body end = simulation.add(sample_box<2>({0.5, 0.4}, {0.515625, 0.5}, {.spacing = 1.0 / 64}), 1000);
+        simulation.add(sample_box<2>({0.3, 0.4}, {0.5, 0.5}, {.spacing = 1.0 / 64}), 1000);
+        // 50 Pa, growing within 1 s, on the right end, 0.1 m high in the plane: 5 N/m at last
+        simulation.add_load(
+            end, [end](const Vec<double, 2>&, double time) { return Vec<double, 2>{5 * time / end.count, 0.0}; });
+        for (int step = 0; step < 500; ++step) simulation.step();
+        return simulation;
+    };
+    auto one = pushed(1);
+    const auto sums = one.totals();
+    // Σ dt F(t) over 500 steps of 2e-4 s: 5 dt² 500 · 499/2
+    CHECK(sums.momentum[0] == Approx(5 * 2e-4 * 2e-4 * 500 * 499 / 2).epsilon(1e-9));
+    CHECK(std::abs(sums.momentum[1]) < 1e-12);
+    CHECK(sums.elastic_energy > 0);
+    const auto three = pushed(3).totals();
+    CHECK(three.momentum[0] == sums.momentum[0]);
+    CHECK(three.elastic_energy == sums.elastic_energy);
+}

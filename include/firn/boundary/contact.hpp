@@ -6,13 +6,15 @@
 namespace firn {
 
 enum class Contact {
-    stick,    ///< no motion at the surface
-    slip,     ///< no motion through or away from the surface
-    separate  ///< no motion into the surface; free to leave
+    stick,     ///< no motion at the surface
+    slip,      ///< no motion through or away from the surface
+    separate,  ///< no motion into the surface; free to leave
+    none       ///< there is no surface
 };
 
 constexpr const char* name_of(Contact contact) {
-    return contact == Contact::stick ? "stick" : contact == Contact::slip ? "slip" : "separate";
+    constexpr const char* names[] = {"stick", "slip", "separate", "none"};
+    return names[int(contact)];
 }
 
 /// The velocity, relative to the surface, after contact. `normal` is of unit length and points into free space.
@@ -20,6 +22,7 @@ constexpr const char* name_of(Contact contact) {
 template <scalar S, int D>
 FIRN_INLINE Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>& normal, Contact contact,
                                              const S& friction) {
+    if (contact == Contact::none) return v;
     if (contact == Contact::stick) return Vec<S, D>::zero();
     const S outward = named("outward", dot(v, normal));
     const S into = min(outward, S(0));

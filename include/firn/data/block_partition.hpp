@@ -36,6 +36,37 @@ BlockCoordinate<D> block_of_key(std::uint64_t key) {
     return block;
 }
 
+/// Blocks along an axis after which they repeat; 0: they do not.
+template <int D>
+int block_period(const Domain<D>& domain, int axis) {
+    return domain.periodic[std::size_t(axis)] ? domain.cells(axis) / block_size : 0;
+}
+template <int D>
+bool is_periodic(const Domain<D>& domain) {
+    return std::find(domain.periodic.begin(), domain.periodic.end(), true) != domain.periodic.end();
+}
+/// The same block as one in the domain, along its periodic axes.
+template <int D>
+BlockCoordinate<D> wrapped(const Domain<D>& domain, BlockCoordinate<D> block) {
+    for (int a = 0; a < D; ++a)
+        if (const int n = block_period(domain, a); n > 0) {
+            int& coordinate = block[std::size_t(a)];
+            coordinate = (coordinate % n + n) % n;
+        }
+    return block;
+}
+template <int D>
+std::uint64_t wrapped_key(const Domain<D>& domain, std::uint64_t key) {
+    return block_key<D>(wrapped(domain, block_of_key<D>(key)));
+}
+/// Blocks from `to` to `from` along an axis, the shorter way.
+template <int D>
+int block_distance(const Domain<D>& domain, int axis, int from, int to) {
+    const int n = block_period(domain, axis), distance = from - to;
+    if (n == 0) return distance;
+    return distance > n / 2 ? distance - n : distance < -n / 2 ? distance + n : distance;
+}
+
 /// The position [m] along one axis of a place in a block, counted from the block's lower corner [cells].
 template <int D>
 double position_of_place(const Domain<D>& domain, const BlockCoordinate<D>& block, int axis, double place) {

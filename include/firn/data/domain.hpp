@@ -4,6 +4,7 @@
 #include <firn/core/error.hpp>
 #include <firn/core/tensor.hpp>
 
+#include <array>
 #include <cmath>
 
 namespace firn {
@@ -21,6 +22,11 @@ struct Domain {
     Vec<double, D> upper = detail::ones<D>;  ///< [m]
     double cell_size = 1.0 / 64;             ///< h [m]
 
+    /// Axes along which what leaves at one end comes in at the other: as in a row of equal domains without end. The
+    /// number of cells along them is a multiple of 16 (with the cubic kernel of 48). Boundaries do not repeat, and
+    /// walls across them are Contact::none (those that a simulation has by default are).
+    std::array<bool, std::size_t(D)> periodic{};
+
     /// Number of cells along an axis; the last one reaches over `upper` where the extent is no multiple of h.
     int cells(int axis) const { return int(std::ceil((upper[axis] - lower[axis]) / cell_size - 1e-6)); }
 };
@@ -36,6 +42,9 @@ S extent_in_cells(const Domain<D>& domain, int axis) {
 /// Block coordinates are packed into 21 bits an axis: 2²⁰ blocks of four cells each way from the lower corner.
 inline constexpr double most_cells_per_axis = 4.0 * (1 << 20) - 16;
 
+/// Cells along a periodic axis come in this many, so that the colours of blocks go on across its ends.
+inline constexpr int periodic_multiple = 16;
+
 /// \throws parameter_error if the box is empty or not finite, or has too many or too few cells
 template <int D>
 void check(const Domain<D>& domain) {
@@ -50,6 +59,10 @@ void check(const Domain<D>& domain) {
         if (!(cells >= 2 && cells <= most_cells_per_axis))
             throw parameter_error(sentence("The domain has ", cells, " cells of ", domain.cell_size, " m along axis ",
                                            a, "; from 2 to ", most_cells_per_axis, " are possible."));
+        const int whole = domain.cells(a);
+        if (domain.periodic[std::size_t(a)] && (whole % periodic_multiple != 0 || std::abs(cells - whole) > 1e-6))
+            throw parameter_error(sentence("The domain has ", cells, " cells along the periodic axis ", a,
+                                           "; their number must be a multiple of ", periodic_multiple, "."));
     }
 }
 

@@ -123,6 +123,7 @@ public:
     /// \param domain  of the grid that they will meet; they may lie outside it
     explicit Particles(const Domain<D>& domain) : domain_(domain), fields_(components()) {}
 
+    const Domain<D>& domain() const { return domain_; }
     std::size_t size() const { return size_; }
     std::size_t slots() const { return id_.size(); }
 
@@ -169,7 +170,12 @@ public:
     Vec<double, D> exact_position(std::size_t slot) const {
         const BlockCoordinate<D> of = block(slot);
         Vec<double, D> x{};
-        for (int a = 0; a < D; ++a) x[a] = position_of_place(domain_, of, a, double(fields_.get(of_position, slot, a)));
+        for (int a = 0; a < D; ++a) {
+            x[a] = position_of_place(domain_, of, a, double(fields_.get(of_position, slot, a)));
+            const double lower = domain_.lower[a], upper = domain_.upper[a];
+            if (domain_.periodic[std::size_t(a)] && !(x[a] >= lower && x[a] <= upper))
+                x[a] = std::clamp(x[a] < lower ? x[a] + (upper - lower) : x[a] - (upper - lower), lower, upper);
+        }
         return x;
     }
     /// The block that the position counts from, and the position from there, in cells.
@@ -207,7 +213,7 @@ public:
             of[std::size_t(a)] = std::abs(block) < most_blocks_per_axis ? int(block) : 0;  // 0: also for NaN
             place[a] = S(cells - block_size * double(of[std::size_t(a)]));
         }
-        set_place(slot, of, place);
+        set_place(slot, wrapped(domain_, of), place);
     }
     void set_place(std::size_t slot, const BlockCoordinate<D>& of, const Vec<S, D>& place) {
         const std::uint64_t key = block_key<D>(of);
@@ -259,7 +265,8 @@ public:
                     if (old_key == key) continue;
                     const BlockCoordinate<D> old = block_of_key<D>(old_key);
                     for (std::size_t a = 0; a < std::size_t(D); ++a)
-                        fields_.at(of_position, slot, int(a)) += S(block_size * (old[a] - range.block[a]));
+                        fields_.at(of_position, slot, int(a)) +=
+                            S(block_size * block_distance(domain_, int(a), old[a], range.block[a]));
                 }
             }
             const std::uint32_t last = group.first_range + group.ranges - 1;

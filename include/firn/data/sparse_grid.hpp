@@ -114,6 +114,11 @@ private:
             grow(blocks_, std::uint64_t(1) << 21 * (D - 1 - a), grown);
             blocks_.swap(grown);
         }
+        if (is_periodic(domain_)) {
+            for (std::uint64_t& key : blocks_) key = wrapped_key(domain_, key);
+            std::sort(blocks_.begin(), blocks_.end());
+            blocks_.erase(std::unique(blocks_.begin(), blocks_.end()), blocks_.end());
+        }
         std::size_t rows = 0;
         for (const BlockPartition<D>* partition : partitions)
             rows = std::max(rows, partition->first_row + partition->ranges.size());
@@ -125,6 +130,7 @@ private:
 
     /// Neighbours along the last axis are neighbours in the list; the others are found by walking along it.
     void find_neighbours(const BlockPartition<D>& partition) {
+        if (is_periodic(domain_)) return look_up_neighbours(partition);
         for (int line = 0; line < neighbour_count / 3; ++line) {
             std::size_t b = 0;
             for (const std::uint32_t r : partition.by_block) {
@@ -137,6 +143,17 @@ private:
                 for (std::uint32_t n = 0; n < 3; ++n) neighbours_[first + n] = std::uint32_t(b) + n;
             }
         }
+    }
+
+    /// Where they lie across the ends of the domain.
+    void look_up_neighbours(const BlockPartition<D>& partition) {
+        for (std::size_t r = 0; r < partition.ranges.size(); ++r)
+            for (int n = 0; n < neighbour_count; ++n) {
+                BlockCoordinate<D> block = partition.ranges[r].block;
+                for (int a = D - 1, rest = n; a >= 0; --a, rest /= 3) block[std::size_t(a)] += rest % 3 - 1;
+                neighbours_[(partition.first_row + r) * neighbour_count + std::size_t(n)] =
+                    find(wrapped(domain_, block));
+            }
     }
 
     /// All keys of a sorted list, and those one step below and above: sorted, each once.

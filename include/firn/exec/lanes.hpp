@@ -205,6 +205,10 @@ public:
         for (int a = 0; a < D; ++a) {
             lower_[a] = in_cells ? S(0) : S(domain.lower[a]);
             upper_[a] = in_cells ? extent_in_cells<S>(domain, a) : S(domain.upper[a]);
+            if (domain.periodic[std::size_t(a)]) {
+                upper_[a] = std::numeric_limits<S>::infinity();
+                lower_[a] = -upper_[a];
+            }
         }
         cell_ = in_cells ? S(1) : S(domain.cell_size);
     }

@@ -107,12 +107,22 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
 /// For firn's own particles.
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads = 0) {
+    const Domain<D>& domain = particles.domain();
+    const bool periodic = is_periodic(domain);
+    for (int a = 0; a < D; ++a)
+        if (block_period(domain, a) % colours_along_axis<Kernel> != 0)
+            throw parameter_error(sentence("The domain has ", domain.cells(a), " cells along the periodic axis ", a,
+                                           "; with a kernel of support ", Kernel::support,
+                                           " their number must be a multiple of ",
+                                           periodic_multiple * colours_along_axis<Kernel>, "."));
     return partition_by<D>(
         colours_along_axis<Kernel>, particles.slots(), threads, [&](std::size_t i) { return particles.is_particle(i); },
         [&](std::size_t i) {
             Vec<S, D> base = particles.place(i);
             for (int a = 0; a < D; ++a) base[a] = base_node<Kernel>(base[a]);
-            return block_cell(base, particles.block_key_of(i));
+            BlockCell place = block_cell(base, particles.block_key_of(i));
+            if (periodic) place.block = wrapped_key(domain, place.block);
+            return place;
         });
 }
 
@@ -122,6 +132,9 @@ template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, State>& view, std::size_t count,
                                       const Domain<D>& domain, int threads = 0) {
     check(domain);
+    if (is_periodic(domain))
+        throw parameter_error(
+            "The domain is periodic, which arrays of a foreign program cannot be: use firn's Particles or Simulation.");
     check_positions<S, D>(count, domain, [&](std::size_t i, int a) { return view.position.particle(i, a); });
     const S per_cell = S(1 / domain.cell_size);
     return partition_by<D>(

@@ -140,6 +140,7 @@ State<detail::precision_of_t<Materials>> state_of(
     parameter("grid", "lower", "m", detail::as_doubles(simulation.domain().lower));
     parameter("grid", "upper", "m", detail::as_doubles(simulation.domain().upper));
     parameter("grid", "cell_size", "m", {simulation.domain().cell_size});
+    parameter("grid", "periodic", "1", {simulation.domain().periodic.begin(), simulation.domain().periodic.end()});
     parameter("run", "gravity", "m/s^2", detail::as_doubles(simulation.gravity));
     parameter("run", "fixed_time_step", "s", {simulation.fixed_time_step});
     parameter("run", "signal_speed", "m/s", {simulation.template report<I>().signal_speed});
@@ -195,7 +196,9 @@ void check_same_run(const State<S>& state, const std::vector<StateAttribute>& ou
     }
     if (parameter_values(state, "grid", "lower") != as_doubles(domain.lower) ||
         parameter_values(state, "grid", "upper") != as_doubles(domain.upper) ||
-        parameter_values(state, "grid", "cell_size") != as_doubles(domain.cell_size))
+        parameter_values(state, "grid", "cell_size") != as_doubles(domain.cell_size) ||
+        parameter_values(state, "grid", "periodic") !=
+            std::vector<double>(domain.periodic.begin(), domain.periodic.end()))
         throw io_error(
             "The state was made in another domain or with other cells than the simulation's. Give the same.");
 }

@@ -1,11 +1,15 @@
 /// \file The materials of a simulation, each with particles of its own.
 #pragma once
 
+#include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/exec/g2p.hpp>
+#include <firn/exec/parallel.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/simulation/source.hpp>
 
+#include <algorithm>
+#include <functional>
 #include <tuple>
 #include <vector>
 
@@ -49,6 +53,13 @@ struct Body {
     double end = std::numeric_limits<double>::infinity();  ///< when its particles are taken out [s]
 };
 
+/// A force on every particle of a body: a traction [Pa] on a face comes to traction × area / particles of the face.
+template <int D>
+struct Load {
+    Body body;
+    std::function<Vec<double, D>(const Vec<double, D>& position, double time)> force;  ///< of [m] and [s], in N
+};
+
 /// A material's particles and what is known of them.
 template <int D, class Material>
 struct MaterialSet {
@@ -65,6 +76,102 @@ struct MaterialSet {
     bool as_sorted = false;  ///< no step since particles were sorted
     std::vector<Source<D>> sources{};
     std::vector<Sink<D>> sinks{};
+    std::vector<Load<D>> loads{};
+
+    /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
+    /// \throws parameter_error, particle_error (nothing is added)
+    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity) {
+        if (!(density > 0) || !std::isfinite(density))
+            throw parameter_error(
+                sentence("The density is ", density, " kg/m^", D, "; it must be positive and finite."));
+        if (!(samples.volume > 0) || !std::isfinite(samples.volume))
+            throw parameter_error(sentence("The volume of a particle is ", samples.volume, " m^", D,
+                                           "; it must be positive and finite."));
+        for (int a = 0; a < D; ++a)
+            if (!std::isfinite(velocity[a]))
+                throw parameter_error(
+                    sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
+        const S volume = S(samples.volume), mass = S(density * samples.volume);
+        if (!(volume > 0) || !(mass > 0) || !std::isfinite(volume) || !std::isfinite(mass))
+            throw parameter_error(sentence("A particle of ", samples.volume, " m^", D, " and ",
+                                           density * samples.volume,
+                                           " kg is too small or too large for the simulation's precision. Use "
+                                           "double."));
+        const auto& x = samples.positions;
+        check_positions<double, D>(x.size(), particles.domain(), [&](std::size_t i, int a) { return x[i][a]; });
+        const Body body{particles.next_id(), std::uint32_t(x.size())};
+        particles.reserve(particles.size() + x.size());
+        const auto state = initial_state<D>(material);
+        for (const auto& point : x) particles.push_back(point, cast<S>(velocity), mass, volume, state);
+        bodies.push_back(body);
+        prepared = false;
+        return body;
+    }
+
+    /// Takes out the particles for which wanted(position [m], id) says so. \return how many that were
+    template <class Wanted>
+    std::size_t remove_if(const Wanted& wanted) {
+        const std::size_t before = particles.size();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot) && wanted(particles.exact_position(slot), particles.id(slot)))
+                particles.remove(slot);
+        if (particles.size() < before) prepared = false;
+        return before - particles.size();
+    }
+
+    /// The bursts that are due.
+    void give(double time) {
+        for (Source<D>& source : sources)
+            for (; source.is_due(time); ++source.bursts) {
+                Samples<D> burst = source.samples;
+                const double born = source.time_of(source.bursts);
+                for (Vec<double, D>& x : burst.positions) x += source.velocity * (time - born);
+                add(burst, source.density, source.velocity);
+                bodies.back().end = born + source.lifespan;
+            }
+    }
+    /// What has reached its end, or a sink.
+    void take(double time) {
+        if (!sinks.empty())
+            remove_if([&](const Vec<double, D>& x, std::uint32_t) {
+                return std::any_of(sinks.begin(), sinks.end(), [&](const Sink<D>& sink) { return sink.holds(x); });
+            });
+        const auto has_ended = [&](const Body& body) { return body.count > 0 && body.end <= time; };
+        if (std::none_of(bodies.begin(), bodies.end(), has_ended)) return;
+        // Bodies lie in the order of their ids.
+        remove_if([&](const Vec<double, D>&, std::uint32_t id) {
+            const auto next =
+                std::upper_bound(bodies.begin(), bodies.end(), id,
+                                 [](std::uint32_t wanted, const Body& body) { return wanted < body.first; });
+            return next != bodies.begin() && has_ended(next[-1]);
+        });
+        for (Body& body : bodies)
+            if (has_ended(body)) body.count = 0;
+    }
+    /// When the next particles come [s]; infinite: never.
+    double next_burst() const {
+        double next = std::numeric_limits<double>::infinity();
+        for (const Source<D>& source : sources)
+            if (const double due = source.time_of(source.bursts); due <= source.end) next = std::min(next, due);
+        return next;
+    }
+
+    /// The impulses of the loads, to the particles' own velocities: as much as to the nodes, by P2G.
+    void push(double time, double dt, int threads) {
+        for (const Load<D>& load : loads)
+            parallel_for(
+                particles.slots() / pack_size, threads,
+                [&](std::size_t pack, int) {
+                    for (std::size_t slot = pack * pack_size; slot < (pack + 1) * pack_size; ++slot) {
+                        if (!particles.is_particle(slot) || particles.id(slot) - load.body.first >= load.body.count)
+                            continue;
+                        const Vec<double, D> force = load.force(particles.exact_position(slot), time);
+                        particles.set_velocity(
+                            slot, particles.velocity(slot) + cast<S>(force * (dt / double(particles.mass(slot)))));
+                    }
+                },
+                64);
+    }
 };
 
 namespace detail {

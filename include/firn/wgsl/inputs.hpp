@@ -77,6 +77,8 @@ void set_parameters(Inputs& inputs, const Policy& policy, const std::string& pre
 template <int D, class State>
 Inputs make_inputs(const Program& program, const Domain<D>& domain, const Particles<float, D, State>& particles,
                    double dt, const Limits& limits = {}) {
+    if (is_periodic(domain))
+        throw parameter_error("The domain is periodic, which firn's WGSL programs do not know yet: run it on the CPU.");
     Inputs inputs(program);
     std::vector<std::size_t> slots;
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)

@@ -100,10 +100,10 @@ TEMPLATE_TEST_CASE("reactions have the same bits for any number of threads", "[b
         run.execution.threads = threads;
         run.gravity = {0.0, -9.81};
         const auto matter = sample_box<2>({0.01, 0.01}, {0.9, 0.9}, {.spacing = 1.0 / 128});
-        run.add(matter.positions, matter.volume, 1000, {1.0, 0.3});
+        run.add(matter, 1000, {1.0, 0.3});
         for (int i = 0; i < 5; ++i) run.step(2e-4);
-        CHECK(norm(run.reactions.parts[1].impulse) > 0);
-        of_threads.push_back(run.reactions);
+        CHECK(norm(run.reaction(1).impulse) > 0);
+        of_threads.push_back(*run.reactions);
     }
     for (const auto& other : of_threads) CHECK(same_bits(other, of_threads[0]));
 }
@@ -123,21 +123,21 @@ TEST_CASE("a ball bounces off a floor: what the floor gave is what its momentum 
     WatchedRun<2, double, Collider<HalfSpace<double, 2>>> run(
         {{-0.5, -0.5}, {0.5, 0.5}, 1.0 / 32}, FixedCorotated<double>::from_young_poisson(1e4, 0.3), floor);
     const auto ball = sample_sphere<2>({0.0, 0.2}, 0.15, {.spacing = 1.0 / 64});
-    run.add(ball.positions, ball.volume, 1000, {0.0, -0.8});
+    run.add(ball, 1000, {0.0, -0.8});
     const auto before = run.momentum();
     Vec<double, 2> given{};
     double torque = 0;
     for (int i = 0; i < 400; ++i) {
         run.step(1e-3);
-        given += run.reactions.parts[0].impulse;
-        torque += run.reactions.parts[0].angular_impulse;
+        given += run.reaction(0).impulse;
+        torque += run.reaction(0).angular_impulse;
     }
     const auto after = run.momentum();
     CHECK(norm(after - before - given) <= 1e-11 * norm(before));
     CHECK(after[1] > -0.6 * before[1]);  // it does bounce
     CHECK(std::abs(given[0]) <= 1e-8 * given[1]);
     CHECK(std::abs(torque) <= 1e-8 * given[1]);  // its place is above the floor's origin
-    CHECK(norm(run.reactions.parts[0].impulse) == 0);
+    CHECK(norm(run.reaction(0).impulse) == 0);
 }
 
 TEST_CASE("a region of nodes with a prescribed velocity: a solid that sticks", "[boundary][reactions]") {
@@ -151,11 +151,11 @@ TEST_CASE("a region of nodes with a prescribed velocity: a solid that sticks", "
     WatchedRun<2, double, Grips> run({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 20},
                                      FixedCorotated<double>::from_young_poisson(1e5, 0.0), {left, right});
     const auto bar = sample_box<2>({0.15, 0.4}, {0.85, 0.6}, {.spacing = 1.0 / 40});
-    run.add(bar.positions, bar.volume, 1000);
+    run.add(bar, 1000);
     Vec<double, 2> given{};
     for (int i = 0; i < 200; ++i) {
         run.step(2e-4);
-        given += run.reactions.parts[0].impulse + run.reactions.parts[1].impulse;
+        given += run.reaction(0).impulse + run.reaction(1).impulse;
         REQUIRE(norm(given - run.momentum()) <= 1e-12);
         std::size_t held = 0, drawn = 0;
         for (std::size_t b = 0; b < run.grid().block_count(); ++b)
@@ -176,5 +176,5 @@ TEST_CASE("a region of nodes with a prescribed velocity: a solid that sticks", "
         REQUIRE(held > 5);
         REQUIRE(drawn > 5);
     }
-    CHECK(run.reactions.parts[0].impulse[0] < 0);  // it draws on
+    CHECK(run.reaction(0).impulse[0] < 0);  // it draws on
 }

@@ -4,7 +4,6 @@
 #include <firn/firn.hpp>
 #include <firn/io/states.hpp>
 
-
 using namespace firn;
 
 namespace {

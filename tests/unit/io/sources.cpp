@@ -68,6 +68,18 @@ TEST_CASE("a jet gives layers one spacing apart, whatever the time step") {
     }
 }
 
+TEST_CASE("a simulation without particles waits for its sources") {
+    Simulation<2> simulation = box();
+    simulation.fixed_time_step = 0;
+    Source<2> source = Source<2>::jet(layer(), spacing, 1000, {0.0, -2.0});
+    source.start = 0.05;
+    simulation.add_source(source);
+    simulation.step();
+    REQUIRE(simulation.time() == Approx(0.05).epsilon(1e-12));
+    simulation.advance(0.05);
+    REQUIRE(simulation.particles().size() == 4 * 8);  // 0.05 s × 2 m/s = 3.2 spacings
+}
+
 TEST_CASE("particles are taken out at the end of their lifespan, and their ids are not given again") {
     Simulation<2> simulation = box();
     Source<2> source = Source<2>::jet(layer(), spacing, 1000, {0.0, -1.0});

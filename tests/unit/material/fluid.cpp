@@ -160,6 +160,48 @@ TEMPLATE_TEST_CASE("at the bound of the time step a layer of honey is still, and
     CHECK(broken);
 }
 
+TEMPLATE_TEST_CASE(
+    "the first stress takes the rate from C, and G2P from the velocity gradient; both see the viscosity in "
+    "the signal speed",
+    "[material][simulation]", ApicMls, PicWeightGradient) {
+    // A flow v = L (x − ½), which both transfers keep exact inside the body. C is zero with PIC at first.
+    using Transfer = typename TestType::Transfer;
+    const auto honey = Fluid<float>::from_properties({.bulk = 1e4, .viscosity = 50});
+    const double h = 1. / 32;
+    Simulation<2, Fluid<float>, Transfer, typename TestType::Force> simulation({{0, 0}, {1, 1}, h}, honey, {1});
+    simulation.gravity = {};
+    simulation.add(sample_box<2>({0.3, 0.3}, {0.7, 0.7}, {.spacing = h / 2}), 1000, {0, 0});
+    const Mat<double, 2> L = Mat<double, 2>::rows(0, 2, 1, 0);
+    auto& particles = simulation.edit_particles();
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+        if (!particles.is_particle(slot)) continue;
+        particles.set_velocity(slot, cast<float>(L * (particles.exact_position(slot) - Vec<double, 2>{{0.5, 0.5}})));
+        if (Transfer::affine) particles.set_affine(slot, cast<float>(L));
+    }
+    const double bound = simulation.stable_time_step();
+    const double d = 4. / 3 * 50 / 1000;
+    // The fastest corner: |L (0.2, 0.2)| = 0.2 √5, less up to half a spacing.
+    CHECK(time_step_safety * h / bound == Approx(0.2 * std::sqrt(5.0) + std::sqrt(10.0) + 2 * d / h).epsilon(0.01));
+    const auto stress_of_middle = [&] {
+        const auto& now = simulation.particles();
+        double sum = 0;
+        int count = 0;
+        for (std::size_t slot = 0; slot < now.slots(); ++slot) {
+            if (!now.is_particle(slot)) continue;
+            const Vec<double, 2> x = now.exact_position(slot) - Vec<double, 2>{{0.5, 0.5}};
+            if (norm(x) > 0.05) continue;
+            sum += double(now.stress(slot)(0, 1));
+            ++count;
+        }
+        REQUIRE(count > 20);
+        return sum / count;
+    };
+    CHECK(stress_of_middle() == Approx(Transfer::affine ? 50 * 3 : 0).epsilon(1e-5));
+    simulation.fixed_time_step = 1e-6;
+    simulation.step();
+    CHECK(stress_of_middle() == Approx(50 * 3).epsilon(1e-3));
+}
+
 TEST_CASE("the fluid refuses properties that are none", "[material][error]") {
     const auto from = [](const FluidProperties& p) { return Fluid<float>::from_properties(p); };
     for (const double wrong : {0.0, -1.0, std::nan(""), 1e39}) CHECK_THROWS_AS(from({.bulk = wrong}), parameter_error);
