@@ -143,7 +143,7 @@ int snow(int argc, char** argv) {
     view.smoothing = 0.4F;
     auto obstacles = scenery(1.3 * spacing);
     obstacles.colours = {example::snow, example::snow};
-    example::run(fine, options, spacing, view, false, [] {}, obstacles);
+    example::run(fine, options, spacing, view, false, [] {}, [&] { return obstacles; });
     if (coarse_cells < 16) return 0;
 
     Simulation coarse = with_time_step(make(int(coarse_cells), filling, speed, material, packed, options.threads));

@@ -1,6 +1,9 @@
 /// \file Jelly, water, sand and snow in one simulation, on one grid: water breaks over a heap of sand, a cube of jelly
-/// and a snowball fall into it. Each material has particles and states of its own.
+/// and a snowball fall into it. Each material has particles and states of its own. A rigid bunny falls among them: its
+/// mesh is a boundary, and what that gives to matter pushes the bunny.
+#include "support/rigid_body.hpp"
 #include "support/run.hpp"
+#include <firn/data/mesh_distance.hpp>
 
 namespace {
 
@@ -9,6 +12,32 @@ using Water = firn::Fluid<float>;
 using Sand = firn::Sand<float>;
 using Snow = firn::Snow<float>;
 using Four = firn::Materials<Jelly, Water, Sand, Snow>;
+using Bunny = firn::Collider<firn::DistanceGrid<float, 3>>;
+using Boundary = firn::Together<firn::Walls<float, 3>, Bunny>;
+using Simulation =
+    firn::Simulation<3, Four, firn::Apic, firn::MlsForce, firn::QuadraticBSpline, firn::Coloured, Boundary>;
+
+/// Of matter of uniform density in a closed mesh, sampled: mass [kg], centre of mass [m] and inertia about it [kg m²].
+struct MassProperties {
+    double mass = 0;
+    firn::Vec<double, 3> centre{};
+    firn::Mat<double, 3> inertia = firn::Mat<double, 3>::zero();
+};
+MassProperties mass_properties(const firn::TriangleMesh& mesh, double density, double spacing) {
+    const auto samples = firn::sample_mesh(mesh, {.spacing = spacing});
+    const double mass = density * samples.volume;
+    MassProperties sum;
+    for (const auto& x : samples.positions) {
+        sum.mass += mass;
+        sum.centre += x * mass;
+    }
+    sum.centre = sum.centre * (1 / sum.mass);
+    for (const auto& x : samples.positions) {
+        const auto r = x - sum.centre;
+        sum.inertia += (firn::Mat<double, 3>::diagonal(dot(r, r)) - outer(r, r)) * mass;
+    }
+    return sum;
+}
 
 int four_materials(int argc, char** argv) {
     example::CommandLine line({.name = "four_materials",
@@ -32,9 +61,23 @@ int four_materials(int argc, char** argv) {
     const Four materials(Jelly::from_young_poisson(2e4, 0.3),
                          Water::from_properties({.bulk = 3e5, .viscosity = viscosity}),
                          Sand::from_properties({.friction_angle = friction_angle}), Snow::from_properties({}));
-    firn::Simulation<3, Four> simulation({{0.0, 0.0, 0.0}, {2.0, 1.6, 0.8}, 2 * spacing}, materials, {options.threads});
-    simulation.boundary = firn::Walls<float, 3>::all({0, 0, 0}, {2.0F, 1.6F, 0.8F}, {firn::Contact::separate, 0.0});
-    simulation.boundary.at_lower[1].friction = 0.5;
+    // The bunny, about its centre of mass; wood of a density that floats.
+    const auto upright = firn::fitted(firn::read_obj(FIRN_EXAMPLES_DATA_DIR "/bunny.obj"), {0.0, 0.0, 0.0}, 0.36);
+    const MassProperties wood = mass_properties(upright, 600, 0.01);
+    const auto mesh = firn::translated(upright, wood.centre * -1.0);
+    example::RigidBody<3> body(wood.mass, wood.inertia);
+    body.position = {0.32, 0.95, 0.4};
+    body.rotation = firn::rotor({0.3, 1.0, 0.2}, 0.8);
+    Bunny bunny{.shape = {firn::mesh_distance(mesh, {.spacing = spacing})},
+                .contact = firn::Contact::separate,
+                .friction = 0.3};
+    body.place(bunny);
+
+    auto walls = firn::Walls<float, 3>::all({0, 0, 0}, {2.0F, 1.6F, 0.8F}, {firn::Contact::separate, 0.0});
+    walls.at_lower[1].friction = 0.5;
+    Simulation simulation({{0.0, 0.0, 0.0}, {2.0, 1.6, 0.8}, 2 * spacing}, materials, {options.threads},
+                          {walls, bunny});
+    simulation.reactions.emplace();
 
     simulation.add<Water>(firn::sample_box<3>({0.0, 0.0, 0.0}, {0.5, 0.55, 0.8}, filling), 1000);
     auto wedge = firn::sample_box<3>({1.1, 0.0, 0.0}, {2.0, 0.5, 0.8}, filling);
@@ -46,8 +89,29 @@ int four_materials(int argc, char** argv) {
     example::View view{.direction = {{-0.35F, -0.4F, -1.0F}}};
     view.frame = example::Box{{{0.0F, 0.0F, 0.0F}}, {{2.0F, 1.0F, 0.8F}}};
     view.smoothing = 0.5F;
-    example::run(simulation, options, spacing, view, false, [] {},
-                 {.colours = {example::coral, example::teal, example::sand, example::snow}});
+    // What the bunny gave to matter it lost itself; then it goes on, and its collider with it.
+    const auto move_bunny = [&] {
+        const double dt = simulation.last_time_step();
+        const auto& given = simulation.reactions->parts[1];
+        body.push(simulation.gravity * (body.mass() * dt) - given.impulse, given.angular_impulse * -1.0);
+        body.move(dt);
+        for (int a = 0; a < 3; ++a) {  // walls are for matter: what comes too near them is stopped
+            const double room = 0.14, to = body.position[a];
+            if (to < simulation.domain().lower[a] + room) body.momentum[a] = std::max(body.momentum[a], 0.0);
+            if (to > simulation.domain().upper[a] - room) body.momentum[a] = std::min(body.momentum[a], 0.0);
+        }
+        body.place(std::get<1>(simulation.boundary.parts));
+    };
+    // Its surface is drawn where it is at the end.
+    const auto surface = [&] {
+        example::Scenery<3> scenery{.points = {},
+                                    .solid = example::plum,
+                                    .colours = {example::coral, example::teal, example::sand, example::snow}};
+        for (const auto& x : firn::sample_mesh(mesh, {.spacing = spacing}).positions)
+            scenery.points.push_back(body.position + matrix_of(body.rotation) * x);
+        return scenery;
+    };
+    example::run(simulation, options, spacing, view, false, move_bunny, surface);
     std::printf("%.3f s in %llu steps\n", simulation.time(), static_cast<unsigned long long>(simulation.steps()));
     return 0;
 }

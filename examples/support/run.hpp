@@ -127,9 +127,10 @@ std::size_t particle_count(const Simulation& simulation) {
 /// Runs the schedule. The first state is written before the first step, the last after the last; at the end a picture.
 /// \param after_step  called after every step
 /// \param points      also write OUTPUT/NAME_0000.obj …, for Houdini and Blender
-template <class Simulation, class AfterStep>
+/// \param scenery     scenery() at the end says what the picture shows besides
+template <class Simulation, class AfterStep, class SceneryAtEnd>
 void run(Simulation& simulation, const Options& options, double spacing, const View& view, bool points,
-         const AfterStep& after_step, const Scenery<Simulation::dimension>& scenery = {}) {
+         const AfterStep& after_step, const SceneryAtEnd& scenery) {
     std::cout << options.name << ": " << particle_count(simulation) << " particles, " << options.schedule.steps
               << " steps, " << options.threads << (options.threads == 1 ? " thread" : " threads") << std::endl;
     StatesOfAll states(simulation, options);
@@ -147,11 +148,17 @@ void run(Simulation& simulation, const Options& options, double spacing, const V
         if (options.schedule.writes_after(step)) write();
         progress.advance();
     }
-    write_png(options.file(".png"), picture(simulation, spacing, view, scenery));
+    write_png(options.file(".png"), picture(simulation, spacing, view, scenery()));
     std::cout << states.count() << " states";
     for (const auto& file : states.files())
         std::cout << (&file == states.files().data() ? ": " : ", ") << file.string();
     std::cout << "\npicture: " << options.file(".png").string() << std::endl;
+}
+
+template <class Simulation, class AfterStep>
+void run(Simulation& simulation, const Options& options, double spacing, const View& view, bool points,
+         const AfterStep& after_step) {
+    run(simulation, options, spacing, view, points, after_step, [] { return Scenery<Simulation::dimension>{}; });
 }
 
 }  // namespace example

@@ -84,7 +84,7 @@ void for_parameters(P& policy, const F& f, const std::string& before = "") {
     if constexpr (has_parameters<std::remove_const_t<P>>)
         std::apply(
             [&](const auto&... p) {
-                const auto visit = [&](const auto& one) {
+                [[maybe_unused]] const auto visit = [&](const auto& one) {
                     auto& value = one.of(policy);
                     if constexpr (has_parameters<std::remove_cvref_t<decltype(value)>>)
                         for_parameters(value, f, before + one.name + "_");
