@@ -9,6 +9,7 @@
 #include <firn/force/weight_gradient.hpp>
 #include <firn/material/fluid.hpp>
 #include <firn/material/nacc.hpp>
+#include <firn/material/per_particle.hpp>
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
 #include <firn/material/von_mises.hpp>
@@ -304,6 +305,10 @@ int main(int count, char** words) {
         write_solids<2>(root, {0.3, 1.0 / 64, 1.0 / 32});
         write_solids<3>(root, {0.25, 1.0 / 32, 1.0 / 16});
         write_case<3, Apic, MlsForce>(root, "3d_nacc", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, Nacc<float>{});
+        PerParticle<FixedCorotated<float>, "mu"> varied{};
+        varied.mu = 4e4F;
+        varied.lambda = 6e4F;
+        write_case<2, Apic, MlsForce>(root, "2d_per_particle", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, varied);
         write_case<2, Apic, MlsForce>(root, "2d_mises", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, VonMises<float>{});
         write_case<2, Apic, MlsForce>(root, "2d_10k", {0.35, 1.0 / 204, 1.0 / 102}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k", {0.3, 1.0 / 57, 1.0 / 28.5}, "step", 1);

@@ -43,44 +43,34 @@ struct PerParticle : Model {
     static constexpr const char* name = detail::joined_names<detail::named_per_particle, Model>::text;
 
 private:
-    template <ParameterName Name>
-    static constexpr bool is_parameter =
-        std::apply([](const auto&... p) { return ((Name.view() == p.name) || ...); }, Model::parameters());
-    static_assert((is_parameter<Names> && ...), "firn: PerParticle names parameters of the model, as in parameters()");
+    static constexpr auto of_model = Model::parameters();
 
+    /// Where a parameter stands in the model's list; after its end, where it has none of that name.
     template <ParameterName Name>
-    static consteval const char* unit() {
+    static consteval std::size_t place() {
         return std::apply(
             [](const auto&... p) {
-                const char* found = "";
-                ((Name.view() == p.name ? void(found = p.unit) : void()), ...);
-                return found;
+                std::size_t i = 0;
+                ((Name.view() == p.name || (++i, false)) || ...);
+                return i;
             },
-            Model::parameters());
+            of_model);
     }
-    /// f(the model's own parameter of that name)
-    template <ParameterName Name, class M>
-    FIRN_INLINE static S& named_parameter(M& model) {
-        S* found = nullptr;
-        std::apply(
-            [&](const auto&... p) FIRN_LAMBDA {
-                const auto look = [&](const auto& one) FIRN_LAMBDA {
-                    if constexpr (std::same_as<std::remove_cvref_t<decltype(one.of(model))>, S>)
-                        if (Name.view() == one.name) found = &one.of(model);
-                };
-                (look(p), ...);
-            },
-            Model::parameters());
-        return *found;
+    static_assert(((place<Names>() < std::tuple_size_v<decltype(of_model)>) && ...),
+                  "firn: PerParticle names parameters of the model, as in its parameters()");
+
+    template <ParameterName Name>
+    FIRN_INLINE static S& named_parameter(Model& model) {
+        return std::get<place<Name>()>(of_model).of(model);
     }
 
 public:
     template <int D>
     struct state : material_state_t<Model, D>, detail::OfParticle<S, Names>... {
         static constexpr auto fields() {
-            return std::tuple_cat(
-                material_state_t<Model, D>::fields(),
-                std::tuple{parameter{Names.text, unit<Names>(), &detail::OfParticle<S, Names>::value}...});
+            return std::tuple_cat(material_state_t<Model, D>::fields(),
+                                  std::tuple{parameter{Names.text, std::get<place<Names>()>(of_model).unit,
+                                                       &detail::OfParticle<S, Names>::value}...});
         }
     };
 
