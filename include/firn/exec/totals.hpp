@@ -66,8 +66,8 @@ To state_in_double(const From& state) {
 }  // namespace detail
 
 /// The same bits for any number of threads.
-/// An affine field C carries angular momentum and energy as a body of the inertia h²/inverse_inertia does (Jiang et al.
-/// 2015, §5.3); kernels without such a constant are counted without it.
+/// An affine field C carries angular momentum and energy as a body of the inertia h²/inverse_inertia does (Jiang,
+/// Schroeder and Teran 2017); kernels without such a constant are counted without it.
 template <class Kernel, class Material, std::floating_point S, int D, class State>
 Totals<D> totals(const Particles<S, D, State>& particles, const Domain<D>& domain, const Material& material,
                  int threads = 0) {

@@ -13,6 +13,7 @@
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g.hpp>
 #include <firn/force/none.hpp>
+#include <firn/transfer/concept.hpp>
 
 #include <algorithm>
 
