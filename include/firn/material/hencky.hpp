@@ -57,9 +57,7 @@ struct Hencky {
 
     /// \throws parameter_error unless E > 0 [Pa] and −1 < ν < ½
     static Hencky from_young_poisson(double young, double poisson) {
-        const Lame lame = lame_from_young_poisson(young, poisson);
-        using T = value_type_t<S>;
-        check_lame(double(T(lame.mu)), double(T(lame.lambda)));
+        const Lame lame = lame_in<value_type_t<S>>(young, poisson);
         return {S(lame.mu), S(lame.lambda)};
     }
 

@@ -32,4 +32,14 @@ inline void check_lame(double mu, double lambda) {
                                        " Pa: μ must not be negative and the bulk modulus λ + 2μ/3 must be positive."));
 }
 
+/// As numbers of T, in which they must still be those of a stable solid.
+/// \throws parameter_error, as lame_from_young_poisson() and check_lame()
+template <std::floating_point T>
+Lame lame_in(double young, double poisson) {
+    const Lame exact = lame_from_young_poisson(young, poisson);
+    const Lame lame{double(T(exact.mu)), double(T(exact.lambda))};  // a float overflows at 3e38
+    check_lame(lame.mu, lame.lambda);
+    return lame;
+}
+
 }  // namespace firn
