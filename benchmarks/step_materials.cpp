@@ -1,8 +1,8 @@
 /// \file What each material costs, and several on one grid: step/cubes/MATERIAL/threads:1 is four cubes of 35,937
 /// particles in motion, all of one material; step/cubes/four/threads:1 has a cube of each of four.
-#include "step.hpp"
-
 #include <firn/firn.hpp>
+
+#include "step.hpp"
 
 namespace {
 
@@ -29,12 +29,10 @@ std::unique_ptr<Simulation> four_cubes(const typename Simulation::material_type&
 
 template <class Simulation, class Add>
 void add_cubes(const std::string& name, const typename Simulation::material_type& material, const Add& add) {
-    benchmark::RegisterBenchmark(("step/cubes/" + name + "/threads:1").c_str(),
-                                 [material, add](benchmark::State& state) {
-                                     scenes::time_steps(state, 4 * 35'937, 20, 200,
-                                                        [&] { return four_cubes<Simulation>(material, add); });
-                                 })
-        ->Unit(benchmark::kMillisecond);
+    benchmark::RegisterBenchmark(("step/cubes/" + name + "/threads:1").c_str(), [material,
+                                                                                 add](benchmark::State& state) {
+        scenes::time_steps(state, 4 * 35'937, 20, 200, [&] { return four_cubes<Simulation>(material, add); });
+    })->Unit(benchmark::kMillisecond);
 }
 
 template <class Material>

@@ -181,7 +181,8 @@ TEMPLATE_TEST_CASE(
     const double bound = simulation.stable_time_step();
     const double d = 4. / 3 * 50 / 1000;
     // The fastest corner: |L (0.2, 0.2)| = 0.2 √5, less up to half a spacing.
-    CHECK(time_step_safety<QuadraticBSpline> * h / bound == Approx(0.2 * std::sqrt(5.0) + std::sqrt(10.0) + 2 * d / h).epsilon(0.01));
+    CHECK(time_step_safety<QuadraticBSpline> * h / bound ==
+          Approx(0.2 * std::sqrt(5.0) + std::sqrt(10.0) + 2 * d / h).epsilon(0.01));
     const auto stress_of_middle = [&] {
         const auto& now = simulation.particles();
         double sum = 0;
