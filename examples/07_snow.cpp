@@ -30,10 +30,9 @@ Obstacle plank() {
     return plank;
 }
 
-/// From the axes of the plank to the world's.
-Point on_plank(const Point& x) {
-    const Obstacle of = plank();
-    return of.position + firn::matrix_of(of.rotation) * x;
+/// From an obstacle's axes to the world's.
+Point placed(const Obstacle& obstacle, const Point& x) {
+    return obstacle.position + firn::matrix_of(obstacle.rotation) * x;
 }
 
 firn::Samples<D> ball(const firn::SamplingOptions& filling) {
@@ -41,7 +40,7 @@ firn::Samples<D> ball(const firn::SamplingOptions& filling) {
 }
 firn::Samples<D> layer(const firn::SamplingOptions& filling) {
     firn::Samples<D> snow = firn::sample_box<D>({-1.3, 0.07, -0.45}, {-0.2, 0.25, 0.45}, filling);
-    for (Point& x : snow.positions) x = on_plank(x);
+    for (Point& x : snow.positions) x = placed(plank(), x);
     return snow;
 }
 
@@ -77,10 +76,11 @@ void vary(Simulation& simulation, const firn::Body& body, const Kind& kind) {
 }
 
 Simulation make(int cells, const firn::SamplingOptions& filling, double speed, const Snow& snow, const Kind& packed,
-                int threads) {
+                double time_step, int threads) {
     const firn::Domain<D> domain{{0, 0, 0}, {size, size, size}, size / cells};
     const auto walls = firn::Walls<float, D>::all({0, 0, 0}, {size, size, size}, {firn::Contact::separate, 0.5});
     Simulation simulation(domain, snow, {threads}, {walls, wall(), plank()});
+    simulation.fixed_time_step = time_step;
     const double density = 400;
     vary(simulation, simulation.add(ball(filling), density, {speed, 1.5, 0.0}), packed);
     vary(simulation, simulation.add(layer(filling), density), {});
@@ -92,11 +92,10 @@ example::Scenery<D> scenery(double spacing) {
     example::Scenery<D> scenery;
     for (const Obstacle& obstacle : {wall(), plank()}) {
         const Point half = firn::cast<double>(obstacle.shape.half_extents);
-        for (Point x : firn::sample_box<D>(half * -1.0, half, {.spacing = spacing}).positions) {
+        for (const Point& x : firn::sample_box<D>(half * -1.0, half, {.spacing = spacing}).positions) {
             bool is_surface = false;
             for (int a = 0; a < D; ++a) is_surface = is_surface || std::abs(x[a]) > half[a] - 1.5 * spacing;
-            // A little thinner than what the snow meets, whose nodes are whole cells.
-            if (is_surface) scenery.points.push_back(obstacle.position + firn::matrix_of(obstacle.rotation) * x);
+            if (is_surface) scenery.points.push_back(placed(obstacle, x));
         }
     }
     return scenery;
@@ -131,11 +130,11 @@ int snow(int argc, char** argv) {
     const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered};
     const Snow material{firn::Snow<float>::from_properties(properties)};
 
-    const auto with_time_step = [&](Simulation simulation) {
-        simulation.fixed_time_step = 0.0128 / double(cells);  // snow that hardens waits for no new bound
-        return simulation;
+    const double time_step = 0.0128 / double(cells);  // [s], on the coarse cells, too; below the bound of hardened snow
+    const auto on_cells = [&](std::int64_t n) {
+        return make(int(n), filling, speed, material, packed, time_step, options.threads);
     };
-    Simulation fine = with_time_step(make(int(cells), filling, speed, material, packed, options.threads));
+    Simulation fine = on_cells(cells);
     example::View view{.direction = {{0.7F, -0.3F, -0.8F}}};
     view.frame = example::Box{{{0.3F, 0.0F, 0.5F}}, {{3.2F, 1.7F, 3.4F}}};
     view.width = 1100;
@@ -146,7 +145,7 @@ int snow(int argc, char** argv) {
     example::run(fine, options, spacing, view, false, [] {}, [&] { return obstacles; });
     if (coarse_cells < 16) return 0;
 
-    Simulation coarse = with_time_step(make(int(coarse_cells), filling, speed, material, packed, options.threads));
+    Simulation coarse = on_cells(coarse_cells);
     std::cout << "the same on " << coarse_cells << " cells" << std::endl;
     example::Progress progress(options.schedule.steps, std::int64_t(example::particle_count(coarse)));
     for (std::int64_t step = 0; step < options.schedule.steps; ++step) {

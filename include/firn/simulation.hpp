@@ -22,7 +22,6 @@
 #include <functional>
 #include <iostream>
 #include <optional>
-#include <span>
 #include <string>
 #include <tuple>
 
@@ -126,7 +125,7 @@ public:
     void set_states(const Body& body, const Change& change) {
         auto& particles = edit_particles<I>();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
-            if (!particles.is_particle(slot) || particles.id(slot) - body.first >= body.count) continue;
+            if (!particles.is_particle(slot) || !body.holds(particles.id(slot))) continue;
             auto state = particles.state(slot);
             change(particles.exact_position(slot), state);
             particles.set_state(slot, state);

@@ -36,6 +36,9 @@ BlockCoordinate<D> block_of_key(std::uint64_t key) {
     return block;
 }
 
+/// The remainder in [0, n), of negative numbers, too.
+constexpr int modulo(int a, int n) { return (a % n + n) % n; }
+
 /// Blocks along an axis after which they repeat; 0: they do not.
 template <int D>
 int block_period(const Domain<D>& domain, int axis) {
@@ -49,10 +52,7 @@ bool is_periodic(const Domain<D>& domain) {
 template <int D>
 BlockCoordinate<D> wrapped(const Domain<D>& domain, BlockCoordinate<D> block) {
     for (int a = 0; a < D; ++a)
-        if (const int n = block_period(domain, a); n > 0) {
-            int& coordinate = block[std::size_t(a)];
-            coordinate = (coordinate % n + n) % n;
-        }
+        if (const int n = block_period(domain, a); n > 0) block[std::size_t(a)] = modulo(block[std::size_t(a)], n);
     return block;
 }
 template <int D>
@@ -86,7 +86,7 @@ inline constexpr int colours_along_axis = (arena_size<Kernel> + block_size - 1) 
 template <int D>
 std::size_t block_colour(const BlockCoordinate<D>& block, int n) {
     std::size_t colour = 0;
-    for (const int coordinate : block) colour = std::size_t(n) * colour + std::size_t((coordinate % n + n) % n);
+    for (const int coordinate : block) colour = std::size_t(n) * colour + std::size_t(modulo(coordinate, n));
     return colour;
 }
 

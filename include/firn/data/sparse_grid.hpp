@@ -105,10 +105,7 @@ private:
         for (const BlockPartition<D>* partition : partitions)
             for (const std::uint32_t r : partition->by_block)
                 blocks_.push_back(block_key<D>(partition->ranges[r].block));
-        if (partitions.size() > 1) {
-            std::sort(blocks_.begin(), blocks_.end());
-            blocks_.erase(std::unique(blocks_.begin(), blocks_.end()), blocks_.end());
-        }
+        if (partitions.size() > 1) sort_each_once(blocks_);
         std::vector<std::uint64_t> grown;
         for (int a = 0; a < D; ++a) {
             grow(blocks_, std::uint64_t(1) << 21 * (D - 1 - a), grown);
@@ -116,8 +113,7 @@ private:
         }
         if (is_periodic(domain_)) {
             for (std::uint64_t& key : blocks_) key = wrapped_key(domain_, key);
-            std::sort(blocks_.begin(), blocks_.end());
-            blocks_.erase(std::unique(blocks_.begin(), blocks_.end()), blocks_.end());
+            sort_each_once(blocks_);
         }
         std::size_t rows = 0;
         for (const BlockPartition<D>* partition : partitions)
@@ -126,6 +122,11 @@ private:
         for (const BlockPartition<D>* partition : partitions) find_neighbours(*partition);
         nodes_.resize(blocks_.size() * std::size_t(block_nodes<D> * node_width));
         for (auto& layer : layers_) layer.clear();
+    }
+
+    static void sort_each_once(std::vector<std::uint64_t>& keys) {
+        std::sort(keys.begin(), keys.end());
+        keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     }
 
     /// Neighbours along the last axis are neighbours in the list; the others are found by walking along it.

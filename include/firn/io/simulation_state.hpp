@@ -1,6 +1,7 @@
 /// \file From a simulation to a state and back: a run that is restored goes on to the same bits.
 #pragma once
 
+#include <firn/core/names.hpp>
 #include <firn/io/state.hpp>
 #include <firn/simulation.hpp>
 #include <firn/version.hpp>
@@ -11,15 +12,6 @@
 namespace firn {
 
 namespace detail {
-
-/// Names of the policies, as they stand in files.
-template <class P>
-std::string policy_name() {
-    if constexpr (requires { P::name; })
-        return P::name;
-    else
-        return "unnamed";
-}
 
 template <class S>
     requires std::is_arithmetic_v<S>
@@ -42,9 +34,9 @@ inline std::string compiler_name() {
 /// What must be the same for a run to go on: names of the policies and the precision.
 template <class S, class Material, class Transfer, class Force, class Kernel, class Boundary>
 std::vector<StateAttribute> policy_attributes() {
-    return {{"kernel", policy_name<Kernel>()},     {"transfer", policy_name<Transfer>()},
-            {"force", policy_name<Force>()},       {"material", policy_name<Material>()},
-            {"boundary", policy_name<Boundary>()}, {"precision", sizeof(S) == 4 ? "float" : "double"}};
+    return {{"kernel", std::string(name_of<Kernel>())},     {"transfer", std::string(name_of<Transfer>())},
+            {"force", std::string(name_of<Force>())},       {"material", std::string(name_of<Material>())},
+            {"boundary", std::string(name_of<Boundary>())}, {"precision", sizeof(S) == 4 ? "float" : "double"}};
 }
 
 }  // namespace detail

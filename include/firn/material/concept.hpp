@@ -144,8 +144,8 @@ material_state_t<M, D> initial_state(const M& model) {
 }
 
 /// The trial state: F has followed the flow.
-template <class M, class State, scalar S, int D>
-FIRN_INLINE State followed(const M&, State state, const Mat<S, D>& velocity_gradient, const S& dt) {
+template <class State, scalar S, int D>
+FIRN_INLINE State followed(State state, const Mat<S, D>& velocity_gradient, const S& dt) {
     state.F = state.F + (velocity_gradient * state.F) * dt;
     return state;
 }
@@ -164,7 +164,7 @@ FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& v
     if constexpr (requires { model.updated(state, velocity_gradient, dt); }) {
         return model.updated(state, velocity_gradient, dt);
     } else {
-        return returned_by(model, followed(model, state, velocity_gradient, dt));
+        return returned_by(model, followed(state, velocity_gradient, dt));
     }
 }
 

@@ -42,7 +42,7 @@ struct Dissipating : Model {
     FIRN_INLINE state<D> updated(const state<D>& before, const Mat<S, D>& velocity_gradient, const S& dt) const {
         const Model& model = *this;
         const material_state_t<Model, D>& from = before;
-        const material_state_t<Model, D> trial = followed(model, from, velocity_gradient, dt);
+        const material_state_t<Model, D> trial = followed(from, velocity_gradient, dt);
         const material_state_t<Model, D> after = returned_by(model, trial);
         return {after, before.dissipated + (firn::energy_density(model, trial) - firn::energy_density(model, after))};
     }

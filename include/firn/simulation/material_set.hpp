@@ -51,6 +51,8 @@ using precision_of_t = material_scalar_t<typename first_material<typename materi
 struct Body {
     std::uint32_t first = 0, count = 0;
     double end = std::numeric_limits<double>::infinity();  ///< when its particles are taken out [s]
+
+    bool holds(std::uint32_t id) const { return id - first < count; }  // what lies below wraps round
 };
 
 /// A force on every particle of a body: a traction [Pa] on a face comes to traction × area / particles of the face.
@@ -163,8 +165,7 @@ struct MaterialSet {
                 particles.slots() / pack_size, threads,
                 [&](std::size_t pack, int) {
                     for (std::size_t slot = pack * pack_size; slot < (pack + 1) * pack_size; ++slot) {
-                        if (!particles.is_particle(slot) || particles.id(slot) - load.body.first >= load.body.count)
-                            continue;
+                        if (!particles.is_particle(slot) || !load.body.holds(particles.id(slot))) continue;
                         const Vec<double, D> force = load.force(particles.exact_position(slot), time);
                         particles.set_velocity(
                             slot, particles.velocity(slot) + cast<S>(force * (dt / double(particles.mass(slot)))));
