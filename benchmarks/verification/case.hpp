@@ -1,0 +1,205 @@
+/// \file A case of the verification suite: what it draws, and the figures that it is held to.
+#pragma once
+
+#include <firn/firn.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace verification {
+
+/// A figure and what it should be.
+struct Check {
+    std::string quantity;  ///< what, of which variant: "period, APIC, h = 0.5 m [s]"
+    double value = 0, reference = 0;
+    double tolerance = 0;  ///< of the error
+    std::string source;    ///< where reference and tolerance come from
+    double floor = 1e-300;
+
+    /// |value − reference| over max(|reference|, floor).
+    [[nodiscard]] double error() const {
+        return std::abs(value - reference) / std::max(std::abs(reference), floor);
+    }
+    [[nodiscard]] bool holds() const { return error() <= tolerance; }
+};
+
+/// A line of a plot. The reference is drawn black and dashed.
+struct Curve {
+    enum class Kind { ours, reference, published };  ///< published: points, of an experiment or another code
+    std::string label;
+    std::vector<double> x{}, y{};
+    Kind kind = Kind::ours;
+
+    void add(double at, double value) {
+        x.push_back(at);
+        y.push_back(value);
+    }
+};
+
+/// A diagram: one file, CASE_NAME.png.
+struct Plot {
+    std::string name, title, x_label, y_label;
+    bool logarithmic = false;  ///< both axes
+    std::vector<Curve> curves{};
+};
+
+/// What a program of the suite says: text, plots, figures. `program CASE.json [--quick]` writes it.
+class Case {
+public:
+    /// \param title  one line
+    /// \param about  what is computed, with what it is compared, and the source
+    Case(int argc, char** argv, std::string title, std::string about)
+        : title_(std::move(title)), about_(std::move(about)) {
+        for (int i = 1; i < argc; ++i)
+            if (std::string_view(argv[i]) == "--quick")
+                quick_ = true;
+            else if (file_.empty() && argv[i][0] != '-')
+                file_ = argv[i];
+            else {
+                std::cerr << argv[0] << " does not know " << argv[i] << "; it is called as " << argv[0]
+                          << " CASE.json [--quick].\n";
+                std::exit(2);
+            }
+    }
+
+    /// Fewer and coarser variants, for a run of seconds.
+    [[nodiscard]] bool quick() const { return quick_; }
+
+    Plot& plot(Plot of) {
+        plots_.push_back(std::make_unique<Plot>(std::move(of)));
+        return *plots_.back();
+    }
+
+    /// A figure that the suite holds: the run fails if its error is above the tolerance.
+    bool check(Check of) {
+        std::printf("%-4s %s: %.6g, should be %.6g; error %.2g of %.2g\n", of.holds() ? "ok" : "BAD",
+                    of.quantity.c_str(), of.value, of.reference, of.error(), of.tolerance);
+        std::fflush(stdout);
+        checks_.push_back(std::move(of));
+        return checks_.back().holds();
+    }
+
+    /// A figure that is at most `most`, with what it should ideally be: 0 or another number.
+    bool at_most(std::string quantity, double value, double most, std::string source) {
+        return check({std::move(quantity), value, 0, most, std::move(source), 1});
+    }
+
+    /// A paragraph below the figures: what others report, what the method does badly, and why.
+    void remark(std::string text) { remarks_.push_back(std::move(text)); }
+
+    /// Writes the file. \return what main returns: 1 if a figure is off
+    int finish() const {
+        bool all_hold = !checks_.empty();
+        for (const Check& check : checks_) all_hold = all_hold && check.holds();
+        if (!file_.empty()) write();
+        return all_hold ? 0 : 1;
+    }
+
+private:
+    static std::string text(std::string_view of) {
+        std::string quoted = "\"";
+        for (const char c : of)
+            if (c == '"' || c == '\\')
+                (quoted += '\\') += c;
+            else if (c == '\n')
+                quoted += "\\n";
+            else
+                quoted += c;
+        return quoted + '"';
+    }
+    static std::string text(double of) {
+        char digits[32];
+        std::snprintf(digits, sizeof digits, "%.9g", of);
+        return std::isfinite(of) ? digits : "null";
+    }
+    /// [a, b, …]
+    template <class Range, class Each>
+    static std::string list(const Range& range, const Each& each) {
+        std::string all = "[";
+        for (const auto& element : range) (all += all.size() > 1 ? ", " : "") += each(element);
+        return all + "]";
+    }
+    static std::string numbers(const std::vector<double>& of) {
+        return list(of, [](double number) { return text(number); });
+    }
+    static const char* name_of(Curve::Kind kind) {
+        return kind == Curve::Kind::ours ? "ours" : kind == Curve::Kind::reference ? "reference" : "published";
+    }
+
+    void write() const {
+        std::filesystem::create_directories(std::filesystem::absolute(file_).parent_path());
+        std::ofstream out(file_);
+        out << "{\"title\": " << text(title_) << ",\n \"about\": " << text(about_) << ",\n \"remarks\": "
+            << list(remarks_, [](const std::string& remark) { return text(remark); }) << ",\n \"checks\": "
+            << list(checks_,
+                    [](const Check& check) {
+                        return "{\"quantity\": " + text(check.quantity) + ", \"value\": " + text(check.value) +
+                               ", \"reference\": " + text(check.reference) + ", \"error\": " + text(check.error()) +
+                               ", \"tolerance\": " + text(check.tolerance) + ", \"source\": " + text(check.source) +
+                               "}";
+                    })
+            << ",\n \"plots\": " << list(plots_, [](const auto& plot) {
+                   return "{\"name\": " + text(plot->name) + ", \"title\": " + text(plot->title) +
+                          ", \"x_label\": " + text(plot->x_label) + ", \"y_label\": " + text(plot->y_label) +
+                          ", \"logarithmic\": " + (plot->logarithmic ? "true" : "false") +
+                          ", \"curves\": " + list(plot->curves, [](const Curve& curve) {
+                              return "{\"label\": " + text(curve.label) + ", \"kind\": \"" + name_of(curve.kind) +
+                                     "\", \"x\": " + numbers(curve.x) + ", \"y\": " + numbers(curve.y) + "}";
+                          }) +
+                          "}";
+               }) << "}\n";
+        if (!out.flush()) throw firn::io_error("\"" + file_.string() + "\" cannot be written; is the disk full?");
+    }
+
+    std::string title_, about_;
+    std::filesystem::path file_;
+    bool quick_ = false;
+    std::vector<std::string> remarks_;
+    std::vector<Check> checks_;
+    std::vector<std::unique_ptr<Plot>> plots_;
+};
+
+/// The slope of a straight line through (log x, log y), by least squares: an order of convergence.
+inline double fitted_order(const std::vector<double>& x, const std::vector<double>& y) {
+    double sx = 0, sy = 0, sxx = 0, sxy = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const double a = std::log(x[i]), b = std::log(y[i]);
+        sx += a, sy += b, sxx += a * a, sxy += a * b;
+    }
+    const double n = double(x.size());
+    return (n * sxy - sx * sy) / (n * sxx - sx * sx);
+}
+
+/// f(slot) for every particle of the first material.
+template <class Simulation, class F>
+void for_particles(const Simulation& simulation, const F& f) {
+    const auto& particles = simulation.particles();
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot)) f(slot);
+}
+
+/// Σ m x / Σ m of the first material, or of one of its bodies [m].
+template <class Simulation>
+auto centre_of_mass(const Simulation& simulation, const firn::Body& body) {
+    const auto& particles = simulation.particles();
+    firn::Vec<double, Simulation::dimension> sum{};
+    double mass = 0;
+    for_particles(simulation, [&](std::size_t slot) {
+        if (!body.holds(particles.id(slot))) return;
+        sum += particles.exact_position(slot) * double(particles.mass(slot));
+        mass += double(particles.mass(slot));
+    });
+    return sum * (1 / mass);
+}
+
+}  // namespace verification
