@@ -27,9 +27,7 @@ struct Check {
     double floor = 1e-300;
 
     /// |value − reference| over max(|reference|, floor).
-    [[nodiscard]] double error() const {
-        return std::abs(value - reference) / std::max(std::abs(reference), floor);
-    }
+    [[nodiscard]] double error() const { return std::abs(value - reference) / std::max(std::abs(reference), floor); }
     [[nodiscard]] bool holds() const { return error() <= tolerance; }
 };
 
@@ -139,8 +137,9 @@ private:
     void write() const {
         std::filesystem::create_directories(std::filesystem::absolute(file_).parent_path());
         std::ofstream out(file_);
-        out << "{\"title\": " << text(title_) << ",\n \"about\": " << text(about_) << ",\n \"remarks\": "
-            << list(remarks_, [](const std::string& remark) { return text(remark); }) << ",\n \"checks\": "
+        out << "{\"title\": " << text(title_) << ",\n \"about\": " << text(about_)
+            << ",\n \"remarks\": " << list(remarks_, [](const std::string& remark) { return text(remark); })
+            << ",\n \"checks\": "
             << list(checks_,
                     [](const Check& check) {
                         return "{\"quantity\": " + text(check.quantity) + ", \"value\": " + text(check.value) +
@@ -148,16 +147,21 @@ private:
                                ", \"tolerance\": " + text(check.tolerance) + ", \"source\": " + text(check.source) +
                                "}";
                     })
-            << ",\n \"plots\": " << list(plots_, [](const auto& plot) {
-                   return "{\"name\": " + text(plot->name) + ", \"title\": " + text(plot->title) +
-                          ", \"x_label\": " + text(plot->x_label) + ", \"y_label\": " + text(plot->y_label) +
-                          ", \"logarithmic\": " + (plot->logarithmic ? "true" : "false") +
-                          ", \"curves\": " + list(plot->curves, [](const Curve& curve) {
-                              return "{\"label\": " + text(curve.label) + ", \"kind\": \"" + name_of(curve.kind) +
-                                     "\", \"x\": " + numbers(curve.x) + ", \"y\": " + numbers(curve.y) + "}";
-                          }) +
-                          "}";
-               }) << "}\n";
+            << ",\n \"plots\": "
+            << list(plots_,
+                    [](const auto& plot) {
+                        return "{\"name\": " + text(plot->name) + ", \"title\": " + text(plot->title) +
+                               ", \"x_label\": " + text(plot->x_label) + ", \"y_label\": " + text(plot->y_label) +
+                               ", \"logarithmic\": " + (plot->logarithmic ? "true" : "false") + ", \"curves\": " +
+                               list(plot->curves,
+                                    [](const Curve& curve) {
+                                        return "{\"label\": " + text(curve.label) + ", \"kind\": \"" +
+                                               name_of(curve.kind) + "\", \"x\": " + numbers(curve.x) +
+                                               ", \"y\": " + numbers(curve.y) + "}";
+                                    }) +
+                               "}";
+                    })
+            << "}\n";
         if (!out.flush()) throw firn::io_error("\"" + file_.string() + "\" cannot be written; is the disk full?");
     }
 

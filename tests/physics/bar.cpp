@@ -1,9 +1,8 @@
-/// \file The fixed-free elastic bar in its first mode, against linear theory (tests/reference/bar_mode1.csv):
-/// L = 25 m, E = 100 Pa, ρ = 1 kg/m³, ν = 0, v(x, 0) = v0 sin(πx/2L), period 10 s; v_cm = (2/π) v0 cos(ωt).
-/// Sulsky, Chen and Schreyer 1994; Bardenhagen and Kober 2004.
+/// \file The elastic bar of the verification suite, small, against linear theory (tests/reference/bar_mode1.csv).
+#include "../../benchmarks/verification/scenes/bar.hpp"
+
 #include "support/catch.hpp"
 #include "support/csv.hpp"
-#include "support/scenes.hpp"
 
 using namespace firn;
 
@@ -11,48 +10,26 @@ namespace {
 
 struct Errors {
     double velocity = 0;  ///< largest |v_cm − theory| over one period, over the amplitude
-    double energy = 0;    ///< kinetic energy per area at t = 10 s over that at t = 0, minus 1
+    double energy = 0;    ///< kinetic energy at t = 10 s over that at t = 0, minus 1
 };
 
 template <class Transfer, class Force>
 Errors run(double h) {
-    const double length = 25, height = 2;
-    const Domain<2> domain{{0.0, 0.0}, {30.0, height}, h};
-    Simulation<2, FixedCorotated<double>, Transfer, Force> simulation(
-        domain, FixedCorotated<double>::from_young_poisson(100, 0.0));
-    for (auto* wall : {&simulation.boundary.at_lower, &simulation.boundary.at_upper}) (*wall)[1] = {Contact::slip, 0};
-    simulation.boundary.at_lower[0] = {Contact::stick, 0};
-    simulation.gravity = {0.0, 0.0};
-    simulation.add(sample_box<2>({0.0, 0.0}, {length, height}, {.spacing = h / 2}), 1.0);
-    auto& particles = simulation.edit_particles();
-    const double beta = std::acos(-1.0) / (2 * length);
-    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-        if (particles.is_particle(slot)) {
-            const double x = particles.position(slot)[0];
-            particles.set_velocity(slot, {0.1 * std::sin(beta * x), 0.0});
-            particles.set_affine(
-                slot, Mat<double, 2>::rows(Transfer::affine ? 0.1 * beta * std::cos(beta * x) : 0.0, 0.0, 0.0, 0.0));
-        }
+    using Bar = verification::Bar<double, Transfer, Force, QuadraticBSpline>;
+    Bar bar(h);
     Errors errors;
     double start = 0, kinetic = 0;
     for (const auto& row : csv::read("bar_mode1.csv")) {
         const double t = csv::number(row, "t");
         if (t > 10) break;
-        simulation.advance(t - simulation.time());
-        double v = 0, mass = 0;
-        kinetic = 0;
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
-            if (!particles.is_particle(slot)) continue;
-            const double m = particles.mass(slot), vx = particles.velocity(slot)[0];
-            v += m * vx;
-            mass += m;
-            kinetic += 0.5 * m * vx * vx / height;
-        }
+        bar.simulation.advance(t - bar.simulation.time());
+        kinetic = bar.simulation.totals().kinetic_energy;
         if (t == 0) {
             start = kinetic;
-            CHECK(kinetic == Approx(csv::number(row, "kinetic_energy_per_area")).epsilon(1e-3));
+            CHECK(kinetic / Bar::height == Approx(csv::number(row, "kinetic_energy_per_area")).epsilon(1e-3));
         }
-        errors.velocity = std::max(errors.velocity, std::abs(v / mass - csv::number(row, "v_cm")) / 0.0636619772);
+        errors.velocity =
+            std::max(errors.velocity, std::abs(bar.velocity() - csv::number(row, "v_cm")) / Bar::amplitude);
     }
     errors.energy = kinetic / start - 1;
     return errors;

@@ -1,6 +1,7 @@
 /// \file The bar in its first mode: each transfer, force, kernel and precision over ten periods.
-#include "case.hpp"
 #include "scenes/bar.hpp"
+
+#include "case.hpp"
 
 using namespace firn;
 using namespace verification;
@@ -9,10 +10,10 @@ namespace {
 
 struct Outcome {
     Curve velocity, energy;
-    double worst = 0;         ///< largest |v_cm − theory| in the first period, over the amplitude
-    double period = 0;        ///< from the crossings of zero [s]
-    double energy_left = 0;   ///< after the first period, over its start
-    double highest = 0;       ///< of the energy, over its start
+    double worst = 0;        ///< largest |v_cm − theory| in the first period, over the amplitude
+    double period = 0;       ///< from the crossings of zero [s]
+    double energy_left = 0;  ///< after the first period, over its start
+    double highest = 0;      ///< of the energy, over its start
 };
 
 template <class S, class Transfer, class Force, class Kernel>
@@ -46,6 +47,23 @@ Outcome swing(const std::string& label, double h, double duration, const Transfe
     return out;
 }
 
+const std::string held_end = "; the ends of the bar are known to a cell each, 2 h of 25 m";
+
+/// The largest difference of two curves where both are.
+double difference(const Curve& a, const Curve& b) {
+    double worst = 0;
+    for (std::size_t i = 0; i < std::min(a.y.size(), b.y.size()); ++i)
+        worst = std::max(worst, std::abs(a.y[i] - b.y[i]));
+    return worst;
+}
+
+/// When a curve falls below ½, in words.
+std::string half_life(const Curve& energy) {
+    for (std::size_t i = 0; i < energy.y.size(); ++i)
+        if (energy.y[i] < 0.5) return std::to_string(int(energy.x[i] / 10 + 0.5)) + " periods";
+    return "more than this run";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -53,22 +71,71 @@ int main(int argc, char** argv) {
                 "A bar of 25 m, held at one end, swings along its axis: E = 100 Pa, ρ = 1 kg/m³, ν = 0, v₀ = 0.1 m/s, "
                 "2 × 2 particles a cell. Linear theory (Sulsky, Chen and Schreyer 1994; Bardenhagen and Kober 2004): "
                 "period 10 s, velocity of the centre of mass (2/π) v₀ cos(2πt/10 s), energy kept.");
-    const double duration = report.quick() ? 20 : 100, h = 0.5;
-    std::vector<Outcome> all;
-    const auto add = [&](Outcome outcome) { all.push_back(std::move(outcome)); };
-    add(swing<double, Apic, MlsForce, QuadraticBSpline>("APIC", h, duration));
-    add(swing<double, Pic, MlsForce, QuadraticBSpline>("PIC", h, duration));
-    add(swing<double, Flip<double>, MlsForce, QuadraticBSpline>("FLIP", h, duration));
-    add(swing<double, Aflip<double>, MlsForce, QuadraticBSpline>("AFLIP", h, duration));
-    add(swing<double, Fmpm, MlsForce, QuadraticBSpline>("FMPM", h, duration));
+    const bool quick = report.quick();
+    const double duration = quick ? 20 : 200, h = 0.5;
+    const char* theory = "linear theory (bar_mode1.csv)";
+
+    std::vector<Outcome> transfers;
+    transfers.push_back(swing<double, Apic, MlsForce, QuadraticBSpline>("APIC", h, duration));
+    transfers.push_back(swing<double, Pic, MlsForce, QuadraticBSpline>("PIC", h, duration));
+    transfers.push_back(swing<double, Flip<double>, MlsForce, QuadraticBSpline>("FLIP", h, duration));
+    transfers.push_back(swing<double, Aflip<double>, MlsForce, QuadraticBSpline>("AFLIP", h, duration));
+    transfers.push_back(swing<double, Fmpm, MlsForce, QuadraticBSpline>("FMPM(2)", h, duration));
+    Curve cosine{"linear theory", {}, {}, Curve::Kind::reference};
+    for (double t = 0; t <= std::min(duration, 40.0); t += 0.1) cosine.add(t, std::cos(2 * std::numbers::pi / 10 * t));
     Plot& velocities = report.plot({"velocity", "Velocity of the centre of mass, h = 0.5 m", "t [s]", "v / amplitude"});
     Plot& energies = report.plot({"energy", "Kinetic and strain energy, h = 0.5 m", "t [s]", "E / E(0)"});
-    Curve theory{"linear theory", {}, {}, Curve::Kind::reference};
-    for (double t = 0; t <= duration + 1e-9; t += 0.1) theory.add(t, std::cos(2 * std::numbers::pi / 10 * t));
-    velocities.curves.push_back(theory);
-    for (const Outcome& each : all) {
-        velocities.curves.push_back(each.velocity);
+    velocities.curves.push_back(cosine);
+    energies.curves.push_back({"linear theory", {0, duration}, {1, 1}, Curve::Kind::reference});
+    for (const Outcome& each : transfers) {
+        Curve start = each.velocity;
+        start.x.resize(cosine.x.size());
+        start.y.resize(cosine.y.size());
+        velocities.curves.push_back(start);
         energies.curves.push_back(each.energy);
+        report.check({"period, " + each.velocity.label + " [s]", each.period, 10, 2 * h / 25, theory + held_end});
     }
+    for (const Outcome& each : transfers)
+        if (each.velocity.label != "PIC")
+            report.check({"energy left after a period, " + each.velocity.label, each.energy_left, 1, 0.01,
+                          "kept, in theory; 1 % is the bound of the library's own promise"});
+    report.check({"energy left after a period, PIC", transfers[1].energy_left, 0.906, 0.02,
+                  "no reference: what it was when the report was first written"});
+
+    Curve worst{"APIC, MLS forces, quadratic"}, gradients{"weight gradients"}, cubic{"cubic kernel"};
+    for (double cells = 25; cells <= (quick ? 50 : 200); cells *= 2) {
+        const double size = 25 / cells;
+        worst.add(size, swing<double, Apic, MlsForce, QuadraticBSpline>("", size, 10).worst);
+        gradients.add(size, swing<double, Apic, WeightGradientForce, QuadraticBSpline>("", size, 10).worst);
+        cubic.add(size, swing<double, Apic, WeightGradientForce, CubicBSpline>("", size, 10).worst);
+    }
+    Plot& convergence = report.plot(
+        {"convergence", "Largest error of the velocity in the first period", "h [m]", "error / amplitude", true});
+    convergence.curves = {worst, gradients, cubic};
+    convergence.curves.push_back({"first order",
+                                  {worst.x.front(), worst.x.back()},
+                                  {worst.y.front(), worst.y.front() * worst.x.back()},
+                                  Curve::Kind::reference});
+    for (std::size_t i = 0; i < worst.x.size(); ++i)
+        report.at_most("error of the velocity, h = " + std::to_string(worst.x[i]).substr(0, 5) + " m", worst.y[i],
+                       2 * worst.x[i] / 25, theory + held_end);
+    if (!quick)
+        report.check(
+            {"order of convergence", fitted_order(worst.x, worst.y), 1, 0.15, "first order at walls and free ends"});
+
+    const Outcome single = swing<float, Apic, MlsForce, QuadraticBSpline>("float", h, 10);
+    report.at_most("largest difference of float and double in a period, over the amplitude",
+                   difference(single.velocity, transfers[0].velocity), 1e-4,
+                   "the positions and sums of some 500 steps, each rounded to 2⁻²⁴");
+
+    report.remark(
+        "The ends decide: each is known to a fraction of a cell only, so the length of the bar, and with it the "
+        "period, "
+        "is off in the first order of h, for every transfer and both forces; wider kernels see the free end farther "
+        "away. PIC takes a tenth of the energy in every period and half of it in " +
+        half_life(transfers[1].energy) +
+        ", which is why it is no choice for what shall swing; FLIP keeps less than the affine transfers here. The "
+        "energies of the others rise and fall by a percent within a period; none grows over " +
+        std::to_string(int(duration / 10)) + " periods.");
     return report.finish();
 }
