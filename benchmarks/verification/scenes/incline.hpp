@@ -1,0 +1,72 @@
+/// \file An elastic block slides down an incline with Coulomb friction: ½ g t² (sin θ − μ cos θ). The incline is a
+/// solid that lies askew in the grid, or the grid's own wall with gravity askew.
+#pragma once
+
+#include <firn/firn.hpp>
+
+#include <numbers>
+
+namespace verification {
+
+struct InclineOptions {
+    double slope = std::numbers::pi / 6, friction = 0.3;
+    double h = 1.0 / 40;
+    double young = 1e6;     ///< [Pa]
+    double duration = 0.5;  ///< [s]
+    bool askew = false;     ///< the solid, not gravity
+};
+
+struct Slide {
+    std::vector<double> time, way, expected;  ///< [s], [m], [m]
+    double height = 0;                        ///< largest distance that the block moved off its line [m]
+    double error() const { return std::abs(way.back() / expected.back() - 1); }
+    /// Of the acceleration in the second half, relative.
+    double error_of_acceleration() const {
+        const auto gained = [&](const std::vector<double>& of) {
+            const std::size_t end = of.size() - 1, middle = of.size() / 2;
+            const auto speed = [&](std::size_t i) { return (of[i] - of[i - 2]) / (time[i] - time[i - 2]); };
+            return speed(end) - speed(middle);
+        };
+        return std::abs(gained(way) / gained(expected) - 1);
+    }
+};
+
+template <class S = double, class Transfer = firn::Apic, class Force = firn::MlsForce,
+          class Kernel = firn::QuadraticBSpline>
+Slide slide(const InclineOptions& options, const Transfer& transfer = {}) {
+    using namespace firn;
+    const double g = 9.81;
+    Collider<HalfSpace<S, 2>> ground{.friction = S(options.friction)};
+    ground.position = {S(0.2), S(0.5)};
+    if (options.askew) ground.rotation = rotor(S(-options.slope));
+    const auto R = cast<double>(matrix_of(ground.rotation));
+    const auto down = Vec<double, 2>{std::sin(options.slope), -std::cos(options.slope)} * g;
+    Simulation<2, FixedCorotated<S>, Transfer, Force, Kernel, Coloured, decltype(ground)> simulation(
+        {{0.0, -1.0}, {3.0, 1.0}, options.h}, FixedCorotated<S>::from_young_poisson(S(options.young), S(0.3)), {},
+        ground);
+    simulation.gravity = options.askew ? Vec<double, 2>{0.0, -g} : down;
+    simulation.transfer = transfer;
+    auto block = sample_box<2>({0.1, 0.0}, {0.4, 0.1}, {.spacing = options.h / 2});
+    for (auto& x : block.positions) x = cast<double>(ground.position) + R * x;
+    simulation.add(block, 1000);
+    const auto centre = [&] {
+        const auto totals = simulation.totals();
+        return transpose(R) * (totals.first_moment * (1 / totals.mass));
+    };
+    const auto start = centre();
+    simulation.fixed_time_step = 0.5 * simulation.stable_time_step();
+    Slide out;
+    while (simulation.time() < options.duration) {
+        simulation.step();
+        const double t = simulation.time();
+        const auto moved = centre() - start;
+        out.time.push_back(t);
+        out.way.push_back(moved[0]);
+        out.expected.push_back(0.5 * g * t * t *
+                               (std::sin(options.slope) - options.friction * std::cos(options.slope)));
+        out.height = std::max(out.height, std::abs(moved[1]));
+    }
+    return out;
+}
+
+}  // namespace verification
