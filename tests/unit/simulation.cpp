@@ -25,7 +25,7 @@ TEMPLATE_TEST_CASE("Free fall is that of symplectic Euler, y0 + v0 t − ½ g t 
     using S = TestType;
     Simulation<3, FixedCorotated<S>> simulation(unit_box<3>(1.0 / 32), FixedCorotated<S>::from_young_poisson(1e3, 0.3));
     simulation.fixed_time_step = 4e-4;
-    simulation.add(sample_box<3>({0.4, 0.6, 0.4}, {0.6, 0.8, 0.6}, {.spacing = 1.0 / 64}), 1.0, {0.1, 0.5, -0.2});
+    simulation.add(sample_box<3>({0.45, 0.6, 0.45}, {0.55, 0.7, 0.55}, {.spacing = 1.0 / 64}), 1.0, {0.1, 0.5, -0.2});
     std::vector<double> before(simulation.particles().size());
     for_particles(simulation, [&](std::size_t slot) {
         before[simulation.particles().id(slot)] = double(simulation.particles().position(slot)[1]);
