@@ -110,7 +110,7 @@ wgsl_stage() { # CASES_OPTION...
 
 firn_install compiler cmake ninja eigen hdf5 catch2 cli11 png boost
 clang=no
-if firn_install_if_offered clang clang_openmp; then clang=yes; fi
+if firn_install_if_offered clang clang_openmp clang_rt; then clang=yes; fi
 with_clang=(-DCMAKE_C_COMPILER=clang-19 -DCMAKE_CXX_COMPILER=clang++-19)
 release=(-DCMAKE_BUILD_TYPE=Release -DFIRN_EXAMPLE_OPTIONS=-O1)
 portable=("${release[@]}" -DFIRN_PORTABLE=ON -DFIRN_BUILD_EXAMPLES=OFF)
@@ -126,8 +126,11 @@ fi
 
 stage 'all tests' tests-release all all "${release[@]}" ${webgpu[@]+"${webgpu[@]}"}
 wgsl_stage
+# clang compiles what is sanitized more than twice as fast as g++ does.
+quicker=()
+if [[ $clang == yes ]]; then quicker=("${with_clang[@]}"); fi
 stage 'unit tests with AddressSanitizer and UndefinedBehaviorSanitizer' tests-asan firn_unit_tests unit \
-    "${sanitizer[@]}" -DFIRN_SANITIZE=address,undefined
+    "${sanitizer[@]}" ${quicker[@]+"${quicker[@]}"} -DFIRN_SANITIZE=address,undefined
 stage 'determinism, portable build' tests-portable firn_determinism_tests determinism "${portable[@]}"
 if [[ $clang == yes ]]; then
     stage 'determinism, portable build, clang 19' tests-portable-clang firn_determinism_tests determinism \
@@ -143,7 +146,6 @@ if [[ $full == yes ]]; then
     wgsl_stage --large
     if [[ $clang == yes ]]; then
         stage 'all tests, clang 19' tests-clang all all "${release[@]}" "${with_clang[@]}"
-        firn_install_if_offered clang_rt || true
         export TSAN_OPTIONS=ignore_noninstrumented_modules=1 OMP_TOOL_LIBRARIES=/usr/lib/llvm-19/lib/libarcher.so
         stage 'unit and determinism tests with ThreadSanitizer' tests-tsan firn_threaded_tests 'unit|determinism' \
             "${sanitizer[@]}" "${with_clang[@]}" -DFIRN_SANITIZE=thread
