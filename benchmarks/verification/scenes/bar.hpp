@@ -11,8 +11,8 @@ namespace verification {
 
 template <class S, class Transfer, class Force, class Kernel>
 struct Bar {
-    static constexpr double length = 25, height = 2, v0 = 0.1, beta = std::numbers::pi / (2 * length), period = 10,
-                            amplitude = 2 / std::numbers::pi * v0;
+    static constexpr double length = 25, height = 2, v0 = 0.1, beta = std::numbers::pi / (2 * length),
+                            period = 10, amplitude = 2 / std::numbers::pi * v0;
 
     firn::Simulation<2, firn::FixedCorotated<S>, Transfer, Force, Kernel> simulation;
 
@@ -20,12 +20,10 @@ struct Bar {
         : simulation({{0.0, 0.0}, {30.0, height}, h}, firn::FixedCorotated<S>::from_young_poisson(100, 0)) {
         using firn::Contact;
         simulation.transfer = transfer;
-        for (auto* wall : {&simulation.boundary.at_lower, &simulation.boundary.at_upper})
-            (*wall)[1] = {Contact::slip, 0};
+        for (auto* wall : {&simulation.boundary.at_lower, &simulation.boundary.at_upper}) (*wall)[1] = {Contact::slip, 0};
         simulation.boundary.at_lower[0] = {Contact::stick, 0};
         simulation.gravity = {0.0, 0.0};
-        simulation.add(firn::sample_box<2>({0.0, 0.0}, {length, height}, {.spacing = h / particles_a_cell_and_axis}),
-                       1.0);
+        simulation.add(firn::sample_box<2>({0.0, 0.0}, {length, height}, {.spacing = h / particles_a_cell_and_axis}), 1.0);
         auto& particles = simulation.edit_particles();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot)) continue;
