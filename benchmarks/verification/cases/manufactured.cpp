@@ -122,14 +122,12 @@ Curve slope(const std::string& label, int order, double at, double h0, double h1
 int main(int argc, char** argv) {
     Case report(
         argc, argv, "Manufactured solutions",
-        "Neo-Hookean matter, E = 10⁴ Pa, ν = 0.3, ρ = 1 kg/m², is pushed by the body force for which "
-        "u_i = A sin(πX_i) sin(π(ct + φ_i)), φ = 0, 2/3, c = √(E/ρ), A = 0.05 m, is exact; one period. Without a "
-        "border "
+        "Neo-Hookean matter, E = 10⁴ Pa, ν = 0.3, ρ = 1 kg/m², is pushed by the body force for which u_i = A "
+        "sin(πX_i) sin(π(ct + φ_i)), φ = 0, 2/3, c = √(E/ρ), A = 0.05 m, is exact; one period. Without a border "
         "(periodic over 2 m), and in the unit square between slipping walls. The generalised vortex: a ring of radii "
         "0.75 and 1.25 m (E = 1000 Pa, ρ = 1000 kg/m²) turns by A sin(πt)(1 − 16 (R − 1)²)²; half a period. The error "
-        "is "
-        "the root of the mean square of |x − x_exact| over particles, the largest of 20 times, over A. (Wallstedt and "
-        "Guilkey 2008; Kamojjala, Brannon, Sadeghirad and Guilkey 2015.)");
+        "is the root of the mean square of |x − x_exact| over particles, the largest of 20 times, over A. (Wallstedt "
+        "and Guilkey 2008; Kamojjala, Brannon, Sadeghirad and Guilkey 2015.)");
     const bool quick = report.quick();
     using Q = QuadraticBSpline;
     const std::vector<int> cells = quick ? std::vector{8, 16, 32} : std::vector{8, 16, 32, 64};
@@ -180,8 +178,7 @@ int main(int argc, char** argv) {
     report.check({"order, APIC, 4 × 4 a cell", four.order(), 2, 0.05, leapfrog + "; the quadrature does not show yet"});
     report.check({"order, APIC, cubic splines", spline.order(), 2, 0.05, leapfrog});
     report.check({"order, APIC, between walls", box.order(), 1, 0.15,
-                  "first order: what is at a wall is known to a "
-                  "share of a cell"});
+                  "first order: what is at a wall is known to a share of a cell"});
     report.check({"order, vortex, A = 0.1", small.order(), 2, 0.15, leapfrog});
     report.at_most("error/A, APIC, h = 1/32 m", apic.error(32), 0.01, "our aim: 1 %");
     report.at_most("error/A, APIC, cubic splines, h = 1/48 m", spline.error(48), 0.01, "our aim: 1 %");
@@ -197,29 +194,25 @@ int main(int argc, char** argv) {
                   single.error(finest) / apic.error(finest), 1, 0.01, "rounding is far below the error of the method"});
 
     report.remark(
-        "Two particles a cell and axis: the forces' quadrature is exact on the undeformed lattice only. Once "
-        "stretched, "
-        "it leaves an error of first order, which is seen where the rest is small enough: from h = 1/32 m on with "
-        "quadratic splines, sooner and stronger with weight gradients (the derivative of the weights is one degree "
-        "less "
-        "smooth) than with MLS forces, not yet with 4 × 4 particles or cubic splines. Uintah's runs of this family "
-        "with "
-        "2 particles a cell and axis are of an order of about 1.");
+        "Two particles a cell and axis: the quadrature of forces is exact on the undeformed lattice only (Steffen, "
+        "Kirby and Berzins 2008). Once stretched, it leaves an error of first order, which is seen where the rest is "
+        "small enough: from h = 1/32 m on with quadratic splines; with weight gradients, whose functions are less "
+        "smooth, sooner and stronger than with MLS forces; not yet with 4 × 4 particles or cubic splines. Uintah's "
+        "verification runs: an order of about 1.03 with 2 particles a cell and axis.");
     report.remark(
-        "Slipping walls: the exact solution is symmetric about them, so that they are no other problem; but the nodes "
-        "outside have no mirrored particles, and the error is of first order and " +
+        "Slipping walls: the exact solution is symmetric about them, so that they pose no other problem. But a wall "
+        "holds the nodes beyond it, where the mirrored body would move the other way: the error is of first order, "
+        "and " +
         std::to_string(int(std::lround(box.error(32) / apic.error(32)))) +
         " times as large at h = 1/32 m. A velocity that is given at t = 0, where leapfrog has those of half a step "
         "before, is an error of first order, too: the difference of the two lines.");
     report.remark(
-        "PIC's viscosity, h²/dt, is of first order and damps the waves by half at h = 1/8 m; FLIP with 5 % of PIC has "
-        "a "
-        "twentieth of that.");
+        "PIC's viscosity, about h²/dt, is of first order and damps the waves by half at h = 1/8 m; FLIP 0.95 has a "
+        "twentieth of it.");
     report.remark(
-        "The vortex with A = 1 shears by a factor of 6.2 and is held by particles on circles. Cut from a lattice, a "
-        "ring "
-        "has stairs for borders: with A = 0.1 its error stays at 1 %, with A = 1 the stairs' torque turns the whole "
-        "ring, and the error does not fall with h. Nor does A = 1 work if each particle is pushed by the body force of "
+        "The vortex with A = 1 shears by a factor of 6.2; here particles begin on circles. Cut from a lattice, a ring "
+        "has stairs for borders: with A = 0.1 its error stays at 1 %, with A = 1 the ring comes to turn as a whole, "
+        "and the error does not fall with h. Nor does A = 1 work if each particle is pushed by the body force of "
         "where it is, in place of where it began: errors then feed on themselves.");
     return report.finish();
 }

@@ -59,10 +59,9 @@ double file_error(const std::string& name, const Model& model) {
 int main(int argc, char** argv) {
     Case report(
         argc, argv, "Every material under uniaxial strain",
-        "F = diag(l, 1, 1) in steps of 0.02 to 0.35 %: F follows the flow, then the return mapping, then the "
-        "stress, as G2P does it for a particle. Kirchhoff stress along (τ11) and across (τ22) the stretch, over "
-        "closed forms of the models' papers. The error is the largest difference on the way, over the largest "
-        "stress.");
+        "F = diag(l, 1, 1) in steps of at most 0.35 %: F follows the flow, then the return mapping, then the stress, "
+        "as G2P does it for a particle. Kirchhoff stress along (τ11) and across (τ22) the stretch, over closed forms "
+        "of the models' papers. The error is the largest difference on the way, over the largest stress.");
     const UniaxialModels of;
     Plot& solids = report.plot({"elastic", "Elastic solids, E = 100 kPa, ν = 0.3", "l", "τ [kPa]"});
     examine(report, solids, "fixed corotated", of.fixed_corotated, of.of_solid);
@@ -130,11 +129,8 @@ int main(int argc, char** argv) {
         "yield.");
     report.remark(
         "Sand with the friction angle of dry sand (35°) and ν = 0.3 does not slip under first compression in a box: "
-        "the "
-        "elastic ratio ν/(1 − ν) is inside of the cone. Hence 20° here. Opened by stretch, it bears no pressure until "
-        "l "
-        "is back at 1 (Tampubolon et al. 2017). Stretched Cam clay tears at once, to −β p₀ and nothing: its α softens "
-        "p₀ "
-        "to 1e-5 κ.");
+        "the elastic ratio ν/(1 − ν) is inside of the cone. Hence 20° here. Opened by stretch, it bears no pressure "
+        "until l is back at 1 (Tampubolon et al. 2017). Stretched Cam clay tears at once, to −β p₀ and nothing: its α "
+        "softens p₀ to 1e-5 κ.");
     return report.finish();
 }

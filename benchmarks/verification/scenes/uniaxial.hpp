@@ -31,7 +31,7 @@ struct Path {
     }
 };
 
-/// The responses of a model along a path, and its states. \tparam State, to be visited: visit(l, state)
+/// The responses of a model along a path. \param visit  visit(l, state), after each step
 template <class Model, class Visit>
 std::vector<Response> driven(const Model& model, const Path& path, const Visit& visit) {
     using S = firn::material_scalar_t<Model>;
@@ -85,7 +85,7 @@ std::vector<Response> simulated(const Model& model, const Path& path) {
     return all;
 }
 
-/// The closed form along a path. \tparam Form  has response(l), and turned(l): the form after a turn at l
+/// The closed form along a path: response(l), and turned(l), the form after a turn at l.
 template <class Form>
 std::vector<Response> closed(Form form, const Path& path) {
     std::vector<Response> all;
@@ -118,7 +118,7 @@ struct FixedCorotatedForm {
     FixedCorotatedForm turned(double) const { return *this; }
 };
 
-/// Neo-Hookean (Bonet and Wood 2008, eq. 6.28): μ (l² − 1) + λ ln l, λ ln l.
+/// Neo-Hookean (Bonet and Wood 2008, §6.4.3): μ (l² − 1) + λ ln l, λ ln l.
 struct NeoHookeanForm {
     double mu, lambda;
     Response response(double l) const { return {mu * (l * l - 1) + lambda * std::log(l), lambda * std::log(l)}; }
@@ -193,10 +193,10 @@ struct VonMisesForm {
     }
 };
 
-/// Sand (Klár et al. 2016, §6.3 and §7.3, eqs. 27–30; volume as of Tampubolon et al. 2017): no stress for l ≥ 1,
-/// whatever was before; else the volumetric strain is ln l, as flow does not dilate, and the deviator at most α (3λ +
-/// 2μ)/(2μ) |ln l|, α = √⅔ 2 sin φ / (3 − sin φ). Below the cone's slope from the start (φ small enough), the stress
-/// ratio under first compression is constant.
+/// Sand (Klár et al. 2016; the volume as of Tampubolon et al. 2017): no stress for l ≥ 1, whatever was before; else the
+/// volumetric strain is ln l, as flow does not dilate, and the elastic deviator at most α (3λ + 2μ)/(2μ) |ln l|,
+/// α = √⅔ 2 sin φ / (3 − sin φ). Where α (3λ + 2μ)/(2μ) < √⅔, it slips from the start of a first compression, and the
+/// stress ratio is constant.
 struct SandForm {
     double mu, lambda, sine;
     double plastic = 0;  ///< deviator before this leg, when it was under pressure

@@ -15,7 +15,8 @@ struct Wall {
     double friction = 0;  ///< Coulomb's coefficient μ [1]
 };
 
-/// A wall that slips without friction is a plane of symmetry: half a body against it moves as the whole would.
+/// A wall that slips without friction is a plane of symmetry: half a body against it moves as the whole would, to first
+/// order in the cell size, as nodes beyond it rest across it instead of moving as the mirror's would.
 template <scalar S, int D>
 struct Walls {
     Vec<S, D> lower{};  ///< lower corner of the box [m]
