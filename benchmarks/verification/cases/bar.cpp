@@ -130,9 +130,8 @@ int main(int argc, char** argv) {
 
     report.remark(
         "The ends decide: each is known to a fraction of a cell only, so the length of the bar, and with it the "
-        "period, "
-        "is off in the first order of h, for every transfer and both forces; wider kernels see the free end farther "
-        "away. PIC takes a tenth of the energy in every period and half of it in " +
+        "period, is off in the first order of h, for every transfer and both forces; wider kernels see the free end "
+        "farther away. PIC takes a tenth of the energy in every period and half of it in " +
         half_life(transfers[1].energy) +
         ", which is why it is no choice for what shall swing; FLIP keeps less than the affine transfers here. The "
         "energies of the others rise and fall by a percent within a period; none grows over " +

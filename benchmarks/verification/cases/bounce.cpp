@@ -87,9 +87,9 @@ int main(int argc, char** argv) {
     const Hertz hertz(mass, R, speed, young, Ball3::poisson);
     Case report(
         argc, argv, "Bouncing ball",
-        "An elastic ball (R = 0.25 m, E = 1e6 Pa, ν = 0.3, ρ = 1000 kg/m³) falls by 0.1 m onto a floor that lets "
-        "go. Reference: Hertz 1882 with gravity, m α̈ = m g − 4/3 E/(1 − ν²) √R α^(3/2), α the approach of the "
-        "centre. In 2D, a disk falls by 0.5 m and bounces, with each transfer.");
+        "An elastic ball (R = 0.25 m, E = 1e6 Pa, ν = 0.3, ρ = 1000 kg/m³) falls by 0.1 m onto a floor that lets go. "
+        "Reference: Hertz 1882 with gravity, m α̈ = m g − 4/3 E/(1 − ν²) √R α^(3/2), α the approach of the centre. In "
+        "2D, a disk falls by 0.5 m and bounces, with each transfer.");
     Plot& forces = report.plot({"force", "Force of the floor on the ball (APIC, float)", "t [s]", "F [N]"});
     Curve theory{"Hertz", {}, {}, Curve::Kind::reference};
     for (std::size_t i = 0; i < hertz.time.size(); ++i)
@@ -138,8 +138,7 @@ int main(int argc, char** argv) {
     heights.curves.push_back(fall);
     report.remark(
         "A floor is felt as soon as matter shares a node with it, about a cell early: a ball is pressed in by as much "
-        "less "
-        "as the cell is large, and the error goes with h. The losses do, too.");
+        "less as the cell is large, and the error goes with h. The losses do, too.");
     report.remark("Of the 0.5 m the disk comes back to, at its first bounce: " + returned + ".");
     return report.finish();
 }

@@ -225,9 +225,9 @@ int main(int argc, char** argv) {
     report.remark(
         "MPM's beams are too soft. Stress times distance from the axis is summed over layers of particles, which have "
         "1 − 1/n² of a beam's moment of inertia with n layers: 6.7 % less with 2 cells of 2 particles, 1.6 % with 4, "
-        "0.4 % with 8 (and with 2 cells of 4: compare the lines). What is left is of first order, about an eighth of "
-        "a cell in length: the clamp is between nodes that stand still and the first that move. Cubic splines reach "
-        "half a cell farther at every face: 5.5 % with 4 cells. They pay inside of bodies, not in thin ones.");
+        "0.4 % with 8 (and with 2 cells of 4: compare the lines). What is left is of first order, about an eighth of a "
+        "cell in length: the clamp is between nodes that stand still and the first that move. Cubic splines reach half "
+        "a cell farther at every face: 5.5 % with 4 cells. They pay inside of bodies, not in thin ones.");
     report.remark(
         "FLIP is damped by its share of PIC in every step, of which a period has 3000: with 0.95, the default for "
         "splashes, a third of the energy is gone after one period; with 0.999 3 %. APIC loses 0.4 % a period with 4 "

@@ -52,8 +52,8 @@ int main(int argc, char** argv) {
     Case report(
         argc, argv, "Elastic column under its own weight",
         "H = 0.1 m, ρ = 1800 kg/m³, E = 1 MPa, ν = 0, held sideways, 5 × 5 particles a cell, brought to rest by "
-        "damping: the set-up of cb-geo/mpm's column (mpm-doc, hydrostatic-column.md). Exact: σ = −ρ g (H − Y) "
-        "and u = −ρ g/E (H Y − Y²/2) by the height Y before loading, for any strain.");
+        "damping: the set-up of cb-geo/mpm's column (mpm-doc, hydrostatic-column.md). Exact: σ = −ρ g (H − Y) and u = "
+        "−ρ g/E (H Y − Y²/2) by the height Y before loading, for any strain.");
     using Stiff = Column<double, MlsForce, QuadraticBSpline>;
     const std::vector<double> cells = report.quick() ? std::vector{0.01, 0.005} : std::vector{0.01, 0.005, 0.0025};
     const double young = 1e6, H = Stiff::height, drawn = 0.005;
@@ -126,16 +126,16 @@ int main(int argc, char** argv) {
     const auto percent = [](double of) { return sentence(std::round(1000 * of) / 10) + " %"; };
     report.remark(
         "With linear weights and forces by their gradients firn is the same method as cb-geo/mpm, and gives its "
-        "stresses "
-        "to 2e-5; what they lack of ρ g H is half a cell of weight, as linear elements have one stress a cell.");
+        "stresses to 2e-5; what they lack of ρ g H is half a cell of weight, as linear elements have one stress a "
+        "cell.");
     report.remark(
-        "What B-splines do badly: next to the floor, where the nodes on it and beyond are held, the velocity "
-        "gradient is too small at the wall and too large a cell above. The stress of the lowest row is " +
+        "What B-splines do badly: next to the floor, where the nodes on it and beyond are held, the velocity gradient "
+        "is too small at the wall and too large a cell above. The stress of the lowest row is " +
         percent(-quadratic.errors.back().base) + " below ρ g H on the finest cells (quadratic, MLS; " +
         percent(-cubic.errors.back().base) +
-        " cubic), which no finer cells mend; the layer gets thinner, and the settlement right in first order. "
-        "Splines that are changed at the boundary (Steffen, Kirby and Berzins 2008) would do better. What the "
-        "floor bears, taken from its nodes (Reactions), is right.");
+        " cubic), which no finer cells mend; the layer gets thinner, and the settlement right in first order. Splines "
+        "that are changed at the boundary (Steffen, Kirby and Berzins 2008) would do better. What the floor bears, "
+        "taken from its nodes (Reactions), is right.");
     report.remark(
         "What linear weights do badly: once particles cross cells (E = 20 kPa), their stress is off by " +
         percent(soft_linear.errors.front().stress) + " in L₂ at h = 10 mm and by " +

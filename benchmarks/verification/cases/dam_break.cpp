@@ -41,9 +41,9 @@ Outcome collapse(const std::string& label, int cells, Contact floor = Contact::s
 int main(int argc, char** argv) {
     Case report(
         argc, argv, "Dam break on a dry floor",
-        "A column of water, a = 57.15 mm wide and 2 a high, let go at t = 0; c = 20 m/s, no viscosity, walls and "
-        "floor without friction, 2 × 2 particles a cell. Front Z = x/a over T = t √(2g/a), against Martin and "
-        "Moyce 1952 (n² = 2) in two transcriptions: A to T = 3.3, B to T = 9.2. What slosh aims at: 5 %.");
+        "A column of water, a = 57.15 mm wide and 2 a high, let go at t = 0; c = 20 m/s, no viscosity, walls and floor "
+        "without friction, 2 × 2 particles a cell. Front Z = x/a over T = t √(2g/a), against Martin and Moyce 1952 (n² "
+        "= 2) in two transcriptions: A to T = 3.3, B to T = 9.2. What slosh aims at: 5 %.");
     std::vector<Outcome> all{collapse<Apic>("APIC, h = a/10", 10)};
     if (!report.quick()) {
         all.push_back(collapse<Apic>("APIC, h = a/20", 20));
@@ -105,21 +105,21 @@ int main(int argc, char** argv) {
         "From the same T = 0 our front is ahead, and the more so the finer the cells: " +
         percent(front_error(finest.front, "A").mean) + " in the mean on the finest (A), " +
         percent(front_error(finest.front, "A").largest) +
-        " at most. Coarse cells look better by chance: their front is late. Computations without a gate share "
-        "this: the diaphragm of the experiment takes time to leave, and T = 0 is known to a few tenths. Less one delay "
-        "for all times (" +
+        " at most. Coarse cells look better by chance: their front is late. Computations without a gate share this: "
+        "the diaphragm of the experiment takes time to leave, and T = 0 is known to a few tenths. Less one delay for "
+        "all times (" +
         sentence(delay) + ", " + sentence(std::round(1e4 * DamBreak<float, Apic>::unscaled(delay)) / 10) +
         " ms) the mean error is " + percent(delayed_front_error(finest.front, "A").mean) +
         "; the delay is fitted, so this speaks for the shape of the curve only.");
     report.remark(
-        "Beyond T = 4 the experiment slows down, as floor and walls rub, and ours does not: without friction "
-        "the front tends to Ritter's 2 √(2 g a), which is what we compute. Held at the floor, it is too slow: " +
+        "Beyond T = 4 the experiment slows down, as floor and walls rub, and ours does not: without friction the front "
+        "tends to Ritter's 2 √(2 g a), which is what we compute. Held at the floor, it is too slow: " +
         percent(front_error(held.front, "B").mean) +
-        " in the mean (B), as a layer of water two cells thick stands still where the real one is below 1 mm. "
-        "Neither is the friction of the experiment, which these cells do not resolve.");
+        " in the mean (B), as a layer of water two cells thick stands still where the real one is below 1 mm. Neither "
+        "is the friction of the experiment, which these cells do not resolve.");
     report.remark(
-        "FLIP with its 5 % of PIC a step loses what is not on the grid by the step, not by time, and at small "
-        "steps much of it: " +
+        "FLIP with its 5 % of PIC a step loses what is not on the grid by the step, not by time, and at small steps "
+        "much of it: " +
         percent(1 - flip.energy) + " of the energy is lost, with APIC " +
         percent(1 - (report.quick() ? all[0] : all[1]).energy) + "; its front is late, " +
         percent(front_error(flip.front, "A").mean) + " off (A), for that reason nearer to the experiment's.");

@@ -46,10 +46,9 @@ std::string metres(double h) { return "h = 1/" + std::to_string(int(1 / h + 0.5)
 int main(int argc, char** argv) {
     Case report(
         argc, argv, "Two colliding disks",
-        "Two elastic disks fly at each other and bounce (Sulsky, Chen and Schreyer 1994): E = 1000 Pa, "
-        "ν = 0.3, ρ = 1000 kg/m³, R = 0.2 m, 0.283 m/s towards each other, 2 × 2 particles a cell. They touch at "
-        "1.586 s; on a grid they feel each other two cells earlier. Momentum and angular momentum are kept; "
-        "energy at most.");
+        "Two elastic disks fly at each other and bounce (Sulsky, Chen and Schreyer 1994): E = 1000 Pa, ν = 0.3, ρ = "
+        "1000 kg/m³, R = 0.2 m, 0.283 m/s towards each other, 2 × 2 particles a cell. They touch at 1.586 s; on a grid "
+        "they feel each other two cells earlier. Momentum and angular momentum are kept; energy at most.");
     const bool quick = report.quick();
     const double h = 1.0 / 20;
     std::vector<Outcome> transfers;
@@ -126,9 +125,8 @@ int main(int argc, char** argv) {
     report.remark(
         "Contact through the grid is what loses it: two bodies in one cell are one velocity field, so what they would "
         "slide and spread against each other is averaged away in the cells of the contact, in every transfer. The "
-        "finer "
-        "the grid, the less; the more steps, the more. Wider kernels see each other earlier and lose more. FLIP's "
-        "share "
-        "carries noise that the grid does not see: AFLIP's energy rises by half a percent before it falls.");
+        "finer the grid, the less; the more steps, the more. Wider kernels see each other earlier and lose more. "
+        "FLIP's share carries noise that the grid does not see: AFLIP's energy rises by half a percent before it "
+        "falls.");
     return report.finish();
 }

@@ -71,8 +71,8 @@ int main(int argc, char** argv) {
     Case report(
         argc, argv, "Water at rest in a box",
         "0.2 m wide, H = 0.1 m deep, ρ = 1800 kg/m³, K = 1 MPa, no viscosity, slip walls (cb-geo/mpm's hydrostatic "
-        "column), h = 5 mm, 2 × 2 particles a cell. Brought to rest by damping, then left alone, undamped; and let "
-        "go at once, when the load on the floor is a triangular wave of period 4 H/c.");
+        "column), h = 5 mm, 2 × 2 particles a cell. Brought to rest by damping, then left alone, undamped; and let go "
+        "at once, when the load on the floor is a triangular wave of period 4 H/c.");
     using Water = Hydrostatic<double, Apic, MlsForce, QuadraticBSpline>;
     const double checked_at = report.quick() ? 0.5 : 2, end = report.quick() ? 0.5 : 4;
     const std::vector<Outcome> all{
@@ -121,8 +121,8 @@ int main(int argc, char** argv) {
     const auto percent = [](double of) { return sentence(std::round(1000 * of) / 10) + " %"; };
     const auto sunk = [&](const Outcome& of) { return percent(Water::centre_at_rest() - of.last.centre); };
     report.remark(
-        "What the method does badly: without viscosity nothing takes out the modes of particles that the grid "
-        "hardly sees, and each particle keeps a volume of its own. After " +
+        "What the method does badly: without viscosity nothing takes out the modes of particles that the grid hardly "
+        "sees, and each particle keeps a volume of its own. After " +
         sentence(end) + " s, " + sentence(std::round(end / Water::period())) +
         " periods of sound, the pressure of single particles scatters by " + percent(all[0].last.noise) +
         " of ρ g H with quadratic splines and MLS forces, and by " + percent(all[3].last.noise) +
@@ -131,8 +131,8 @@ int main(int argc, char** argv) {
         ": slow currents begin, and the centre of mass sinks by " + sunk(all[1]) + " and " + sunk(all[2]) +
         ". Water that is to stand for long wants quadratic splines and MLS forces.");
     report.remark(
-        "cb-geo/mpm reports for the same water a pressure at the floor 4.8, 2.3 and 1.1 % below ρ g H at 10, 5 "
-        "and 2.5 mm, the figures of its elastic column; see there for what B-splines do at a wall, which is seen "
-        "here in the lowest two cells.");
+        "cb-geo/mpm reports for the same water a pressure at the floor 4.8, 2.3 and 1.1 % below ρ g H at 10, 5 and 2.5 "
+        "mm, the figures of its elastic column; see there for what B-splines do at a wall, which is seen here in the "
+        "lowest two cells.");
     return report.finish();
 }

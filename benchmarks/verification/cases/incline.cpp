@@ -72,10 +72,8 @@ int main(int argc, char** argv) {
     report.remark(
         "What is left is not the contact's error but the block's elasticity: gravity sets in at once, and friction is "
         "below μN until the first shear waves have told the whole block; the start gives it a lead. It shrinks with "
-        "the "
-        "waves' time, E^(−1/2), and later the acceleration is that of the formula. Near tan θ = 0.577, where friction "
-        "all "
-        "but holds the block, the same lead is a large part of a short way.");
+        "the waves' time, E^(−1/2), and later the acceleration is that of the formula. Near tan θ = 0.577, where "
+        "friction all but holds the block, the same lead is a large part of a short way.");
     report.remark(text("At 1e7 Pa and μ = 0.3: APIC %.1e, PIC %.1e, FLIP %.1e, weight gradients %.1e.", apic, pic, flip,
                        gradients));
     return report.finish();

@@ -122,12 +122,12 @@ Curve slope(const std::string& label, int order, double at, double h0, double h1
 int main(int argc, char** argv) {
     Case report(
         argc, argv, "Manufactured solutions",
-        "Neo-Hookean matter, E = 10⁴ Pa, ν = 0.3, ρ = 1 kg/m², is pushed by the body force for which u_i = A "
-        "sin(πX_i) sin(π(ct + φ_i)), φ = 0, 2/3, c = √(E/ρ), A = 0.05 m, is exact; one period. Without a border "
-        "(periodic over 2 m), and in the unit square between slipping walls. The generalised vortex: a ring of radii "
-        "0.75 and 1.25 m (E = 1000 Pa, ρ = 1000 kg/m²) turns by A sin(πt)(1 − 16 (R − 1)²)²; half a period. The error "
-        "is the root of the mean square of |x − x_exact| over particles, the largest of 20 times, over A. (Wallstedt "
-        "and Guilkey 2008; Kamojjala, Brannon, Sadeghirad and Guilkey 2015.)");
+        "Neo-Hookean matter, E = 10⁴ Pa, ν = 0.3, ρ = 1 kg/m², is pushed by the body force for which u_i = A sin(πX_i) "
+        "sin(π(ct + φ_i)), φ = 0, 2/3, c = √(E/ρ), A = 0.05 m, is exact; one period. Without a border (periodic over 2 "
+        "m), and in the unit square between slipping walls. The generalised vortex: a ring of radii 0.75 and 1.25 m (E "
+        "= 1000 Pa, ρ = 1000 kg/m²) turns by A sin(πt)(1 − 16 (R − 1)²)²; half a period. The error is the root of the "
+        "mean square of |x − x_exact| over particles, the largest of 20 times, over A. (Wallstedt and Guilkey 2008; "
+        "Kamojjala, Brannon, Sadeghirad and Guilkey 2015.)");
     const bool quick = report.quick();
     using Q = QuadraticBSpline;
     const std::vector<int> cells = quick ? std::vector{8, 16, 32} : std::vector{8, 16, 32, 64};
@@ -212,7 +212,7 @@ int main(int argc, char** argv) {
     report.remark(
         "The vortex with A = 1 shears by a factor of 6.2; here particles begin on circles. Cut from a lattice, a ring "
         "has stairs for borders: with A = 0.1 its error stays at 1 %, with A = 1 the ring comes to turn as a whole, "
-        "and the error does not fall with h. Nor does A = 1 work if each particle is pushed by the body force of "
-        "where it is, in place of where it began: errors then feed on themselves.");
+        "and the error does not fall with h. Nor does A = 1 work if each particle is pushed by the body force of where "
+        "it is, in place of where it began: errors then feed on themselves.");
     return report.finish();
 }

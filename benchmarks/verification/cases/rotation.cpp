@@ -67,10 +67,10 @@ std::string percent(double of) {
 
 int main(int argc, char** argv) {
     Case report(argc, argv, "Rigid rotation",
-                "A disk of R = 0.25 m spins at 2 rad/s. First 316 particles without stress, 200 transfers of 0.01 s, "
-                "h = 0.05 m: L over its start against numbers computed independently (tests/reference/rotation.csv; L "
-                "of the affine transfers includes m h²/4 (C₁₀ − C₀₁), Jiang et al. 2015, §5.3). Then an elastic disk "
-                "(E = 1e4 Pa, ν = 0.3, ρ = 1000 kg/m³, h = 1/32 m), free to turn.");
+                "A disk of R = 0.25 m spins at 2 rad/s. First 316 particles without stress, 200 transfers of 0.01 s, h "
+                "= 0.05 m: L over its start against numbers computed independently (tests/reference/rotation.csv; L of "
+                "the affine transfers includes m h²/4 (C₁₀ − C₀₁), Jiang et al. 2015, §5.3). Then an elastic disk (E = "
+                "1e4 Pa, ν = 0.3, ρ = 1000 kg/m³, h = 1/32 m), free to turn.");
     const auto apic = spin_of_dust<Apic>("APIC", 200), pic = spin_of_dust<Pic>("PIC", 200);
     Curve expected{"PIC, independent", {}, {}, Curve::Kind::reference};
     double worst = 0, worst_apic = 0;
@@ -122,9 +122,8 @@ int main(int argc, char** argv) {
     report.remark("Of L the elastic disk has left after " + std::to_string(int(turns)) + " turns: " + left + ".");
     report.remark(
         "Transfers without an affine field cannot represent a rotation that their particles share a cell with; what "
-        "they "
-        "lose, they lose in every step, so it is the number of steps that counts, not the turns. FLIP keeps it only "
-        "without its share of PIC, and pays in noise; five percent of PIC in every step stop the disk. FMPM loses less "
-        "the higher its order is.");
+        "they lose, they lose in every step, so it is the number of steps that counts, not the turns. FLIP keeps it "
+        "only without its share of PIC, and pays in noise; five percent of PIC in every step stop the disk. FMPM loses "
+        "less the higher its order is.");
     return report.finish();
 }

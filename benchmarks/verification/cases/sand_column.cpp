@@ -53,10 +53,9 @@ int main(int argc, char** argv) {
     Case report(
         argc, argv, "Collapse of a column of sand",
         "A column of width L0 = 0.1 m and height H0 = a L0 beside a smooth wall, on a floor to which it sticks; φ = "
-        "30°, "
-        "E = 1 MPa, ρ = 1600 kg/m³, h = L0/10 or L0/20, 2 × 2 particles a cell, plane strain. Run-out and height, over "
-        "the scalings that Lube et al. 2005 (sand, rice, sugar) and Lajeunesse et al. 2005 (glass beads) measured in "
-        "channels, with the factors as Lagrée, Staron and Popinet 2011 (eq. 3.1, 3.2) give them.");
+        "30°, E = 1 MPa, ρ = 1600 kg/m³, h = L0/10 or L0/20, 2 × 2 particles a cell, plane strain. Run-out and height, "
+        "over the scalings that Lube et al. 2005 (sand, rice, sugar) and Lajeunesse et al. 2005 (glass beads) measured "
+        "in channels, with the factors as Lagrée, Staron and Popinet 2011 (eq. 3.1, 3.2) give them.");
     std::vector<Outcome> coarse, fine;
     for (const double a : report.quick() ? std::vector{0.5, 1., 2., 4., 8.} : std::vector{0.5, 1., 2., 4., 8., 16.})
         coarse.push_back(collapse(a, 10));
@@ -110,8 +109,8 @@ int main(int argc, char** argv) {
     const auto& finest = report.quick() ? coarse : fine;
     report.check(
         {"exponent of the run-out, a ≤ 2", exponent(finest, 0, 2, &Outcome::run_out), 1, 0.4,
-         "Lube et al., Lajeunesse et al.; a toe of half a cell that is not seen, 0.1 to 0.2 of 0.6 at a = 0.5, "
-         "makes it 0.1 to 0.3 larger"});
+         "Lube et al., Lajeunesse et al.; a toe of half a cell that is not seen, 0.1 to 0.2 of 0.6 at a = 0.5, makes "
+         "it 0.1 to 0.3 larger"});
     report.check({"exponent of the run-out, a ≥ 4", exponent(coarse, 4, 16, &Outcome::run_out), 2.0 / 3, 0.15,
                   "Lube et al., Lajeunesse et al.; computed: 0.65 (Larrieu et al. 2006), 0.7 (Lagrée et al.)"});
     const double slippery = collapse(2, 10, 20).run_out, rough = collapse(2, 10, 40).run_out,
@@ -128,18 +127,18 @@ int main(int argc, char** argv) {
         figure(slippery) + ", " + figure(between_them) + " and " + figure(rough) +
         " at 20°, 30° and 40° (a = 2). Those of low columns are too short, the more so the coarser the cells: " +
         figure(coarse[0].run_out) + " and " + figure(fine[0].run_out) +
-        " at a = 0.5 where Lube et al. have 0.6, as the tip of the deposit is thinner than a cell. "
-        "Columns are at rest after 3 √(H0/g), as measured.");
+        " at a = 0.5 where Lube et al. have 0.6, as the tip of the deposit is thinner than a cell. Columns are at rest "
+        "after 3 √(H0/g), as measured.");
     report.remark(
         "What is done badly: deposits of tall columns are too flat. Their height goes as a^" +
         figure(exponent(coarse, 4, 16, &Outcome::top)) +
-        " for a ≥ 4; measured were 2/5 (Lube et al.) and 1/3 (Lajeunesse et al.). The continuum of Lagrée et "
-        "al., whose friction grows with the rate of flow, is as flat, and spreads farther than the experiments.");
+        " for a ≥ 4; measured were 2/5 (Lube et al.) and 1/3 (Lajeunesse et al.). The continuum of Lagrée et al., "
+        "whose friction grows with the rate of flow, is as flat, and spreads farther than the experiments.");
     report.remark(
         "Also: the area below the surface is " + figure(coarse[1].area) + " of the column's at a = 1 and " +
         figure(coarse.back().area) + " at a = " + sentence(coarse.back().aspect) +
-        " (h = L0/10). The flow law has no dilation, and the volume correction closes what opened; in the middle "
-        "of the deposit there are as many particles a cell as at first, to 5 %. But a thin deposit is mostly floor "
-        "and surface, where a layer of a cell is not resolved and gets denser.");
+        " (h = L0/10). The flow law has no dilation, and the volume correction closes what opened; in the middle of "
+        "the deposit there are as many particles a cell as at first, to 5 %. But a thin deposit is mostly floor and "
+        "surface, where a layer of a cell is not resolved and gets denser.");
     return report.finish();
 }

@@ -62,9 +62,9 @@ int main(int argc, char** argv) {
     };
     Case report(
         argc, argv, "A snowball breaks on a floor",
-        "A disk of R = 0.1 m is thrown down at 8 m/s on a floor with friction 0.5, g = 9.81 m/s²; snow of Stomakhin "
-        "et al. 2013 (table 2: E = 140 kPa, ν = 0.2, θc = 0.025, θs = 0.0075, ξ = 10, 400 kg/m³), plane strain, 2 × "
-        "2 particles a cell. A piece is what is farther than a cell from all others.");
+        "A disk of R = 0.1 m is thrown down at 8 m/s on a floor with friction 0.5, g = 9.81 m/s²; snow of Stomakhin et "
+        "al. 2013 (table 2: E = 140 kPa, ν = 0.2, θc = 0.025, θs = 0.0075, ξ = 10, 400 kg/m³), plane strain, 2 × 2 "
+        "particles a cell. A piece is what is farther than a cell from all others.");
     const int cells = 20;
     const std::vector<Outcome> all{
         smash("snow", snow(1), cells), smash("θc, θs × 0.3", snow(0.3), cells), smash("θc, θs × 4", snow(4), cells),
@@ -128,10 +128,10 @@ int main(int argc, char** argv) {
                                "sides and crumbs does not."));
     }
     report.remark(
-        "What the method does badly: a crack is a gap of a cell that kernels do not bridge, so most pieces are "
-        "single particles thrown off the rim, their number grows with the cells, and where it breaks is chosen by "
-        "the grid: the ball and its pieces are symmetric. With θc, θs × 0.3 the ball is crushed to a cake rather "
-        "than to powder: crushing takes up the energy before the stretch can break it. The paper, with varied "
-        "materials in 3D, shows powder; it gives pictures only.");
+        "What the method does badly: a crack is a gap of a cell that kernels do not bridge, so most pieces are single "
+        "particles thrown off the rim, their number grows with the cells, and where it breaks is chosen by the grid: "
+        "the ball and its pieces are symmetric. With θc, θs × 0.3 the ball is crushed to a cake rather than to powder: "
+        "crushing takes up the energy before the stretch can break it. The paper, with varied materials in 3D, shows "
+        "powder; it gives pictures only.");
     return report.finish();
 }
