@@ -173,6 +173,16 @@ private:
     std::vector<std::unique_ptr<Plot>> plots_;
 };
 
+/// As printf writes it.
+std::string formatted(const char* format, auto... of) {
+    char text[256];
+    std::snprintf(text, sizeof text, format, of...);
+    return text;
+}
+/// 0.123 is 12.3 %.
+inline std::string percent(double of, int decimals = 1) { return formatted("%.*f %%", decimals, 100 * of); }
+inline std::string two_decimals(double of) { return formatted("%.2f", of); }
+
 /// The slope of a straight line through (log x, log y), by least squares: an order of convergence.
 inline double fitted_order(const std::vector<double>& x, const std::vector<double>& y) {
     double sx = 0, sy = 0, sxx = 0, sxy = 0;
@@ -190,20 +200,6 @@ void for_particles(const Simulation& simulation, const F& f) {
     const auto& particles = simulation.particles();
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) f(slot);
-}
-
-/// Σ m x / Σ m of the first material, or of one of its bodies [m].
-template <class Simulation>
-auto centre_of_mass(const Simulation& simulation, const firn::Body& body) {
-    const auto& particles = simulation.particles();
-    firn::Vec<double, Simulation::dimension> sum{};
-    double mass = 0;
-    for_particles(simulation, [&](std::size_t slot) {
-        if (!body.holds(particles.id(slot))) return;
-        sum += particles.exact_position(slot) * double(particles.mass(slot));
-        mass += double(particles.mass(slot));
-    });
-    return sum * (1 / mass);
 }
 
 }  // namespace verification

@@ -9,12 +9,6 @@ namespace {
 
 constexpr double g = 9.81;
 
-std::string text(const char* format, auto... of) {
-    char buffer[200];
-    std::snprintf(buffer, sizeof buffer, format, of...);
-    return buffer;
-}
-
 struct Impact {
     Curve force;
     double approach = 0,
@@ -29,7 +23,7 @@ Impact impact(double h, double young, double drop, const Hertz& hertz) {
     Ball<3, float> ball(h, young, drop);
     auto& simulation = ball.simulation;
     const double mass = simulation.totals().mass, touch = std::sqrt(2 * drop / g), start = ball.energy();
-    Impact out{{text("h = R/%.0f", Ball<3, float>::radius / h)}};
+    Impact out{{formatted("h = R/%.0f", Ball<3, float>::radius / h)}};
     double given = 0, peak = 0, scale = 0;
     while (simulation.time() < touch + 1.4 * hertz.duration) {
         simulation.step();
@@ -109,8 +103,8 @@ int main(int argc, char** argv) {
         report.check({"height that it comes back to, " + label, one.rebound, 1, 0.25,
                       "no loss; part of it goes into the ball's vibration, and the grid takes some"});
         approaches.add(h, one.approach);
-        report.remark(text("%s: %.1f %% of the energy left, %.1f %% of the height.", label.c_str(), 100 * one.energy,
-                           100 * one.rebound));
+        report.remark(formatted("%s: %.1f %% of the energy left, %.1f %% of the height.", label.c_str(),
+                                100 * one.energy, 100 * one.rebound));
     }
     forces.curves.push_back(theory);
     if (!report.quick())
@@ -133,7 +127,7 @@ int main(int argc, char** argv) {
             off = std::max(off, std::abs(disk.y[i] - (0.5 - 0.5 * g * disk.x[i] * disk.x[i])));
         report.at_most("free fall before the touch, " + disk.label + ", largest error [m]", off, 0.5 * g * 0.25 * 0.01,
                        "½ g t²; symplectic Euler falls ½ g t dt farther");
-        returned += (returned.empty() ? "" : ", ") + disk.label + text(" %.0f %%", 200 * first_return(disk));
+        returned += (returned.empty() ? "" : ", ") + disk.label + formatted(" %.0f %%", 200 * first_return(disk));
     }
     heights.curves.push_back(fall);
     report.remark(

@@ -181,12 +181,11 @@ int main(int argc, char** argv) {
     }
 
     const std::string beam = "Timoshenko's beam; ", aim = "our aim: ";
-    const auto percent = [](double share) { return std::to_string(int(std::lround(share * 100))) + " %"; };
     const auto check = [&](const Study& of, int n, double deflection, double period) {
         const std::string which = of.label + ", " + std::to_string(n) + " cells";
         report.check(
-            {"deflection/theory, " + which, of.deflection_of(n), 1, deflection, beam + aim + percent(deflection)});
-        report.check({"period/theory, " + which, of.period_of(n), 1, period, beam + aim + percent(period)});
+            {"deflection/theory, " + which, of.deflection_of(n), 1, deflection, beam + aim + percent(deflection, 0)});
+        report.check({"period/theory, " + which, of.period_of(n), 1, period, beam + aim + percent(period, 0)});
     };
     check(apic, 4, 0.05, 0.02);
     check(apic, 8, 0.02, 0.01);

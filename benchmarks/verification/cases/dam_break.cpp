@@ -100,7 +100,6 @@ int main(int argc, char** argv) {
         report.at_most("front, from h = a/20 to a/40, T < 3.3", change, 0.05, "a cell of the coarser grid, at Z = 1");
     }
 
-    const auto percent = [](double of) { return sentence(std::round(1000 * of) / 10) + " %"; };
     report.remark(
         "From the same T = 0 our front is ahead, and the more so the finer the cells: " +
         percent(front_error(finest.front, "A").mean) + " in the mean on the finest (A), " +

@@ -39,7 +39,7 @@ Outcome collide(const std::string& label, double h, const Transfer& transfer = {
     return out;
 }
 
-std::string metres(double h) { return "h = 1/" + std::to_string(int(1 / h + 0.5)) + " m"; }
+std::string metres(double h) { return formatted("h = 1/%.0f m", 1 / h); }
 
 }  // namespace
 
@@ -116,10 +116,7 @@ int main(int argc, char** argv) {
     std::string kept;
     for (const Outcome* each : std::initializer_list<const Outcome*>{
              &transfers[0], &transfers[1], &transfers[2], &transfers[3], &transfers[4], &gradients, &cubic, &small}) {
-        char text[64];
-        std::snprintf(text, sizeof text, "%s%s %.1f %%", kept.empty() ? "" : ", ", each->energy.label.c_str(),
-                      100 * each->energy.y.back());
-        kept += text;
+        kept += (kept.empty() ? "" : ", ") + each->energy.label + " " + percent(each->energy.y.back());
     }
     report.remark("Of the energy is left, at h = 1/20 m after 3.5 s: " + kept + ". Momentum is kept by all of them.");
     report.remark(

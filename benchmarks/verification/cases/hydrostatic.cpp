@@ -118,7 +118,6 @@ int main(int argc, char** argv) {
         report.at_most("scatter of the pressure" + when + ", " + each->label, each->checked.noise, 0.15,
                        "none: volumes are off by 0.15 ρ g H/K = 3e-4 then; that it gets no worse");
 
-    const auto percent = [](double of) { return sentence(std::round(1000 * of) / 10) + " %"; };
     const auto sunk = [&](const Outcome& of) { return percent(Water::centre_at_rest() - of.last.centre); };
     report.remark(
         "What the method does badly: without viscosity nothing takes out the modes of particles that the grid hardly "

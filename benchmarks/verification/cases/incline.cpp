@@ -8,12 +8,6 @@ using namespace verification;
 
 namespace {
 
-std::string text(const char* format, auto... of) {
-    char buffer[160];
-    std::snprintf(buffer, sizeof buffer, format, of...);
-    return buffer;
-}
-
 Curve every(const Slide& run, const std::string& label, std::size_t step, double scale = 1) {
     Curve curve{label};
     for (std::size_t i = 0; i < run.time.size(); i += step) curve.add(run.time[i], run.way[i] * scale);
@@ -35,9 +29,9 @@ int main(int argc, char** argv) {
         for (const bool askew : {false, true}) {
             if (quick && friction == 0.2) continue;
             const Slide run = slide({.friction = friction, .young = stiff, .askew = askew});
-            const std::string label = text("μ = %.2f, ", friction) + (askew ? "solid askew" : "gravity askew");
+            const std::string label = formatted("μ = %.2f, ", friction) + (askew ? "solid askew" : "gravity askew");
             if (askew) {
-                ways.curves.push_back(every(run, text("μ = %.2f", friction), 200));
+                ways.curves.push_back(every(run, formatted("μ = %.2f", friction), 200));
                 Curve expected = every(run, friction == 0 ? "rigid block" : "", 200);
                 for (std::size_t i = 0; i < expected.x.size(); ++i) expected.y[i] = run.expected[i * 200];
                 expected.kind = Curve::Kind::reference;
@@ -74,7 +68,7 @@ int main(int argc, char** argv) {
         "below μN until the first shear waves have told the whole block; the start gives it a lead. It shrinks with "
         "the waves' time, E^(−1/2), and later the acceleration is that of the formula. Near tan θ = 0.577, where "
         "friction all but holds the block, the same lead is a large part of a short way.");
-    report.remark(text("At 1e7 Pa and μ = 0.3: APIC %.1e, PIC %.1e, FLIP %.1e, weight gradients %.1e.", apic, pic, flip,
-                       gradients));
+    report.remark(formatted("At 1e7 Pa and μ = 0.3: APIC %.1e, PIC %.1e, FLIP %.1e, weight gradients %.1e.", apic, pic,
+                            flip, gradients));
     return report.finish();
 }

@@ -57,12 +57,6 @@ Spin spin_of_solid(const std::string& label, double turns, const Transfer& trans
     return spin;
 }
 
-std::string percent(double of) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g %%", 100 * of);
-    return text;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {

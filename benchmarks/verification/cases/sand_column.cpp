@@ -120,23 +120,22 @@ int main(int argc, char** argv) {
     report.at_most("run-out of φ = 40° over that of 30°, a = 2", rough / between_them, 0.9,
                    "less, by more than a cell");
 
-    const auto figure = [](double of) { return sentence(std::round(100 * of) / 100); };
     report.remark(
         "For a ≥ 2 run-outs lie where the experiments do, between sand and glass beads, and they depend on the "
         "friction angle: " +
-        figure(slippery) + ", " + figure(between_them) + " and " + figure(rough) +
+        two_decimals(slippery) + ", " + two_decimals(between_them) + " and " + two_decimals(rough) +
         " at 20°, 30° and 40° (a = 2). Those of low columns are too short, the more so the coarser the cells: " +
-        figure(coarse[0].run_out) + " and " + figure(fine[0].run_out) +
+        two_decimals(coarse[0].run_out) + " and " + two_decimals(fine[0].run_out) +
         " at a = 0.5 where Lube et al. have 0.6, as the tip of the deposit is thinner than a cell. Columns are at rest "
         "after 3 √(H0/g), as measured.");
     report.remark(
         "What is done badly: deposits of tall columns are too flat. Their height goes as a^" +
-        figure(exponent(coarse, 4, 16, &Outcome::top)) +
+        two_decimals(exponent(coarse, 4, 16, &Outcome::top)) +
         " for a ≥ 4; measured were 2/5 (Lube et al.) and 1/3 (Lajeunesse et al.). The continuum of Lagrée et al., "
         "whose friction grows with the rate of flow, is as flat, and spreads farther than the experiments.");
     report.remark(
-        "Also: the area below the surface is " + figure(coarse[1].area) + " of the column's at a = 1 and " +
-        figure(coarse.back().area) + " at a = " + sentence(coarse.back().aspect) +
+        "Also: the area below the surface is " + two_decimals(coarse[1].area) + " of the column's at a = 1 and " +
+        two_decimals(coarse.back().area) + " at a = " + sentence(coarse.back().aspect) +
         " (h = L0/10). The flow law has no dilation, and the volume correction closes what opened; in the middle of "
         "the deposit there are as many particles a cell as at first, to 5 %. But a thin deposit is mostly floor and "
         "surface, where a layer of a cell is not resolved and gets denser.");

@@ -111,11 +111,10 @@ int main(int argc, char** argv) {
     report.at_most("largest piece with θc, θs × 1 over that with × 0.3", usual.share() / fine.share(), 0.95,
                    "the same");
 
-    const auto figure = [](double of) { return sentence(std::round(100 * of) / 100); };
     std::string counts;
     for (const Outcome& each : all)
         counts += sentence(counts.empty() ? "" : "; ", each.label, ": ", each.after.size(), " pieces, ", each.chunks(),
-                           " of 1 % or more, the largest ", figure(each.share()));
+                           " of 1 % or more, the largest ", two_decimals(each.share()));
     report.remark("After 120 ms, h = R/20: " + counts + ".");
     if (!report.quick()) {
         const Outcome finer = smash("snow, h = R/40", snow(1), 40);
@@ -123,7 +122,7 @@ int main(int argc, char** argv) {
         report.at_most("largest piece, h = R/40, share", finer.share(), 0.95, "it breaks");
         report.at_most("momentum, h = R/40", finer.momentum, 1e-12, "as above");
         report.remark(sentence("On cells of R/40: ", finer.after.size(), " pieces, ", finer.chunks(),
-                               " of 1 % or more, the largest ", figure(finer.share()),
+                               " of 1 % or more, the largest ", two_decimals(finer.share()),
                                ": where it breaks off depends on the cells; that it breaks into a core, chunks at both "
                                "sides and crumbs does not."));
     }

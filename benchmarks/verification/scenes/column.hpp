@@ -110,4 +110,45 @@ private:
     std::vector<double> before_;  ///< height of each particle at first, by id [m]
 };
 
+/// The column and its mirror image below, 2 H high, pulled towards y = 0 from both sides, with no floor between them:
+/// what the floor should do to the upper half, which is 0 ≤ y ≤ H.
+struct MirroredColumn {
+    using Half = Column<double, firn::MlsForce, firn::QuadraticBSpline>;
+
+    /// Damped gravity towards y = 0.
+    struct Pull {
+        double rate;
+
+        template <class P>
+        firn::Vec<P, 2> operator()(const firn::Vec<P, 2>& x, const firn::Vec<P, 2>& v, const P& dt) const {
+            using firn::abs, firn::select;
+            const P c(rate), down = select(P(0) < x[1], P(-Half::g), P(Half::g));
+            const P pull = select(abs(x[1]) < P(1e-9), P(0), down);
+            return (firn::Vec<P, 2>{P(0), pull} - v * c) * (P(1) / (P(1) + c * dt));
+        }
+    };
+
+    /// At rest: particles of one file, from y = 0 up.
+    static std::vector<ColumnRow> rows(double h, double young = 1e6) {
+        firn::Simulation<2, firn::FixedCorotated<double>> simulation(
+            {{0.0, -0.12}, {2 * h, 0.12}, h}, firn::FixedCorotated<double>::from_young_poisson(young, 0));
+        simulation.boundary.at_lower[0] = simulation.boundary.at_upper[0] = {firn::Contact::slip};
+        const auto samples = firn::sample_box<2>({0.0, -Half::height}, {2 * h, Half::height}, {.spacing = h / 5});
+        simulation.add(samples, Half::density);
+        const double c = std::sqrt(young / Half::density);
+        simulation.advance(24 * Half::height / c, Pull{std::numbers::pi * c / Half::height});
+        std::vector<ColumnRow> rows(std::size_t(std::lround(Half::height / (h / 5))));
+        const auto& particles = simulation.particles();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+            if (!particles.is_particle(slot)) continue;
+            const auto before = samples.positions[particles.id(slot)];
+            if (before[1] < 0 || before[0] > h / 5) continue;
+            rows[std::size_t(before[1] / (h / 5))] = {
+                before[1], particles.exact_position(slot)[1],
+                particles.stress(slot)(1, 1) / determinant(particles.state(slot).F), 0, 1};
+        }
+        return rows;
+    }
+};
+
 }  // namespace verification

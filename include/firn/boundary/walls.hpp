@@ -15,8 +15,10 @@ struct Wall {
     double friction = 0;  ///< Coulomb's coefficient μ [1]
 };
 
-/// A wall that slips without friction is a plane of symmetry: half a body against it moves as the whole would, to first
-/// order in the cell size, as nodes beyond it rest across it instead of moving as the mirror's would.
+/// A wall that slips without friction is a plane of symmetry: half a body against it moves as the whole would, but for
+/// the two cells next to it. The nodes behind it are held like those on it, and do not move as mirror images would, so
+/// that splines see too small a velocity gradient at the wall: stresses there are off by a fifth, and no finer cells
+/// mend that.
 template <scalar S, int D>
 struct Walls {
     Vec<S, D> lower{};  ///< lower corner of the box [m]
