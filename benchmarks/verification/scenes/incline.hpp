@@ -20,14 +20,15 @@ struct Slide {
     std::vector<double> time, way, expected;  ///< [s], [m], [m]
     double height = 0;                        ///< largest distance that the block moved off its line [m]
     double error() const { return std::abs(way.back() / expected.back() - 1); }
-    /// Of the acceleration in the second half, relative.
+    /// Of the acceleration in the second half, relative; of means over its thirds, so that what rings is left out.
     double error_of_acceleration() const {
-        const auto gained = [&](const std::vector<double>& of) {
-            const std::size_t end = of.size() - 1, middle = of.size() / 2;
-            const auto speed = [&](std::size_t i) { return (of[i] - of[i - 2]) / (time[i] - time[i - 2]); };
-            return speed(end) - speed(middle);
+        const std::size_t third = way.size() / 6, begin = way.size() - 3 * third;
+        const auto curvature = [&](const std::vector<double>& of) {
+            double mean[3] = {};
+            for (std::size_t i = 0; i < 3 * third; ++i) mean[i / third] += of[begin + i];
+            return mean[0] - 2 * mean[1] + mean[2];
         };
-        return std::abs(gained(way) / gained(expected) - 1);
+        return std::abs(curvature(way) / curvature(expected) - 1);
     }
 };
 
