@@ -78,7 +78,7 @@ int main(int argc, char** argv) {
     std::vector<Outcome> transfers;
     transfers.push_back(swing<double, Apic, MlsForce, QuadraticBSpline>("APIC", h, duration));
     transfers.push_back(swing<double, Pic, MlsForce, QuadraticBSpline>("PIC", h, duration));
-    transfers.push_back(swing<double, Flip<double>, MlsForce, QuadraticBSpline>("FLIP", h, duration));
+    transfers.push_back(swing<double, Flip<double>, MlsForce, QuadraticBSpline>("FLIP, 5 % PIC", h, duration));
     transfers.push_back(swing<double, Aflip<double>, MlsForce, QuadraticBSpline>("AFLIP", h, duration));
     transfers.push_back(swing<double, Fmpm, MlsForce, QuadraticBSpline>("FMPM(2)", h, duration));
     Curve cosine{"linear theory", {}, {}, Curve::Kind::reference};
