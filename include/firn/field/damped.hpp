@@ -17,8 +17,8 @@ struct named_damped {
 
 /// dv/dt = f(x) − c v, implicit in v: (f − c v) / (1 + c dt). A node's velocity falls by the factor 1 / (1 + c dt) a
 /// step where f is zero, and to f/c in time; no rate is too large for the step.
-/// It takes its part of what a step gives to nodes at a boundary, too: Reactions are smaller by that. What a floor bears
-/// is read from a step of rate 0.
+/// It takes its part of what a step gives to nodes at a boundary, too: Reactions are smaller by that. What a floor
+/// bears is read from a step of rate 0.
 /// \tparam Field  what else accelerates: a field that is called with a position
 template <scalar S, int D, template <class, int> class Field = Gravity>
 struct Damped {
