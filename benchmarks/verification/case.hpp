@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/firn.hpp>
+#include <firn/wgsl/json.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -79,17 +80,16 @@ public:
     }
 
     /// A figure that the suite holds: the run fails if its error is above the tolerance.
-    bool check(Check of) {
+    void check(Check of) {
         std::printf("%-4s %s: %.6g, should be %.6g; error %.2g of %.2g\n", of.holds() ? "ok" : "BAD",
                     of.quantity.c_str(), of.value, of.reference, of.error(), of.tolerance);
         std::fflush(stdout);
         checks_.push_back(std::move(of));
-        return checks_.back().holds();
     }
 
-    /// A figure that is at most `most`, with what it should ideally be: 0 or another number.
-    bool at_most(std::string quantity, double value, double most, std::string source) {
-        return check({std::move(quantity), value, 0, most, std::move(source), 1});
+    /// A figure that is 0 at best, and at most `most` from it.
+    void at_most(std::string quantity, double value, double most, std::string source) {
+        check({std::move(quantity), value, 0, most, std::move(source), 1});
     }
 
     /// A paragraph below the figures: what others report, what the method does badly, and why.
@@ -104,64 +104,43 @@ public:
     }
 
 private:
-    static std::string text(std::string_view of) {
-        std::string quoted = "\"";
-        for (const char c : of)
-            if (c == '"' || c == '\\')
-                (quoted += '\\') += c;
-            else if (c == '\n')
-                quoted += "\\n";
-            else
-                quoted += c;
-        return quoted + '"';
-    }
-    static std::string text(double of) {
-        char digits[32];
-        std::snprintf(digits, sizeof digits, "%.9g", of);
-        return std::isfinite(of) ? digits : "null";
-    }
-    /// [a, b, …]
-    template <class Range, class Each>
-    static std::string list(const Range& range, const Each& each) {
-        std::string all = "[";
-        for (const auto& element : range) (all += all.size() > 1 ? ", " : "") += each(element);
-        return all + "]";
-    }
-    static std::string numbers(const std::vector<double>& of) {
-        return list(of, [](double number) { return text(number); });
-    }
     static const char* name_of(Curve::Kind kind) {
         return kind == Curve::Kind::ours ? "ours" : kind == Curve::Kind::reference ? "reference" : "published";
     }
 
     void write() const {
+        firn::wgsl::Json json;
+        const auto numbers = [&](const char* name, const std::vector<double>& of) {
+            json.key(name).array(of, [&](double number) { json.value(number); });
+        };
+        const auto curve = [&](const Curve& of) {
+            json.object([&] {
+                json.field("label", of.label).field("kind", name_of(of.kind));
+                numbers("x", of.x);
+                numbers("y", of.y);
+            });
+        };
+        json.object([&] {
+            json.field("title", title_).field("about", about_);
+            json.key("remarks").array(remarks_, [&](const std::string& remark) { json.value(remark); });
+            json.key("checks").array(checks_, [&](const Check& check) {
+                json.object([&] {
+                    json.field("quantity", check.quantity).field("value", check.value);
+                    json.field("reference", check.reference).field("error", check.error());
+                    json.field("tolerance", check.tolerance).field("source", check.source);
+                });
+            });
+            json.key("plots").array(plots_, [&](const auto& plot) {
+                json.object([&] {
+                    json.field("name", plot->name).field("title", plot->title);
+                    json.field("x_label", plot->x_label).field("y_label", plot->y_label);
+                    json.field("logarithmic", plot->logarithmic).key("curves").array(plot->curves, curve);
+                });
+            });
+        });
         std::filesystem::create_directories(std::filesystem::absolute(file_).parent_path());
         std::ofstream out(file_);
-        out << "{\"title\": " << text(title_) << ",\n \"about\": " << text(about_)
-            << ",\n \"remarks\": " << list(remarks_, [](const std::string& remark) { return text(remark); })
-            << ",\n \"checks\": "
-            << list(checks_,
-                    [](const Check& check) {
-                        return "{\"quantity\": " + text(check.quantity) + ", \"value\": " + text(check.value) +
-                               ", \"reference\": " + text(check.reference) + ", \"error\": " + text(check.error()) +
-                               ", \"tolerance\": " + text(check.tolerance) + ", \"source\": " + text(check.source) +
-                               "}";
-                    })
-            << ",\n \"plots\": "
-            << list(plots_,
-                    [](const auto& plot) {
-                        return "{\"name\": " + text(plot->name) + ", \"title\": " + text(plot->title) +
-                               ", \"x_label\": " + text(plot->x_label) + ", \"y_label\": " + text(plot->y_label) +
-                               ", \"logarithmic\": " + (plot->logarithmic ? "true" : "false") + ", \"curves\": " +
-                               list(plot->curves,
-                                    [](const Curve& curve) {
-                                        return "{\"label\": " + text(curve.label) + ", \"kind\": \"" +
-                                               name_of(curve.kind) + "\", \"x\": " + numbers(curve.x) +
-                                               ", \"y\": " + numbers(curve.y) + "}";
-                                    }) +
-                               "}";
-                    })
-            << "}\n";
+        out << json.text() << '\n';
         if (!out.flush()) throw firn::io_error("\"" + file_.string() + "\" cannot be written; is the disk full?");
     }
 

@@ -1,4 +1,4 @@
-/// \file The bar in its first mode: each transfer, force, kernel and precision over ten periods.
+/// \file The bar in its first mode: transfers over twenty periods; forces, kernels and precisions over one.
 #include "scenes/bar.hpp"
 
 #include "case.hpp"
@@ -13,7 +13,6 @@ struct Outcome {
     double worst = 0;        ///< largest |v_cm − theory| in the first period, over the amplitude
     double period = 0;       ///< from the crossings of zero [s]
     double energy_left = 0;  ///< after the first period, over its start
-    double highest = 0;      ///< of the energy, over its start
 };
 
 template <class S, class Transfer, class Force, class Kernel>
@@ -37,7 +36,6 @@ Outcome swing(const std::string& label, double h, double duration, const Transfe
         last = v;
         out.velocity.add(t, v / TheBar::amplitude);
         out.energy.add(t, left);
-        out.highest = std::max(out.highest, left);
         if (t <= TheBar::period + 1e-9) {
             out.worst = std::max(out.worst, std::abs(v - TheBar::theory(t)) / TheBar::amplitude);
             out.energy_left = left;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <charconv>
+#include <cmath>
 #include <concepts>
 #include <string>
 #include <string_view>
@@ -39,10 +40,15 @@ public:
         quote(of);
         return *this;
     }
-    /// Read back as the same double; JSON has no infinities.
+    /// Read back as the same double; null if it is not finite, for which JSON has no number.
     template <class T>
         requires std::is_arithmetic_v<T> && (!std::same_as<T, bool>)
     Json& value(T of) {
+        if constexpr (std::floating_point<T>)
+            if (!std::isfinite(of)) {
+                text_ += "null";
+                return *this;
+            }
         char digits[32];
         text_.append(digits, std::to_chars(digits, digits + sizeof digits, of).ptr);
         return *this;
