@@ -5,6 +5,8 @@
 #include <firn/lagrangian/colouring.hpp>
 #include <firn/lagrangian/net_forces.hpp>
 
+#include <numeric>
+
 namespace firn {
 
 /// In which order corrections act.
@@ -69,12 +71,6 @@ public:
     struct Constraint {
         Ends ends{};  ///< places of points
         S rest = 1;   ///< l₀ [m]
-        S compliance = 0;
-        S relaxation = 1;
-        LinkKind kind = LinkKind::stretch;
-        std::uint32_t number = 0;  ///< how many were added before
-        std::uint8_t colour = 0;
-        S lambda = 0;  ///< of the step so far [N s²]
     };
 
     std::size_t size() const { return all_.size(); }
@@ -88,7 +84,10 @@ public:
         if (!(S(rest) > 0) || !std::isfinite(S(rest)) || ends[0] == ends[1])
             throw parameter_error(sentence("A constraint between points ", ends[0], " and ", ends[1], " of length ",
                                            rest, " m: the length must be positive and finite, and the points two."));
-        all_.push_back({ends, S(rest), S(options.compliance), S(options.relaxation), kind, added_++});
+        all_.push_back({ends, S(rest)});
+        softness_.push_back({S(options.compliance), S(options.relaxation)});
+        origin_.push_back({added_++, kind});
+        is_soft_ = is_soft_ || options.compliance > 0 || options.relaxation < 1;
         ordered_ = false;
     }
     /// The links of a net, as long at rest as there.
@@ -117,12 +116,14 @@ public:
         if (size() == 0) return;
         prepare(position.size());
         const S per_dt2 = S(1 / (dt * dt));
-        for (Constraint& each : all_) each.lambda = 0;
+        for (Softness& each : softness_) each.lambda = 0;
         for (int i = 0; i < iterations; ++i) {
             if (update == ConstraintUpdate::averaged)
                 average(position, inverse_mass, per_dt2, threads);
+            else if (is_soft_)
+                iterate<true>(position, inverse_mass, per_dt2, threads);
             else
-                iterate(position, inverse_mass, per_dt2, threads);
+                iterate<false>(position, inverse_mass, per_dt2, threads);
         }
     }
 
@@ -132,7 +133,7 @@ public:
         std::vector<Torn> broken;
         if (!std::isfinite(tear_factor)) return broken;
         const S most = S(tear_factor * tear_factor);
-        keep_if([&](const Constraint& each) {
+        keep_if([&](const Constraint& each, LinkKind) {
             const Vec<S, D> along = position[each.ends[1]] - position[each.ends[0]];
             if (dot(along, along) <= most * each.rest * each.rest) return true;
             broken.push_back(each.ends);
@@ -145,26 +146,41 @@ public:
 
     /// When points were taken out. Constraints that lost an end are gone.
     void renumber(std::span<const std::uint32_t> new_place) {
-        keep_if([&](Constraint& each) { return detail::renumbered(each.ends, new_place); });
+        keep_if([&](Constraint& each, LinkKind) { return detail::renumbered(each.ends, new_place); });
         incidence_.clear();
     }
 
 private:
-    FIRN_INLINE static void correct(Constraint& each, std::span<Vec<S, D>> position, std::span<const S> inverse_mass,
-                                    S per_dt2) {
-        const auto [a, b] = each.ends;
+    /// Beside what every iteration reads: what it reads where any constraint is soft.
+    struct Softness {
+        S compliance = 0, relaxation = 1;
+        S lambda = 0;  // of the step so far [N s²]
+    };
+    struct Origin {
+        std::uint32_t number = 0;  // how many were added before
+        LinkKind kind = LinkKind::stretch;
+        std::uint8_t colour = 0;
+    };
+
+    template <bool Soft>
+    FIRN_INLINE void correct(std::size_t k, Vec<S, D>* position, const S* inverse_mass, S per_dt2) {
+        const auto [a, b] = all_[k].ends;
         const S wa = inverse_mass[a], wb = inverse_mass[b];
-        const detail::DistanceCorrection<S, D> by(position[a], position[b], wa + wb, each.rest,
-                                                  each.compliance * per_dt2, each.lambda);
-        const S multiplier = by.multiplier * each.relaxation;
-        each.lambda += multiplier;
+        const S compliance = Soft ? softness_[k].compliance * per_dt2 : S(0),
+                lambda = Soft ? softness_[k].lambda : S(0);
+        const detail::DistanceCorrection<S, D> by(position[a], position[b], wa + wb, all_[k].rest, compliance, lambda);
+        S multiplier = by.multiplier;
+        if constexpr (Soft) softness_[k].lambda += multiplier *= softness_[k].relaxation;
         position[a] -= by.direction * (wa * multiplier);
         position[b] += by.direction * (wb * multiplier);
     }
 
-    void iterate(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, S per_dt2, int threads) {
+    template <bool Soft>
+    void iterate(std::span<Vec<S, D>> points, std::span<const S> inverse_masses, S per_dt2, int threads) {
+        Vec<S, D>* const position = points.data();
+        const S* const inverse_mass = inverse_masses.data();
         if (update == ConstraintUpdate::immediate) {
-            for (Constraint& each : all_) correct(each, position, inverse_mass, per_dt2);
+            for (std::size_t k = 0; k < size(); ++k) correct<Soft>(k, position, inverse_mass, per_dt2);
             return;
         }
         // Pieces of a colour side by side; what has no colour on one thread.
@@ -174,7 +190,7 @@ private:
         parallel_phases(counts, thread_count(threads), [&](std::size_t c, std::size_t piece, int) {
             const std::size_t begin = colour_begin(c) + piece * detail::chunk;
             const std::size_t end = is_serial(c) ? colour_end_[c] : std::min(begin + detail::chunk, colour_end_[c]);
-            for (std::size_t k = begin; k < end; ++k) correct(all_[k], position, inverse_mass, per_dt2);
+            for (std::size_t k = begin; k < end; ++k) correct<Soft>(k, position, inverse_mass, per_dt2);
         });
     }
 
@@ -183,13 +199,13 @@ private:
         impulses_.resize(size());
         detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t k = first; k < last; ++k) {
-                Constraint& each = all_[k];
-                const auto [a, b] = each.ends;
+                const auto [a, b] = all_[k].ends;
+                Softness& soft = softness_[k];
                 const detail::DistanceCorrection<S, D> by(position[a], position[b], inverse_mass[a] + inverse_mass[b],
-                                                          each.rest, each.compliance * per_dt2, each.lambda);
+                                                          all_[k].rest, soft.compliance * per_dt2, soft.lambda);
                 const std::size_t most = std::max(incidence_.of(a).size(), incidence_.of(b).size());
-                const S multiplier = by.multiplier * each.relaxation / S(most);
-                each.lambda += multiplier;
+                const S multiplier = by.multiplier * soft.relaxation / S(most);
+                soft.lambda += multiplier;
                 impulses_[k] = by.direction * multiplier;
             }
         });
@@ -204,7 +220,7 @@ private:
     }
 
     std::size_t colour_begin(std::size_t c) const { return c == 0 ? 0 : colour_end_[c - 1]; }
-    bool is_serial(std::size_t c) const { return all_[colour_begin(c)].colour == LinkColours::most; }
+    bool is_serial(std::size_t c) const { return origin_[colour_begin(c)].colour == LinkColours::most; }
 
     std::vector<Ends> all_ends() const {
         std::vector<Ends> ends;
@@ -215,18 +231,16 @@ private:
 
     void prepare(std::size_t points) {
         if (!ordered_ || ordered_for_ != update) {
-            for (const Constraint& each : all_)
-                for (const std::uint32_t point : each.ends)
+            for (std::size_t k = 0; k < size(); ++k)
+                for (const std::uint32_t point : all_[k].ends)
                     if (point >= points)
-                        throw parameter_error(sentence("Constraint ", each.number, " keeps a distance to point ", point,
-                                                       "; there are ", points, ", counted from 0."));
-            const auto by_number = [](const Constraint& a, const Constraint& b) { return a.number < b.number; };
-            std::sort(all_.begin(), all_.end(), by_number);
+                        throw parameter_error(sentence("Constraint ", origin_[k].number, " keeps a distance to point ",
+                                                       point, "; there are ", points, ", counted from 0."));
+            order_by([](const Origin& a, const Origin& b) { return a.number < b.number; });
             if (update == ConstraintUpdate::coloured) {
                 const LinkColours colours(all_ends(), points);
-                for (std::size_t k = 0; k < size(); ++k) all_[k].colour = colours.colour[k];
-                std::stable_sort(all_.begin(), all_.end(),
-                                 [](const Constraint& a, const Constraint& b) { return a.colour < b.colour; });
+                for (std::size_t k = 0; k < size(); ++k) origin_[k].colour = colours.colour[k];
+                order_by([](const Origin& a, const Origin& b) { return a.colour < b.colour; });
             }
             ordered_ = true;
             ordered_for_ = update;
@@ -238,10 +252,23 @@ private:
             incidence_ = Incidence(std::span<const Ends>(ends), points);
         }
     }
+    template <class Before>
+    void order_by(const Before& before) {
+        std::vector<std::uint32_t> order(size());
+        std::iota(order.begin(), order.end(), 0U);
+        std::stable_sort(order.begin(), order.end(),
+                         [&](std::uint32_t a, std::uint32_t b) { return before(origin_[a], origin_[b]); });
+        const auto permute = [&](auto& values) {
+            auto sorted = values;
+            for (std::size_t k = 0; k < order.size(); ++k) sorted[k] = values[order[k]];
+            values = std::move(sorted);
+        };
+        permute(all_), permute(softness_), permute(origin_);
+    }
     void find_colours() {
         colour_end_.clear();
         for (std::size_t k = 0; k < size(); ++k)
-            if (k + 1 == size() || all_[k].colour != all_[k + 1].colour) colour_end_.push_back(k + 1);
+            if (k + 1 == size() || origin_[k].colour != origin_[k + 1].colour) colour_end_.push_back(k + 1);
     }
 
     /// The rest keep their order and their colours.
@@ -249,17 +276,23 @@ private:
     void keep_if(const Wanted& wanted) {
         std::size_t to = 0;
         for (std::size_t k = 0; k < size(); ++k)
-            if (wanted(all_[k])) all_[to++] = all_[k];
+            if (wanted(all_[k], origin_[k].kind)) {
+                all_[to] = all_[k];
+                softness_[to] = softness_[k];
+                origin_[to++] = origin_[k];
+            }
         if (to == size()) return;
         all_.resize(to);
+        softness_.resize(to);
+        origin_.resize(to);
         incidence_.clear();
         find_colours();
     }
 
     void drop_unsupported(std::size_t points, std::vector<Torn>& broken) {
         std::vector<Ends> edges;
-        for (const Constraint& each : all_)
-            if (each.kind == LinkKind::stretch) edges.push_back(each.ends);
+        for (std::size_t k = 0; k < size(); ++k)
+            if (origin_[k].kind == LinkKind::stretch) edges.push_back(all_[k].ends);
         const Incidence around(std::span<const Ends>(edges), points);
         const auto neighbours_share = [&](const Ends& ends) {
             for (const std::uint32_t at_a : around.of(ends[0]))
@@ -267,8 +300,8 @@ private:
                     if (edges[at_a / 2][1 - at_a % 2] == edges[at_b / 2][1 - at_b % 2]) return true;
             return false;
         };
-        keep_if([&](const Constraint& each) {
-            const bool carried = each.kind != LinkKind::shear && each.kind != LinkKind::bend;
+        keep_if([&](const Constraint& each, LinkKind kind) {
+            const bool carried = kind != LinkKind::shear && kind != LinkKind::bend;
             if (carried || neighbours_share(each.ends)) return true;
             broken.push_back(each.ends);
             return false;
@@ -276,11 +309,13 @@ private:
     }
 
     std::vector<Constraint> all_;
+    std::vector<Softness> softness_;
+    std::vector<Origin> origin_;
     std::vector<std::size_t> colour_end_;
     Incidence incidence_;
     aligned_vector<Vec<S, D>> impulses_;
     std::uint32_t added_ = 0;
-    bool ordered_ = false;
+    bool is_soft_ = false, ordered_ = false;
     ConstraintUpdate ordered_for_ = ConstraintUpdate::coloured;
 };
 
