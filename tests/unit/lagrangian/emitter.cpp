@@ -113,9 +113,9 @@ TEST_CASE("In the plane the nozzle is a segment and the cone an angle to both si
         widest = std::max(widest, std::abs(std::atan2(point.velocity[0], -point.velocity[1])));
         CHECK(norm(point.velocity) == Approx(2).epsilon(1e-12));
     }
-    CHECK((left >= -0.1 - 1e-12 && left < -0.0999));
-    CHECK((right <= 0.1 + 1e-12 && right > 0.0999));
-    CHECK((widest <= 0.3 + 1e-12 && widest > 0.2995));
+    CHECK((left >= -0.1 - 1e-12 && left < -0.0995));
+    CHECK((right <= 0.1 + 1e-12 && right > 0.0995));
+    CHECK((widest <= 0.3 + 1e-12 && widest > 0.298));
 }
 
 TEST_CASE("The step's size changes neither which particles there are nor, in free flight, where") {
