@@ -95,11 +95,11 @@ public:
     /// \throws parameter_error  for a link of no length, or to a point that is not there
     void add(const Net<D>& net, const ConstraintsOfKinds& options, std::size_t first = 0) {
         for (const ConstraintOptions& each : options) each.check();
-        for (const Link& link : net.links) detail::rest_length(net, link);
+        for (const Link& link : net.links) detail::checked_rest_length(net, link);
         for (const Link& link : net.links)
             if (const ConstraintOptions& of = options[std::size_t(link.kind)]; of.kept)
                 add({detail::moved_place(link.a, first), detail::moved_place(link.b, first)},
-                    detail::rest_length(net, link), of, link.kind);
+                    detail::checked_rest_length(net, link), of, link.kind);
     }
     void add(const Net<D>& net, const ConstraintOptions& of_all = {}, std::size_t first = 0) {
         ConstraintsOfKinds options;

@@ -5,6 +5,7 @@
 #include <firn/lagrangian/element_forces.hpp>
 #include <firn/lagrangian/membrane.hpp>
 #include <firn/lagrangian/spring.hpp>
+#include <firn/lagrangian/surface.hpp>
 
 #include <cmath>
 
@@ -27,10 +28,11 @@ const Vec<double, D>& point_of(const Net<D>& net, std::uint32_t point) {
     return net.positions[point];
 }
 
-/// The length of a link at rest [m].
+/// rest_length(), if both ends are there and apart.
 template <int D>
-double rest_length(const Net<D>& net, const Link& link) {
-    const double length = norm(point_of(net, link.b) - point_of(net, link.a));
+double checked_rest_length(const Net<D>& net, const Link& link) {
+    for (const std::uint32_t end : {link.a, link.b}) point_of(net, end);
+    const double length = rest_length(net, link);
     if (!(length > 0) || !std::isfinite(length))
         throw parameter_error(sentence("The link between points ", link.a, " and ", link.b, " has length ", length,
                                        " m at rest; it must be positive. Take out one of the points, or the link."));
@@ -66,7 +68,7 @@ Springs<S, D> springs_of(const Net<D>& net, const SpringsOfKinds& options, std::
         const SpringOptions& of = options[std::size_t(link.kind)];
         if (of.stiffness == 0 && of.damping == 0) continue;
         springs.add({detail::moved_place(link.a, first), detail::moved_place(link.b, first)},
-                    {S(detail::rest_length(net, link)), S(of.stiffness), S(of.damping)});
+                    {S(detail::checked_rest_length(net, link)), S(of.stiffness), S(of.damping)});
     }
     return springs;
 }
