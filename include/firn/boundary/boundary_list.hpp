@@ -53,6 +53,13 @@ struct BoundaryList {
         return v;
     }
 
+    /// Of all, in their order. \see has_surfaces
+    template <class S, int D, class Seen>
+        requires has_surfaces<B, S, D>
+    FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
+        for (const B& one : all) one.surfaces(x, seen);
+    }
+
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
         for (const B& one : all)

@@ -127,6 +127,15 @@ struct Collider {
         return select(touched, surface + velocity_after_contact(v - surface, normal, contact, S(friction)), v);
     }
 
+    /// The layer's surface. \see has_surfaces
+    template <class Seen>
+    FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
+        const Mat<S, D> R = matrix_of(cast<S>(rotation));
+        const Vec<S, D> local = transpose(R) * (x - cast<S>(position));
+        seen(shape.signed_distance(local) - S(thickness), R * normal_of(shape, local), surface_velocity(x), contact,
+             S(friction));
+    }
+
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const
         requires std::floating_point<S>
     {

@@ -75,4 +75,20 @@ FIRN_INLINE Vec<S, D> velocity_by_parts(const B& boundary, const Vec<S, D>& x, c
     }
 }
 
+// For points that are not nodes, a boundary says where its surfaces are: surfaces(x, seen) calls
+//
+//     seen(distance, normal, velocity, contact, friction)
+//
+// for each: the distance of x from it [m], negative in the solid; its unit normal into free space; the velocity of the
+// solid at x [m/s]; a Contact; and Coulomb's coefficient [1].
+
+/// What is called for a surface, as the concepts try it.
+struct AnySurface {
+    template <class... Of>
+    constexpr void operator()(const Of&...) const {}
+};
+
+template <class B, class S, int D>
+concept has_surfaces = requires(const B b, const Vec<S, D> x) { b.surfaces(x, AnySurface{}); };
+
 }  // namespace firn

@@ -67,6 +67,13 @@ struct Together {
         return v;
     }
 
+    /// Of all parts, in their order. \see has_surfaces
+    template <class S, int D, class Seen>
+        requires(has_surfaces<B, S, D> && ...)
+    FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
+        unroll<int(sizeof...(B))>([&](auto i) FIRN_LAMBDA { std::get<i>(parts).surfaces(x, seen); });
+    }
+
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
         return std::apply([&](const auto&... part) { return (part.reaches(lower, upper) || ...); }, parts);

@@ -87,6 +87,19 @@ struct Walls {
         return v;
     }
 
+    /// The faces, with matter on their inner side. \see has_surfaces
+    template <class Seen>
+    FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
+        const Vec<S, D> at_rest = Vec<S, D>::zero();
+        unroll<D>([&](auto axis) FIRN_LAMBDA {
+            Vec<S, D> inward = Vec<S, D>::zero();
+            inward[axis] = S(1);
+            const Wall &low = at_lower[axis], &high = at_upper[axis];
+            seen(x.v[axis] - lower.v[axis], inward, at_rest, low.contact, S(low.friction));
+            seen(upper.v[axis] - x.v[axis], -inward, at_rest, high.contact, S(high.friction));
+        });
+    }
+
     bool reaches(const Vec<double, D>& low, const Vec<double, D>& high) const
         requires std::floating_point<S>
     {

@@ -3,34 +3,15 @@
 #pragma once
 
 #include <firn/core/error.hpp>
-#include <firn/exec/parallel.hpp>
+#include <firn/lagrangian/any_force.hpp>
 #include <firn/lagrangian/incidence.hpp>
 #include <firn/lagrangian/net.hpp>
-#include <firn/lagrangian/point_masses.hpp>
 
 #include <algorithm>
 
 namespace firn {
 
-/// What moves a system's points: adds to the force [N] on each, given where they are.
-template <class F, class S, int D>
-concept point_force =
-    requires(F f, const PointView<S, D>& points, std::span<Vec<S, D>> force) { f.add_forces(points, force, 1); };
-
-/// Two points that are joined no longer; in any order.
-using Torn = std::array<std::uint32_t, 2>;
-
 namespace detail {
-
-/// Points, or elements, that a thread takes at once.
-inline constexpr std::size_t chunk = 1024;
-
-/// Calls body(first, last) for pieces of [0, n).
-template <class Body>
-void for_chunks(std::size_t n, int threads, const Body& body) {
-    parallel_for((n + chunk - 1) / chunk, thread_count(threads),
-                 [&](std::size_t c, int) { body(c * chunk, std::min(n, (c + 1) * chunk)); });
-}
 
 /// Does an element have both ends of one of the torn links among its corners?
 template <std::size_t K>
@@ -101,15 +82,23 @@ public:
 
     /// Adds to each point the stiffness [N/m] and damping [N s/m] of its elements: over its mass they bound the squares
     /// of frequencies, and rates.
-    void add_stiffness(const PointView<S, D>& points, std::span<double> stiffness, std::span<double> damping) {
-        prepare(points.size());
-        for (std::size_t e = 0; e < size(); ++e)
-            for (const std::uint32_t point : corners_[e]) {
-                if constexpr (requires(std::array<Vec<S, D>, K> x) { law.stiffness(elements_[e], x); })
-                    stiffness[point] += double(law.stiffness(elements_[e], at_corners(points.position, e)));
-                if constexpr (requires { law.damping(elements_[e]); })
-                    damping[point] += double(law.damping(elements_[e]));
-            }
+    void add_stiffness(const PointView<S, D>& points, std::span<double> stiffness, std::span<double> damping,
+                       int threads) {
+        if constexpr (bounds_step) {
+            prepare(points.size());
+            bounds_.resize(size());
+            detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
+                for (std::size_t e = first; e < last; ++e)
+                    bounds_[e] = {double(law.stiffness(elements_[e], at_corners(points.position, e))), damping_of(e)};
+            });
+            detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i)
+                    for (const std::uint32_t corner : incidence_.of(i)) {
+                        stiffness[i] += bounds_[corner / K][0];
+                        damping[i] += bounds_[corner / K][1];
+                    }
+            });
+        }
     }
 
     /// Elastic energy [J], summed in double in the order of the elements.
@@ -131,6 +120,15 @@ public:
     }
 
 private:
+    static constexpr bool bounds_step =
+        requires(const Law l, const Element e, const std::array<Vec<S, D>, K> x) { l.stiffness(e, x); };
+    double damping_of(std::size_t e) const {
+        if constexpr (requires { law.damping(elements_[e]); })
+            return double(law.damping(elements_[e]));
+        else
+            return 0;
+    }
+
     template <class Wanted>
     void keep_if(const Wanted& wanted) {
         std::size_t to = 0;
@@ -163,7 +161,8 @@ private:
     std::vector<Corners> corners_;
     std::vector<Element> elements_;
     Incidence incidence_;
-    aligned_vector<Vec<S, D>> parts_;  // of the sums: the force on every corner
+    std::vector<std::array<double, 2>> bounds_;  // of each element: stiffness and damping
+    aligned_vector<Vec<S, D>> parts_;            // of the sums: the force on every corner
 };
 
 }  // namespace firn

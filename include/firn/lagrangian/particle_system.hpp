@@ -9,7 +9,6 @@
 #include <atomic>
 #include <functional>
 #include <iostream>
-#include <memory>
 #include <string>
 
 namespace firn {
@@ -79,11 +78,8 @@ public:
     template <class Force>
         requires point_force<Force, S, D>
     Force& add_force(Force force) {
-        auto held = std::make_unique<detail::HeldForce<Force, S, D>>(std::move(force));
-        Force& kept = held->force;
-        forces_.push_back(std::move(held));
         largest_step_ = 0;
-        return kept;
+        return forces_.emplace_back(std::move(force)).template as<Force>();
     }
 
     /// Takes out the points for which wanted(place) says so, with all that they are joined by.
@@ -93,7 +89,7 @@ public:
         const std::vector<std::uint32_t> new_place = points.remove_if(wanted);
         if (new_place.empty()) return 0;
         constraints.renumber(new_place);
-        for (auto& force : forces_) force->renumber(new_place);
+        for (auto& force : forces_) force.renumber(new_place);
         std::erase_if(facets, [&](Facet<D>& facet) { return !detail::renumbered(facet, new_place); });
         largest_step_ = 0;
         return new_place.size() - points.size();
@@ -101,11 +97,7 @@ public:
 
     /// Above this [s] the forces' springs and dampers let an explicit step grow without bound, as they are now;
     /// infinite without such. Constraints have no bound.
-    double stable_time_step() {
-        std::vector<double> stiffness(points.size()), damped(points.size());
-        for (auto& force : forces_) force->add_stiffness(points.view(time_), stiffness, damped);
-        return detail::largest_step(points.view(time_), stiffness, damped);
-    }
+    double stable_time_step() { return detail::largest_step(forces_, points.view(time_), threads); }
 
     /// One step of dt [s].
     /// \throws parameter_error  unless dt is positive; and what forces throw
@@ -114,7 +106,7 @@ public:
         check(dt);
         look_at_bound(dt);
         force_.assign(points.size(), Vec<S, D>::zero());
-        for (auto& force : forces_) force->add_forces(points.view(time_), force_, threads);
+        for (auto& force : forces_) force.add_forces(points.view(time_), force_, threads);
         check_finite(dt);
         move(dt);
         if (constraints.size() > 0) keep_distances(dt);
@@ -209,12 +201,12 @@ private:
     void tear() {
         const std::vector<Torn> torn = constraints.torn(points.position);
         if (torn.empty()) return;
-        for (auto& force : forces_) force->tear(torn);
+        for (auto& force : forces_) force.tear(torn);
         std::erase_if(facets, [&](const Facet<D>& facet) { return detail::holds_torn(facet, std::span(torn)); });
         largest_step_ = 0;
     }
 
-    std::vector<std::unique_ptr<detail::AnyForce<S, D>>> forces_;
+    std::vector<detail::AnyForce<S, D>> forces_;
     aligned_vector<Vec<S, D>> force_, moved_;
     double time_ = 0, largest_step_ = 0, warned_ratio_ = 1;
     std::uint64_t steps_ = 0;

@@ -47,6 +47,8 @@ struct NoBoundary {
     bool reaches(const Vec<double, D>&, const Vec<double, D>&) const {
         return false;
     }
+    template <class S, int D, class Seen>
+    FIRN_INLINE void surfaces(const Vec<S, D>&, const Seen&) const {}
 };
 
 }  // namespace firn

@@ -1,0 +1,278 @@
+/// \file Which points are near each other: points sorted by the cells of a uniform grid.
+///
+/// There are no cells in memory, only points in the order of the cells they lie in, the first axis fastest: all that is
+/// near a point lies in 3 (in the plane) or 9 unbroken ranges of that order, three cells long each. Where the box
+/// around the points has at most a few cells a point, a table says where each cell begins; where points lie far apart,
+/// the ranges are found by walking along the sorted keys. Order and ranges are the same either way.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/core/tensor.hpp>
+#include <firn/lagrangian/point_masses.hpp>
+#include <firn/lagrangian/radix_sort.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <span>
+#include <vector>
+
+namespace firn {
+
+/// From `begin` to before `end` in the order of cells.
+struct SortedRange {
+    std::uint32_t begin, end;
+};
+
+template <std::floating_point S, int D>
+class CollisionGrid {
+public:
+    using V = Vec<S, D>;
+    static constexpr int rows = D == 2 ? 3 : 9;
+    static constexpr std::size_t padding = 16;  ///< numbers after the last that may be read
+
+    /// Sorts the points whose radius is positive.
+    /// \param reach  how far apart [m] points may be that are to be found together; 0: twice the largest radius
+    /// \throws particle_error   naming points whose position or radius is not finite, or whose radius is negative
+    /// \throws parameter_error  for a reach that is not finite or negative
+    void build(const PointMasses<S, D>& points, int threads = 0, double reach = 0) {
+        if (!(reach >= 0) || !std::isfinite(reach))
+            throw parameter_error(sentence("Neighbours are wanted up to ", reach,
+                                           " m; that must be finite and not negative (0: twice the largest radius)."));
+        threads = thread_count(threads);
+        survey(points, threads);
+        lay_out(points, reach);
+        if (size_ == 0) return;
+        table_.clear();
+        if (cells_ <= std::min<std::uint64_t>(4 * std::uint64_t(size_) + 4096, 0xfffffff0u)) {
+            sort(near_, points, threads);
+            fill_table(threads);
+        } else {
+            sort(far_, points, threads);
+        }
+    }
+
+    /// How many points were sorted.
+    std::size_t size() const { return size_; }
+    /// The place among all points of the k-th in order.
+    std::uint32_t place(std::size_t k) const { return order_[k]; }
+    /// Coordinates along an axis, and radii, in order.
+    const S* coordinates(int axis) const { return coordinates_[std::size_t(axis)].data(); }
+    const S* radii() const { return radii_.data(); }
+    double cell_side() const { return side_; }
+    /// What it holds in memory.
+    std::size_t bytes() const {
+        std::size_t sum = (near_.items.capacity() * 2) * sizeof(near_.items[0]) +
+                          (far_.items.capacity() * 2) * sizeof(far_.items[0]) + table_.capacity() * 4 +
+                          order_.capacity() * 4 + radii_.capacity() * sizeof(S);
+        for (const auto& axis : coordinates_) sum += axis.capacity() * sizeof(S);
+        return sum;
+    }
+
+    /// Where the neighbours of points are, for k that do not decrease from call to call.
+    class Neighbours {
+    public:
+        explicit Neighbours(const CollisionGrid& grid) : grid_(grid) {}
+
+        /// All points within reach of the k-th, itself included, are in these ranges.
+        FIRN_INLINE const std::array<SortedRange, rows>& of(std::size_t k) {
+            if (grid_.table_.empty()) {
+                const std::uint64_t key = grid_.far_.items[k].key;
+                if (key != key_) walk_to(key);
+            } else if (const std::uint64_t key = grid_.near_.items[k].key; key != key_) {
+                key_ = key;
+                const std::uint32_t* const at = grid_.table_.data() + key;
+                for (std::size_t r = 0; r < rows; ++r) ranges_[r] = {at[grid_.row_[r] - 1], at[grid_.row_[r] + 2]};
+            }
+            return ranges_;
+        }
+
+    private:
+        void walk_to(std::uint64_t key) {
+            const auto& items = grid_.far_.items;
+            const auto before = [](const Keyed<std::uint64_t>& item, std::uint64_t wanted) {
+                return item.key < wanted;
+            };
+            for (std::size_t r = 0; r < rows; ++r) {
+                const std::uint64_t from = key + std::uint64_t(grid_.row_[r]) - 1, to = from + 3;
+                SortedRange& range = ranges_[r];
+                if (key_ == none) {
+                    range.begin =
+                        std::uint32_t(std::lower_bound(items.begin(), items.end(), from, before) - items.begin());
+                    range.end = range.begin;
+                }
+                while (range.begin < items.size() && items[range.begin].key < from) ++range.begin;
+                range.end = std::max(range.begin, range.end);
+                while (range.end < items.size() && items[range.end].key < to) ++range.end;
+            }
+            key_ = key;
+        }
+
+        static constexpr std::uint64_t none = ~std::uint64_t(0);
+        const CollisionGrid& grid_;
+        std::uint64_t key_ = none;
+        std::array<SortedRange, rows> ranges_{};
+    };
+
+private:
+    struct Part {  // of all points, surveyed by one thread
+        V lower, upper;
+        S largest = 0;
+        std::size_t wrong = 0, first_wrong = 0, sorted = 0;
+    };
+
+    std::size_t first_of(std::size_t part) const { return count_ * part / parts_.size(); }
+
+    void survey(const PointMasses<S, D>& points, int threads) {
+        count_ = points.size();
+        parts_.assign(std::min<std::size_t>(std::size_t(threads), count_ / 4096 + 1), {});
+        parallel_for(parts_.size(), threads, [&](std::size_t p, int) {
+            Part part;
+            part.lower = V::filled(std::numeric_limits<S>::infinity());
+            part.upper = -part.lower;
+            for (std::size_t i = first_of(p), end = first_of(p + 1); i < end; ++i) {
+                const S radius = points.radius[i];
+                bool right = radius >= 0 && radius <= std::numeric_limits<S>::max();
+                for (int a = 0; a < D; ++a)
+                    right = right && std::abs(points.position[i][a]) <= std::numeric_limits<S>::max();
+                if (!right && part.wrong++ == 0) part.first_wrong = i;
+                if (!right || radius == 0) continue;
+                ++part.sorted;
+                part.largest = std::max(part.largest, radius);
+                for (int a = 0; a < D; ++a) {
+                    part.lower[a] = std::min(part.lower[a], points.position[i][a]);
+                    part.upper[a] = std::max(part.upper[a], points.position[i][a]);
+                }
+            }
+            parts_[p] = part;
+        });
+        Part& all = parts_.front();
+        std::size_t wrong = 0;
+        const Part* worst = nullptr;
+        for (const Part& part : parts_) {
+            if (part.wrong > 0 && !worst) worst = &part;
+            wrong += part.wrong;
+        }
+        if (worst) refuse(points, wrong, worst->first_wrong);
+        largest_ = 0;
+        size_ = 0;
+        lower_ = all.lower;
+        upper_ = all.upper;
+        for (Part& part : parts_) {
+            largest_ = std::max(largest_, part.largest);
+            for (int a = 0; a < D; ++a) {
+                lower_[a] = std::min(lower_[a], part.lower[a]);
+                upper_[a] = std::max(upper_[a], part.upper[a]);
+            }
+            const std::size_t sorted = part.sorted;
+            part.sorted = size_;  // from now on: where its first goes
+            size_ += sorted;
+        }
+    }
+
+    [[noreturn]] static void refuse(const PointMasses<S, D>& points, std::size_t wrong, std::size_t first) {
+        std::string at;
+        for (int a = 0; a < D; ++a) at += sentence(a ? ", " : "", points.position[first][a]);
+        throw particle_error(sentence(wrong, " of ", points.size(), " points cannot collide; the first is point ",
+                                      points.id[first], " at (", at, ") m with radius ", points.radius[first],
+                                      " m. Positions and radii must be finite, radii not negative: has a time step "
+                                      "been too large?"));
+    }
+
+    void lay_out(const PointMasses<S, D>& points, double reach) {
+        // In double, so that neither rounding of cells nor of distances parts points within reach by two cells.
+        side_ = (reach > 0 ? reach : 2 * double(largest_)) * (1 + 1e-6);
+        if (size_ == 0) return;
+        constexpr double most = D == 2 ? double(1 << 30) : double(1 << 20);  // cells along an axis: keys of 62 bits
+        side_ = std::max(side_, std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon());
+        Vec<double, D> upper = cast<double>(upper_);
+        from_ = cast<double>(lower_);
+        for (int a = 0; a < D; ++a)
+            if (!((upper[a] - from_[a]) / side_ < most)) {
+                const auto [low, high] = where_most_are(points, a);
+                from_[a] = std::max(from_[a], low - (high - low));
+                upper[a] = std::min(upper[a], high + (high - low));
+                side_ = std::max(side_, (upper[a] - from_[a]) / (most - 1));
+            }
+        cells_ = 1;
+        for (int a = 0; a < D; ++a) {
+            last_[a] = std::floor(std::min((upper[a] - from_[a]) / side_, most - 1));
+            stride_[std::size_t(a)] = cells_;
+            cells_ *= std::uint64_t(last_[a]) + 3;  // and an empty cell on either side
+        }
+        for (std::size_t r = 0; r < rows; ++r)
+            row_[r] = std::int64_t(stride_[1]) * (std::int64_t(r % 3) - 1) +
+                      (D == 3 ? std::int64_t(stride_[D - 1]) * (std::int64_t(r / 3) - 1) : 0);
+    }
+
+    /// Where the middle seven eighths of about a thousand points lie along an axis.
+    std::array<double, 2> where_most_are(const PointMasses<S, D>& points, int axis) const {
+        std::vector<S> sample;
+        const std::size_t step = count_ / 1024 + 1;
+        for (std::size_t i = 0; i < count_; i += step) sample.push_back(points.position[i][axis]);
+        std::sort(sample.begin(), sample.end());
+        return {double(sample[sample.size() / 16]), double(sample[sample.size() - 1 - sample.size() / 16])};
+    }
+
+    /// Points beyond the cells count to the outermost: neighbours still do not lie farther than one cell apart.
+    FIRN_INLINE std::uint64_t key_of(const V& x) const {
+        std::uint64_t key = 0;
+        unroll<D>([&](auto a) FIRN_LAMBDA {
+            const double cell = std::min(std::max((double(x.v[a]) - from_.v[a]) * per_side_, 0.0), last_.v[a]);
+            key += (std::uint64_t(std::int64_t(cell)) + 1) * stride_[a];
+        });
+        return key;
+    }
+
+    template <class Key>
+    void sort(RadixSort<Key>& sorter, const PointMasses<S, D>& points, int threads) {
+        per_side_ = 1 / side_;
+        sorter.items.resize(size_);
+        parallel_for(parts_.size(), threads, [&](std::size_t p, int) {
+            std::size_t to = parts_[p].sorted;
+            for (std::size_t i = first_of(p), end = first_of(p + 1); i < end; ++i)
+                if (points.radius[i] > 0) sorter.items[to++] = {Key(key_of(points.position[i])), std::uint32_t(i)};
+        });
+        sorter.sort(int(std::bit_width(cells_)), threads);
+        order_.resize(size_);
+        radii_.resize(size_ + padding);
+        for (auto& axis : coordinates_) axis.resize(size_ + padding);
+        const auto copy = [&](std::size_t k, int) {
+            const std::uint32_t i = sorter.items[k].place;
+            order_[k] = i;
+            radii_[k] = points.radius[i];
+            for (int a = 0; a < D; ++a) coordinates_[std::size_t(a)][k] = points.position[i][a];
+        };
+        parallel_for(size_, threads, copy, 4096);
+    }
+
+    void fill_table(int threads) {
+        table_.resize(std::size_t(cells_) + 1);
+        const auto& items = near_.items;
+        const auto fill = [&](std::size_t k, int) {
+            for (std::size_t cell = k == 0 ? 0 : std::size_t(items[k - 1].key) + 1; cell <= items[k].key; ++cell)
+                table_[cell] = std::uint32_t(k);
+        };
+        parallel_for(size_, threads, fill, 4096);
+        std::fill(table_.begin() + std::ptrdiff_t(items.back().key) + 1, table_.end(), std::uint32_t(size_));
+    }
+
+    std::size_t count_ = 0, size_ = 0;
+    std::vector<Part> parts_;
+    V lower_{}, upper_{};
+    S largest_ = 0;
+    double side_ = 0, per_side_ = 0;
+    Vec<double, D> from_{}, last_{};  ///< the lower corner of cells [m]; the last cell along each axis
+    std::uint64_t cells_ = 0;
+    std::array<std::uint64_t, std::size_t(D)> stride_{};
+    std::array<std::int64_t, rows> row_{};
+    RadixSort<std::uint32_t> near_;
+    RadixSort<std::uint64_t> far_;
+    aligned_vector<std::uint32_t> table_;  ///< where each cell begins; empty where points lie far apart
+    aligned_vector<std::uint32_t> order_;
+    aligned_vector<S> radii_;
+    std::array<aligned_vector<S>, std::size_t(D)> coordinates_;
+};
+
+}  // namespace firn
