@@ -2,13 +2,18 @@
 #pragma once
 
 #include <firn/data/mesh.hpp>
+#include <firn/lagrangian/collisions.hpp>
 #include <firn/lagrangian/distance_constraints.hpp>
+#include <firn/lagrangian/emitter.hpp>
 #include <firn/lagrangian/integrator.hpp>
 #include <firn/lagrangian/point_forces.hpp>
+#include <firn/lagrangian/surface_contact.hpp>
+#include <firn/stage/grid_update.hpp>
 
 #include <atomic>
 #include <functional>
 #include <iostream>
+#include <optional>
 #include <string>
 
 namespace firn {
@@ -24,7 +29,11 @@ struct NetOptions {
 /// \tparam D           2 or 3
 /// \tparam S           float or double
 /// \tparam Integrator  SymplecticEuler or Verlet
-template <int D, std::floating_point S = float, integrator Integrator = Verlet>
+/// \tparam Boundary    a boundary policy in S that says where its surfaces are: Walls, Collider, Together, …
+///
+/// A step: emitters give points; forces act and points move; constraints pull them where they should be, which changes
+/// their velocities too; colliding points, then points at the boundary, bounce off and are moved apart, which does not.
+template <int D, std::floating_point S = float, integrator Integrator = Verlet, class Boundary = NoBoundary>
 class ParticleSystem {
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
@@ -32,12 +41,17 @@ public:
     static constexpr int dimension = D;
 
     ParticleSystem() { gravity[1] = -9.81; }
+    explicit ParticleSystem(const Boundary& with) : boundary(with) { gravity[1] = -9.81; }
 
     PointMasses<S, D> points;
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
     double damping = 0;                               ///< c [1/s]: velocities fall by e^(−c dt) a step
     DistanceConstraints<S, D> constraints;
-    int iterations = 8;            ///< of the constraints, in every step
+    int iterations = 8;  ///< of the constraints, in every step
+    /// Given, points collide with each other.
+    std::optional<Collisions<S, D>> collisions{};
+    Boundary boundary{};           ///< what moves is moved by steps
+    double restitution = 0;        ///< of points at the boundary, Newton's e, from 0 to 1 [1]
     int threads = 0;               ///< 0: as many as OpenMP would use
     std::vector<Facet<D>> facets;  ///< the surface, by places of points: for output; torn with the constraints
     /// Takes warnings: a time step above the bound of the forces. By default they go to std::cerr.
@@ -82,6 +96,15 @@ public:
         return forces_.emplace_back(std::move(force)).template as<Force>();
     }
 
+    /// Gives points from now on.
+    /// \throws parameter_error  if a number is out of range
+    void add_emitter(const Emitter<D>& emitter) {
+        emitter.check();
+        emitters_.push_back(emitter);
+        if (steps_ > 0) emitters_.back().skip(time_);
+    }
+    const std::vector<Emitter<D>>& emitters() const { return emitters_; }
+
     /// Takes out the points for which wanted(place) says so, with all that they are joined by.
     /// \return how many that were
     template <class Wanted>
@@ -89,6 +112,7 @@ public:
         const std::vector<std::uint32_t> new_place = points.remove_if(wanted);
         if (new_place.empty()) return 0;
         constraints.renumber(new_place);
+        if (collisions) collisions->renumber(new_place);
         for (auto& force : forces_) force.renumber(new_place);
         std::erase_if(facets, [&](Facet<D>& facet) { return !detail::renumbered(facet, new_place); });
         largest_step_ = 0;
@@ -104,16 +128,23 @@ public:
     /// \throws particle_error   where a point or the force on it is not finite; nothing has moved then
     void step(double dt) {
         check(dt);
+        if (steps_ == 0) emit();
         look_at_bound(dt);
         force_.assign(points.size(), Vec<S, D>::zero());
         for (auto& force : forces_) force.add_forces(points.view(time_), force_, threads);
         check_finite(dt);
         move(dt);
         if (constraints.size() > 0) keep_distances(dt);
+        if (collisions) collisions->apply(points, threads);
+        if constexpr (!std::same_as<Boundary, NoBoundary>) {
+            boundary = advanced(boundary, dt);
+            meet_surfaces(points, boundary, restitution, threads);
+        }
         time_ += dt;
         ++steps_;
         tear();
         remove_if([&](std::size_t i) { return points.end[i] <= time_; });
+        emit();
     }
 
     /// Steps of equal length, at most dt [s], until `duration` [s] has passed.
@@ -198,6 +229,12 @@ private:
         });
     }
 
+    void emit() {
+        std::size_t born = 0;
+        for (Emitter<D>& emitter : emitters_) born += emitter.give(points, time_, gravity);
+        if (born > 0) largest_step_ = 0;
+    }
+
     void tear() {
         const std::vector<Torn> torn = constraints.torn(points.position);
         if (torn.empty()) return;
@@ -206,6 +243,7 @@ private:
         largest_step_ = 0;
     }
 
+    std::vector<Emitter<D>> emitters_;
     std::vector<detail::AnyForce<S, D>> forces_;
     aligned_vector<Vec<S, D>> force_, moved_;
     double time_ = 0, largest_step_ = 0, warned_ratio_ = 1;
