@@ -1,19 +1,13 @@
 /// \file What every example does with a simulation: steps, a progress bar, HDF5 states, OBJ points, a picture.
 #pragma once
 
-#include "support/errors.hpp"
-#include "support/options.hpp"
-#include "support/png.hpp"
-#include "support/progress.hpp"
-#include "support/renderer.hpp"
+#include "support/run_schedule.hpp"
 #include <firn/firn.hpp>
 #include <firn/io/obj.hpp>
 #include <firn/io/states.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <iostream>
 
 namespace example {
 
@@ -36,9 +30,6 @@ void for_materials(const F& f) {
     firn::unroll<int(Simulation::material_count)>(
         [&](auto i) { f(std::integral_constant<std::size_t, std::size_t(i)>{}); });
 }
-
-/// Numbers in the renderer's palette.
-enum Colour : std::uint8_t { coral, teal, amber, indigo, moss, plum, slate, sand, snow };
 
 /// How a picture is coloured, and what it shows besides particles: the surfaces of solids, as points.
 template <int D>
@@ -124,35 +115,27 @@ std::size_t particle_count(const Simulation& simulation) {
     return count;
 }
 
-/// Runs the schedule. The first state is written before the first step, the last after the last; at the end a picture.
+/// Runs the schedule: see run_schedule().
 /// \param after_step  called after every step
 /// \param points      also write OUTPUT/NAME_0000.obj …, for Houdini and Blender
 /// \param scenery     scenery() at the end says what the picture shows besides
 template <class Simulation, class AfterStep, class SceneryAtEnd>
 void run(Simulation& simulation, const Options& options, double spacing, const View& view, bool points,
          const AfterStep& after_step, const SceneryAtEnd& scenery) {
-    std::cout << options.name << ": " << particle_count(simulation) << " particles, " << options.schedule.steps
-              << " steps, " << options.threads << (options.threads == 1 ? " thread" : " threads") << std::endl;
     StatesOfAll states(simulation, options);
-    const auto write = [&] {
-        char number[16];
-        std::snprintf(number, sizeof number, "_%04d.obj", states.count());
-        states.write(simulation);
-        if (points) firn::write_obj_points(options.file(number), positions(simulation));
-    };
-    write();
-    Progress progress(options.schedule.steps, std::int64_t(particle_count(simulation)));
-    for (std::int64_t step = 1; step <= options.schedule.steps; ++step) {
-        simulation.step();
-        after_step();
-        if (options.schedule.writes_after(step)) write();
-        progress.advance();
-    }
-    write_png(options.file(".png"), picture(simulation, spacing, view, scenery()));
-    std::cout << states.count() << " states";
-    for (const auto& file : states.files())
-        std::cout << (&file == states.files().data() ? ": " : ", ") << file.string();
-    std::cout << "\npicture: " << options.file(".png").string() << std::endl;
+    run_schedule(
+        options, std::int64_t(particle_count(simulation)),
+        [&] {
+            char number[16];
+            std::snprintf(number, sizeof number, "_%04d.obj", states.count());
+            states.write(simulation);
+            if (points) firn::write_obj_points(options.file(number), positions(simulation));
+        },
+        [&] {
+            simulation.step();
+            after_step();
+        },
+        [&] { return picture(simulation, spacing, view, scenery()); }, states.files());
 }
 
 template <class Simulation, class AfterStep>

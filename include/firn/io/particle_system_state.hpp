@@ -2,8 +2,7 @@
 #pragma once
 
 #include <firn/io/state.hpp>
-#include <firn/lagrangian/net.hpp>
-#include <firn/lagrangian/point_masses.hpp>
+#include <firn/lagrangian/particle_system.hpp>
 #include <firn/version.hpp>
 
 #include <algorithm>
@@ -45,6 +44,15 @@ State<S> state_of(const PointMasses<S, D>& points, std::type_identity_t<std::spa
     for (const auto& facet : facets) state.facets.insert(state.facets.end(), facet.begin(), facet.end());
     state.attributes = {{"precision", sizeof(S) == 4 ? "float" : "double"}, {"library_version", version()}};
     check_state(state);
+    return state;
+}
+
+/// The state of a system: its points and facets, gravity [m/s²] and damping [1/s].
+template <int D, std::floating_point S, class... Policies>
+State<S> state_of(const ParticleSystem<D, S, Policies...>& system) {
+    State<S> state = state_of(system.points, system.facets, system.time(), system.steps());
+    state.parameters = {{"system", "gravity", "m/s^2", {system.gravity.v, system.gravity.v + D}},
+                        {"system", "damping", "1/s", {system.damping}}};
     return state;
 }
 
