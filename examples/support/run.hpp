@@ -2,12 +2,14 @@
 #pragma once
 
 #include "support/run_schedule.hpp"
+#include "support/solids.hpp"
 #include <firn/firn.hpp>
 #include <firn/io/obj.hpp>
 #include <firn/io/states.hpp>
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 
 namespace example {
 
@@ -40,7 +42,22 @@ struct Scenery {
         colours{};  ///< of the materials; of one material, of its bodies; or none: in the palette's order
 };
 
-/// A cloud of all particles: a colour for each material, or, of one material, for each body.
+/// The nets of a simulation's I-th material as surfaces of one colour.
+template <std::size_t I, class Simulation>
+void add_nets(Surface& surface, const Simulation& simulation, std::uint8_t colour) {
+    const auto& particles = simulation.template particles<I>();
+    const std::size_t first = surface.vertices.size();
+    constexpr float gone = std::numeric_limits<float>::quiet_NaN();  // its triangles are not drawn
+    surface.vertices.resize(first + particles.next_id(), {gone, gone, gone});
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot)) surface.vertices[first + particles.id(slot)] = drawn(particles.position(slot));
+    for (auto facet : simulation.template facets<I>()) {
+        for (auto& corner : facet) corner += std::uint32_t(first);
+        add_triangle(surface, facet, colour);
+    }
+}
+
+/// A cloud of all particles, nets as surfaces: a colour for each material, or, of one material, for each body.
 template <class Simulation>
 Cloud cloud_of(const Simulation& simulation, double spacing, const Scenery<Simulation::dimension>& scenery = {}) {
     constexpr int D = Simulation::dimension;
@@ -53,14 +70,22 @@ Cloud cloud_of(const Simulation& simulation, double spacing, const Scenery<Simul
     for_materials<Simulation>([&](auto i) {
         const auto& particles = simulation.template particles<i>();
         const auto& bodies = simulation.template bodies<i>();
+        const auto colour_of = [&](std::size_t number) {
+            return number < scenery.colours.size() ? std::uint8_t(scenery.colours[number]) : std::uint8_t(number);
+        };
+        if constexpr (D == 3) {
+            if (!simulation.template facets<i>().empty()) {
+                add_nets<i>(cloud.surface, simulation, colour_of(std::size_t(i)));
+                return;
+            }
+        }
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot)) continue;
             const auto next = std::upper_bound(bodies.begin(), bodies.end(), particles.id(slot),
                                                [](auto id, const firn::Body& body) { return id < body.first; });
             const std::size_t number =
                 Simulation::material_count > 1 ? std::size_t(i) : std::size_t(next - bodies.begin() - 1);
-            add(firn::cast<double>(particles.position(slot)),
-                number < scenery.colours.size() ? std::uint8_t(scenery.colours[number]) : std::uint8_t(number));
+            add(firn::cast<double>(particles.position(slot)), colour_of(number));
         }
     });
     for (const auto& x : scenery.points) add(x, scenery.solid);

@@ -170,6 +170,16 @@ public:
         return add<place_of<M>>(net, masses, velocity);
     }
 
+    /// The facets of the nets, by ids of particles. Some of those may have been taken out.
+    template <std::size_t I = 0>
+    const std::vector<Facet<D>>& facets() const {
+        return std::get<I>(sets_).facets;
+    }
+    template <class M>
+    const std::vector<Facet<D>>& facets() const {
+        return facets<place_of<M>>();
+    }
+
     /// Forces between the particles of a body in every step from now on: springs, membranes, wind. As points they count
     /// from 0 in the order they were added, have no radius, and positions in S. Their stiffness bounds the time step.
     /// What joined particles that are taken out is gone with them.
@@ -293,6 +303,7 @@ public:
         set.sinks = std::move(mine.sinks);
         set.loads = std::move(mine.loads);
         set.forces = std::move(mine.forces);
+        set.facets = std::move(mine.facets);
         mine = std::move(set);
         for (Source<D>& source : mine.sources) source.skip(time);
         time_ = time;

@@ -21,13 +21,13 @@ using Torn = std::array<std::uint32_t, 2>;
 namespace detail {
 
 /// Points, or elements, that a thread takes at once.
-inline constexpr std::size_t chunk = 1024;
+inline constexpr std::size_t at_once = 1024;
 
 /// Calls body(first, last) for pieces of [0, n).
 template <class Body>
 void for_chunks(std::size_t n, int threads, const Body& body) {
-    parallel_for((n + chunk - 1) / chunk, thread_count(threads),
-                 [&](std::size_t c, int) { body(c * chunk, std::min(n, (c + 1) * chunk)); });
+    parallel_for((n + at_once - 1) / at_once, thread_count(threads),
+                 [&](std::size_t c, int) { body(c * at_once, std::min(n, (c + 1) * at_once)); });
 }
 
 /// A force of any type, which stays where it is; a copy has one of its own.

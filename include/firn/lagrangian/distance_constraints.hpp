@@ -186,10 +186,10 @@ private:
         // Pieces of a colour side by side; what has no colour on one thread.
         std::vector<std::size_t> counts(colour_end_.size());
         for (std::size_t c = 0; c < counts.size(); ++c)
-            counts[c] = is_serial(c) ? 1 : (colour_end_[c] - colour_begin(c) + detail::chunk - 1) / detail::chunk;
+            counts[c] = is_serial(c) ? 1 : (colour_end_[c] - colour_begin(c) + detail::at_once - 1) / detail::at_once;
         parallel_phases(counts, thread_count(threads), [&](std::size_t c, std::size_t piece, int) {
-            const std::size_t begin = colour_begin(c) + piece * detail::chunk;
-            const std::size_t end = is_serial(c) ? colour_end_[c] : std::min(begin + detail::chunk, colour_end_[c]);
+            const std::size_t begin = colour_begin(c) + piece * detail::at_once;
+            const std::size_t end = is_serial(c) ? colour_end_[c] : std::min(begin + detail::at_once, colour_end_[c]);
             for (std::size_t k = begin; k < end; ++k) correct<Soft>(k, position, inverse_mass, per_dt2);
         });
     }

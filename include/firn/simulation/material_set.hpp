@@ -76,6 +76,7 @@ struct MaterialSet {
     std::vector<Sink<D>> sinks{};
     std::vector<Load<D>> loads{};
     std::vector<detail::BodyForce<S, D>> forces{};
+    std::vector<Facet<D>> facets{};  ///< of the nets, by ids of particles
 
     /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
     /// \throws parameter_error, particle_error (nothing is added)
@@ -107,7 +108,17 @@ struct MaterialSet {
             if (!(S(masses[i]) > 0) || !std::isfinite(S(masses[i])))
                 throw parameter_error(
                     sentence("The mass of point ", i, " is ", masses[i], " kg; it must be positive and finite."));
-        return add_all(net.positions, velocity, S(0), [&](std::size_t i) { return S(masses[i]); });
+        for (const Facet<D>& facet : net.facets)
+            for (const std::uint32_t corner : facet)
+                if (corner >= masses.size())
+                    throw parameter_error(sentence("A facet of the net has the corner ", corner, "; there are ",
+                                                   masses.size(), " points, counted from 0."));
+        const Body body = add_all(net.positions, velocity, S(0), [&](std::size_t i) { return S(masses[i]); });
+        for (Facet<D> facet : net.facets) {
+            for (std::uint32_t& corner : facet) corner += body.first;
+            facets.push_back(facet);
+        }
+        return body;
     }
 
     /// Takes out the particles for which wanted(position [m], id) says so. \return how many that were
