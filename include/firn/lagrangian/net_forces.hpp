@@ -14,6 +14,8 @@ namespace firn {
 template <class S, int D>
 using Springs = ElementForces<SpringDamper<S>, D>;
 template <class S, int D>
+using Anchors = ElementForces<Anchor<S, D>, D>;
+template <class S, int D>
 using AerodynamicSurface = ElementForces<AerodynamicDrag<S, D>, D>;
 template <class Material>
 using Membranes = ElementForces<Membrane<Material>, 3>;

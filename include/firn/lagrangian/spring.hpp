@@ -1,4 +1,4 @@
-/// \file A spring and a damper side by side between two points.
+/// \file A spring and a damper side by side, between two points or from a point to a place.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -45,6 +45,33 @@ struct SpringDamper {
         return S(2) * spring.stiffness;
     }
     S damping(const Element& spring) const { return S(2) * spring.damping; }
+};
+
+/// A spring of no length and a damper that hold one point at a place: k_s (x₀ − x) − k_d v. A pin that gives way, for
+/// particles that the grid moves; the place may be moved.
+template <scalar S, int D>
+struct Anchor {
+    using scalar_type = S;
+    static constexpr int corners = 1;
+    struct Element {
+        Vec<S, D> place{};   ///< x₀ [m]
+        S stiffness = S(0);  ///< k_s [N/m]
+        S damping = S(0);    ///< k_d [N s/m]
+    };
+
+    FIRN_INLINE std::array<Vec<S, D>, 1> forces(const Element& held, const std::array<Vec<S, D>, 1>& x,
+                                                const std::array<Vec<S, D>, 1>& v) const {
+        return {(held.place - x[0]) * held.stiffness - v[0] * held.damping};
+    }
+
+    /// ½ k_s |x₀ − x|² [J].
+    FIRN_INLINE S energy(const Element& held, const std::array<Vec<S, D>, 1>& x) const {
+        const Vec<S, D> away = held.place - x[0];
+        return S(0.5) * held.stiffness * dot(away, away);
+    }
+
+    S stiffness(const Element& held, const std::array<Vec<S, D>, 1>&) const { return held.stiffness; }
+    S damping(const Element& held) const { return held.damping; }
 };
 
 }  // namespace firn

@@ -112,6 +112,24 @@ TEMPLATE_TEST_CASE_SIG("drag lets a ball fall at its terminal speed, and wind ca
     CHECK(system.points.velocity[0][0] == Approx(2).epsilon(1e-3));
 }
 
+TEST_CASE("a point on an anchor hangs m g / k below its place, and swings with sqrt(k/m)", "[lagrangian]") {
+    const double m = 0.5, k = 40;
+    ParticleSystem<2, double> system;
+    system.points.add({.position = {{1, 2 - m * 9.81 / k}}, .mass = m});
+    Anchors<double, 2> anchors;
+    anchors.add({0}, {{{1, 2}}, k, 0});
+    auto& held = system.add_force(std::move(anchors));
+    CHECK(system.stable_time_step() == Approx(2 / std::sqrt(k / m)));
+    system.advance(0.5, 1e-3);
+    CHECK(norm(system.points.position[0] - V{{1, 2 - m * 9.81 / k}}) < 1e-12);
+    held.element(0).place[0] = 1.2;  // moved: half a period later it is as far on the other side
+    system.advance(3.14159265358979 / std::sqrt(k / m), 1e-4);
+    CHECK(norm(system.points.position[0] - V{{1.4, 2 - m * 9.81 / k}}) < 1e-3);
+    held.element(0).damping = 5;
+    system.advance(5, 1e-3);
+    CHECK(norm(system.points.position[0] - V{{1.2, 2 - m * 9.81 / k}}) < 1e-6);
+}
+
 TEST_CASE("wind pushes a plate along its normal, by the square of its speed, a part to every corner", "[lagrangian]") {
     // ½ ρ c_d A |v| (v·n) n: a triangle of ½ m² across the wind, then at 60 degrees to it
     Net<3> plate{{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}}, {}, {{0, 1, 2}}};
