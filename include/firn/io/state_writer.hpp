@@ -93,8 +93,8 @@ inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_
     hdf5::check(H5Pset_alloc_time(properties.id(), H5D_ALLOC_TIME_EARLY), tried);
     if (compression > 0 && rows > 0) {
         constexpr hsize_t chunk_bytes = hsize_t(1) << 20;
-        const hsize_t chunk[2] = {std::clamp<hsize_t>(chunk_bytes / (columns * number_bytes), 1, rows), columns};
-        hdf5::check(H5Pset_chunk(properties.id(), columns > 1 ? 2 : 1, chunk), tried);
+        const hsize_t extent[2] = {std::clamp<hsize_t>(chunk_bytes / (columns * number_bytes), 1, rows), columns};
+        hdf5::check(H5Pset_chunk(properties.id(), columns > 1 ? 2 : 1, extent), tried);
         hdf5::check(H5Pset_shuffle(properties.id()), tried);
         hdf5::check(H5Pset_deflate(properties.id(), unsigned(compression)), "compress: HDF5 was built without zlib");
     }

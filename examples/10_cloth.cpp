@@ -1,0 +1,113 @@
+/// \file A cloth held at two corners falls over a ball and folds, in the wind, and meets itself; then its corners are
+/// drawn apart until they tear off. Prints how far it is stretched and how many of its links have torn.
+#include "support/run_particles.hpp"
+#include <firn/boundary/collider.hpp>
+#include <firn/boundary/shapes.hpp>
+#include <firn/boundary/together.hpp>
+#include <firn/boundary/walls.hpp>
+#include <firn/lagrangian/cloth.hpp>
+
+namespace {
+
+constexpr int D = 3;
+using Point = firn::Vec<double, D>;
+using Ball = firn::Collider<firn::Sphere<float, D>>;
+using Boundary = firn::Together<firn::Walls<float, D>, Ball>;
+using System = firn::ParticleSystem<D, float, firn::Verlet, Boundary>;
+
+constexpr double side = 2;  // of the cloth [m]
+
+Boundary room() {
+    const auto walls = firn::Walls<float, D>::all({-2, 0, -2}, {2, 3, 2.5F}, {firn::Contact::separate, 0.5});
+    Ball ball{.shape = {0.55F}, .contact = firn::Contact::separate, .friction = 0.3};
+    ball.position = {0.1, 0.55, 1.0};
+    return {walls, ball};
+}
+
+/// The longest link over its length at rest.
+double stretch(const System& system) {
+    double most = 0;
+    for (const auto& each : system.constraints.all())
+        most = std::max(most, double(norm(system.points.position[each.ends[1]] - system.points.position[each.ends[0]]) /
+                                     each.rest));
+    return most;
+}
+
+int cloth(int argc, char** argv) {
+    example::CommandLine line({.name = "cloth",
+                               .about = "A cloth held at two corners falls over a ball.",
+                               .particles = 10'000,
+                               .steps = 3400,
+                               .frames = 60});
+    double dt = 1e-3, weight = 0.2, wind = 1, tear = 1.5, bend = 0.1, pull = 0.7;
+    std::int64_t iterations = 10;
+    line.add("--dt", dt, "Time step in s", 1e-5, 1e-2);
+    line.add("--weight", weight, "Mass in kg/m^2", 1e-3, 10);
+    line.add("--wind", wind, "Wind in m/s, from behind", -30, 30);
+    line.add("--tear", tear, "A link this many times as long as at rest tears", 1.01, 1e9);
+    line.add("--pull", pull, "Speed in m/s at which the corners are drawn apart at last", 0, 10);
+    line.add("--bend", bend, "Compliance of bend links in m/N", 0, 1e3);
+    line.add("--iterations", iterations, "Of the constraints, a step", 1, 1000);
+    if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
+    const example::Options& options = line.options();
+
+    const auto cells = std::size_t(std::max(2.0, std::sqrt(double(options.particles)) - 1));
+    const firn::Net<D> net = firn::cloth({-side / 2, 1.7, 0}, {side, 0, 0}, {0, 0, side}, {cells, cells});
+    const double spacing = side / double(cells);
+
+    System system;
+    system.threads = options.threads;
+    system.boundary = room();
+    system.damping = 0.2;
+    system.iterations = int(iterations);
+    const std::size_t first = system.add(net, {.masses = firn::facet_masses(net, weight), .radius = 0.4 * spacing});
+    firn::ConstraintsOfKinds stiffness{};
+    stiffness[std::size_t(firn::LinkKind::shear)].compliance = 1e-5;
+    stiffness[std::size_t(firn::LinkKind::bend)].compliance = bend;
+    system.constraints.add(net, stiffness, first);
+    system.constraints.tear_factor = tear;
+    const std::size_t links = system.constraints.size();
+    system.add_force(
+        firn::aerodynamic_surface_of(net, firn::AerodynamicDrag<float, D>{.wind = {0, 0, float(wind)}}, first));
+    system.collisions.emplace();
+    system.collisions->friction = 0.3;
+    system.collisions->exclude(net.links, std::uint32_t(first));
+    // The corners come nearer to each other, so that the edge between them sags.
+    const auto corners = [&](double speed) {
+        system.points.pin(std::uint32_t(first), {speed, 0, 0});
+        system.points.pin(std::uint32_t(first + cells), {-speed, 0, 0});
+    };
+
+    const auto picture = [&] {
+        auto cloud = example::cloud_of<D>(system, 0.5 * spacing, [](std::size_t) { return example::coral; });
+        cloud.positions.clear();  // points that have lost all of their cloth
+        cloud.colour.clear();
+        const auto& ball = std::get<1>(system.boundary.parts);
+        example::add_mesh(cloud.surface, example::sphere_mesh(ball.position, 0.98 * double(ball.shape.radius)),
+                          example::teal);
+        example::View view{.direction = {{-0.5F, -0.35F, -1.0F}}};
+        view.domain = example::Box{{{-1.5F, 0, -0.6F}}, {{1.5F, 1.7F, 2.2F}}};
+        view.frame = example::Box{{{-1.1F, 0, -0.3F}}, {{1.1F, 1.7F, 2.0F}}};
+        return example::render(cloud, view);
+    };
+    constexpr double hung = 1, held = 2.5;  // until when the corners move, and when they are drawn apart [s]
+    bool is_hanging = false;
+    const auto step = [&] {
+        if (system.time() > held && !is_hanging) {
+            is_hanging = true;
+            example::write_png(options.file("_hanging.png"), picture());
+        }
+        corners(is_hanging ? -pull : system.time() < hung ? 0.3 : 0);
+        system.step(dt);
+    };
+    example::run(system, options, step, picture);
+    std::printf("the longest link is %.3f times as long as at rest; %zu of %zu links have torn\n", stretch(system),
+                links - system.constraints.size(), links);
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return example::report_errors([&] { return cloth(argc, argv); });
+}

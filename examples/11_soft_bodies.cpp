@@ -1,0 +1,124 @@
+/// \file Soft bodies fall into a box and pile up: bunnies and balls of triangles, held from inside, and cubes of
+/// lattice cells. Prints how much of their volume they keep in the pile.
+#include "support/run_particles.hpp"
+#include <firn/boundary/walls.hpp>
+#include <firn/data/sampling.hpp>
+#include <firn/io/obj.hpp>
+#include <firn/lagrangian/soft_body.hpp>
+
+namespace {
+
+constexpr int D = 3;
+using Point = firn::Vec<double, D>;
+using System = firn::ParticleSystem<D, float, firn::Verlet, firn::Walls<float, D>>;
+
+constexpr double width = 1;   // of the box [m]
+constexpr double size = 0.3;  // of a body [m]
+
+/// A body of about so many points, its middle in the origin.
+firn::SoftBody<D> body_of_kind(int kind, std::int64_t points) {
+    if (kind == 0)
+        return firn::mesh_body(firn::fitted(firn::read_obj(FIRN_EXAMPLES_DATA_DIR "/bunny.obj"), {}, 1.3 * size));
+    if (kind == 1)
+        return firn::mesh_body(example::sphere_mesh({}, 0.5 * size, std::max(2, int(std::sqrt(double(points) / 4)))));
+    const double cells = std::max(1.0, std::round(std::cbrt(double(points)) - 1));
+    const Point half = Point::filled(0.45 * size);
+    return firn::lattice_body(firn::sample_box<D>(half * -1.0, half * (1 + 1e-9), {.spacing = 0.9 * size / cells}));
+}
+
+struct Placed {
+    std::size_t first;  // of its points
+    firn::Net<D> net;
+    double volume;  // at rest [m³]
+};
+
+double volume_of(const System& system, const Placed& body) {
+    firn::TriangleMesh mesh = firn::surface_mesh(body.net);
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+        mesh.vertices[i] = firn::cast<double>(system.points.position[body.first + i]);
+    return firn::signed_volume(mesh);
+}
+
+/// The mean length of the links of a kind [m].
+double mean_length(const firn::Net<D>& net, firn::LinkKind kind) {
+    double sum = 0, count = 0;
+    for (const firn::Link& link : net.links)
+        if (link.kind == kind) sum += firn::rest_length(net, link), ++count;
+    return sum / count;
+}
+
+int soft_bodies(int argc, char** argv) {
+    example::CommandLine line({.name = "soft_bodies",
+                               .about = "Soft bodies fall into a box and pile up.",
+                               .particles = 20'000,
+                               .steps = 3000,
+                               .frames = 60});
+    double dt = 5e-4, density = 500, young = 6e3, friction = 0.3;
+    std::int64_t count = 15, iterations = 4;
+    line.add("--dt", dt, "Time step in s", 1e-5, 1e-2);
+    line.add("--bodies", count, "Number of bodies", 1, 1000);
+    line.add("--density", density, "Of the bodies in kg/m^3", 1, 1e5);
+    line.add("--young", young, "About their Young's modulus in Pa: of links over their length", 1, 1e9);
+    line.add("--friction", friction, "Between bodies, and at the walls", 0, 10);
+    line.add("--iterations", iterations, "Of the constraints, a step", 1, 1000);
+    if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
+    const example::Options& options = line.options();
+
+    System system(
+        firn::Walls<float, D>::all({0, 0, 0}, {float(width), 100, float(width)}, {firn::Contact::separate, friction}));
+    system.threads = options.threads;
+    system.iterations = int(iterations);
+    system.damping = 0.3;
+    system.collisions.emplace();
+    system.collisions->friction = friction;
+
+    std::array<firn::SoftBody<D>, 3> kinds;
+    for (int kind = 0; kind < 3; ++kind)
+        kinds[std::size_t(kind)] = body_of_kind(kind, std::max<std::int64_t>(8, options.particles / count));
+    std::vector<Placed> bodies;
+    firn::RandomSequence random(3);
+    const auto within = [&](double most) { return most * (2 * firn::unit_interval(random.bits()) - 1); };
+    for (std::int64_t b = 0; b < count; ++b) {
+        const firn::SoftBody<D>& body = kinds[std::size_t(b % 3)];
+        firn::Net<D> net = body.net;
+        // Four a layer, turned at random.
+        const auto turned = firn::rotation({within(1), 1.5 + within(1), within(1)}, within(3.1));
+        const Point middle{width * (b % 2 ? 0.74 : 0.26) + within(0.02), 0.3 + 0.5 * double(b / 4),
+                           width * (b / 2 % 2 ? 0.74 : 0.26) + within(0.02)};
+        for (Point& x : net.positions) x = middle + turned * x;
+        double volume = 0;
+        for (const double part : body.volumes) volume += part;
+        const double spacing = std::cbrt(volume / double(net.positions.size()));
+        // Points of one body do not meet each other, so they may overlap: nothing slips through between them.
+        const double radius = 0.75 * mean_length(net, firn::LinkKind::stretch);
+        const std::size_t first =
+            system.add(net, {.masses = body.masses(density), .radius = radius, .group = std::uint32_t(b + 1)});
+        system.constraints.add(net, firn::ConstraintOptions{.compliance = 1 / (young * spacing)}, first);
+        bodies.push_back({first, std::move(net), volume});
+    }
+
+    constexpr example::Colour colours[] = {example::coral, example::teal, example::amber, example::indigo,
+                                           example::moss,  example::plum, example::sand};
+    const auto picture = [&] {
+        const auto cloud = example::cloud_of<D>(
+            system, 0.01, [&](std::size_t i) { return colours[(system.points.group[i] - 1) % 7]; });
+        example::View view{.direction = {{-0.5F, -0.5F, -1.0F}}};
+        view.domain = example::Box{{{0, 0, 0}}, {{float(width), float(width), float(width)}}};
+        return example::render(cloud, view);
+    };
+    example::run(system, options, [&] { system.step(dt); }, picture);
+    double least = 1e9, mean = 0;
+    for (const Placed& body : bodies) {
+        const double kept = volume_of(system, body) / body.volume;
+        least = std::min(least, kept);
+        mean += kept / double(bodies.size());
+    }
+    std::printf("%zu bodies keep %.3f of their volume, the least %.3f\n", bodies.size(), mean, least);
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    return example::report_errors([&] { return soft_bodies(argc, argv); });
+}
