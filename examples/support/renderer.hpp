@@ -1,4 +1,5 @@
-/// \file A picture of a cloud of particles: shaded spheres grown together to a surface, with soft shadows on a floor.
+/// \file A picture of particles: shaded spheres grown together to a surface, with soft shadows on a floor; and of
+/// surfaces of triangles among them.
 ///
 ///     example::Image image = example::render(cloud, {.domain = box});
 ///     example::write_png("out/last.png", image);
@@ -12,6 +13,7 @@
 #include "image.hpp"
 #include "shadow.hpp"
 #include "splat.hpp"
+#include "triangles.hpp"
 
 #include <algorithm>
 #include <array>
@@ -29,6 +31,7 @@ struct Cloud {
         colour;               ///< a number in the palette for each particle (taken modulo its 9); or empty: all 0
     std::vector<float> tone;  ///< darker 0 … ½ as it is … 1 lighter, for each particle; or empty
     float radius = 0.01F;     ///< of a particle; of their distance, 0.6 (3D) or 0.75 (2D) closes the surface
+    Surface surface{};        ///< drawn as it is; its shadows are as soft as those of the particles
 };
 
 /// How it is looked at. A cloud whose particles all have z = 0 is seen from the front, without perspective.
@@ -100,6 +103,11 @@ struct Scene {
             if (!finite(p)) continue;
             bounds.include({{p[0], p[1], p[2]}});
             flat = flat && p[2] == 0.0F;
+        }
+        for (const auto& p : cloud.surface.vertices) {
+            if (!finite(p)) continue;
+            bounds.include({{p[0], p[1], p[2]}});
+            flat = false;
         }
         flat = flat && !bounds.empty();
         const Vec3 grown = Vec3::filled(cloud.radius);
@@ -271,6 +279,18 @@ inline void check(const Cloud& cloud, const View& view) {
         throw firn::parameter_error(sentence("There are ", count, " particles and ", cloud.tone.size(),
                                              " tones; give one for each particle, or none."));
     }
+    if (!cloud.surface.colour.empty() && cloud.surface.colour.size() != cloud.surface.triangles.size()) {
+        throw firn::parameter_error(sentence("There are ", cloud.surface.triangles.size(), " triangles and ",
+                                             cloud.surface.colour.size(),
+                                             " colours; give one for each triangle, or none."));
+    }
+    for (const auto& triangle : cloud.surface.triangles) {
+        for (const auto vertex : triangle) {
+            if (vertex < cloud.surface.vertices.size()) continue;
+            throw firn::parameter_error(sentence("A triangle names vertex ", vertex, ", but there are ",
+                                                 cloud.surface.vertices.size(), ", counted from 0."));
+        }
+    }
     if (view.width < 1 || view.height < 1 || view.width > 8192 || view.height > 8192) {
         throw firn::parameter_error(sentence("The picture has ", view.width, " × ", view.height,
                                              " pixels; both numbers must lie between 1 and 8192."));
@@ -280,7 +300,8 @@ inline void check(const Cloud& cloud, const View& view) {
 }  // namespace detail
 
 /// Draws the cloud. Throws firn::parameter_error if the radius is not above 0, if colours or tones are not as many as
-/// particles (or none), or if the picture's width or height is not in 1 … 8192.
+/// particles or triangles (or none), if a triangle names a vertex that is not there, or if the picture's width or
+/// height is not in 1 … 8192.
 inline Image render(const Cloud& cloud, const View& view = {}) {
     detail::check(cloud, view);
     const detail::Scene scene(cloud, view);
@@ -312,11 +333,26 @@ inline Image render(const Cloud& cloud, const View& view = {}) {
             normals.row(y)[x] = normalised(detail::mix(rough, normalised(normals.row(y)[x]), grain_free * smoothing));
         }
     });
+    const bool has_surface = !cloud.surface.triangles.empty();
+    const auto raster =
+        rasterise(cloud.surface, scene.camera, has_surface ? scene.width : 0, has_surface ? scene.height : 0);
+    const auto is_surface = [&](int x, int y) {
+        return has_surface && raster.depth.row(y)[x] <= splats.depth.row(y)[x];
+    };
+    for_rows(has_surface ? scene.height : 0, [&](int y) {
+        for (int x = 0; x < scene.width; ++x) {
+            if (raster.depth.row(y)[x] == far_away || !is_surface(x, y)) continue;
+            splats.depth.row(y)[x] = raster.depth.row(y)[x];
+            normals.row(y)[x] = raster.normal.row(y)[x];
+        }
+    });
     const auto open = detail::openness(scene, splats.depth, normals);
-    const ShadowMap map(cloud.positions, radius, scene.bounds.empty() ? scene.box : scene.bounds, scene.to_light,
+    auto casters = points_on(cloud.surface, radius);
+    casters.insert(casters.end(), cloud.positions.begin(), cloud.positions.end());
+    const ShadowMap map(casters, radius, scene.bounds.empty() ? scene.box : scene.bounds, scene.to_light,
                         0.012F * scene.length);
-    const PlaneShadow key(cloud.positions, radius, scene.plane, scene.to_light, 0.16F, 1.5F * radius);
-    const PlaneShadow sky(cloud.positions, radius, scene.plane, scene.plane.normal, 0.9F, 3.0F * radius);
+    const PlaneShadow key(casters, radius, scene.plane, scene.to_light, 0.16F, 1.5F * radius);
+    const PlaneShadow sky(casters, radius, scene.plane, scene.plane.normal, 0.9F, 3.0F * radius);
 
     const Vec3 sun = Vec3{{1.02F, 0.97F, 0.90F}} * (scene.flat ? 0.8F : 1.0F);
     const Vec3 sky_light{{0.44F, 0.50F, 0.58F}};
@@ -327,9 +363,11 @@ inline Image render(const Cloud& cloud, const View& view = {}) {
         const Vec3 point =
             scene.camera.unproject(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F, splats.depth.row(y)[x]);
         const Vec3 normal = normals.row(y)[x];
-        const auto k = splats.owner.row(y)[x];
-        Vec3 albedo = detail::palette()[cloud.colour.empty() ? 0U : cloud.colour[k] % detail::palette().size()];
-        if (!cloud.tone.empty() && std::isfinite(cloud.tone[k])) {
+        const bool of_surface = is_surface(x, y);
+        const auto k = of_surface ? raster.owner.row(y)[x] : splats.owner.row(y)[x];
+        const auto& colours = of_surface ? cloud.surface.colour : cloud.colour;
+        Vec3 albedo = detail::palette()[colours.empty() ? 0U : colours[k] % detail::palette().size()];
+        if (!of_surface && !cloud.tone.empty() && std::isfinite(cloud.tone[k])) {
             const float t = 2.0F * std::clamp(cloud.tone[k], 0.0F, 1.0F) - 1.0F;
             albedo = t < 0.0F ? albedo * (1.0F + 0.7F * t) : detail::mix(albedo, Vec3::filled(0.95F), 0.6F * t);
         }

@@ -1,19 +1,15 @@
 /// \file What every example does with a simulation: steps, a progress bar, HDF5 states, OBJ points, a picture.
 #pragma once
 
-#include "support/errors.hpp"
-#include "support/options.hpp"
-#include "support/png.hpp"
-#include "support/progress.hpp"
-#include "support/renderer.hpp"
+#include "support/run_schedule.hpp"
+#include "support/solids.hpp"
 #include <firn/firn.hpp>
 #include <firn/io/obj.hpp>
 #include <firn/io/states.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <iostream>
+#include <limits>
 
 namespace example {
 
@@ -37,9 +33,6 @@ void for_materials(const F& f) {
         [&](auto i) { f(std::integral_constant<std::size_t, std::size_t(i)>{}); });
 }
 
-/// Numbers in the renderer's palette.
-enum Colour : std::uint8_t { coral, teal, amber, indigo, moss, plum, slate, sand, snow };
-
 /// How a picture is coloured, and what it shows besides particles: the surfaces of solids, as points.
 template <int D>
 struct Scenery {
@@ -49,7 +42,22 @@ struct Scenery {
         colours{};  ///< of the materials; of one material, of its bodies; or none: in the palette's order
 };
 
-/// A cloud of all particles: a colour for each material, or, of one material, for each body.
+/// The nets of a simulation's I-th material as surfaces of one colour.
+template <std::size_t I, class Simulation>
+void add_nets(Surface& surface, const Simulation& simulation, std::uint8_t colour) {
+    const auto& particles = simulation.template particles<I>();
+    const std::size_t first = surface.vertices.size();
+    constexpr float gone = std::numeric_limits<float>::quiet_NaN();  // its triangles are not drawn
+    surface.vertices.resize(first + particles.next_id(), {gone, gone, gone});
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot)) surface.vertices[first + particles.id(slot)] = drawn(particles.position(slot));
+    for (auto facet : simulation.template facets<I>()) {
+        for (auto& corner : facet) corner += std::uint32_t(first);
+        add_triangle(surface, facet, colour);
+    }
+}
+
+/// A cloud of all particles, nets as surfaces: a colour for each material, or, of one material, for each body.
 template <class Simulation>
 Cloud cloud_of(const Simulation& simulation, double spacing, const Scenery<Simulation::dimension>& scenery = {}) {
     constexpr int D = Simulation::dimension;
@@ -62,14 +70,22 @@ Cloud cloud_of(const Simulation& simulation, double spacing, const Scenery<Simul
     for_materials<Simulation>([&](auto i) {
         const auto& particles = simulation.template particles<i>();
         const auto& bodies = simulation.template bodies<i>();
+        const auto colour_of = [&](std::size_t number) {
+            return number < scenery.colours.size() ? std::uint8_t(scenery.colours[number]) : std::uint8_t(number);
+        };
+        if constexpr (D == 3) {
+            if (!simulation.template facets<i>().empty()) {
+                add_nets<i>(cloud.surface, simulation, colour_of(std::size_t(i)));
+                return;
+            }
+        }
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot)) continue;
             const auto next = std::upper_bound(bodies.begin(), bodies.end(), particles.id(slot),
                                                [](auto id, const firn::Body& body) { return id < body.first; });
             const std::size_t number =
                 Simulation::material_count > 1 ? std::size_t(i) : std::size_t(next - bodies.begin() - 1);
-            add(firn::cast<double>(particles.position(slot)),
-                number < scenery.colours.size() ? std::uint8_t(scenery.colours[number]) : std::uint8_t(number));
+            add(firn::cast<double>(particles.position(slot)), colour_of(number));
         }
     });
     for (const auto& x : scenery.points) add(x, scenery.solid);
@@ -124,35 +140,27 @@ std::size_t particle_count(const Simulation& simulation) {
     return count;
 }
 
-/// Runs the schedule. The first state is written before the first step, the last after the last; at the end a picture.
+/// Runs the schedule: see run_schedule().
 /// \param after_step  called after every step
 /// \param points      also write OUTPUT/NAME_0000.obj …, for Houdini and Blender
 /// \param scenery     scenery() at the end says what the picture shows besides
 template <class Simulation, class AfterStep, class SceneryAtEnd>
 void run(Simulation& simulation, const Options& options, double spacing, const View& view, bool points,
          const AfterStep& after_step, const SceneryAtEnd& scenery) {
-    std::cout << options.name << ": " << particle_count(simulation) << " particles, " << options.schedule.steps
-              << " steps, " << options.threads << (options.threads == 1 ? " thread" : " threads") << std::endl;
     StatesOfAll states(simulation, options);
-    const auto write = [&] {
-        char number[16];
-        std::snprintf(number, sizeof number, "_%04d.obj", states.count());
-        states.write(simulation);
-        if (points) firn::write_obj_points(options.file(number), positions(simulation));
-    };
-    write();
-    Progress progress(options.schedule.steps, std::int64_t(particle_count(simulation)));
-    for (std::int64_t step = 1; step <= options.schedule.steps; ++step) {
-        simulation.step();
-        after_step();
-        if (options.schedule.writes_after(step)) write();
-        progress.advance();
-    }
-    write_png(options.file(".png"), picture(simulation, spacing, view, scenery()));
-    std::cout << states.count() << " states";
-    for (const auto& file : states.files())
-        std::cout << (&file == states.files().data() ? ": " : ", ") << file.string();
-    std::cout << "\npicture: " << options.file(".png").string() << std::endl;
+    run_schedule(
+        options, std::int64_t(particle_count(simulation)),
+        [&] {
+            char number[16];
+            std::snprintf(number, sizeof number, "_%04d.obj", states.count());
+            states.write(simulation);
+            if (points) firn::write_obj_points(options.file(number), positions(simulation));
+        },
+        [&] {
+            simulation.step();
+            after_step();
+        },
+        [&] { return picture(simulation, spacing, view, scenery()); }, states.files());
 }
 
 template <class Simulation, class AfterStep>

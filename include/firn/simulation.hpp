@@ -158,6 +158,44 @@ public:
         return add<place_of<M>>(samples, density, velocity);
     }
 
+    /// Adds the points of a net, which carry mass [kg] and no volume, at one velocity [m/s]: to the material NoStress.
+    /// \param masses  of each [kg]
+    /// \throws parameter_error, particle_error (nothing is added)
+    template <std::size_t I = 0>
+    Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
+        return std::get<I>(sets_).add(net, masses, velocity);
+    }
+    template <class M>
+    Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
+        return add<place_of<M>>(net, masses, velocity);
+    }
+
+    /// The facets of the nets, by ids of particles. Some of those may have been taken out.
+    template <std::size_t I = 0>
+    const std::vector<Facet<D>>& facets() const {
+        return std::get<I>(sets_).facets;
+    }
+    template <class M>
+    const std::vector<Facet<D>>& facets() const {
+        return facets<place_of<M>>();
+    }
+
+    /// Forces between the particles of a body in every step from now on: springs, membranes, wind. As points they count
+    /// from 0 in the order they were added, have no radius, and positions in S. Their stiffness bounds the time step.
+    /// What joined particles that are taken out is gone with them.
+    /// \return the force as it is kept, until another one is added
+    /// \see element_forces.hpp
+    template <std::size_t I = 0, class BetweenPoints>
+    BetweenPoints& add_force(const Body& body, BetweenPoints force) {
+        auto& forces = std::get<I>(sets_).forces;
+        forces.emplace_back(body, detail::AnyForce<S, D>(std::move(force)));
+        return forces.back().force().template as<BetweenPoints>();
+    }
+    template <class M, class BetweenPoints>
+    BetweenPoints& add_force(const Body& body, BetweenPoints force) {
+        return add_force<place_of<M>>(body, std::move(force));
+    }
+
     /// Gives particles of a material from now on; every burst is a body.
     /// \throws parameter_error  if a number is out of range
     template <std::size_t I = 0>
@@ -208,7 +246,13 @@ public:
         double fastest = 0;
         for_sets([&](const auto& set) { fastest = std::max(fastest, set.report.signal_speed); });
         if (fastest > 0) fastest = std::max(fastest, largest_speed(boundary, domain().lower, domain().upper));
-        return fastest > 0 ? firn::stable_time_step<Kernel>(domain().cell_size, fastest) : next_burst() - time_;
+        double bound = fastest > 0 ? firn::stable_time_step<Kernel>(domain().cell_size, fastest) : next_burst() - time_;
+        for_sets([&](auto& set) {
+            for (auto& force : set.forces)
+                bound = std::min(bound, force_safety * force.largest_step(set.particles, time_,
+                                                                          thread_count(requested_threads(execution))));
+        });
+        return bound;
     }
 
     /// One step of the fixed time step, or of the bound.
@@ -258,6 +302,8 @@ public:
         set.sources = std::move(mine.sources);
         set.sinks = std::move(mine.sinks);
         set.loads = std::move(mine.loads);
+        set.forces = std::move(mine.forces);
+        set.facets = std::move(mine.facets);
         mine = std::move(set);
         for (Source<D>& source : mine.sources) source.skip(time);
         time_ = time;
@@ -339,7 +385,7 @@ private:
             if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
         });
         if (!changed) return;
-        if (!std::isfinite(fastest) || (!(fastest > 0) && !is_waiting())) {
+        if (!std::isfinite(fastest) || (!(fastest > 0) && !is_waiting() && !has_forces())) {
             for_sets([](auto& set) { set.prepared = false; });
             throw particle_error(sentence(
                 "The fastest signal among the particles (their speed, plus the material's wave speed) is ", fastest,
@@ -368,6 +414,9 @@ private:
 
     bool has_particles() const {
         return std::apply([](const auto&... set) { return ((set.particles.size() > 0) || ...); }, sets_);
+    }
+    bool has_forces() const {
+        return std::apply([](const auto&... set) { return (!set.forces.empty() || ...); }, sets_);
     }
     /// Are there no particles, but sources that will give some?
     bool is_waiting() const { return !has_particles() && std::isfinite(next_burst()); }
@@ -399,6 +448,9 @@ private:
         warn(sentence("the fixed time step of ", fixed_time_step, " s is ", ratio, " times the bound of ",
                       fixed_time_step / ratio, " s at step ", steps_, "; the simulation may become unstable."));
     }
+
+    /// Part of the largest step of the forces between particles that a step may take: stiffness changes with strain.
+    static constexpr double force_safety = 0.5;
 
     template <class M>
     static constexpr std::size_t place_of = Make::template place<M>();

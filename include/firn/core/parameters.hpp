@@ -61,6 +61,10 @@ using with_scalar_t = typename detail::with_scalar_of<P, T>::type;
 template <class P>
 concept has_parameters = requires { P::parameters(); };
 
+/// A policy that is a list of policies, as many as its program has while it runs.
+template <class P>
+concept is_list = requires(P policy) { policy.all.size(); };
+
 template <class T, class P>
 FIRN_INLINE auto lift(const P& policy);
 
@@ -78,7 +82,8 @@ FIRN_INLINE Vec<T, D> lift_value(const Vec<S, D>& value) {
 }
 }  // namespace detail
 
-/// Calls f(name, unit, value) for every number and vector among the parameters of a policy; none for what lists none.
+/// Calls f(name, unit, value) for every number and vector among the parameters of a policy, and of those in a list, by
+/// their number; none for what lists none.
 template <class P, class F>
 void for_parameters(P& policy, const F& f, const std::string& before = "") {
     if constexpr (has_parameters<std::remove_const_t<P>>)
@@ -86,7 +91,8 @@ void for_parameters(P& policy, const F& f, const std::string& before = "") {
             [&](const auto&... p) {
                 [[maybe_unused]] const auto visit = [&](const auto& one) {
                     auto& value = one.of(policy);
-                    if constexpr (has_parameters<std::remove_cvref_t<decltype(value)>>)
+                    using Value = std::remove_cvref_t<decltype(value)>;
+                    if constexpr (has_parameters<Value> || is_list<Value>)
                         for_parameters(value, f, before + one.name + "_");
                     else
                         f(before + one.name, one.unit, value);
@@ -94,6 +100,9 @@ void for_parameters(P& policy, const F& f, const std::string& before = "") {
                 (visit(p), ...);
             },
             std::remove_const_t<P>::parameters());
+    else if constexpr (is_list<std::remove_const_t<P>>)
+        for (std::size_t k = 0; k < policy.all.size(); ++k)
+            for_parameters(policy.all[k], f, before + std::to_string(k) + "_");
 }
 
 /// Lifts a policy to the scalar T: every listed parameter is converted, e.g. a float to sixteen equal lanes.

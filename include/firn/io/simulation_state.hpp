@@ -43,8 +43,8 @@ std::vector<StateAttribute> policy_attributes() {
 
 /// The state of a simulation as it is: positions [m] and places [cells from the lower corner of the particle's block:
 /// what positions are rounded from], velocities [m/s], C [1/s], the material's state (F), τ [Pa],
-/// mass [kg], volume [m^D], in the order of ids; the order of the slots and blocks beside them, so that sums go on in
-/// the same order; parameters with units; names of policies.
+/// mass [kg], volume [m^D], in the order of ids; the facets of nets; the order of the slots and blocks beside them, so
+/// that sums go on in the same order; parameters with units; names of policies.
 /// \tparam I  of which of the simulation's materials
 template <std::size_t I = 0, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
           class Boundary>
@@ -77,6 +77,17 @@ State<detail::precision_of_t<Materials>> state_of(
         std::fill(place_of(first), place_of(first + all_bodies[b].count), std::int32_t(b));
     }
 
+    for (const Facet<D>& facet : simulation.template facets<I>()) {
+        std::array<std::int64_t, D> rows{};
+        bool whole = true;
+        for (std::size_t k = 0; k < std::size_t(D); ++k) {
+            const auto found = std::lower_bound(state.id.begin(), state.id.end(), std::int64_t(facet[k]));
+            whole = whole && found != state.id.end() && *found == std::int64_t(facet[k]);
+            rows[k] = found - state.id.begin();
+        }
+        if (whole) state.facets.insert(state.facets.end(), rows.begin(), rows.end());
+    }
+
     const auto add = [&](const char* name, const char* unit, int components, const auto& get) {
         StateField<S> field{name, unit, components, std::vector<S>(n * std::size_t(components))};
         for (std::size_t i = 0; i < n; ++i) get(slot_of[i], field.values.data() + i * std::size_t(components));
@@ -100,7 +111,7 @@ State<detail::precision_of_t<Materials>> state_of(
     add("volume", D == 3 ? "m^3" : "m^2", 1, [&](std::size_t slot, S* to) { put(particles.volume(slot), to); });
     std::apply(
         [&](const auto&... member) {
-            const auto add_member = [&](const auto& m) {
+            [[maybe_unused]] const auto add_member = [&](const auto& m) {
                 using Value = std::remove_cvref_t<decltype(particles.state(0).*(m.member))>;
                 add(m.name, m.unit, component_count<Value>,
                     [&](std::size_t slot, S* to) { put(particles.state(slot).*(m.member), to); });

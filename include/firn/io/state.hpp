@@ -71,7 +71,8 @@ struct State {
     std::vector<std::int32_t> material;      ///< n: which material each particle is of
     std::vector<StateParameter> parameters;  ///< in the order of their groups after reading
     std::vector<StateAttribute> attributes;
-    std::vector<StateTable> tables;  ///< in the order of their names after reading
+    std::vector<StateTable> tables;    ///< in the order of their names after reading
+    std::vector<std::int64_t> facets;  ///< rows of D: triangles, in 2D edges, by the rows of their points in `position`
 
     bool operator==(const State&) const = default;
 
@@ -187,6 +188,16 @@ void check_state(const State<S>& state) {
         if (table.columns < 1 || table.columns > 1024 || table.values.size() % std::size_t(table.columns) != 0) {
             throw parameter_error(sentence("The table '", table.name, "' has ", table.values.size(), " values in ",
                                            table.columns, " columns; give whole rows of 1 to 1024 columns."));
+        }
+    }
+    if (state.facets.size() % std::size_t(state.dimension) != 0) {
+        throw parameter_error(sentence("The facets of the state are ", state.facets.size(), " point numbers; give ",
+                                       state.dimension, " for each."));
+    }
+    for (const auto point : state.facets) {
+        if (point < 0 || std::uint64_t(point) >= state.size()) {
+            throw parameter_error(sentence("A facet of the state names point ", point, ", but there are ", state.size(),
+                                           ", counted from 0."));
         }
     }
     detail::check_distinct("table", state.tables, [](const auto& t) { return t.name; });

@@ -272,6 +272,49 @@ StateField<S> read_field(DatasetReader& reader, hid_t parent, const std::string&
     return field;
 }
 
+/// The facets among the cells. Vertices are left out: they say nothing that the points do not.
+template <class S>
+void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state) {
+    const auto cells = reader.read_value<std::int64_t>(vtk.id(), "NumberOfCells"),
+               ids = reader.read_value<std::int64_t>(vtk.id(), "NumberOfConnectivityIds");
+    if (cells == ids) return;  // one point each: vertices
+    if (cells < 0 || ids < cells) {
+        throw io_error(sentence("NumberOfCells is ", cells, " and NumberOfConnectivityIds ", ids,
+                                "; a cell has one point or more"));
+    }
+    const auto types = reader.read<std::uint8_t>(vtk.id(), "Types", hsize_t(cells));
+    const auto offsets = reader.read<std::int64_t>(vtk.id(), "Offsets", hsize_t(cells) + 1);
+    const auto points = reader.read<std::int64_t>(vtk.id(), "Connectivity", hsize_t(ids));
+    if (types.columns != 1 || offsets.columns != 1 || points.columns != 1) {
+        throw io_error("of its Types, Offsets and Connectivity one has more columns than 1");
+    }
+    if (offsets.values.front() != 0 || offsets.values.back() != ids) {
+        throw io_error(sentence("Offsets run from ", offsets.values.front(), " to ", offsets.values.back(),
+                                " where 0 to ", ids, " belong"));
+    }
+    for (std::size_t c = 0; c < std::size_t(cells); ++c) {
+        const bool is_facet = types.values[c] == vtk_facet(state.dimension);
+        if (!is_facet && types.values[c] != vtk_vertex) {
+            throw io_error(sentence("cell ", c, " is of VTK's type ", int(types.values[c]), "; firn reads ",
+                                    int(vtk_facet(state.dimension)), " and ", int(vtk_vertex), " in ", state.dimension,
+                                    " dimensions"));
+        }
+        const std::int64_t begin = offsets.values[c], end = offsets.values[c + 1];
+        // In this order: all before have been found to ascend from 0, so `begin` is one that can be read at.
+        if (end < begin || end > ids || end - begin != (is_facet ? state.dimension : 1)) {
+            throw io_error(sentence("cell ", c, " has the points from ", begin, " to ", end, " of Connectivity, where ",
+                                    is_facet ? state.dimension : 1, " belong"));
+        }
+        for (auto i = begin; i < end; ++i) {
+            const auto point = points.values[std::size_t(i)];
+            if (point < 0 || point >= std::int64_t(state.fields[0].values.size()) / state.fields[0].components) {
+                throw io_error(sentence("cell ", c, " names point ", point, ", which is not there"));
+            }
+            if (is_facet) state.facets.push_back(point);
+        }
+    }
+}
+
 template <class S>
 void read_vtk_group(hid_t file, DatasetReader& reader, State<S>& state) {
     const auto vtk = open_group(file, "VTKHDF");
@@ -283,6 +326,7 @@ void read_vtk_group(hid_t file, DatasetReader& reader, State<S>& state) {
     if (const auto noted = reader.read_value<std::int64_t>(vtk.id(), "NumberOfPoints"); noted != std::int64_t(count)) {
         throw io_error(sentence("NumberOfPoints is ", noted, ", but there are ", count, " points"));
     }
+    read_facets(vtk, reader, state);
 
     const auto points = open_group(vtk.id(), "PointData");
     const auto flat = [](const std::string& name, hsize_t columns) {

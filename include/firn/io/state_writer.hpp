@@ -1,9 +1,11 @@
-/// \file Writes a state to an HDF5 file that ParaView opens as it is (VTKHDF 1.0, UnstructuredGrid of vertices):
+/// \file Writes a state to an HDF5 file that ParaView opens as it is (VTKHDF 1.0, UnstructuredGrid of facets and
+/// vertices):
 ///
 ///     /VTKHDF            attributes Version = 1, 0 and Type = "UnstructuredGrid"
 ///       NumberOfPoints, NumberOfCells, NumberOfConnectivityIds   i64[1]
 ///       Points           S[n,3], z = 0 in 2D
-///       Connectivity i64[n], Offsets i64[n+1], Types u8[n] = 1
+///       Connectivity i64[D f + l], Offsets i64[f+l+1], Types u8[f+l]   cells: f facets, triangles (5) in 3D, lines (3)
+///                        in 2D; then l vertices (1), one for each point that is of no facet: all n without facets
 ///       PointData/NAME   S[n] or S[n,c]; a vector of 2D has a third component 0; id i64[n], material i32[n]
 ///       FieldData/       TimeValue f64[1], dt f64[1], step u64[1]
 ///     /firn              attributes schema_version, dimension, and the state's own words
@@ -22,7 +24,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -39,6 +40,10 @@ struct StateOptions {
 namespace detail {
 
 inline constexpr std::int64_t state_schema = 1;
+
+/// VTK's numbers of cells: a point, a line, a triangle.
+inline constexpr std::uint8_t vtk_vertex = 1;
+inline constexpr std::uint8_t vtk_facet(int dimension) { return dimension == 2 ? 3 : 5; }
 
 /// A group that remembers the order in which its members and attributes came.
 inline hdf5::Group create_group(hid_t parent, const std::string& name) {
@@ -158,17 +163,31 @@ private:
         write_dataset<S>(parent, name, image_.keep(std::move(padded)), 3, notes);
     }
 
-    /// One vertex for each particle: what makes points visible in every ParaView.
-    void write_vertices(hid_t vtk, std::size_t count) {
-        for (const char* name : {"NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"}) {
-            write_value(vtk, name, std::int64_t(count));
+    /// The facets; and one vertex for each point of none: what makes it visible in every ParaView.
+    template <class S>
+    void write_cells(hid_t vtk, const State<S>& state) {
+        const std::size_t corners = std::size_t(state.dimension), facets = state.facets.size() / corners;
+        std::vector<std::int64_t> connectivity = state.facets;
+        if (facets > 0) {
+            std::vector<bool> used(state.size());
+            for (const auto point : state.facets) used[std::size_t(point)] = true;
+            for (std::size_t i = 0; i < state.size(); ++i)
+                if (!used[i]) connectivity.push_back(std::int64_t(i));
         }
-        constexpr std::uint8_t vtk_vertex = 1;
-        write_dataset(vtk, "Types", image_.keep(std::vector<std::uint8_t>(count, vtk_vertex)));
-        std::vector<std::int64_t> numbers(count + 1);
-        std::iota(numbers.begin(), numbers.end(), std::int64_t(0));
-        const auto kept = image_.keep(std::move(numbers));
-        write_dataset(vtk, "Connectivity", kept.first(count));
+        const std::size_t vertices = facets > 0 ? connectivity.size() - state.facets.size() : state.size();
+        write_value(vtk, "NumberOfPoints", std::int64_t(state.size()));
+        write_value(vtk, "NumberOfCells", std::int64_t(facets + vertices));
+        write_value(vtk, "NumberOfConnectivityIds", std::int64_t(state.facets.size() + vertices));
+        std::vector<std::uint8_t> types(facets, vtk_facet(state.dimension));
+        types.resize(facets + vertices, vtk_vertex);
+        write_dataset(vtk, "Types", image_.keep(std::move(types)));
+        std::vector<std::int64_t> offsets(facets + vertices + 1);
+        for (std::size_t c = 0; c < offsets.size(); ++c)
+            offsets[c] = std::int64_t(c <= facets ? corners * c : corners * facets + (c - facets));
+        const auto kept = image_.keep(std::move(offsets));
+        // Without facets the vertices' points are counted as their offsets are.
+        write_dataset(vtk, "Connectivity",
+                      facets > 0 ? image_.keep(std::move(connectivity)) : kept.first(state.size()));
         write_dataset(vtk, "Offsets", kept);
     }
 
@@ -184,7 +203,7 @@ private:
         write_value(whole.id(), "step", state.step, {.unit = "1"});
         whole.close("close FieldData");
 
-        write_vertices(vtk.id(), state.size());
+        write_cells(vtk.id(), state);
         write_field(vtk.id(), "Points", state.field("position"), state.dimension);
         auto points = create_group(vtk.id(), "PointData");
         for (const auto& field : state.fields) {

@@ -5,7 +5,11 @@
 #include <firn/data/particles.hpp>
 #include <firn/exec/g2p.hpp>
 #include <firn/exec/parallel.hpp>
+#include <firn/lagrangian/net.hpp>
 #include <firn/material/concept.hpp>
+#include <firn/material/no_stress.hpp>
+#include <firn/simulation/body.hpp>
+#include <firn/simulation/body_force.hpp>
 #include <firn/simulation/source.hpp>
 
 #include <algorithm>
@@ -47,14 +51,6 @@ template <class Material>
 using precision_of_t = material_scalar_t<typename first_material<typename material_list<Material>::type>::type>;
 }  // namespace detail
 
-/// The ids [first, first + count) that one call of Simulation::add gave out among the particles of its material.
-struct Body {
-    std::uint32_t first = 0, count = 0;
-    double end = std::numeric_limits<double>::infinity();  ///< when its particles are taken out [s]
-
-    bool holds(std::uint32_t id) const { return id - first < count; }  // what lies below wraps round
-};
-
 /// A force on every particle of a body: a traction [Pa] on a face comes to traction × area / particles of the face.
 template <int D>
 struct Load {
@@ -79,6 +75,8 @@ struct MaterialSet {
     std::vector<Source<D>> sources{};
     std::vector<Sink<D>> sinks{};
     std::vector<Load<D>> loads{};
+    std::vector<detail::BodyForce<S, D>> forces{};
+    std::vector<Facet<D>> facets{};  ///< of the nets, by ids of particles
 
     /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
     /// \throws parameter_error, particle_error (nothing is added)
@@ -89,24 +87,37 @@ struct MaterialSet {
         if (!(samples.volume > 0) || !std::isfinite(samples.volume))
             throw parameter_error(sentence("The volume of a particle is ", samples.volume, " m^", D,
                                            "; it must be positive and finite."));
-        for (int a = 0; a < D; ++a)
-            if (!std::isfinite(velocity[a]))
-                throw parameter_error(
-                    sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
         const S volume = S(samples.volume), mass = S(density * samples.volume);
         if (!(volume > 0) || !(mass > 0) || !std::isfinite(volume) || !std::isfinite(mass))
             throw parameter_error(sentence("A particle of ", samples.volume, " m^", D, " and ",
                                            density * samples.volume,
                                            " kg is too small or too large for the simulation's precision. Use "
                                            "double."));
-        const auto& x = samples.positions;
-        check_positions<double, D>(x.size(), particles.domain(), [&](std::size_t i, int a) { return x[i][a]; });
-        const Body body{particles.next_id(), std::uint32_t(x.size())};
-        particles.reserve(particles.size() + x.size());
-        const auto state = initial_state<D>(material);
-        for (const auto& point : x) particles.push_back(point, cast<S>(velocity), mass, volume, state);
-        bodies.push_back(body);
-        prepared = false;
+        return add_all(samples.positions, velocity, volume, [&](std::size_t) { return mass; });
+    }
+
+    /// Adds the points of a net as particles that carry mass [kg] and no volume.
+    /// \throws parameter_error, particle_error (nothing is added)
+    Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity) {
+        static_assert(std::same_as<Material, NoStress<S>>,
+                      "firn: the points of a net carry mass only; add them to the material NoStress.");
+        if (masses.size() != net.positions.size())
+            throw parameter_error(sentence("A net of ", net.positions.size(), " points is given ", masses.size(),
+                                           " masses; give one for each."));
+        for (std::size_t i = 0; i < masses.size(); ++i)
+            if (!(S(masses[i]) > 0) || !std::isfinite(S(masses[i])))
+                throw parameter_error(
+                    sentence("The mass of point ", i, " is ", masses[i], " kg; it must be positive and finite."));
+        for (const Facet<D>& facet : net.facets)
+            for (const std::uint32_t corner : facet)
+                if (corner >= masses.size())
+                    throw parameter_error(sentence("A facet of the net has the corner ", corner, "; there are ",
+                                                   masses.size(), " points, counted from 0."));
+        const Body body = add_all(net.positions, velocity, S(0), [&](std::size_t i) { return S(masses[i]); });
+        for (Facet<D> facet : net.facets) {
+            for (std::uint32_t& corner : facet) corner += body.first;
+            facets.push_back(facet);
+        }
         return body;
     }
 
@@ -172,6 +183,26 @@ struct MaterialSet {
                     }
                 },
                 64);
+        for (auto& force : forces) force.push(particles, time, dt, threads);
+    }
+
+private:
+    template <class MassOf>
+    Body add_all(const std::vector<Vec<double, D>>& x, const Vec<double, D>& velocity, S volume,
+                 const MassOf& mass_of) {
+        for (int a = 0; a < D; ++a)
+            if (!std::isfinite(velocity[a]))
+                throw parameter_error(
+                    sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
+        check_positions<double, D>(x.size(), particles.domain(), [&](std::size_t i, int a) { return x[i][a]; });
+        const Body body{particles.next_id(), std::uint32_t(x.size())};
+        particles.reserve(particles.size() + x.size());
+        const auto state = initial_state<D>(material);
+        for (std::size_t i = 0; i < x.size(); ++i)
+            particles.push_back(x[i], cast<S>(velocity), mass_of(i), volume, state);
+        bodies.push_back(body);
+        prepared = false;
+        return body;
     }
 };
 

@@ -149,6 +149,61 @@ TEST_CASE("a body throws a shadow on the floor", "[examples]") {
     CHECK(left < right / 8);
 }
 
+TEST_CASE("triangles and spheres hide each other by depth, and both sides of a triangle are seen", "[examples]") {
+    // A square across the view at z = 0 with a sphere before it and one behind.
+    Cloud cloud;
+    cloud.radius = 0.3F;
+    cloud.surface.vertices = {{-1.0F, -1.0F, 0.0F}, {1.0F, -1.0F, 0.0F}, {1.0F, 1.0F, 0.0F}, {-1.0F, 1.0F, 0.0F}};
+    cloud.surface.triangles = {{0, 1, 2}, {0, 2, 3}};
+    cloud.surface.colour = {teal, teal};
+    cloud.positions = {{0.0F, 0.0F, 0.5F}};
+    cloud.colour = {coral};
+    const auto before = example::render(cloud, small());
+    CHECK(reddish(before.at(80, 60)));
+    CHECK(greenish(before.at(55, 60)));
+    CHECK(greenish(before.at(105, 60)));
+    cloud.positions[0][2] = -0.5F;
+    const auto behind = example::render(cloud, small());
+    CHECK(greenish(behind.at(80, 60)));
+    CHECK(count(behind, reddish) == 0);
+    // A square of the screen without gaps: where both triangles meet, too.
+    for (int i = -30; i <= 30; ++i) CHECK(greenish(behind.at(80 + i, 60 + i)));
+
+    for (auto& triangle : cloud.surface.triangles) std::swap(triangle[1], triangle[2]);
+    const auto turned = example::render(cloud, small());
+    int largest = 0;
+    for (std::size_t k = 0; k < turned.pixels.size(); ++k)
+        for (std::size_t c = 0; c < 3; ++c)
+            largest = std::max(largest, std::abs(int(turned.pixels[k][c]) - int(behind.pixels[k][c])));
+    CHECK(largest <= 1);
+}
+
+TEST_CASE("a surface throws a shadow on the floor and on what lies under it", "[examples]") {
+    auto view = small();
+    view.direction = View{}.direction;
+    view.domain = example::Box{{{-1.0F, 0.0F, -1.0F}}, {{1.0F, 1.5F, 1.0F}}};
+    view.frame = view.domain;
+    Cloud bare;
+    bare.radius = 0.03F;
+    for (int i = 0; i < 400; ++i)  // a floor of spheres
+        bare.positions.push_back({0.04F * float(i % 20) - 0.2F, 0.1F, 0.04F * float(i / 20) - 0.4F});
+    auto covered = bare;
+    covered.surface.vertices = {{-1.2F, 1.0F, -0.9F}, {0.4F, 1.0F, -0.9F}, {0.4F, 1.0F, 0.9F}, {-1.2F, 1.0F, 0.9F}};
+    covered.surface.triangles = {{0, 2, 1}, {0, 3, 2}};
+    covered.surface.colour = {teal, teal};
+    const auto with = example::render(covered, view);
+    const auto without = example::render(bare, view);
+    int paper = 0, spheres = 0;
+    for (std::size_t k = 0; k < with.pixels.size(); ++k) {
+        const Pixel &now = with.pixels[k], &then = without.pixels[k];
+        if (greenish(now) || then[0] < now[0] + 15) continue;
+        ++(reddish(then) ? spheres : paper);
+    }
+    CAPTURE(paper, spheres);
+    CHECK(paper > 300);
+    CHECK(spheres > 100);
+}
+
 TEST_CASE("the same cloud gives the same picture", "[examples]") {
     const auto cloud = block(12, 0.05F);
     CHECK(example::render(cloud, small()).pixels == example::render(cloud, small()).pixels);
@@ -168,6 +223,14 @@ TEST_CASE("a cloud or a view that makes no sense is refused", "[examples]") {
     }
     SECTION("tones") {
         cloud.tone = {0.5F};
+        CHECK_THROWS_AS(example::render(cloud, small()), firn::parameter_error);
+    }
+    SECTION("triangles") {
+        cloud.surface = {{{0.0F, 0.0F, 0.0F}, {1.0F, 0.0F, 0.0F}, {0.0F, 1.0F, 0.0F}}, {{0, 1, 3}}, {}};
+        CHECK_THROWS_AS(example::render(cloud, small()), firn::parameter_error);
+        cloud.surface.triangles = {{0, 1, 2}};
+        CHECK_NOTHROW(example::render(cloud, small()));
+        cloud.surface.colour = {coral, coral};
         CHECK_THROWS_AS(example::render(cloud, small()), firn::parameter_error);
     }
     SECTION("size") {

@@ -106,7 +106,8 @@ bool same_bits(const firn::State<S>& a, const firn::State<S>& b) {
         }
     }
     return a.dimension == b.dimension && a.step == b.step && a.time == b.time && a.dt == b.dt && a.id == b.id &&
-           a.material == b.material && a.parameters == b.parameters && a.attributes == b.attributes;
+           a.material == b.material && a.facets == b.facets && a.parameters == b.parameters &&
+           a.attributes == b.attributes;
 }
 
 /// The message of the exception of type E that f throws.

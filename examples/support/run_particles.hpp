@@ -1,0 +1,46 @@
+/// \file Runs of particle systems: states with surfaces, pictures of surfaces and of the points that have none.
+#pragma once
+
+#include "support/run_schedule.hpp"
+#include "support/solids.hpp"
+#include <firn/io/particle_system_state.hpp>
+#include <firn/io/state_series.hpp>
+
+#include <vector>
+
+namespace example {
+
+/// What is drawn of a system: its facets, in the colour of their first point, and the other points as spheres.
+/// \param radius     of the spheres; shadows are about as soft
+/// \param colour_of  colour_of(place) of a point
+template <int D, class System, class ColourOf>
+Cloud cloud_of(const System& system, double radius, const ColourOf& colour_of) {
+    Cloud cloud;
+    cloud.radius = float(radius);
+    std::vector<bool> is_drawn(system.points.size());
+    if constexpr (D == 3) {
+        for (const auto& x : system.points.position) cloud.surface.vertices.push_back(drawn(x));
+        for (const auto& facet : system.facets) {
+            add_triangle(cloud.surface, facet, std::uint8_t(colour_of(facet[0])));
+            for (const auto corner : facet) is_drawn[corner] = true;
+        }
+    }
+    for (std::size_t i = 0; i < system.points.size(); ++i) {
+        if (is_drawn[i]) continue;
+        cloud.positions.push_back(drawn(system.points.position[i]));
+        cloud.colour.push_back(std::uint8_t(colour_of(i)));
+    }
+    return cloud;
+}
+
+/// Runs the schedule in steps of dt [s]: see run_schedule().
+/// \param step     makes a step
+/// \param picture  the picture at the end
+template <class System, class Step, class Picture>
+void run(System& system, const Options& options, const Step& step, const Picture& picture) {
+    firn::StateSeries series(options.output, options.name);
+    run_schedule(options, options.particles, [&] { series.write(firn::state_of(system)); }, step, picture,
+                 {options.file(".hdf.series")});
+}
+
+}  // namespace example

@@ -1,0 +1,48 @@
+/// \file The course of every example's run, whatever it steps: states by the schedule, a progress bar, a picture.
+#pragma once
+
+#include "support/errors.hpp"
+#include "support/options.hpp"
+#include "support/png.hpp"
+#include "support/progress.hpp"
+#include "support/renderer.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <iostream>
+#include <vector>
+
+namespace example {
+
+/// Numbers in the renderer's palette.
+enum Colour : std::uint8_t { coral, teal, amber, indigo, moss, plum, slate, sand, snow };
+
+/// Runs the schedule. The first state is written before the first step, the last after the last; at the end a picture.
+/// \param write    writes a state
+/// \param step     makes a step
+/// \param picture  the picture at the end
+/// \param series   the lists of the states, which ParaView opens
+template <class Write, class Step, class Picture>
+void run_schedule(const Options& options, std::int64_t particles, const Write& write, const Step& step,
+                  const Picture& picture, const std::vector<std::filesystem::path>& series) {
+    std::cout << options.name << ": " << particles << " particles, " << options.schedule.steps << " steps, "
+              << options.threads << (options.threads == 1 ? " thread" : " threads") << std::endl;
+    int states = 0;
+    const auto write_one = [&] {
+        write();
+        ++states;
+    };
+    write_one();
+    Progress progress(options.schedule.steps, particles);
+    for (std::int64_t done = 1; done <= options.schedule.steps; ++done) {
+        step();
+        if (options.schedule.writes_after(done)) write_one();
+        progress.advance();
+    }
+    write_png(options.file(".png"), picture());
+    std::cout << states << " states";
+    for (const auto& file : series) std::cout << (&file == series.data() ? ": " : ", ") << file.string();
+    std::cout << "\npicture: " << options.file(".png").string() << std::endl;
+}
+
+}  // namespace example

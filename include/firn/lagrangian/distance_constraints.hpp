@@ -1,0 +1,322 @@
+/// \file Distances that points keep: stretch, shear and bend of cloth, edges of soft bodies, ropes.
+#pragma once
+
+#include <firn/boundary/shape.hpp>
+#include <firn/lagrangian/colouring.hpp>
+#include <firn/lagrangian/net_forces.hpp>
+
+#include <numeric>
+
+namespace firn {
+
+/// In which order corrections act.
+enum class ConstraintUpdate {
+    immediate,  ///< one after another, in the order they were added, on one thread: converges fastest for chains
+    coloured,   ///< at once, colour after colour: parallel, and the same bits for any number of threads
+    averaged    ///< all from the same positions, then summed point by point: no order at all, converges slowest
+};
+
+/// Of the links of one kind.
+struct ConstraintOptions {
+    /// α [m/N], the inverse of a spring's stiffness: XPBD's, which depends on neither iterations nor time step. 0:
+    /// rigid
+    double compliance = 0;
+    /// Part of a correction that one iteration makes, above 0 to 1: what it amounts to depends on the iterations.
+    double relaxation = 1;
+    bool kept = true;  ///< or not: these links are no constraints
+
+    /// \throws parameter_error  for a compliance that is negative, or a relaxation outside ]0, 1]
+    void check() const {
+        if (!(compliance >= 0) || !std::isfinite(compliance) || !(relaxation > 0 && relaxation <= 1))
+            throw parameter_error(sentence("A constraint of compliance ", compliance, " m/N and relaxation ",
+                                           relaxation,
+                                           ": the compliance must be finite and not negative, the relaxation above 0 "
+                                           "and at most 1."));
+    }
+};
+using ConstraintsOfKinds = std::array<ConstraintOptions, link_kinds>;  ///< by LinkKind
+
+namespace detail {
+
+/// The correction of one distance, along e = (x_b − x_a)/l: x_a −= w_a Δλ e, x_b += w_b Δλ e with
+/// Δλ = (l₀ − l − α̃ λ)/(w_a + w_b + α̃), α̃ = α/dt² (Macklin, Müller, Chentanez 2016, eq. 18). Two points at one place
+/// are pushed apart along the second axis.
+template <scalar S, int D>
+struct DistanceCorrection {
+    S multiplier;         ///< Δλ
+    Vec<S, D> direction;  ///< e
+
+    FIRN_INLINE DistanceCorrection(const Vec<S, D>& a, const Vec<S, D>& b, const S& weights, const S& rest,
+                                   const S& compliance, const S& lambda) {
+        const Vec<S, D> along = b - a;
+        direction = direction_or_up(along);
+        const S sum = weights + compliance;
+        const auto can_move = S(0) < weights;
+        multiplier = select(can_move, (rest - norm(along) - compliance * lambda) / select(can_move, sum, S(1)), S(0));
+    }
+};
+
+}  // namespace detail
+
+/// Constraints |x_b − x_a| = l₀, solved by iterations of position-based dynamics.
+template <std::floating_point S, int D>
+class DistanceConstraints {
+public:
+    using Ends = std::array<std::uint32_t, 2>;
+
+    ConstraintUpdate update = ConstraintUpdate::coloured;
+    /// A constraint that is longer than this many times its length at rest after a step breaks; above 1. \see torn
+    double tear_factor = std::numeric_limits<double>::infinity();
+
+    struct Constraint {
+        Ends ends{};  ///< places of points
+        S rest = 1;   ///< l₀ [m]
+    };
+
+    std::size_t size() const { return all_.size(); }
+    /// In the order they are solved in.
+    std::span<const Constraint> all() const { return all_; }
+
+    /// \param rest  [m]
+    /// \throws parameter_error  unless the length is positive and the ends differ, or as ConstraintOptions::check
+    void add(const Ends& ends, double rest, const ConstraintOptions& options = {}, LinkKind kind = LinkKind::stretch) {
+        options.check();
+        if (!(S(rest) > 0) || !std::isfinite(S(rest)) || ends[0] == ends[1])
+            throw parameter_error(sentence("A constraint between points ", ends[0], " and ", ends[1], " of length ",
+                                           rest, " m: the length must be positive and finite, and the points two."));
+        all_.push_back({ends, S(rest)});
+        softness_.push_back({S(options.compliance), S(options.relaxation)});
+        origin_.push_back({added_++, kind});
+        is_soft_ = is_soft_ || options.compliance > 0 || options.relaxation < 1;
+        ordered_ = false;
+    }
+    /// The links of a net, as long at rest as there.
+    /// \param first  the place of the net's first point among the system's
+    /// \throws parameter_error  for a link of no length, or to a point that is not there
+    void add(const Net<D>& net, const ConstraintsOfKinds& options, std::size_t first = 0) {
+        for (const ConstraintOptions& each : options) each.check();
+        for (const Link& link : net.links) detail::checked_rest_length(net, link);
+        for (const Link& link : net.links)
+            if (const ConstraintOptions& of = options[std::size_t(link.kind)]; of.kept)
+                add({detail::moved_place(link.a, first), detail::moved_place(link.b, first)},
+                    detail::checked_rest_length(net, link), of, link.kind);
+    }
+    void add(const Net<D>& net, const ConstraintOptions& of_all = {}, std::size_t first = 0) {
+        ConstraintsOfKinds options;
+        options.fill(of_all);
+        add(net, options, first);
+    }
+
+    /// Moves points towards the distances they keep.
+    /// \throws parameter_error  if a constraint names a point that is not there, or the tear factor is not above 1
+    void solve(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, double dt, int iterations, int threads) {
+        if (!(tear_factor > 1))
+            throw parameter_error(sentence("Constraints tear at ", tear_factor,
+                                           " times their length at rest; it must be above 1 (infinite: never)."));
+        if (size() == 0) return;
+        prepare(position.size());
+        const S per_dt2 = S(1 / (dt * dt));
+        for (Softness& each : softness_) each.lambda = 0;
+        for (int i = 0; i < iterations; ++i) {
+            if (update == ConstraintUpdate::averaged)
+                average(position, inverse_mass, per_dt2, threads);
+            else if (is_soft_)
+                iterate<true>(position, inverse_mass, per_dt2, threads);
+            else
+                iterate<false>(position, inverse_mass, per_dt2, threads);
+        }
+    }
+
+    /// Takes out those that are too long now, and then the shear and bend links that no two links of the surface lead
+    /// around any more. \return the ends of all that broke
+    std::vector<Torn> torn(std::span<const Vec<S, D>> position) {
+        std::vector<Torn> broken;
+        if (!std::isfinite(tear_factor)) return broken;
+        const S most = S(tear_factor * tear_factor);
+        keep_if([&](const Constraint& each, LinkKind) {
+            const Vec<S, D> along = position[each.ends[1]] - position[each.ends[0]];
+            if (dot(along, along) <= most * each.rest * each.rest) return true;
+            broken.push_back(each.ends);
+            return false;
+        });
+        if (broken.empty()) return broken;
+        drop_unsupported(position.size(), broken);
+        return broken;
+    }
+
+    /// When points were taken out. Constraints that lost an end are gone.
+    void renumber(std::span<const std::uint32_t> new_place) {
+        keep_if([&](Constraint& each, LinkKind) { return detail::renumbered(each.ends, new_place); });
+        incidence_.clear();
+    }
+
+private:
+    /// Beside what every iteration reads: what it reads where any constraint is soft.
+    struct Softness {
+        S compliance = 0, relaxation = 1;
+        S lambda = 0;  // of the step so far [N s²]
+    };
+    struct Origin {
+        std::uint32_t number = 0;  // how many were added before
+        LinkKind kind = LinkKind::stretch;
+        std::uint8_t colour = 0;
+    };
+
+    template <bool Soft>
+    FIRN_INLINE void correct(std::size_t k, Vec<S, D>* position, const S* inverse_mass, S per_dt2) {
+        const auto [a, b] = all_[k].ends;
+        const S wa = inverse_mass[a], wb = inverse_mass[b];
+        const S compliance = Soft ? softness_[k].compliance * per_dt2 : S(0),
+                lambda = Soft ? softness_[k].lambda : S(0);
+        const detail::DistanceCorrection<S, D> by(position[a], position[b], wa + wb, all_[k].rest, compliance, lambda);
+        S multiplier = by.multiplier;
+        if constexpr (Soft) softness_[k].lambda += multiplier *= softness_[k].relaxation;
+        position[a] -= by.direction * (wa * multiplier);
+        position[b] += by.direction * (wb * multiplier);
+    }
+
+    template <bool Soft>
+    void iterate(std::span<Vec<S, D>> points, std::span<const S> inverse_masses, S per_dt2, int threads) {
+        Vec<S, D>* const position = points.data();
+        const S* const inverse_mass = inverse_masses.data();
+        if (update == ConstraintUpdate::immediate) {
+            for (std::size_t k = 0; k < size(); ++k) correct<Soft>(k, position, inverse_mass, per_dt2);
+            return;
+        }
+        // Pieces of a colour side by side; what has no colour on one thread.
+        std::vector<std::size_t> counts(colour_end_.size());
+        for (std::size_t c = 0; c < counts.size(); ++c)
+            counts[c] = is_serial(c) ? 1 : (colour_end_[c] - colour_begin(c) + detail::at_once - 1) / detail::at_once;
+        parallel_phases(counts, thread_count(threads), [&](std::size_t c, std::size_t piece, int) {
+            const std::size_t begin = colour_begin(c) + piece * detail::at_once;
+            const std::size_t end = is_serial(c) ? colour_end_[c] : std::min(begin + detail::at_once, colour_end_[c]);
+            for (std::size_t k = begin; k < end; ++k) correct<Soft>(k, position, inverse_mass, per_dt2);
+        });
+    }
+
+    /// Every correction over the larger number of constraints at its two ends: momentum stays, and no sum overshoots.
+    void average(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, S per_dt2, int threads) {
+        impulses_.resize(size());
+        detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t k = first; k < last; ++k) {
+                const auto [a, b] = all_[k].ends;
+                Softness& soft = softness_[k];
+                const detail::DistanceCorrection<S, D> by(position[a], position[b], inverse_mass[a] + inverse_mass[b],
+                                                          all_[k].rest, soft.compliance * per_dt2, soft.lambda);
+                const std::size_t most = std::max(incidence_.of(a).size(), incidence_.of(b).size());
+                const S multiplier = by.multiplier * soft.relaxation / S(most);
+                soft.lambda += multiplier;
+                impulses_[k] = by.direction * multiplier;
+            }
+        });
+        detail::for_chunks(position.size(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) {
+                Vec<S, D> sum = Vec<S, D>::zero();
+                for (const std::uint32_t corner : incidence_.of(i))
+                    sum += corner % 2 == 0 ? -impulses_[corner / 2] : impulses_[corner / 2];
+                position[i] += sum * inverse_mass[i];
+            }
+        });
+    }
+
+    std::size_t colour_begin(std::size_t c) const { return c == 0 ? 0 : colour_end_[c - 1]; }
+    bool is_serial(std::size_t c) const { return origin_[colour_begin(c)].colour == LinkColours::most; }
+
+    std::vector<Ends> all_ends() const {
+        std::vector<Ends> ends;
+        ends.reserve(size());
+        for (const Constraint& each : all_) ends.push_back(each.ends);
+        return ends;
+    }
+
+    void prepare(std::size_t points) {
+        if (!ordered_ || ordered_for_ != update) {
+            for (std::size_t k = 0; k < size(); ++k)
+                for (const std::uint32_t point : all_[k].ends)
+                    if (point >= points)
+                        throw parameter_error(sentence("Constraint ", origin_[k].number, " keeps a distance to point ",
+                                                       point, "; there are ", points, ", counted from 0."));
+            order_by([](const Origin& a, const Origin& b) { return a.number < b.number; });
+            if (update == ConstraintUpdate::coloured) {
+                const LinkColours colours(all_ends(), points);
+                for (std::size_t k = 0; k < size(); ++k) origin_[k].colour = colours.colour[k];
+                order_by([](const Origin& a, const Origin& b) { return a.colour < b.colour; });
+            }
+            ordered_ = true;
+            ordered_for_ = update;
+            incidence_.clear();
+            find_colours();
+        }
+        if (update == ConstraintUpdate::averaged && !incidence_.is_for(points)) {
+            const std::vector<Ends> ends = all_ends();
+            incidence_ = Incidence(std::span<const Ends>(ends), points);
+        }
+    }
+    template <class Before>
+    void order_by(const Before& before) {
+        std::vector<std::uint32_t> order(size());
+        std::iota(order.begin(), order.end(), 0U);
+        std::stable_sort(order.begin(), order.end(),
+                         [&](std::uint32_t a, std::uint32_t b) { return before(origin_[a], origin_[b]); });
+        const auto permute = [&](auto& values) {
+            auto sorted = values;
+            for (std::size_t k = 0; k < order.size(); ++k) sorted[k] = values[order[k]];
+            values = std::move(sorted);
+        };
+        permute(all_), permute(softness_), permute(origin_);
+    }
+    void find_colours() {
+        colour_end_.clear();
+        for (std::size_t k = 0; k < size(); ++k)
+            if (k + 1 == size() || origin_[k].colour != origin_[k + 1].colour) colour_end_.push_back(k + 1);
+    }
+
+    /// The rest keep their order and their colours.
+    template <class Wanted>
+    void keep_if(const Wanted& wanted) {
+        std::size_t to = 0;
+        for (std::size_t k = 0; k < size(); ++k)
+            if (wanted(all_[k], origin_[k].kind)) {
+                all_[to] = all_[k];
+                softness_[to] = softness_[k];
+                origin_[to++] = origin_[k];
+            }
+        if (to == size()) return;
+        all_.resize(to);
+        softness_.resize(to);
+        origin_.resize(to);
+        incidence_.clear();
+        find_colours();
+    }
+
+    void drop_unsupported(std::size_t points, std::vector<Torn>& broken) {
+        std::vector<Ends> edges;
+        for (std::size_t k = 0; k < size(); ++k)
+            if (origin_[k].kind == LinkKind::stretch) edges.push_back(all_[k].ends);
+        const Incidence around(std::span<const Ends>(edges), points);
+        const auto neighbours_share = [&](const Ends& ends) {
+            for (const std::uint32_t at_a : around.of(ends[0]))
+                for (const std::uint32_t at_b : around.of(ends[1]))
+                    if (edges[at_a / 2][1 - at_a % 2] == edges[at_b / 2][1 - at_b % 2]) return true;
+            return false;
+        };
+        keep_if([&](const Constraint& each, LinkKind kind) {
+            const bool carried = kind != LinkKind::shear && kind != LinkKind::bend;
+            if (carried || neighbours_share(each.ends)) return true;
+            broken.push_back(each.ends);
+            return false;
+        });
+    }
+
+    std::vector<Constraint> all_;
+    std::vector<Softness> softness_;
+    std::vector<Origin> origin_;
+    std::vector<std::size_t> colour_end_;
+    Incidence incidence_;
+    aligned_vector<Vec<S, D>> impulses_;
+    std::uint32_t added_ = 0;
+    bool is_soft_ = false, ordered_ = false;
+    ConstraintUpdate ordered_for_ = ConstraintUpdate::coloured;
+};
+
+}  // namespace firn

@@ -1,0 +1,89 @@
+/// \file What air does to a ball, and to a piece of surface.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/core/tensor.hpp>
+#include <firn/lagrangian/net.hpp>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace firn {
+
+namespace detail {
+inline void check_air(double density, double coefficient) {
+    if (!(density >= 0) || !std::isfinite(density) || !(coefficient >= 0) || !std::isfinite(coefficient))
+        throw parameter_error(sentence("Air of density ", density, " kg/m³ and a drag coefficient of ", coefficient,
+                                       ": both must be finite and not negative."));
+}
+}  // namespace detail
+
+/// −½ ρ c_d A |v| v on a ball of radius r, v relative to the wind; A = π r², in 2D the 2 r of a disk, a metre thick.
+template <scalar S, int D>
+struct Drag {
+    S density = S(1.2);       ///< ρ of the air [kg/m³; kg/m² in 2D]
+    S coefficient = S(0.47);  ///< c_d [1]; 0.47: a smooth ball at Reynolds numbers of 1e4 to 1e5
+    Vec<S, D> wind{};         ///< [m/s]
+
+    /// \throws parameter_error unless density and coefficient are finite and not negative
+    void check() const
+        requires std::floating_point<S>
+    {
+        detail::check_air(double(density), double(coefficient));
+    }
+
+    FIRN_INLINE Vec<S, D> force(const Vec<S, D>& velocity, const S& radius) const {
+        const Vec<S, D> v = velocity - wind;
+        const S area = D == 3 ? S(std::numbers::pi) * radius * radius : S(2) * radius;
+        return v * (S(-0.5) * density * coefficient * area * norm(v));
+    }
+};
+
+/// A facet's normal, as long as its area [m²] (in 2D: as an edge [m]), pointing outwards.
+template <scalar S>
+FIRN_INLINE Vec<S, 3> area_vector(const std::array<Vec<S, 3>, 3>& x) {
+    return cross(x[1] - x[0], x[2] - x[0]) * S(0.5);
+}
+template <scalar S>
+FIRN_INLINE Vec<S, 2> area_vector(const std::array<Vec<S, 2>, 2>& x) {
+    const Vec<S, 2> along = x[1] - x[0];
+    return {{along.v[1], -along.v[0]}};
+}
+
+/// −½ ρ c_d A |v| (v·n) n on a facet of area A and unit normal n, an equal part to each corner; v: the mean of the
+/// corners' velocities, relative to the wind. A facet without area takes no force.
+template <scalar S, int D>
+struct AerodynamicDrag {
+    using scalar_type = S;
+    static constexpr int corners = D;
+    struct Element {};
+
+    S density = S(1.2);    ///< ρ of the air [kg/m³]
+    S coefficient = S(1);  ///< c_d [1]; about 1.2 for a plate across the wind
+    Vec<S, D> wind{};      ///< [m/s]
+
+    /// \throws parameter_error unless density and coefficient are finite and not negative
+    void check() const
+        requires std::floating_point<S>
+    {
+        detail::check_air(double(density), double(coefficient));
+    }
+
+    FIRN_INLINE std::array<Vec<S, D>, D> forces(const Element&, const std::array<Vec<S, D>, D>& x,
+                                                const std::array<Vec<S, D>, D>& v) const {
+        Vec<S, D> mean = v[0];
+        unroll<D - 1>([&](auto i) FIRN_LAMBDA { mean = mean + v[i + 1]; });
+        mean = mean * S(1.0 / D) - wind;
+        const Vec<S, D> a = area_vector(x);
+        const S area = norm(a);
+        const auto there = S(0) < area;
+        const S factor = S(-0.5 / D) * density * coefficient * norm(mean) * dot(mean, a);
+        const Vec<S, D> each = a * select(there, factor / select(there, area, S(1)), S(0));
+        std::array<Vec<S, D>, D> all;
+        all.fill(each);
+        return all;
+    }
+};
+
+}  // namespace firn

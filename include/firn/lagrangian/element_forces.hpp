@@ -1,0 +1,168 @@
+/// \file Forces of elements that join a few points each (springs, triangles): computed element by element, then summed
+/// point by point, in one order for any number of threads.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/lagrangian/any_force.hpp>
+#include <firn/lagrangian/incidence.hpp>
+#include <firn/lagrangian/net.hpp>
+
+#include <algorithm>
+
+namespace firn {
+
+namespace detail {
+
+/// Does an element have both ends of one of the torn links among its corners?
+template <std::size_t K>
+bool holds_torn(const std::array<std::uint32_t, K>& corners, std::span<const Torn> torn) {
+    const auto has = [&](std::uint32_t point) {
+        return std::find(corners.begin(), corners.end(), point) != corners.end();
+    };
+    return std::any_of(torn.begin(), torn.end(), [&](const Torn& ends) { return has(ends[0]) && has(ends[1]); });
+}
+
+/// Gives corners their new places. \return whether all are still there
+template <std::size_t K>
+bool renumbered(std::array<std::uint32_t, K>& corners, std::span<const std::uint32_t> new_place) {
+    bool all = true;
+    for (std::uint32_t& point : corners) {
+        point = new_place[point];
+        all = all && point != PointMasses<float, 3>::no_point;
+    }
+    return all;
+}
+
+}  // namespace detail
+
+/// \tparam Law  Law::Element, Law::corners = K, and law.forces(element, x, v) → K forces [N] of the corners' positions
+///              [m] and velocities [m/s]; it may also say energy(element, x) [J], and for the bound of the time step
+///              stiffness(element, x) [N/m] and damping(element) [N s/m], the largest eigenvalues
+template <class Law, int D>
+class ElementForces {
+public:
+    using S = typename Law::scalar_type;
+    using Element = typename Law::Element;
+    static constexpr std::size_t K = Law::corners;
+    using Corners = std::array<std::uint32_t, K>;
+
+    explicit ElementForces(const Law& with = {}) : law(with) {}
+
+    Law law;
+
+    std::size_t size() const { return corners_.size(); }
+    const Corners& corners(std::size_t e) const { return corners_[e]; }
+    Element& element(std::size_t e) { return elements_[e]; }
+    const Element& element(std::size_t e) const { return elements_[e]; }
+
+    /// \param corners  places of points
+    void add(const Corners& corners, const Element& element = {}) {
+        corners_.push_back(corners);
+        elements_.push_back(element);
+        incidence_.clear();
+    }
+
+    /// \throws parameter_error  if an element names a point that is not there
+    void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) {
+        if constexpr (requires { law.check(); }) law.check();
+        prepare(points.size());
+        parts_.resize(size() * K);
+        detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t e = first; e < last; ++e) {
+                const auto of_element =
+                    law.forces(elements_[e], at_corners(points.position, e), at_corners(points.velocity, e));
+                std::copy(of_element.begin(), of_element.end(), parts_.begin() + std::ptrdiff_t(e * K));
+            }
+        });
+        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i)
+                for (const std::uint32_t corner : incidence_.of(i)) force[i] += parts_[corner];
+        });
+    }
+
+    /// Adds to each point the stiffness [N/m] and damping [N s/m] of its elements: over its mass they bound the squares
+    /// of frequencies, and rates.
+    void add_stiffness(const PointView<S, D>& points, std::span<double> stiffness, std::span<double> damping,
+                       int threads) {
+        if constexpr (bounds_step) {
+            prepare(points.size());
+            bounds_.resize(size());
+            detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
+                for (std::size_t e = first; e < last; ++e)
+                    bounds_[e] = {double(law.stiffness(elements_[e], at_corners(points.position, e))), damping_of(e)};
+            });
+            detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+                for (std::size_t i = first; i < last; ++i)
+                    for (const std::uint32_t corner : incidence_.of(i)) {
+                        stiffness[i] += bounds_[corner / K][0];
+                        damping[i] += bounds_[corner / K][1];
+                    }
+            });
+        }
+    }
+
+    /// Elastic energy [J], summed in double in the order of the elements.
+    double energy(const PointView<S, D>& points) {
+        prepare(points.size());
+        double sum = 0;
+        for (std::size_t e = 0; e < size(); ++e)
+            sum += double(law.energy(elements_[e], at_corners(points.position, e)));
+        return sum;
+    }
+
+    /// When points were taken out. Elements that lost a corner are gone. \see PointMasses::remove_if
+    void renumber(std::span<const std::uint32_t> new_place) {
+        keep_if([&](Corners& corners) { return detail::renumbered(corners, new_place); });
+    }
+    /// Takes out the elements that have both ends of a torn link among their corners.
+    void tear(std::span<const Torn> torn) {
+        keep_if([&](Corners& corners) { return !detail::holds_torn(corners, torn); });
+    }
+
+private:
+    static constexpr bool bounds_step =
+        requires(const Law l, const Element e, const std::array<Vec<S, D>, K> x) { l.stiffness(e, x); };
+    double damping_of(std::size_t e) const {
+        if constexpr (requires { law.damping(elements_[e]); })
+            return double(law.damping(elements_[e]));
+        else
+            return 0;
+    }
+
+    template <class Wanted>
+    void keep_if(const Wanted& wanted) {
+        std::size_t to = 0;
+        for (std::size_t e = 0; e < size(); ++e) {
+            if (!wanted(corners_[e])) continue;
+            corners_[to] = corners_[e];
+            elements_[to++] = elements_[e];
+        }
+        corners_.resize(to);
+        elements_.resize(to);
+        incidence_.clear();
+    }
+
+    std::array<Vec<S, D>, K> at_corners(std::span<const Vec<S, D>> values, std::size_t e) const {
+        std::array<Vec<S, D>, K> at;
+        for (std::size_t k = 0; k < K; ++k) at[k] = values[corners_[e][k]];
+        return at;
+    }
+
+    void prepare(std::size_t points) {
+        if (incidence_.is_for(points)) return;
+        for (std::size_t e = 0; e < size(); ++e)
+            for (const std::uint32_t point : corners_[e])
+                if (point >= points)
+                    throw parameter_error(sentence("Element ", e, " of a force joins point ", point, "; there are ",
+                                                   points, ", counted from 0."));
+        incidence_ = Incidence(std::span<const Corners>(corners_), points);
+    }
+
+    std::vector<Corners> corners_;
+    std::vector<Element> elements_;
+    Incidence incidence_;
+    std::vector<std::array<double, 2>> bounds_;  // of each element: stiffness and damping
+    aligned_vector<Vec<S, D>> parts_;            // of the sums: the force on every corner
+};
+
+}  // namespace firn

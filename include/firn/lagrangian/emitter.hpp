@@ -1,0 +1,163 @@
+/// \file Emitters: particles born one by one at a steady rate, and how long they live.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/data/mesh.hpp>
+#include <firn/data/random.hpp>
+#include <firn/lagrangian/point_masses.hpp>
+#include <firn/lagrangian/surface.hpp>
+
+#include <functional>
+#include <numbers>
+#include <queue>
+
+namespace firn {
+
+/// Gives birth to particles: number k at start + k / rate, for as long as that is not after `end`. All that is random
+/// about number k depends on the seed and k only, so neither threads nor the step's size change it. A particle that
+/// was born within a step stands, after it, where it would have flown to.
+///
+/// A birth that is due while `maximum` particles of the emitter are alive does not happen; it does not wait, and its
+/// number is not given to another one.
+template <int D>
+struct Emitter {
+    struct Child {
+        std::uint32_t id;
+        double end;  ///< [s]
+    };
+    static constexpr double forever = std::numeric_limits<double>::infinity();
+    static constexpr std::uint64_t no_maximum = std::numeric_limits<std::uint64_t>::max();
+
+    Vec<double, D> position{};           ///< of the nozzle's middle [m]
+    Vec<double, D> direction = up();     ///< of the jet, of any length
+    double nozzle = 0;                   ///< radius of a disc across the direction; in 2D, half of a segment [m]
+    double speed = 1;                    ///< [m/s]
+    double speed_spread = 0;             ///< speeds lie evenly within speed ± this [m/s]
+    double cone = 0;                     ///< half of the jet's opening angle, filled evenly; π: all directions [rad]
+    double rate = 100;                   ///< births a second [1/s]
+    double start = 0;                    ///< [s]
+    double end = forever;                ///< [s]
+    double lifespan = forever;           ///< after so long a particle is taken out [s]
+    double lifespan_spread = 0;          ///< lifespans lie evenly within lifespan ± this [s]
+    double mass = 1;                     ///< of a particle [kg]
+    double radius = 0;                   ///< of a particle [m]
+    std::uint32_t group = 0;             ///< see PointMass
+    std::uint64_t maximum = no_maximum;  ///< particles of this emitter alive at a time
+    std::uint64_t seed = 1;
+    std::uint64_t births = 0;          ///< that have been due so far, those that did not happen included
+    std::vector<Child> children = {};  ///< that may be alive, in order; kept where there is a maximum
+
+    /// \throws parameter_error  unless numbers are in range
+    void check() const {
+        if (!detail::is_finite(position))
+            throw parameter_error(sentence("An emitter is at ", detail::describe(position), " m; give finite metres."));
+        if (!(norm(direction) > 0) || !std::isfinite(norm(direction)))
+            throw parameter_error(sentence("The direction of an emitter is ", detail::describe(direction),
+                                           "; it must be finite and not zero."));
+        require_range("nozzle", nozzle, 0, forever, "finite and not negative [m]");
+        require_range("speed", speed, 0, forever, "finite and not negative [m/s]");
+        require_range("spread of speed", speed_spread, 0, speed, "from 0 to the speed [m/s]");
+        require_range("cone", cone, 0, std::numbers::pi, "from 0 to pi [rad]");
+        if (!std::isfinite(start) || !(end >= start))
+            throw parameter_error(sentence("An emitter gives particles from ", start, " s to ", end,
+                                           " s; the start must be finite and not after the end."));
+        detail::check_positive(rate, "The rate of an emitter", "births a second");
+        if (!(lifespan > 0))
+            throw parameter_error(
+                sentence("The lifespan of an emitter's particles is ", lifespan, " s; it must be positive."));
+        require_range("spread of the lifespan", lifespan_spread, 0, std::min(lifespan, 1e300),
+                      "from 0 to the lifespan [s]");
+        detail::check_positive(mass, "The mass of an emitter's particle", "kg");
+        require_range("radius", radius, 0, forever, "finite and not negative [m]");
+        if (maximum == 0) throw parameter_error("An emitter's maximum is 0 particles; give 1 or more.");
+    }
+
+    double time_of(std::uint64_t birth) const { return start + double(birth) / rate; }
+
+    /// Number k as it is born.
+    PointMass<D> born(std::uint64_t k) const {
+        const auto random = [&](std::uint64_t which) { return unit_interval(random_bits(seed, 8 * k + which)); };
+        const auto within = [&](double mean, double spread, std::uint64_t which) {
+            return spread > 0 ? mean + spread * (2 * random(which) - 1) : mean;
+        };
+        const Vec<double, D> ahead = direction * (1 / norm(direction));
+        PointMass<D> point{.position = position, .velocity = {}, .mass = mass, .radius = radius, .group = group};
+        Vec<double, D> along = ahead;
+        if constexpr (D == 2) {
+            const Vec<double, 2> left{-ahead[1], ahead[0]};
+            point.position += left * (nozzle * (2 * random(0) - 1));
+            const double angle = cone * (2 * random(1) - 1);
+            along = ahead * std::cos(angle) + left * std::sin(angle);
+        } else {
+            const auto [u, v] = perpendicular(ahead);
+            // Even over the disc, and over the cap of the unit sphere (Archimedes: its area grows with its height).
+            const double r = nozzle * std::sqrt(random(0)), turn = 2 * std::numbers::pi * random(1);
+            point.position += (u * std::cos(turn) + v * std::sin(turn)) * r;
+            const double cosine = 1 - random(2) * (1 - std::cos(cone)), around = 2 * std::numbers::pi * random(3);
+            const double sine = std::sqrt(std::max(0.0, 1 - cosine * cosine));
+            along = ahead * cosine + (u * std::cos(around) + v * std::sin(around)) * sine;
+        }
+        point.velocity = along * within(speed, speed_spread, 4);
+        point.end = time_of(k) + within(lifespan, lifespan_spread, 5);
+        return point;
+    }
+
+    /// Births that were due until `time` [s], it included, do not happen.
+    void skip(double time) {
+        while (is_due(time)) ++births;
+    }
+
+    /// Adds the particles born until `time` [s], it included, that still live then.
+    /// \param acceleration  by which they have flown since their birth [m/s²]
+    /// \return how many were added
+    /// \throws parameter_error  as check(), and as PointMasses::add()
+    template <std::floating_point S>
+    std::size_t give(PointMasses<S, D>& points, double time, const Vec<double, D>& acceleration = {}) {
+        if (!is_due(time)) return 0;
+        check();
+        std::priority_queue<double, std::vector<double>, std::greater<>> ends;  // of those alive, the next first
+        if (maximum != no_maximum) {
+            forget_missing(points);
+            for (const Child& child : children) ends.push(child.end);
+        }
+        const std::size_t before = points.size();
+        for (; is_due(time); ++births) {
+            const double birth = time_of(births), age = time - birth;
+            while (!ends.empty() && ends.top() <= birth) ends.pop();
+            if (ends.size() >= maximum) continue;
+            PointMass<D> point = born(births);
+            if (maximum != no_maximum) ends.push(point.end);
+            if (point.end <= time) continue;
+            point.position += point.velocity * age + acceleration * (age * age / 2);
+            point.velocity += acceleration * age;
+            const std::uint32_t id = points.add(point);
+            if (maximum != no_maximum) children.push_back({id, point.end});
+        }
+        return points.size() - before;
+    }
+
+private:
+    bool is_due(double time) const { return time_of(births) <= time && time_of(births) <= end; }
+
+    /// Both lists are in the order of ids.
+    template <std::floating_point S>
+    void forget_missing(const PointMasses<S, D>& points) {
+        auto at = points.id.begin();
+        std::erase_if(children, [&](const Child& child) {
+            at = std::lower_bound(at, points.id.end(), child.id);
+            return at == points.id.end() || *at != child.id;
+        });
+    }
+
+    static void require_range(const char* what, double given, double least, double most, const char* allowed) {
+        if (!(given >= least && given <= most) || !std::isfinite(given))
+            throw parameter_error(sentence("The ", what, " of an emitter is ", given, "; it must be ", allowed, "."));
+    }
+    static constexpr Vec<double, D> up() {
+        Vec<double, D> direction{};
+        direction[1] = 1;
+        return direction;
+    }
+};
+
+}  // namespace firn

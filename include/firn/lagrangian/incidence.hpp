@@ -1,0 +1,39 @@
+/// \file Which elements a point belongs to: sums over elements that need neither atomics nor colours.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace firn {
+
+/// For every point the corners of elements that lie on it, in the order of the elements.
+class Incidence {
+public:
+    Incidence() = default;  ///< of nothing
+    template <std::size_t K>
+    Incidence(std::span<const std::array<std::uint32_t, K>> elements, std::size_t points) : first_(points + 1, 0) {
+        for (const auto& corners : elements)
+            for (const std::uint32_t point : corners) ++first_[point + 1];
+        for (std::size_t i = 0; i < points; ++i) first_[i + 1] += first_[i];
+        corners_.resize(elements.size() * K);
+        std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+        std::uint32_t corner = 0;
+        for (const auto& corners : elements)
+            for (const std::uint32_t point : corners) corners_[next[point]++] = corner++;
+    }
+
+    /// Is it of elements over so many points? \see clear
+    bool is_for(std::size_t points) const { return first_.size() == points + 1; }
+    void clear() { first_.clear(); }
+    /// The corners on a point: K · element + which of its K corners.
+    std::span<const std::uint32_t> of(std::size_t point) const {
+        return std::span(corners_).subspan(first_[point], first_[point + 1] - first_[point]);
+    }
+
+private:
+    std::vector<std::uint32_t> first_, corners_;
+};
+
+}  // namespace firn

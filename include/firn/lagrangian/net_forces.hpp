@@ -1,0 +1,125 @@
+/// \file From a net to the forces along its links and on its facets.
+#pragma once
+
+#include <firn/lagrangian/drag.hpp>
+#include <firn/lagrangian/element_forces.hpp>
+#include <firn/lagrangian/membrane.hpp>
+#include <firn/lagrangian/spring.hpp>
+#include <firn/lagrangian/surface.hpp>
+
+#include <cmath>
+
+namespace firn {
+
+template <class S, int D>
+using Springs = ElementForces<SpringDamper<S>, D>;
+template <class S, int D>
+using AerodynamicSurface = ElementForces<AerodynamicDrag<S, D>, D>;
+template <class Material>
+using Membranes = ElementForces<Membrane<Material>, 3>;
+
+namespace detail {
+
+template <int D>
+const Vec<double, D>& point_of(const Net<D>& net, std::uint32_t point) {
+    if (point >= net.positions.size())
+        throw parameter_error(
+            sentence("The net joins point ", point, "; it has ", net.positions.size(), " points, counted from 0."));
+    return net.positions[point];
+}
+
+/// rest_length(), if both ends are there and apart.
+template <int D>
+double checked_rest_length(const Net<D>& net, const Link& link) {
+    for (const std::uint32_t end : {link.a, link.b}) point_of(net, end);
+    const double length = rest_length(net, link);
+    if (!(length > 0) || !std::isfinite(length))
+        throw parameter_error(sentence("The link between points ", link.a, " and ", link.b, " has length ", length,
+                                       " m at rest; it must be positive. Take out one of the points, or the link."));
+    return length;
+}
+
+inline std::uint32_t moved_place(std::uint32_t point, std::size_t first) { return std::uint32_t(point + first); }
+
+}  // namespace detail
+
+/// Of the links of one kind.
+struct SpringOptions {
+    double stiffness = 0;  ///< k_s [N/m]; 0, without damping: these links are no springs
+    double damping = 0;    ///< k_d [N s/m]
+
+    /// \throws parameter_error  unless both are finite and not negative
+    void check() const {
+        if (!(stiffness >= 0) || !std::isfinite(stiffness) || !(damping >= 0) || !std::isfinite(damping))
+            throw parameter_error(sentence("A spring of stiffness ", stiffness, " N/m and damping ", damping,
+                                           " N s/m: both must be finite and not negative."));
+    }
+};
+using SpringsOfKinds = std::array<SpringOptions, link_kinds>;  ///< by LinkKind
+
+/// Springs along the links of a net, as long at rest as there.
+/// \param first  the place of the net's first point among the system's
+/// \throws parameter_error  for a link of no length, or to a point that is not there
+template <class S, int D>
+Springs<S, D> springs_of(const Net<D>& net, const SpringsOfKinds& options, std::size_t first = 0) {
+    for (const SpringOptions& each : options) each.check();
+    Springs<S, D> springs;
+    for (const Link& link : net.links) {
+        const SpringOptions& of = options[std::size_t(link.kind)];
+        if (of.stiffness == 0 && of.damping == 0) continue;
+        springs.add({detail::moved_place(link.a, first), detail::moved_place(link.b, first)},
+                    {S(detail::checked_rest_length(net, link)), S(of.stiffness), S(of.damping)});
+    }
+    return springs;
+}
+template <class S, int D>
+Springs<S, D> springs_of(const Net<D>& net, const SpringOptions& of_all, std::size_t first = 0) {
+    SpringsOfKinds options;
+    options.fill(of_all);
+    return springs_of<S>(net, options, first);
+}
+
+/// Wind on the facets of a net.
+template <class S, int D>
+AerodynamicSurface<S, D> aerodynamic_surface_of(const Net<D>& net, const AerodynamicDrag<S, D>& law,
+                                                std::size_t first = 0) {
+    AerodynamicSurface<S, D> surface(law);
+    for (Facet<D> facet : net.facets) {
+        for (std::uint32_t& corner : facet) {
+            detail::point_of(net, corner);
+            corner = detail::moved_place(corner, first);
+        }
+        surface.add(facet);
+    }
+    return surface;
+}
+
+/// The facets of a net as membranes, `thickness` [m] thick and at rest as they are.
+/// \throws parameter_error  for a thickness that is not positive; mesh_error for a triangle without area
+template <class Material>
+Membranes<Material> membranes_of(const Net<3>& net, const Material& material, double thickness, std::size_t first = 0) {
+    using S = material_scalar_t<Material>;
+    if (!(thickness > 0) || !std::isfinite(thickness))
+        throw parameter_error(sentence("A membrane is ", thickness, " m thick; it must be positive."));
+    Membranes<Material> membranes(Membrane<Material>{material});
+    for (std::size_t t = 0; t < net.facets.size(); ++t) {
+        const Facet<3>& corners = net.facets[t];
+        const Vec<double, 3> origin = detail::point_of(net, corners[0]);
+        const Vec<double, 3> a = detail::point_of(net, corners[1]) - origin;
+        const Vec<double, 3> b = detail::point_of(net, corners[2]) - origin;
+        const double base = norm(a), area = norm(cross(a, b)) / 2;
+        // Below this, rounding of the corners is as large as the triangle is high.
+        if (!(area > 1e-12 * (dot(a, a) + dot(b, b))) || !std::isfinite(area))
+            throw mesh_error(sentence("Triangle ", t, " (from 0) of the net has area ", area, " m²: its corners ",
+                                      corners[0], ", ", corners[1], " and ", corners[2],
+                                      " lie on a line. Take it out, or move a corner."));
+        // The first edge along x: D_m = [[base, along], [0, high]]
+        const double along = dot(a, b) / base, high = 2 * area / base;
+        membranes.add({detail::moved_place(corners[0], first), detail::moved_place(corners[1], first),
+                       detail::moved_place(corners[2], first)},
+                      {Mat<S, 2>::rows(1 / base, -along / (base * high), 0, 1 / high), S(area * thickness)});
+    }
+    return membranes;
+}
+
+}  // namespace firn

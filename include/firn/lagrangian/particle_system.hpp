@@ -1,0 +1,253 @@
+/// \file Points under forces, constraints and collisions, stepped through time. It only composes what lies beside it.
+#pragma once
+
+#include <firn/data/mesh.hpp>
+#include <firn/lagrangian/collisions.hpp>
+#include <firn/lagrangian/distance_constraints.hpp>
+#include <firn/lagrangian/emitter.hpp>
+#include <firn/lagrangian/integrator.hpp>
+#include <firn/lagrangian/point_forces.hpp>
+#include <firn/lagrangian/surface_contact.hpp>
+#include <firn/stage/grid_update.hpp>
+
+#include <atomic>
+#include <functional>
+#include <iostream>
+#include <optional>
+#include <string>
+
+namespace firn {
+
+/// How the points of a net become point masses.
+struct NetOptions {
+    double mass = 1;                  ///< of every point [kg]
+    std::vector<double> masses = {};  ///< of each [kg], in place of that; empty: all alike
+    double radius = 0;                ///< [m]
+    std::uint32_t group = 0;          ///< \see PointMass
+};
+
+/// \tparam D           2 or 3
+/// \tparam S           float or double
+/// \tparam Integrator  SymplecticEuler or Verlet
+/// \tparam Boundary    a boundary policy in S that says where its surfaces are: Walls, Collider, Together, …
+///
+/// A step: emitters give points; forces act and points move; constraints pull them where they should be, which changes
+/// their velocities too; colliding points, then points at the boundary, bounce off and are moved apart, which does not.
+template <int D, std::floating_point S = float, integrator Integrator = Verlet, class Boundary = NoBoundary>
+class ParticleSystem {
+public:
+    static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
+    using scalar_type = S;
+    static constexpr int dimension = D;
+
+    ParticleSystem() { gravity[1] = -9.81; }
+    explicit ParticleSystem(const Boundary& with) : boundary(with) { gravity[1] = -9.81; }
+
+    PointMasses<S, D> points;
+    Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
+    double damping = 0;                               ///< c [1/s]: velocities fall by e^(−c dt) a step
+    DistanceConstraints<S, D> constraints;
+    int iterations = 8;  ///< of the constraints, in every step
+    /// Given, points collide with each other.
+    std::optional<Collisions<S, D>> collisions{};
+    Boundary boundary{};           ///< what moves is moved by steps
+    double restitution = 0;        ///< of points at the boundary, Newton's e, from 0 to 1 [1]
+    int threads = 0;               ///< 0: as many as OpenMP would use
+    std::vector<Facet<D>> facets;  ///< the surface, by places of points: for output; torn with the constraints
+    /// Takes warnings: a time step above the bound of the forces. By default they go to std::cerr.
+    std::function<void(const std::string&)> warn = [](const std::string& text) {
+        std::cerr << "firn: " << text << '\n';
+    };
+
+    double time() const { return time_; }  ///< [s]
+    std::uint64_t steps() const { return steps_; }
+
+    /// Adds the points and facets of a net; what joins the points is added by place, from the one returned.
+    /// \return the place of its first point
+    /// \throws parameter_error (nothing is added)
+    std::size_t add(const Net<D>& net, const NetOptions& options, const Vec<double, D>& velocity = {}) {
+        if (!options.masses.empty() && options.masses.size() != net.positions.size())
+            throw parameter_error(sentence("A net of ", net.positions.size(), " points is given ",
+                                           options.masses.size(), " masses; give one for each, or one for all."));
+        for (const Facet<D>& facet : net.facets)
+            for (const std::uint32_t corner : facet) detail::point_of(net, corner);
+        const std::size_t first = points.size();
+        PointMasses<S, D> with = points;
+        for (std::size_t i = 0; i < net.positions.size(); ++i)
+            with.add({.position = net.positions[i],
+                      .velocity = velocity,
+                      .mass = options.masses.empty() ? options.mass : options.masses[i],
+                      .radius = options.radius,
+                      .group = options.group});
+        points = std::move(with);
+        for (Facet<D> facet : net.facets) {
+            for (std::uint32_t& corner : facet) corner = detail::moved_place(corner, first);
+            facets.push_back(facet);
+        }
+        return first;
+    }
+
+    /// From now on the force acts in every step.
+    /// \return it, as it is kept: its parameters may be changed
+    template <class Force>
+        requires point_force<Force, S, D>
+    Force& add_force(Force force) {
+        largest_step_ = 0;
+        return forces_.emplace_back(std::move(force)).template as<Force>();
+    }
+
+    /// Gives points from now on.
+    /// \throws parameter_error  if a number is out of range
+    void add_emitter(const Emitter<D>& emitter) {
+        emitter.check();
+        emitters_.push_back(emitter);
+        if (steps_ > 0) emitters_.back().skip(time_);
+    }
+    const std::vector<Emitter<D>>& emitters() const { return emitters_; }
+
+    /// Takes out the points for which wanted(place) says so, with all that they are joined by.
+    /// \return how many that were
+    template <class Wanted>
+    std::size_t remove_if(const Wanted& wanted) {
+        const std::vector<std::uint32_t> new_place = points.remove_if(wanted);
+        if (new_place.empty()) return 0;
+        constraints.renumber(new_place);
+        if (collisions) collisions->renumber(new_place);
+        for (auto& force : forces_) force.renumber(new_place);
+        std::erase_if(facets, [&](Facet<D>& facet) { return !detail::renumbered(facet, new_place); });
+        largest_step_ = 0;
+        return new_place.size() - points.size();
+    }
+
+    /// Above this [s] the forces' springs and dampers let an explicit step grow without bound, as they are now;
+    /// infinite without such. Constraints have no bound.
+    double stable_time_step() { return detail::largest_step(forces_, points.view(time_), threads); }
+
+    /// One step of dt [s].
+    /// \throws parameter_error  unless dt is positive; and what forces throw
+    /// \throws particle_error   where a point or the force on it is not finite; nothing has moved then
+    void step(double dt) {
+        check(dt);
+        if (steps_ == 0) emit();
+        look_at_bound(dt);
+        force_.assign(points.size(), Vec<S, D>::zero());
+        for (auto& force : forces_) force.add_forces(points.view(time_), force_, threads);
+        check_finite(dt);
+        move(dt);
+        if (constraints.size() > 0) keep_distances(dt);
+        if (collisions) collisions->apply(points, threads);
+        if constexpr (!std::same_as<Boundary, NoBoundary>) {
+            boundary = advanced(boundary, dt);
+            meet_surfaces(points, boundary, restitution, threads);
+        }
+        time_ += dt;
+        ++steps_;
+        tear();
+        remove_if([&](std::size_t i) { return points.end[i] <= time_; });
+        emit();
+    }
+
+    /// Steps of equal length, at most dt [s], until `duration` [s] has passed.
+    void advance(double duration, double dt) {
+        check(dt);
+        if (!(duration >= 0) || !std::isfinite(duration))
+            throw parameter_error(sentence("The time to advance is ", duration, " s; it must not be negative."));
+        const auto count = std::uint64_t(std::ceil(duration / dt * (1 - 1e-12)));
+        for (std::uint64_t i = 0; i < count; ++i) step(duration / double(count));
+    }
+
+private:
+    void check(double dt) const {
+        if (!(dt > 0) || !std::isfinite(dt))
+            throw parameter_error(sentence("The time step is ", dt, " s; it must be positive."));
+        if (iterations < 0) throw parameter_error(sentence("There are ", iterations, " iterations; give 0 or more."));
+        if (!(damping >= 0) || !std::isfinite(damping))
+            throw parameter_error(sentence("The damping is ", damping, " /s; it must be finite and not negative."));
+    }
+
+    /// Warns of a step above the bound, which is computed anew now and then, and when forces change.
+    void look_at_bound(double dt) {
+        if (largest_step_ == 0 || steps_ % 64 == 0) largest_step_ = stable_time_step();
+        if (dt < largest_step_ * warned_ratio_) return;
+        warned_ratio_ = 1.2 * dt / largest_step_;
+        warn(sentence("the time step of ", dt, " s is ", dt / largest_step_, " times the bound of ", largest_step_,
+                      " s of the springs and dampers at step ", steps_, "; points may fly apart."));
+    }
+
+    void check_finite(double dt) const {
+        std::atomic<std::size_t> bad = points.size();  // the first
+        const auto total = [](const Vec<S, D>& a) {
+            S sum = a[0];
+            unroll<D - 1>([&](auto i) FIRN_LAMBDA { sum += a[i + 1]; });
+            return sum;
+        };
+        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+            S all = 0;  // zero times a number is not zero where that is not finite
+            for (std::size_t i = first; i < last; ++i)
+                all += (total(points.position[i]) + total(points.velocity[i]) + total(force_[i])) * S(0);
+            if (all == 0) return;
+            std::size_t i = first;
+            while (i + 1 < last && detail::is_finite(points.position[i]) && detail::is_finite(points.velocity[i]) &&
+                   detail::is_finite(force_[i]))
+                ++i;
+            for (std::size_t known = bad; i < known && !bad.compare_exchange_weak(known, i);) {
+            }
+        });
+        if (const std::size_t i = bad; i < points.size())
+            throw particle_error(
+                sentence("Point ", points.id[i], " is at ", detail::describe(points.position[i]), " m, has velocity ",
+                         detail::describe(points.velocity[i]), " m/s and takes a force of ",
+                         detail::describe(force_[i]), " N at step ", steps_, "; all must be finite. ",
+                         dt > largest_step_ ? sentence("The step of ", dt, " s is above the bound of ", largest_step_,
+                                                       " s of the springs and dampers: shorten it.")
+                                            : std::string("Look at what was set by hand, and at forces of your own.")));
+    }
+
+    void move(double dt) {
+        const S step = S(dt);
+        const Vec<S, D> g = cast<S>(gravity);
+        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) {
+                Vec<S, D>& v = points.velocity[i];
+                if (points.inverse_mass[i] > 0) {
+                    const S kick = Integrator::kick(step, points.since[i]);
+                    if (damping > 0) v = v * S(std::exp(-damping * double(kick)));
+                    v += (g + force_[i] * points.inverse_mass[i]) * kick;
+                }
+                points.since[i] = Integrator::since(step);
+                points.position[i] += v * step;
+            }
+        });
+    }
+
+    void keep_distances(double dt) {
+        moved_.assign(points.position.begin(), points.position.end());
+        constraints.solve(points.position, points.inverse_mass, dt, iterations, threads);
+        const S per_dt = S(1 / dt);
+        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) points.velocity[i] += (points.position[i] - moved_[i]) * per_dt;
+        });
+    }
+
+    void emit() {
+        std::size_t born = 0;
+        for (Emitter<D>& emitter : emitters_) born += emitter.give(points, time_, gravity);
+        if (born > 0) largest_step_ = 0;
+    }
+
+    void tear() {
+        const std::vector<Torn> torn = constraints.torn(points.position);
+        if (torn.empty()) return;
+        for (auto& force : forces_) force.tear(torn);
+        std::erase_if(facets, [&](const Facet<D>& facet) { return detail::holds_torn(facet, std::span(torn)); });
+        largest_step_ = 0;
+    }
+
+    std::vector<Emitter<D>> emitters_;
+    std::vector<detail::AnyForce<S, D>> forces_;
+    aligned_vector<Vec<S, D>> force_, moved_;
+    double time_ = 0, largest_step_ = 0, warned_ratio_ = 1;
+    std::uint64_t steps_ = 0;
+};
+
+}  // namespace firn

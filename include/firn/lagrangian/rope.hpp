@@ -1,0 +1,33 @@
+/// \file Ropes; in 2D also what cloth is in a plane.
+#pragma once
+
+#include <firn/lagrangian/surface.hpp>
+
+namespace firn {
+
+/// A straight rope of `segments` + 1 points from a to b [m], evenly apart. Stretch links along it, bend links to the
+/// second neighbour; in 2D its segments are facets, the outside on the right of the way from a to b.
+/// \throws parameter_error  unless a and b are finite and apart, and there is a segment
+template <int D>
+Net<D> rope(const Vec<double, D>& a, const Vec<double, D>& b, std::size_t segments) {
+    const double length = norm(b - a);
+    if (!(length > 0) || !std::isfinite(length))
+        throw parameter_error(sentence("A rope from ", detail::describe(a), " to ", detail::describe(b),
+                                       " m has the length ", length, " m; its ends must be finite and apart."));
+    if (segments < 1 || segments >= max_points)
+        throw parameter_error(
+            sentence("A rope of ", segments, " segments was asked for; give 1 to ", max_points - 1, "."));
+    Net<D> net;
+    for (std::size_t i = 0; i <= segments; ++i) {
+        const double t = double(i) / double(segments);
+        net.positions.push_back(a * (1 - t) + b * t);
+    }
+    for (std::uint32_t i = 0; i < segments; ++i) {
+        net.links.push_back({i, i + 1, LinkKind::stretch});
+        if (i + 1 < segments) net.links.push_back({i, i + 2, LinkKind::bend});
+        if constexpr (D == 2) net.facets.push_back({i, i + 1});
+    }
+    return net;
+}
+
+}  // namespace firn

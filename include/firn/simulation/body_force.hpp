@@ -1,0 +1,85 @@
+/// \file Forces between the particles of a body, beside those of a constitutive model.
+#pragma once
+
+#include <firn/exec/parallel.hpp>
+#include <firn/lagrangian/any_force.hpp>
+#include <firn/simulation/body.hpp>
+
+namespace firn::detail {
+
+/// Springs, membranes, wind: what joins the particles of a body, to which particle first + i is point i. Their impulses
+/// go to the particles' own velocities, from where P2G takes them to the nodes: Σ w_ip (m_p v_p + dt f_p), the momentum
+/// of a Lagrangian mesh (Jiang, Schroeder, Selle, Teran, Stomakhin 2015, §9). A free mesh's frequencies bound those
+/// that the grid lets through: what nodes carry is heavier.
+template <std::floating_point S, int D>
+class BodyForce {
+public:
+    BodyForce(const Body& body, AnyForce<S, D> force) : body_(body), forces_{std::move(force)} {}
+
+    AnyForce<S, D>& force() { return forces_[0]; }
+
+    /// \param particles  in any order
+    template <class Particles>
+    void push(Particles& particles, double time, double dt, int threads) {
+        look_at(particles, threads);
+        force_.assign(position_.size(), Vec<S, D>::zero());
+        forces_[0].add_forces(view(time), force_, threads);
+        for_slots(particles, threads, [&](std::size_t slot, std::size_t i) {
+            particles.set_velocity(slot, velocity_[i] + force_[i] * (S(dt) / mass_[i]));
+        });
+    }
+
+    /// Above it [s] an explicit step lets what the force joins fly apart.
+    template <class Particles>
+    double largest_step(const Particles& particles, double time, int threads) {
+        look_at(particles, threads);
+        return detail::largest_step(forces_, view(time), threads);
+    }
+
+private:
+    PointView<S, D> view(double time) const { return {position_, velocity_, mass_, radius_, time}; }
+
+    /// Calls f(slot, i) for the particles of the body.
+    template <class Particles, class F>
+    void for_slots(Particles& particles, int threads, const F& f) const {
+        for_chunks(particles.slots(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t slot = first; slot < last; ++slot)
+                if (particles.is_particle(slot) && body_.holds(particles.id(slot)))
+                    f(slot, std::size_t(particles.id(slot) - body_.first));
+        });
+    }
+
+    template <class Particles>
+    void look_at(const Particles& particles, int threads) {
+        position_.resize(body_.count);
+        velocity_.resize(body_.count);
+        radius_.resize(body_.count);
+        mass_.assign(body_.count, 0);
+        for_slots(particles, threads, [&](std::size_t slot, std::size_t i) {
+            position_[i] = particles.position(slot);
+            velocity_[i] = particles.velocity(slot);
+            mass_[i] = particles.mass(slot);
+        });
+        drop_lost();
+    }
+
+    /// Particles that a sink took: whatever joined them is gone.
+    void drop_lost() {
+        std::size_t lost = 0;
+        for (const S mass : mass_) lost += mass == 0;
+        if (lost == lost_) return;
+        lost_ = lost;
+        std::vector<std::uint32_t> place(mass_.size());
+        for (std::size_t i = 0; i < place.size(); ++i)
+            place[i] = mass_[i] == 0 ? PointMasses<S, D>::no_point : std::uint32_t(i);
+        forces_[0].renumber(place);
+    }
+
+    Body body_;
+    std::array<AnyForce<S, D>, 1> forces_;
+    aligned_vector<Vec<S, D>> position_, velocity_, force_;
+    aligned_vector<S> mass_, radius_;
+    std::size_t lost_ = 0;
+};
+
+}  // namespace firn::detail

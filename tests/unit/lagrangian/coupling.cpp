@@ -1,0 +1,166 @@
+/// \file Nets among other matter on the grid: they carry momentum both ways, stretch as they should, and bound the
+/// step.
+#include "support/catch.hpp"
+#include <firn/data/sampling.hpp>
+#include <firn/field/damped.hpp>
+#include <firn/lagrangian/cloth.hpp>
+#include <firn/lagrangian/net_forces.hpp>
+#include <firn/material/no_stress.hpp>
+#include <firn/simulation.hpp>
+
+#include <cstring>
+
+using namespace firn;
+
+namespace {
+
+using Cloth = NoStress<double>;
+using Jelly = FixedCorotated<double>;
+using Both = Simulation<3, Materials<Cloth, Jelly>>;
+using V = Vec<double, 3>;
+
+/// A square of cloth, across y.
+Net<3> square(const V& corner, double side, std::size_t cells) {
+    return cloth(corner, {{0, 0, side}}, {{side, 0, 0}}, {cells, cells});
+}
+std::vector<double> masses(const Net<3>& net, double total) {
+    return std::vector<double>(net.positions.size(), total / double(net.positions.size()));
+}
+
+Totals<3> of_both(const Both& simulation) {
+    auto sum = simulation.totals<Cloth>();
+    return sum += simulation.totals<Jelly>();
+}
+
+/// A block of jelly that flies into a cloth, far from any wall.
+Both falling_into_cloth(int threads) {
+    Both simulation({{{0, 0, 0}}, {{1, 1, 1}}, 1.0 / 16}, {}, {threads});
+    simulation.gravity = V::zero();
+    const Net<3> net = square({{0.25, 0.5, 0.25}}, 0.5, 16);
+    const Body sheet = simulation.add<Cloth>(net, masses(net, 0.05));
+    simulation.add_force<Cloth>(sheet, membranes_of(net, Jelly::from_young_poisson(1e4, 0.3), 1e-3));
+    simulation.add<Jelly>(sample_box<3>({{0.4, 0.6, 0.4}}, {{0.6, 0.7, 0.6}}, {.spacing = 1.0 / 32}), 20,
+                          {{0.3, -2, 0}});
+    return simulation;
+}
+
+}  // namespace
+
+TEST_CASE("cloth that catches a block takes its momentum, and both have as much as before", "[lagrangian]") {
+    Both simulation = falling_into_cloth(0);
+    const auto before = of_both(simulation);
+    simulation.advance(0.1);
+    const auto after = of_both(simulation);
+    CHECK(norm(after.momentum - before.momentum) < 1e-12 * norm(before.momentum));
+    CHECK(norm(after.angular_momentum - before.angular_momentum) < 1e-12 * norm(before.momentum));
+    // Both ways: the cloth is carried along, the block is slower.
+    const auto cloth = simulation.totals<Cloth>(), block = simulation.totals<Jelly>();
+    CHECK(cloth.momentum[1] / cloth.mass < -0.5);
+    CHECK(block.momentum[1] / block.mass > -1.9);
+    // And nothing went through: the block's lowest particle is above the cloth's lowest.
+    const auto lowest = [](const auto& particles) {
+        double y = 1;
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot)) y = std::min(y, particles.exact_position(slot)[1]);
+        return y;
+    };
+    CHECK(lowest(simulation.particles<Jelly>()) > lowest(simulation.particles<Cloth>()));
+}
+
+TEST_CASE("cloth and a block give the same bits for 1, 2, 3, 4 and 7 threads", "[lagrangian]") {
+    const auto run = [](int threads) {
+        Both simulation = falling_into_cloth(threads);
+        for (int i = 0; i < 40; ++i) simulation.step();
+        std::vector<V> all;
+        const auto& particles = simulation.particles<Cloth>();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot)) all.push_back(particles.exact_position(slot));
+        return all;
+    };
+    const auto one = run(1);
+    CHECK(one.size() == 17 * 17);
+    for (const int threads : {2, 3, 4, 7}) {
+        const auto other = run(threads);
+        CHECK(std::memcmp(one.data(), other.data(), one.size() * sizeof(V)) == 0);
+    }
+}
+
+TEST_CASE("a strip of cloth that hangs is longer by rho g L^2 / 2E", "[lagrangian]") {
+    // Without Poisson's effect, in a field of gravity along x, held at x = 0 by the wall that it begins in.
+    const double young = 2e4, thickness = 1e-3, density = 100, length = 0.5, g = 9.81;
+    auto walls = Walls<double, 3>::all({{0, 0, 0}}, {{1, 0.5, 0.5}}, {});
+    walls.at_lower[0].contact = Contact::stick;
+    Both simulation({{{0, 0, 0}}, {{1, 0.5, 0.5}}, 1.0 / 32}, {}, {}, walls);
+    const Net<3> net = cloth({{0, 0.25, 0.2}}, {{length, 0, 0}}, {{0, 0, 0.1}}, {32, 8});
+    const Body sheet = simulation.add<Cloth>(net, facet_masses(net, density * thickness));
+    simulation.add_force<Cloth>(sheet, membranes_of(net, Jelly::from_young_poisson(young, 0), thickness));
+    const Damped<double, 3> damped{{{{g, 0, 0}}}, 20};
+    simulation.advance(1.5, damped);
+    double end = 0, count = 0;
+    const auto& particles = simulation.particles<Cloth>();
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot) && net.positions[particles.id(slot)][0] == length) {
+            end += particles.exact_position(slot)[0];
+            ++count;
+        }
+    CHECK(count == 9);
+    // Held within the kernel's reach of the wall: a cell less to stretch, of 16.
+    CHECK(end / count - length == Approx(density * g * length * length / (2 * young)).epsilon(0.05));
+}
+
+TEST_CASE("the step is bounded by what joins the particles of a net", "[lagrangian]") {
+    Both simulation({{{0, 0, 0}}, {{1, 1, 1}}, 1.0 / 16});
+    simulation.gravity = V::zero();
+    const Net<3> net = square({{0.25, 0.5, 0.25}}, 0.5, 8);
+    const Body sheet = simulation.add<Cloth>(net, masses(net, 0.01));
+    // Nothing moves and nothing pulls: there is no bound before there is a force.
+    CHECK_THROWS_AS(simulation.stable_time_step(), particle_error);
+    Springs<double, 3> one;
+    one.add({0, 1}, {1.0 / 16, 100, 0});
+    simulation.add_force<Cloth>(sheet, std::move(one));
+    // Half of 2/ω, ω² = 2k/m of two free masses
+    CHECK(simulation.stable_time_step() == Approx(1 / std::sqrt(200 / (0.01 / 81))));
+    // Slightly pulled apart it swings for as long as we look, and does not grow.
+    simulation.add_force<Cloth>(sheet, membranes_of(net, Jelly::from_young_poisson(1e5, 0.3), 1e-3));
+    auto& particles = simulation.edit_particles<Cloth>();
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot))
+            particles.set_velocity(slot, (particles.exact_position(slot) - V::filled(0.5)) * 0.1);
+    const double energy = simulation.totals<Cloth>().kinetic_energy;
+    double largest = 0;
+    for (int i = 0; i < 500; ++i) {
+        simulation.step();
+        largest = std::max(largest, simulation.totals<Cloth>().kinetic_energy);
+    }
+    CHECK(largest < 1.05 * energy);
+    CHECK(largest > 0.1 * energy);
+}
+
+TEST_CASE("where a sink takes points of a net, what joined them is gone, and the rest goes on", "[lagrangian]") {
+    Both simulation = falling_into_cloth(0);
+    auto& springs = simulation.add_force<Cloth>(
+        simulation.bodies<Cloth>()[0], springs_of<double>(square({{0.25, 0.5, 0.25}}, 0.5, 16), SpringOptions{1, 0}));
+    const std::size_t before = springs.size();
+    simulation.add_sink<Cloth>({{{0, 0, 0}}, {{0.3, 1, 1}}});
+    for (int i = 0; i < 20; ++i) simulation.step();
+    CHECK(simulation.particles<Cloth>().size() == 17 * 15);
+    // Two rows of points left: of each kind of link, those that began in them.
+    CHECK(springs.size() < before);
+    CHECK(std::isfinite(simulation.totals<Cloth>().kinetic_energy));
+}
+
+TEST_CASE("nets that do not fit are refused", "[lagrangian]") {
+    Both simulation({{{0, 0, 0}}, {{1, 1, 1}}, 1.0 / 16});
+    Net<3> net = square({{0.25, 0.5, 0.25}}, 0.5, 2);
+    CHECK_THROWS_WITH(simulation.add<Cloth>(net, std::vector<double>(3, 1.0)), Catch::Contains("9 points"));
+    CHECK_THROWS_AS(simulation.add<Cloth>(net, std::vector<double>(9, 0.0)), parameter_error);
+    net.positions[4][1] = 2;
+    CHECK_THROWS_AS(simulation.add<Cloth>(net, masses(net, 1)), particle_error);
+    CHECK(simulation.particles<Cloth>().size() == 0);
+    net.positions[4][1] = 0.5;
+    const Body sheet = simulation.add<Cloth>(net, masses(net, 1), {{0, 1, 0}});
+    Springs<double, 3> beyond;
+    beyond.add({0, 9}, {1, 1, 0});
+    simulation.add_force<Cloth>(sheet, std::move(beyond));
+    CHECK_THROWS_WITH(simulation.step(), Catch::Contains("point 9"));
+}
