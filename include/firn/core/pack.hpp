@@ -31,6 +31,27 @@ FIRN_INLINE bool any_bit(V bits) {
     }
 }
 
+/// The sign bits of the lanes, lane 0 the lowest.
+template <class T, int N, class V>
+FIRN_INLINE std::uint32_t sign_bits(V bits) {
+    [[maybe_unused]] constexpr bool single = sizeof(T) == 4;
+#ifdef __AVX512DQ__
+    if constexpr (sizeof(V) == 64 && single) return _mm512_movepi32_mask(__m512i(bits));
+    if constexpr (sizeof(V) == 64 && !single) return _mm512_movepi64_mask(__m512i(bits));
+#endif
+#ifdef __AVX__
+    if constexpr (sizeof(V) == 32 && single) return std::uint32_t(_mm256_movemask_ps(__m256(bits)));
+    if constexpr (sizeof(V) == 32 && !single) return std::uint32_t(_mm256_movemask_pd(__m256d(bits)));
+#endif
+#ifdef __SSE2__
+    if constexpr (sizeof(V) == 16 && single) return std::uint32_t(_mm_movemask_ps(__m128(bits)));
+    if constexpr (sizeof(V) == 16 && !single) return std::uint32_t(_mm_movemask_pd(__m128d(bits)));
+#endif
+    std::uint32_t set = 0;
+    for (int i = 0; i < N; ++i) set |= std::uint32_t(bits[i] < 0) << i;
+    return set;
+}
+
 /// Of all lanes, in one instruction where the target has it: g++ 12 takes a loop over lanes apart. (Masked where g++ 12
 /// would warn of uninitialised values.)
 template <class T, class V>
@@ -140,6 +161,8 @@ struct pack {
             return {vector((m.bits & mask_vector(a.lanes)) | (~m.bits & mask_vector(b.lanes)))};  // two registers
     }
     FIRN_INLINE friend bool any(mask m) { return detail::any_bit<sizeof(mask_vector)>(m.bits); }
+    /// Bit l: whether lane l is set. Of 32 lanes at most.
+    FIRN_INLINE friend std::uint32_t lane_bits(mask m) { return detail::sign_bits<T, N>(m.bits); }
     FIRN_INLINE friend pack sqrt(pack a) { return {detail::sqrt_of_lanes<T>(a.lanes)}; }
     FIRN_INLINE friend pack abs(pack a) { return select(a < pack(0), -a, a); }
     // The digits of each lane, see core/bits.hpp.

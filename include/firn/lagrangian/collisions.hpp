@@ -7,16 +7,22 @@
 #pragma once
 
 #include <firn/core/error.hpp>
+#include <firn/core/pack.hpp>
 #include <firn/data/random.hpp>
 #include <firn/exec/parallel.hpp>
+#include <firn/exec/transpose.hpp>
 #include <firn/lagrangian/collision_grid.hpp>
+#include <firn/lagrangian/contact_table.hpp>
 #include <firn/lagrangian/excluded_pairs.hpp>
 #include <firn/lagrangian/impact.hpp>
 #include <firn/lagrangian/net.hpp>
 #include <firn/lagrangian/point_masses.hpp>
+#include <firn/lagrangian/surface_contact.hpp>
+#include <firn/stage/grid_update.hpp>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <span>
 #include <vector>
@@ -38,19 +44,22 @@ Vec<S, D> direction_of_ids(std::uint32_t from, std::uint32_t to) {
 }  // namespace detail
 
 /// Two points collide when they are nearer than the sum of their radii, unless a radius is 0, both are of the same
-/// group other than 0, or the pair is excluded.
+/// group other than 0, or the pair is excluded. Surfaces of a boundary may take part.
 ///
-/// Velocities: passes of impulses along the lines of centres, J = (u − v_n) / (w_i + w_j) wherever the points separate
-/// at v_n < u, with inverse masses w and Coulomb friction of at most μ J. u is what restitution asks for: −e times v_n
-/// before the passes where that was an approach, else 0. The impulses of a pass are found from the same velocities and
-/// applied together (Jacobi), each divided by the larger number of contacts of its two points: a point then moves by
-/// no more than a mean of what its contacts ask for, so that without restitution no pass adds energy. A contact of two
-/// points that touch nothing else is resolved in the first pass. Others are approached, the nearer the more passes; all
-/// contacts of a step act at the same time: a row of balls in contact is thrown apart by restitution as a whole, not
-/// one after the other as balls a little apart would be.
+/// Velocities: each contact carries an impulse J, found in passes. In a pass a contact looks at the relative velocity
+/// that its points would have without J, and at the impulse by which velocity_after_impact answers that: the normal
+/// part lets them separate at least at the speed u, friction is at most μ times the normal part. u is what restitution
+/// asks for: e times the speed of approach before the passes, else 0. J goes towards that impulse by 1 / (the larger
+/// number of contacts of the two points); all contacts act together (Jacobi), so that a point moves by no more than a
+/// mean of what its contacts ask for. A contact of two points that touch nothing else is resolved in the first pass;
+/// others are approached. The first pass begins with the impulses of the step before (of two steps before, where those
+/// were smaller: blows are over, weight remains), which is what lets piles rest on few passes.
 ///
-/// Positions: passes of shifts, shared likewise by inverse masses and contacts, remove the overlaps. They change no
-/// velocity.
+/// All contacts of a step act at the same time: a row of balls in contact is thrown apart by restitution as a whole,
+/// not one after the other as balls a little apart would be.
+///
+/// Positions: passes of shifts, shared by inverse masses and contacts, remove the overlaps (but for contact_slack).
+/// They change no velocity.
 template <std::floating_point S, int D>
 class Collisions {
 public:
@@ -58,8 +67,9 @@ public:
 
     double restitution = 0;   ///< Newton's e, from 0 to 1 [1]
     double friction = 0;      ///< Coulomb's μ [1]
-    int velocity_passes = 4;  ///< a step
+    int velocity_passes = 6;  ///< a step
     int shift_passes = 2;     ///< a step
+    bool remember = true;     ///< begin with the impulses of the step before
 
     /// \throws parameter_error  unless 0 ≤ e ≤ 1, μ is finite and not negative, and the numbers of passes are not
     void check() const {
@@ -86,213 +96,326 @@ public:
     /// When points have been taken out. \param new_place  as PointMasses::remove_if says
     void renumber(std::span<const std::uint32_t> new_place) { excluded_.renumber(new_place); }
 
-    /// Once a step, when points have moved: finds contacts, velocities, shifts.
-    /// \throws as find() and check()
-    void apply(PointMasses<S, D>& points, int threads = 0) {
-        find(points, threads);
+    /// Once a step, when points have moved: finds contacts, changes velocities, shifts.
+    /// \throws as find()
+    void apply(PointMasses<S, D>& points, int threads = 0) { apply(points, NoBoundary{}, 0, threads); }
+    /// The same with the surfaces of a boundary. What they let slide and leave takes part in the passes, so that piles
+    /// stand on it; then meet_surfaces() has the last word.
+    /// \param boundary  a boundary policy in S that says where its surfaces are
+    /// \param restitution_of_surfaces  Newton's e between points and surfaces [1]
+    /// \throws as find() and meet_surfaces()
+    template <class B>
+    void apply(PointMasses<S, D>& points, const B& boundary, double restitution_of_surfaces, int threads = 0) {
+        find(points, boundary, restitution_of_surfaces, threads);
         change_velocities(points, threads);
         shift(points, threads);
+        if constexpr (!std::same_as<B, NoBoundary>) meet_surfaces(points, boundary, restitution_of_surfaces, threads);
     }
 
     /// Finds the contacts, and the approach velocities that restitution goes by.
     /// \throws particle_error   naming points whose position or radius is not finite
     /// \throws parameter_error  as check(), and if an excluded pair names a point that is not there
-    void find(const PointMasses<S, D>& points, int threads = 0) {
+    void find(const PointMasses<S, D>& points, int threads = 0) { find(points, NoBoundary{}, 0, threads); }
+    template <class B>
+    void find(const PointMasses<S, D>& points, const B& boundary, double restitution_of_surfaces, int threads = 0) {
         check();
+        check_restitution(restitution_of_surfaces);
+        threads = thread_count(threads);
         excluded_.prepare(points.size());
         grid_.build(points, threads);
-        const std::size_t n = grid_.size();
-        chunks_.resize((n + chunk_size - 1) / chunk_size);
-        for (auto* field : {&first_, &count_}) field->resize(n);
-        for (auto* field : {&x_, &v_, &next_}) field->resize(n);
-        w_.resize(n);
-        group_.resize(n);
-        const std::size_t counts[] = {chunks_.size(), chunks_.size(), chunks_.size()};
-        parallel_phases(counts, thread_count(threads), [&](std::size_t phase, std::size_t chunk, int) {
+        std::swap(table_, before_);
+        const auto lifted = lift<S>(boundary);
+        table_.find(grid_, points, excluded_, [&](const V& x, const auto& seen) { lifted.surfaces(x, seen); }, threads);
+        begun_ = false;
+        const std::size_t all = grid_.size() + table_.surface_count();
+        for (auto* field : {&x_, &v_, &next_}) field->resize(4 * all);
+        w_.resize(grid_.size());
+        blocks_.resize(table_.chunks.size());
+        phases_.assign(2, blocks_.size());
+        felt_.resize(std::max(felt_.size(), std::size_t(threads)));
+        parallel_phases(phases_, threads, [&](std::size_t phase, std::size_t which, int thread) {
             if (phase == 0)
-                copy_points(chunk, points);
-            else if (phase == 1)
-                list_contacts(chunk);
+                copy_points(which, points);
             else
-                describe_contacts(chunk, points);
+                describe_contacts(which, points, S(restitution_of_surfaces), felt_[std::size_t(thread)]);
         });
     }
 
     /// How many pairs are in contact.
     std::size_t contacts() const {
         std::size_t both_sides = 0;
-        for (const Chunk& chunk : chunks_) both_sides += chunk.used;
+        for (const auto& chunk : table_.chunks) both_sides += chunk.used - chunk.surfaces.size();
         return both_sides / 2;
     }
     /// f(place, place of the other), for each contact from both sides.
     template <class F>
     void for_contacts(const F& f) const {
         for (std::size_t k = 0; k < grid_.size(); ++k)
-            for (const PairContact& c : contacts_of(k)) f(grid_.place(k), grid_.place(c.other));
+            for (std::size_t c = table_.first[k]; c < table_.first[k] + table_.count[k]; ++c)
+                if (const std::uint32_t other = table_.chunks[k / chunk_size].others[c]; !Table::is_surface(other))
+                    f(grid_.place(k), grid_.place(other));
     }
 
-    /// Pairs of points in contact act on each other. \param points  those that contacts were found of
+    /// Points in contact act on each other. \param points  those that contacts were found of
     void change_velocities(PointMasses<S, D>& points, int threads = 0) {
-        relax(points.velocity, v_, velocity_passes, thread_count(threads), [&](std::size_t k) {
-            const V v = v_[k];
-            const S mu = S(friction);
-            V sum = V::zero();
-            for (const PairContact& c : contacts_of(k)) {
-                const V relative = v - v_[c.other];
-                if (!(dot(relative, c.normal) < c.leaving)) continue;
-                sum +=
-                    (velocity_after_impact(relative, c.normal, Contact::separate, mu, c.leaving) - relative) * c.factor;
-            }
-            return v + sum * w_[k];
-        });
+        if (velocity_passes == 0) return;
+        threads = thread_count(threads);
+        const auto begin = [](Block& block, const Seen&, const Seen&)
+                               FIRN_LAMBDA { return block.vector(block.impulse) * P::load(block.mass); };
+        const auto improve = [](Block& block, const Seen& own, const Seen& other) FIRN_LAMBDA {
+            const PV normal = block.vector(block.normal), impulse = block.vector(block.impulse);
+            const PV without = own.vector - other.vector - impulse;
+            const P leaving = P::load(block.leaving);
+            const PV with = velocity_after_impact(without, normal, Contact::separate, P::load(block.friction), leaving);
+            const PV wanted = select(dot(without, normal) < leaving, with - without, PV::zero());
+            const PV change = (wanted - impulse) * P::load(block.share);
+            unroll<D>([&](auto a) FIRN_LAMBDA { (impulse.v[a] + change.v[a]).store(block.impulse[a]); });
+            return change * P::load(block.mass);
+        };
+        gather(points.velocity, v_, threads);
+        if (!begun_ && before_.has_kept && remember) relax(v_, 1, threads, begin);
+        relax(v_, velocity_passes, threads, improve);
+        scatter(points.velocity, v_, threads);
+        parallel_for(blocks_.size(), threads, [&](std::size_t which, int) { keep(which); });
+        begun_ = table_.has_kept = true;
     }
 
-    /// Pairs of points that overlap move apart.
+    /// Points that overlap move apart.
     void shift(PointMasses<S, D>& points, int threads = 0) {
-        relax(points.position, x_, shift_passes, thread_count(threads), [&](std::size_t k) {
-            const V x = x_[k];
-            V sum = V::zero();
-            for (const PairContact& c : contacts_of(k)) {
-                const V apart = x - x_[c.other];
-                const S square = dot(apart, apart), reach = grid_.radii()[k] + grid_.radii()[c.other];
-                if (!(square < reach * reach)) continue;
-                const S distance = std::sqrt(square);
-                const V normal = square > least_square ? apart * (1 / distance) : c.normal;
-                sum += normal * ((reach - distance) * c.factor);
-            }
-            return x + sum * w_[k];
+        if (shift_passes == 0) return;
+        threads = thread_count(threads);
+        gather(points.position, x_, threads);
+        relax(x_, shift_passes, threads, [](Block& block, const Seen& own, const Seen& other) FIRN_LAMBDA {
+            const PV apart = own.vector - other.vector;
+            const P square = dot(apart, apart), reach = own.number + other.number;
+            const auto has_direction = P(least_square) < square;
+            const P distance = sqrt(square);
+            const PV normal = select(has_direction, apart * (P(1) / select(has_direction, distance, P(1))),
+                                     block.vector(block.normal));
+            return normal *
+                   (max(reach * P(1 - contact_slack) - distance, P(0)) * P::load(block.share) * P::load(block.mass));
         });
+        scatter(points.position, x_, threads);
     }
 
     const CollisionGrid<S, D>& grid() const { return grid_; }
     /// What it holds in memory.
     std::size_t bytes() const {
-        std::size_t sum = grid_.bytes() + (first_.capacity() + count_.capacity() + group_.capacity()) * 4 +
-                          (x_.capacity() + v_.capacity() + next_.capacity()) * sizeof(V) + w_.capacity() * sizeof(S);
-        for (const Chunk& chunk : chunks_)
-            sum += chunk.contacts.capacity() * sizeof(PairContact) + chunk.near.capacity() * 4;
+        std::size_t sum = grid_.bytes() + table_.bytes() + before_.bytes() +
+                          (x_.capacity() + v_.capacity() + next_.capacity() + w_.capacity()) * sizeof(S);
+        for (const auto& blocks : blocks_) sum += blocks.capacity() * sizeof(Block);
         return sum;
     }
 
 private:
-    /// As one of its points sees it.
-    struct PairContact {
-        V normal;             ///< of unit length, from the other
-        S factor;             ///< 1 / ((w_i + w_j) · the larger number of contacts)
-        S leaving;            ///< the speed of separation that restitution asks for [m/s]
-        std::uint32_t other;  ///< its number in the grid's order
-    };
-    /// The contacts of consecutive points. Kept from step to step for its memory.
-    struct Chunk {
-        std::vector<PairContact> contacts;
-        std::size_t used = 0;
-        std::vector<std::uint32_t> near;  ///< room for the candidates of one point
-    };
-    static constexpr std::size_t chunk_size = 512;
+    using P = native_pack<S>;
+    using PV = Vec<P, D>;
+    using Row = pack<S, 4>;
+    using Table = ContactTable<S, D>;
+    static constexpr std::size_t lanes = std::size_t(scalar_traits<P>::lanes);
+    static constexpr std::size_t chunk_size = Table::chunk_size;
     /// Below this distance squared [m²], as in direction_or_up, differences have no direction.
     static constexpr S least_square = S(1e-30);
 
-    FIRN_INLINE std::span<const PairContact> contacts_of(std::size_t k) const {
-        return {chunks_[k / chunk_size].contacts.data() + first_[k], count_[k]};
-    }
+    /// As many contacts as there are lanes, each as one of its points sees it. Contact q of a block is in the lane l
+    /// with quad_of_lane(l) = q.
+    struct alignas(64) Block {
+        S normal[D][lanes];   ///< of unit length, from the other
+        S impulse[D][lanes];  ///< times the sum of the inverse masses: what it adds to the relative velocity [m/s]
+        S share[lanes];       ///< 1 / (the larger number of contacts of the two)
+        S mass[lanes];        ///< 1 / (the sum of the inverse masses), or 0 [kg]
+        S leaving[lanes];     ///< the speed of separation that restitution asks for [m/s]
+        S friction[lanes];
+        S last[lanes];                           ///< the length of `impulse` at the end of the step before
+        std::uint32_t own[lanes], other[lanes];  ///< points, in the grid's order; by contacts, not lanes
+
+        FIRN_INLINE static PV vector(const S (&of)[D][lanes]) {
+            PV r;
+            unroll<D>([&](auto a) FIRN_LAMBDA { r.v[a] = P::load(of[a]); });
+            return r;
+        }
+    };
+    /// What contacts see of a point each: a vector and a number.
+    struct Seen {
+        PV vector;
+        P number;
+    };
 
     std::size_t end_of(std::size_t chunk) const { return std::min((chunk + 1) * chunk_size, grid_.size()); }
 
+    /// To quads. Surfaces follow the points, as if pinned, and too small to touch anything in shifts.
     void copy_points(std::size_t which, const PointMasses<S, D>& points) {
+        const auto quad = [](S* to, const V& vector, S number) {
+            for (int a = 0; a < 4; ++a) to[a] = a < D ? vector[a] : a == D ? number : S(0);
+        };
         for (std::size_t k = which * chunk_size, end = end_of(which); k < end; ++k) {
             const std::uint32_t i = grid_.place(k);
-            x_[k] = points.position[i];
-            v_[k] = points.velocity[i];
+            quad(x_.data() + 4 * k, points.position[i], points.radius[i]);
+            quad(v_.data() + 4 * k, points.velocity[i], points.inverse_mass[i]);
             w_[k] = points.inverse_mass[i];
-            group_[k] = points.group[i];
+        }
+        const auto& chunk = table_.chunks[which];
+        for (std::size_t s = 0; s < chunk.surfaces.size(); ++s) {
+            const std::size_t at = 4 * (grid_.size() + chunk.surfaces_before + s);
+            quad(x_.data() + at, V::zero(), -std::numeric_limits<S>::max() / 4);
+            quad(v_.data() + at, chunk.surfaces[s].velocity, S(0));
         }
     }
 
-    void list_contacts(std::size_t which) {
-        Chunk& chunk = chunks_[which];
-        chunk.used = 0;
-        const S* const r = grid_.radii();
-        std::array<const S*, std::size_t(D)> x;
-        for (int a = 0; a < D; ++a) x[std::size_t(a)] = grid_.coordinates(a);
-        typename CollisionGrid<S, D>::Neighbours neighbours(grid_);
+    FIRN_INLINE static Seen load(const S* of_points, const std::uint32_t (&points)[lanes]) {
+        alignas(64) S quads[4 * lanes];
+        for (std::size_t q = 0; q < lanes; ++q) Row::load(of_points + 4 * std::size_t(points[q])).store(quads + 4 * q);
+        P r[4];
+        load_quads(quads, r);
+        Seen seen;
+        unroll<D>([&](auto a) FIRN_LAMBDA { seen.vector.v[a] = r[a]; });
+        seen.number = r[D];
+        return seen;
+    }
+
+    void describe_contacts(std::size_t which, const PointMasses<S, D>& points, S restitution_of_surfaces,
+                           aligned_vector<S>& scratch) {
+        const auto& chunk = table_.chunks[which];
+        auto& blocks = blocks_[which];
+        blocks.resize((chunk.used + lanes - 1) / lanes);
+        if (chunk.used == 0) return;
+        if (scratch.size() < 4 * lanes * blocks.size()) scratch.resize(8 * lanes * blocks.size());
+        const bool begins = before_.has_kept && remember;
+        auto surface = std::uint32_t(grid_.size() + chunk.surfaces_before);
         for (std::size_t k = which * chunk_size, end = end_of(which); k < end; ++k) {
-            const auto& ranges = neighbours.of(k);
-            std::size_t candidates = 0;
-            for (const SortedRange& range : ranges) candidates += range.end - range.begin;
-            if (chunk.near.size() < candidates + 1) chunk.near.resize(2 * candidates + 1);
-            std::uint32_t* const near = chunk.near.data();
-            std::size_t found = 0;
-            V own;
-            unroll<D>([&](auto a) FIRN_LAMBDA { own.v[a] = x[a][k]; });
-            const S radius = r[k];
-            for (const SortedRange& range : ranges)
-                for (std::uint32_t j = range.begin; j < range.end; ++j) {
-                    V apart;
-                    unroll<D>([&](auto a) FIRN_LAMBDA { apart.v[a] = own.v[a] - x[a][j]; });
-                    const S reach = radius + r[j];
-                    near[found] = j;
-                    found += dot(apart, apart) < reach * reach;
-                }
-            if (chunk.contacts.size() < chunk.used + found) chunk.contacts.resize(2 * (chunk.used + found));
-            first_[k] = std::uint32_t(chunk.used);
-            for (std::size_t f = 0; f < found; ++f) {
-                if (near[f] == k || do_not_collide(k, near[f])) continue;
-                chunk.contacts[chunk.used++].other = near[f];
+            if (table_.count[k] == 0) continue;
+            const std::uint32_t i = grid_.place(k), rank = begins ? before_.rank_of(i, points.id[i]) : Table::none;
+            for (std::size_t c = table_.first[k], last = c + table_.count[k]; c < last; ++c) {
+                blocks[c / lanes].own[c % lanes] = std::uint32_t(k);
+                blocks[c / lanes].other[c % lanes] = Table::is_surface(chunk.others[c]) ? surface++ : chunk.others[c];
+                const S* const kept = before_.kept_of(rank, chunk.ids[c]);
+                (kept ? Row::load(kept) : Row(0)).store(scratch.data() + 4 * c);
             }
-            count_[k] = std::uint32_t(chunk.used) - first_[k];
         }
+        for (std::size_t c = chunk.used; c < lanes * blocks.size(); ++c) {  // a point with itself feels nothing
+            blocks[c / lanes].own[c % lanes] = blocks[c / lanes].other[c % lanes] = std::uint32_t(which * chunk_size);
+            Row(0).store(scratch.data() + 4 * c);
+        }
+        for (std::size_t b = 0; b < blocks.size(); ++b)
+            describe(blocks[b], chunk, scratch.data() + 4 * lanes * b, points, restitution_of_surfaces);
     }
 
-    FIRN_INLINE bool do_not_collide(std::size_t k, std::size_t j) const {
-        return (group_[k] != 0 && group_[k] == group_[j]) ||
-               (excluded_.any() && excluded_.contains(grid_.place(k), grid_.place(j)));
-    }
-
-    void describe_contacts(std::size_t which, const PointMasses<S, D>& points) {
-        Chunk& chunk = chunks_[which];
-        for (std::size_t k = which * chunk_size, end = end_of(which); k < end; ++k)
-            for (std::size_t c = first_[k]; c < first_[k] + count_[k]; ++c) {
-                PairContact& contact = chunk.contacts[c];
-                const std::size_t j = contact.other;
-                const V apart = x_[k] - x_[j];
-                const S square = dot(apart, apart);
-                contact.normal = square > least_square ? apart * (1 / std::sqrt(square))
-                                                       : detail::direction_of_ids<S, D>(points.id[grid_.place(j)],
-                                                                                        points.id[grid_.place(k)]);
-                const S w = w_[k] + w_[j];
-                contact.factor = w > 0 ? 1 / (w * S(std::max(count_[k], count_[j]))) : S(0);
-                contact.leaving = S(restitution) * std::max(-dot(v_[k] - v_[j], contact.normal), S(0));
-            }
-    }
-
-    /// Passes in which every point in contact gets a value from those of the pass before: changed(k). Begins with the
-    /// values of all points, in `field`, and leaves them there.
-    template <class Changed>
-    void relax(aligned_vector<V>& field, aligned_vector<V>& values, int passes, int threads, const Changed& changed) {
+    FIRN_INLINE void describe(Block& block, const typename Table::Chunk& chunk, const S* kept,
+                              const PointMasses<S, D>& points, S restitution_of_surfaces) {
         const std::size_t n = grid_.size();
-        if (passes == 0 || n == 0) return;
-        const auto gather = [&](std::size_t k, int) { values[k] = field[grid_.place(k)]; };
-        parallel_for(n, threads, gather, chunk_size);
-        for (int pass = 0; pass < passes; ++pass) {
-            const auto change = [&](std::size_t k, int) {
-                next_[k] = count_[k] > 0 && w_[k] > 0 ? changed(k) : values[k];
-            };
-            parallel_for(n, threads, change, chunk_size);
-            values.swap(next_);
+        const Seen x = load(x_.data(), block.own), x_other = load(x_.data(), block.other);
+        const Seen v = load(v_.data(), block.own), v_other = load(v_.data(), block.other);
+        const PV apart = x.vector - x_other.vector;
+        const P square = dot(apart, apart);
+        const auto has_direction = P(least_square) < square;
+        PV normal = apart * select(has_direction, P(1) / sqrt(select(has_direction, square, P(1))), P(0));
+        P e = P(S(restitution)), mu = P(S(friction)), more;
+        const bool all_have = !any(!has_direction);
+        for (std::size_t l = 0; l < lanes; ++l) {
+            const std::size_t q = std::size_t(quad_of_lane<P>(int(l)));
+            const std::uint32_t own = block.own[q], other = block.other[q];
+            more.set(int(l), S(std::max({1u, table_.count[own], other < n ? table_.count[other] : 0})));
+            V way;
+            if (other >= n) {
+                const auto& surface = chunk.surfaces[other - n - chunk.surfaces_before];
+                way = surface.normal;
+                e.set(int(l), restitution_of_surfaces);
+                mu.set(int(l), surface.friction);
+            } else if (all_have || has_direction[int(l)] || own == other) {
+                continue;
+            } else {
+                way = detail::direction_of_ids<S, D>(points.id[grid_.place(other)], points.id[grid_.place(own)]);
+            }
+            for (int a = 0; a < D; ++a) normal[a].set(int(l), way[a]);
         }
-        const auto scatter = [&](std::size_t k, int) {
-            if (count_[k] > 0 && w_[k] > 0) field[grid_.place(k)] = values[k];
+        const P w = v.number + v_other.number;
+        P r[4];
+        load_quads(kept, r);
+        PV impulse;
+        unroll<D>([&](auto a) FIRN_LAMBDA { impulse.v[a] = r[a]; });
+        const P length = norm(impulse);
+        const P kept_part = select(r[D] < length, r[D] / max(length, P(std::numeric_limits<S>::min())), P(1));
+        unroll<D>([&](auto a) FIRN_LAMBDA {
+            normal.v[a].store(block.normal[a]);
+            (impulse.v[a] * kept_part).store(block.impulse[a]);
+        });
+        length.store(block.last);
+        (P(1) / more).store(block.share);
+        select(P(0) < w, P(1) / select(P(0) < w, w, P(1)), P(0)).store(block.mass);
+        (e * max(-dot(v.vector - v_other.vector, normal), P(0))).store(block.leaving);
+        mu.store(block.friction);
+    }
+
+    /// For the next step: a quad for each contact.
+    void keep(std::size_t which) {
+        auto& chunk = table_.chunks[which];
+        const auto& blocks = blocks_[which];
+        chunk.kept.resize(4 * lanes * blocks.size());
+        for (std::size_t b = 0; b < blocks.size(); ++b) {
+            P r[4]{P(0), P(0), P(0), P(0)};
+            unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = P::load(blocks[b].impulse[a]); });
+            r[D] = P::load(blocks[b].last);
+            store_quads(r, chunk.kept.data() + 4 * lanes * b);
+        }
+    }
+
+    void gather(const aligned_vector<V>& field, aligned_vector<S>& values, int threads) {
+        const auto copy = [&](std::size_t k, int) {
+            const V& value = field[grid_.place(k)];
+            unroll<D>([&](auto a) FIRN_LAMBDA { values[4 * k + a] = value.v[a]; });
         };
-        parallel_for(n, threads, scatter, chunk_size);
+        parallel_for(grid_.size(), threads, copy, chunk_size);
+        std::copy(values.begin() + std::ptrdiff_t(4 * grid_.size()), values.end(),
+                  next_.begin() + std::ptrdiff_t(4 * grid_.size()));
+    }
+    void scatter(aligned_vector<V>& field, const aligned_vector<S>& values, int threads) {
+        const auto copy = [&](std::size_t k, int) {
+            if (table_.count[k] > 0 && w_[k] > 0)
+                unroll<D>([&](auto a) FIRN_LAMBDA { field[grid_.place(k)].v[a] = values[4 * k + a]; });
+        };
+        parallel_for(grid_.size(), threads, copy, chunk_size);
+    }
+
+    /// Passes in which every point gets the sum of act(block, own, other) over its contacts, times its inverse mass,
+    /// all from the values of the pass before. \param values  a vector and a number, a quad for each point
+    template <class Act>
+    void relax(aligned_vector<S>& values, int passes, int threads, const Act& act) {
+        felt_.resize(std::max(felt_.size(), std::size_t(threads)));
+        phases_.assign(std::size_t(passes), blocks_.size());
+        parallel_phases(phases_, threads, [&](std::size_t phase, std::size_t which, int thread) {
+            const bool odd = phase % 2 == 1;
+            pass(which, (odd ? next_ : values).data(), (odd ? values : next_).data(), felt_[std::size_t(thread)], act);
+        });
+        if (passes % 2 == 1) values.swap(next_);
+    }
+
+    template <class Act>
+    FIRN_INLINE void pass(std::size_t which, const S* now, S* next, aligned_vector<S>& felt, const Act& act) {
+        auto& blocks = blocks_[which];
+        if (felt.size() < 4 * lanes * blocks.size()) felt.resize(8 * lanes * blocks.size());
+        for (std::size_t b = 0; b < blocks.size(); ++b) {
+            const PV of_contact = act(blocks[b], load(now, blocks[b].own), load(now, blocks[b].other));
+            P r[4]{P(0), P(0), P(0), P(0)};
+            unroll<D>([&](auto a) FIRN_LAMBDA { r[a] = of_contact.v[a]; });
+            store_quads(r, felt.data() + 4 * lanes * b);
+        }
+        for (std::size_t k = which * chunk_size, end = end_of(which); k < end; ++k) {
+            Row sum(0);
+            for (const S *f = felt.data() + 4 * table_.first[k], *last = f + 4 * table_.count[k]; f < last; f += 4)
+                sum += Row::load(f);
+            (Row::load(now + 4 * k) + sum * Row(w_[k])).store(next + 4 * k);
+        }
     }
 
     ExcludedPairs excluded_;
     CollisionGrid<S, D> grid_;
-    std::vector<Chunk> chunks_;
-    aligned_vector<std::uint32_t> first_, count_;  ///< of a point's contacts in its chunk; in the grid's order, as all
-    aligned_vector<std::uint32_t> group_;
-    aligned_vector<V> x_, v_, next_;
-    aligned_vector<S> w_;
+    Table table_, before_;                       ///< of this step, of the one before
+    std::vector<aligned_vector<Block>> blocks_;  ///< of each chunk
+    aligned_vector<S> x_, v_, next_;  ///< quads: position and radius, velocity and inverse mass, those of a pass
+    aligned_vector<S> w_;             ///< inverse masses [1/kg]
+    bool begun_ = false;              ///< the impulses of the step before have been applied
+    std::vector<std::size_t> phases_;
+    std::vector<aligned_vector<S>> felt_;  ///< by a thread: quads, what the contacts of a chunk do
 };
 
 }  // namespace firn

@@ -13,6 +13,10 @@ inline void check_restitution(double restitution) {
                                        "; it must be from 0 (no rebound) to 1 (no loss)."));
 }
 
+/// Points are put apart only as far as they overlap by more than this part of the sum of their radii: contacts then
+/// last from step to step, and with them what holds a pile.
+inline constexpr double contact_slack = 1e-3;
+
 /// velocity_after_contact, with the outward speed `leaving` ≥ 0 [m/s] instead of none after a contact that separates:
 /// −e times the outward speed at first, with Newton's coefficient of restitution e. Friction goes with the whole normal
 /// impulse, that of leaving included. What leaves faster is not held back; stick and slip throw nothing.

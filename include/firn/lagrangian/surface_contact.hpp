@@ -11,7 +11,7 @@ namespace firn {
 
 /// What one point does at the surfaces of a boundary. A point touches a surface that is nearer than its radius. Its
 /// velocity relative to the surface then follows the surface's contact (where that separates, with restitution), and
-/// it is put where it just touches; that changes no velocity. Surfaces act one after another.
+/// it is put where it just touches (by contact_slack); that changes no velocity. Surfaces act one after another.
 /// \param boundary  in S, lifted
 template <class B, std::floating_point S, int D>
 FIRN_INLINE void meet_surfaces(const B& boundary, S restitution, S radius, Vec<S, D>& x, Vec<S, D>& v) {
@@ -24,7 +24,7 @@ FIRN_INLINE void meet_surfaces(const B& boundary, S restitution, S radius, Vec<S
         const Vec<S, D> relative = v - of_surface;
         const S into = min(dot(relative, normal), S(0));
         v = of_surface + velocity_after_impact(relative, normal, contact, friction, -restitution * into);
-        x -= normal * gap;
+        x -= normal * min(gap + S(contact_slack) * radius, S(0));
     });
 }
 

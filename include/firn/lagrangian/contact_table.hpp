@@ -1,0 +1,174 @@
+/// \file Which points touch which: the contacts of every point, found once a step.
+#pragma once
+
+#include <firn/boundary/contact.hpp>
+#include <firn/core/pack.hpp>
+#include <firn/exec/parallel.hpp>
+#include <firn/lagrangian/collision_grid.hpp>
+#include <firn/lagrangian/excluded_pairs.hpp>
+#include <firn/lagrangian/point_masses.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <vector>
+
+namespace firn {
+
+/// A surface that a point touches.
+template <std::floating_point S, int D>
+struct TouchedSurface {
+    Vec<S, D> normal, velocity;
+    S friction;
+};
+
+/// Every contact is listed at both of its points, in the order of the collision grid; consecutive points share a chunk,
+/// however many threads there are. All memory is kept for the next time.
+template <std::floating_point S, int D>
+struct ContactTable {
+    static constexpr std::size_t chunk_size = 256;
+    static constexpr std::uint32_t none = PointMasses<S, D>::no_point;
+    /// A surface instead of another point: the first that a point touches, the second is one less, …
+    static constexpr std::uint32_t first_surface = none - 1;
+    static constexpr std::uint32_t most_points = none - 4096;
+    static constexpr bool is_surface(std::uint32_t other) { return other >= most_points; }
+
+    struct Chunk {
+        std::size_t used = 0;               ///< contacts; arrays may hold more
+        std::vector<std::uint32_t> others;  ///< in the grid's order, or surfaces
+        std::vector<std::uint32_t> ids;     ///< of the others
+        std::vector<TouchedSurface<S, D>> surfaces;
+        std::size_t surfaces_before = 0;  ///< in the chunks before it
+        aligned_vector<S> kept;           ///< a quad for each contact, for the next step
+        std::vector<std::uint32_t> near;  ///< room for the candidates of one point
+    };
+    std::vector<Chunk> chunks;
+    aligned_vector<std::uint32_t> first, count;  ///< the contacts of each point in its chunk
+    aligned_vector<std::uint32_t> rank;          ///< of each place in the grid's order, or none
+    std::vector<std::uint32_t> id;               ///< of each place
+    bool has_kept = false;
+
+    std::size_t surface_count() const {
+        return chunks.empty() ? 0 : chunks.back().surfaces_before + chunks.back().surfaces.size();
+    }
+
+    /// \param surfaces  surfaces(x, seen) calls seen as a boundary does. \see has_surfaces
+    template <class Surfaces>
+    void find(const CollisionGrid<S, D>& grid, const PointMasses<S, D>& points, const ExcludedPairs& excluded,
+              const Surfaces& surfaces, int threads) {
+        const std::size_t n = grid.size();
+        if (points.size() >= most_points)
+            throw particle_error(
+                sentence("There are ", points.size(), " points; up to ", most_points - 1, " can collide."));
+        chunks.resize((n + chunk_size - 1) / chunk_size);
+        first.resize(n);
+        count.resize(n);
+        rank.assign(points.size(), none);
+        id.assign(points.id.begin(), points.id.end());
+        has_kept = false;
+        parallel_for(chunks.size(), threads, [&](std::size_t which, int) {
+            Chunk& chunk = chunks[which];
+            chunk.used = 0;
+            chunk.surfaces.clear();
+            typename CollisionGrid<S, D>::Neighbours neighbours(grid);
+            for (std::size_t k = which * chunk_size, end = std::min(k + chunk_size, n); k < end; ++k) {
+                const std::uint32_t i = grid.place(k);
+                rank[i] = std::uint32_t(k);
+                first[k] = std::uint32_t(chunk.used);
+                list_points(chunk, k, grid, neighbours.of(k), points, excluded);
+                if (points.inverse_mass[i] > 0) list_surfaces(chunk, i, points, surfaces);
+                count[k] = std::uint32_t(chunk.used) - first[k];
+            }
+        });
+        std::size_t before = 0;
+        for (Chunk& chunk : chunks) {
+            chunk.surfaces_before = before;
+            before += chunk.surfaces.size();
+        }
+    }
+
+    /// Where the point of this place and id was in the order, when the table was made; or none.
+    FIRN_INLINE std::uint32_t rank_of(std::uint32_t place, std::uint32_t wanted) const {
+        if (place < id.size() && id[place] == wanted) return rank[place];
+        const auto found = std::lower_bound(id.begin(), id.end(), wanted);  // points before it were taken out
+        return found == id.end() || *found != wanted ? none : rank[std::size_t(found - id.begin())];
+    }
+    /// What was kept of the contact of a point, by its rank, with another; or nullptr.
+    FIRN_INLINE const S* kept_of(std::uint32_t of_rank, std::uint32_t other_id) const {
+        if (of_rank == none) return nullptr;
+        const Chunk& chunk = chunks[of_rank / chunk_size];
+        for (std::size_t c = first[of_rank], end = c + count[of_rank]; c < end; ++c)
+            if (chunk.ids[c] == other_id) return chunk.kept.data() + 4 * c;
+        return nullptr;
+    }
+
+    std::size_t bytes() const {
+        std::size_t sum = (first.capacity() + count.capacity() + rank.capacity() + id.capacity()) * 4;
+        for (const Chunk& chunk : chunks)
+            sum += (chunk.others.capacity() + chunk.ids.capacity() + chunk.near.capacity()) * 4 +
+                   chunk.surfaces.capacity() * sizeof(TouchedSurface<S, D>) + chunk.kept.capacity() * sizeof(S);
+        return sum;
+    }
+
+private:
+    static void make_room(Chunk& chunk, std::size_t more) {
+        if (chunk.others.size() >= chunk.used + more) return;
+        chunk.others.resize(2 * (chunk.used + more));
+        chunk.ids.resize(chunk.others.size());
+    }
+
+    static void list_points(Chunk& chunk, std::size_t k, const CollisionGrid<S, D>& grid,
+                            const std::array<SortedRange, CollisionGrid<S, D>::rows>& ranges,
+                            const PointMasses<S, D>& points, const ExcludedPairs& excluded) {
+        using P = native_pack<S>;
+        constexpr std::uint32_t lanes = std::uint32_t(scalar_traits<P>::lanes);
+        static_assert(lanes <= CollisionGrid<S, D>::padding);
+        const S* const r = grid.radii();
+        std::array<const S*, std::size_t(D)> x;
+        for (int a = 0; a < D; ++a) x[std::size_t(a)] = grid.coordinates(a);
+        std::size_t candidates = 0;
+        for (const SortedRange& range : ranges) candidates += range.end - range.begin;
+        if (chunk.near.size() < candidates) chunk.near.resize(2 * candidates);
+        std::uint32_t* const near = chunk.near.data();
+        std::size_t found = 0;
+        Vec<P, D> own;
+        unroll<D>([&](auto a) FIRN_LAMBDA { own.v[a] = P(x[a][k]); });
+        const P radius(r[k]);
+        for (const SortedRange& range : ranges)
+            for (std::uint32_t j = range.begin; j < range.end; j += lanes) {
+                Vec<P, D> apart;
+                unroll<D>([&](auto a) FIRN_LAMBDA { apart.v[a] = own.v[a] - P::load(x[a] + j); });
+                const P reach = radius + P::load(r + j);
+                std::uint32_t bits = lane_bits(dot(apart, apart) < reach * reach);
+                if (range.end - j < lanes) bits &= (1u << (range.end - j)) - 1;
+                for (; bits != 0; bits &= bits - 1) near[found++] = j + std::uint32_t(std::countr_zero(bits));
+            }
+        make_room(chunk, found);
+        const std::uint32_t i = grid.place(k), group = points.group[i];
+        for (std::size_t f = 0; f < found; ++f) {
+            const std::uint32_t other = grid.place(near[f]);
+            if (other == i || (group != 0 && group == points.group[other])) continue;
+            if (excluded.any() && excluded.contains(i, other)) continue;
+            chunk.others[chunk.used] = near[f];
+            chunk.ids[chunk.used++] = points.id[other];
+        }
+    }
+
+    /// Those that separate: what sticks or slips follows its surface when all else is done.
+    template <class Surfaces>
+    static void list_surfaces(Chunk& chunk, std::size_t i, const PointMasses<S, D>& points, const Surfaces& surfaces) {
+        std::uint32_t name = first_surface;
+        surfaces(points.position[i],
+                 [&](S distance, const Vec<S, D>& normal, const Vec<S, D>& velocity, Contact contact, S friction) {
+                     const std::uint32_t own_name = name--;
+                     if (contact != Contact::separate || !(distance < points.radius[i]) || !is_surface(own_name))
+                         return;
+                     make_room(chunk, 1);
+                     chunk.surfaces.push_back({normal, velocity, friction});
+                     chunk.others[chunk.used] = chunk.ids[chunk.used] = own_name;
+                     ++chunk.used;
+                 });
+    }
+};
+
+}  // namespace firn
