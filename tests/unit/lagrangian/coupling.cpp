@@ -6,6 +6,7 @@
 #include <firn/io/simulation_state.hpp>
 #include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/net_forces.hpp>
+#include <firn/lagrangian/rope.hpp>
 #include <firn/material/no_stress.hpp>
 #include <firn/simulation.hpp>
 
@@ -172,6 +173,23 @@ TEST_CASE("a state keeps the facets of nets, and a run with forces goes on from 
     CHECK(less.facets.size() == 3 * 2 * 16 * 15);
     for (std::size_t k = 0; k < less.facets.size(); ++k)
         CHECK(less.id[std::size_t(less.facets[k])] == of_cloth.id[std::size_t(of_cloth.facets[k + 3 * 2 * 16])]);
+}
+
+TEST_CASE("in the plane a rope carries a block that falls on it, in float", "[lagrangian]") {
+    Simulation<2, Materials<NoStress<float>, FixedCorotated<float>>> simulation({{{0, 0}}, {{1, 1}}, 1.0 / 32});
+    const Net<2> net = rope<2>({{0.2, 0.5}}, {{0.8, 0.5}}, 64);
+    const Body body = simulation.add<NoStress<float>>(net, std::vector<double>(65, 0.05));
+    simulation.add_force<NoStress<float>>(body, springs_of<float>(net, SpringOptions{2e4, 0.5}));
+    Anchors<float, 2> ends;
+    ends.add({0}, {{{0.2F, 0.5F}}, 2e4F, 1});
+    ends.add({64}, {{{0.8F, 0.5F}}, 2e4F, 1});
+    simulation.add_force<NoStress<float>>(body, std::move(ends));
+    simulation.add<FixedCorotated<float>>(sample_box<2>({{0.4, 0.55}}, {{0.6, 0.65}}, {.spacing = 1.0 / 64}), 200);
+    simulation.advance(0.5);
+    const auto block = simulation.totals<FixedCorotated<float>>(), below = simulation.totals<NoStress<float>>();
+    // Without it the block would lie on the floor since 0.33 s.
+    CHECK(block.first_moment[1] / block.mass > 0.3);
+    CHECK(block.first_moment[1] / block.mass > below.first_moment[1] / below.mass);
 }
 
 TEST_CASE("nets that do not fit are refused", "[lagrangian]") {
