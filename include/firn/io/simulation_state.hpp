@@ -239,9 +239,9 @@ void restore_parameters(Policy& policy, const State<S>& state, const char* group
 }
 
 /// Goes on from a state: `simulation` must have been made with the same policies, domain and material; it takes over
-/// particles, time and steps (not gravity, boundary or the time step, which are the program's; restore_parameters()
-/// puts a boundary that moved back), and every further step gives the bits of the run that wrote the state. With
-/// several materials: once for each, with the states of one moment.
+/// particles, time and steps (not gravity, boundary, forces or the time step, which are the program's;
+/// restore_parameters() puts a boundary that moved back), and every further step gives the bits of the run that wrote
+/// the state. With several materials: once for each, with the states of one moment.
 /// \tparam I  of which of the simulation's materials
 /// \throws io_error naming what differs or is missing; the simulation is then as it was
 template <std::size_t I = 0, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
@@ -321,7 +321,7 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
         std::copy_n(x + i * D, D, position.v);
         std::copy_n(place + i * D, D, of_block.v);
         std::copy_n(v + i * D, D, velocity.v);
-        if (!(mass[i] > 0) || !(volume[i] > 0)) throw damaged("mass or volume");
+        if (!(mass[i] > 0) || !(volume[i] >= 0)) throw damaged("mass or volume");
         particles.skip_ids(std::uint32_t(state.id[i]));
         particles.push_back(position, velocity, mass[i], volume[i]);
         particles.set_place(i, partition.ranges[range_of[i]].block, of_block);
@@ -339,7 +339,7 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
                                [&](std::size_t i, int a) { return particles.exact_position(i)[a]; });
     std::apply(
         [&](const auto&... member) {
-            const auto read = [&](const auto& m) {
+            [[maybe_unused]] const auto read = [&](const auto& m) {
                 using Value = std::remove_cvref_t<decltype(particles.state(0).*(m.member))>;
                 constexpr int components = component_count<Value>;
                 const S* from = field(m.name, components);

@@ -1,7 +1,6 @@
 /// \file Distances that points keep: stretch, shear and bend of cloth, edges of soft bodies, ropes.
 #pragma once
 
-#include <firn/boundary/shape.hpp>
 #include <firn/lagrangian/colouring.hpp>
 #include <firn/lagrangian/net_forces.hpp>
 
@@ -40,19 +39,26 @@ namespace detail {
 
 /// The correction of one distance, along e = (x_b − x_a)/l: x_a −= w_a Δλ e, x_b += w_b Δλ e with
 /// Δλ = (l₀ − l − α̃ λ)/(w_a + w_b + α̃), α̃ = α/dt² (Macklin, Müller, Chentanez 2016, eq. 18). Two points at one place
-/// are pushed apart along the second axis.
+/// are pushed apart along the second axis. One root and one division.
 template <scalar S, int D>
 struct DistanceCorrection {
-    S multiplier;         ///< Δλ
-    Vec<S, D> direction;  ///< e
+    Vec<S, D> impulse;  ///< Δλ e
+    S multiplier;       ///< Δλ
 
     FIRN_INLINE DistanceCorrection(const Vec<S, D>& a, const Vec<S, D>& b, const S& weights, const S& rest,
                                    const S& compliance, const S& lambda) {
-        const Vec<S, D> along = b - a;
-        direction = direction_or_up(along);
-        const S sum = weights + compliance;
+        const Vec<S, D> between = b - a;
+        const S square = dot(between, between);
+        const auto apart = S(1e-30) < square;
+        const S length = sqrt(square), divisor = select(apart, length, S(1));
+        Vec<S, D> up = Vec<S, D>::zero();
+        up[1] = S(1);
         const auto can_move = S(0) < weights;
-        multiplier = select(can_move, (rest - norm(along) - compliance * lambda) / select(can_move, sum, S(1)), S(0));
+        const S missing = rest - length - compliance * lambda;
+        const S per_length = missing / select(can_move, (weights + compliance) * divisor, S(1));
+        const S scale = select(can_move, per_length, S(0));
+        impulse = select(apart, between, up) * scale;
+        multiplier = scale * divisor;
     }
 };
 
@@ -169,10 +175,10 @@ private:
         const S compliance = Soft ? softness_[k].compliance * per_dt2 : S(0),
                 lambda = Soft ? softness_[k].lambda : S(0);
         const detail::DistanceCorrection<S, D> by(position[a], position[b], wa + wb, all_[k].rest, compliance, lambda);
-        S multiplier = by.multiplier;
-        if constexpr (Soft) softness_[k].lambda += multiplier *= softness_[k].relaxation;
-        position[a] -= by.direction * (wa * multiplier);
-        position[b] += by.direction * (wb * multiplier);
+        const S part = Soft ? softness_[k].relaxation : S(1);
+        if constexpr (Soft) softness_[k].lambda += by.multiplier * part;
+        position[a] -= by.impulse * (wa * part);
+        position[b] += by.impulse * (wb * part);
     }
 
     template <bool Soft>
@@ -204,9 +210,9 @@ private:
                 const detail::DistanceCorrection<S, D> by(position[a], position[b], inverse_mass[a] + inverse_mass[b],
                                                           all_[k].rest, soft.compliance * per_dt2, soft.lambda);
                 const std::size_t most = std::max(incidence_.of(a).size(), incidence_.of(b).size());
-                const S multiplier = by.multiplier * soft.relaxation / S(most);
-                soft.lambda += multiplier;
-                impulses_[k] = by.direction * multiplier;
+                const S part = soft.relaxation / S(most);
+                soft.lambda += by.multiplier * part;
+                impulses_[k] = by.impulse * part;
             }
         });
         detail::for_chunks(position.size(), threads, [&](std::size_t first, std::size_t last) {

@@ -130,7 +130,10 @@ public:
         check(dt);
         if (steps_ == 0) emit();
         look_at_bound(dt);
-        force_.assign(points.size(), Vec<S, D>::zero());
+        force_.resize(points.size());
+        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+            std::fill(force_.data() + first, force_.data() + last, Vec<S, D>::zero());
+        });
         for (auto& force : forces_) force.add_forces(points.view(time_), force_, threads);
         check_finite(dt);
         move(dt);
@@ -221,7 +224,10 @@ private:
     }
 
     void keep_distances(double dt) {
-        moved_.assign(points.position.begin(), points.position.end());
+        moved_.resize(points.size());
+        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+            std::copy(points.position.data() + first, points.position.data() + last, moved_.data() + first);
+        });
         constraints.solve(points.position, points.inverse_mass, dt, iterations, threads);
         const S per_dt = S(1 / dt);
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {

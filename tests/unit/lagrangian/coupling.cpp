@@ -3,8 +3,10 @@
 #include "support/catch.hpp"
 #include <firn/data/sampling.hpp>
 #include <firn/field/damped.hpp>
+#include <firn/io/simulation_state.hpp>
 #include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/net_forces.hpp>
+#include <firn/lagrangian/rope.hpp>
 #include <firn/material/no_stress.hpp>
 #include <firn/simulation.hpp>
 
@@ -95,7 +97,7 @@ TEST_CASE("a strip of cloth that hangs is longer by rho g L^2 / 2E", "[lagrangia
     const Body sheet = simulation.add<Cloth>(net, facet_masses(net, density * thickness));
     simulation.add_force<Cloth>(sheet, membranes_of(net, Jelly::from_young_poisson(young, 0), thickness));
     const Damped<double, 3> damped{{{{g, 0, 0}}}, 20};
-    simulation.advance(1.5, damped);
+    simulation.advance(0.7, damped);
     double end = 0, count = 0;
     const auto& particles = simulation.particles<Cloth>();
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
@@ -147,6 +149,47 @@ TEST_CASE("where a sink takes points of a net, what joined them is gone, and the
     // Two rows of points left: of each kind of link, those that began in them.
     CHECK(springs.size() < before);
     CHECK(std::isfinite(simulation.totals<Cloth>().kinetic_energy));
+}
+
+TEST_CASE("a state keeps the facets of nets, and a run with forces goes on from it to the same bits", "[lagrangian]") {
+    Both whole = falling_into_cloth(2);
+    for (int i = 0; i < 25; ++i) whole.step();
+    const auto of_cloth = state_of<0>(whole);
+    const auto of_jelly = state_of<1>(whole);
+    CHECK(of_cloth.facets.size() == 3 * 2 * 16 * 16);
+    for (int i = 0; i < 25; ++i) whole.step();
+
+    Both restored = falling_into_cloth(1);
+    restore<0>(restored, of_cloth);
+    restore<1>(restored, of_jelly);
+    for (int i = 0; i < 25; ++i) restored.step();
+    CHECK(state_of<0>(restored).fields == state_of<0>(whole).fields);
+    CHECK(state_of<1>(restored).fields == state_of<1>(whole).fields);
+    CHECK(state_of<0>(restored).facets == of_cloth.facets);
+
+    // A row of points is taken out: the facets on it are gone, the others name the rows of their points.
+    whole.remove_if<Cloth>([](const V&, std::uint32_t id) { return id < 17; });
+    const auto less = state_of<0>(whole);
+    CHECK(less.facets.size() == 3 * 2 * 16 * 15);
+    for (std::size_t k = 0; k < less.facets.size(); ++k)
+        CHECK(less.id[std::size_t(less.facets[k])] == of_cloth.id[std::size_t(of_cloth.facets[k + 3 * 2 * 16])]);
+}
+
+TEST_CASE("in the plane a rope carries a block that falls on it, in float", "[lagrangian]") {
+    Simulation<2, Materials<NoStress<float>, FixedCorotated<float>>> simulation({{{0, 0}}, {{1, 1}}, 1.0 / 32});
+    const Net<2> net = rope<2>({{0.2, 0.5}}, {{0.8, 0.5}}, 64);
+    const Body body = simulation.add<NoStress<float>>(net, std::vector<double>(65, 0.05));
+    simulation.add_force<NoStress<float>>(body, springs_of<float>(net, SpringOptions{2e4, 0.5}));
+    Anchors<float, 2> ends;
+    ends.add({0}, {{{0.2F, 0.5F}}, 2e4F, 1});
+    ends.add({64}, {{{0.8F, 0.5F}}, 2e4F, 1});
+    simulation.add_force<NoStress<float>>(body, std::move(ends));
+    simulation.add<FixedCorotated<float>>(sample_box<2>({{0.4, 0.55}}, {{0.6, 0.65}}, {.spacing = 1.0 / 64}), 200);
+    simulation.advance(0.5);
+    const auto block = simulation.totals<FixedCorotated<float>>(), below = simulation.totals<NoStress<float>>();
+    // Without it the block would lie on the floor since 0.33 s.
+    CHECK(block.first_moment[1] / block.mass > 0.3);
+    CHECK(block.first_moment[1] / block.mass > below.first_moment[1] / below.mass);
 }
 
 TEST_CASE("nets that do not fit are refused", "[lagrangian]") {
