@@ -53,7 +53,7 @@ int soft_bodies(int argc, char** argv) {
                                .particles = 20'000,
                                .steps = 3000,
                                .frames = 60});
-    double dt = 5e-4, density = 500, young = 6e3, friction = 0.3;
+    double dt = 5e-4, density = 500, young = 2e4, friction = 0.3;
     std::int64_t count = 15, iterations = 4;
     line.add("--dt", dt, "Time step in s", 1e-5, 1e-2);
     line.add("--bodies", count, "Number of bodies", 1, 1000);

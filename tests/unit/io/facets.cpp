@@ -184,3 +184,28 @@ TEMPLATE_TEST_CASE("Point masses become a state with their surface, and come bac
     firn::write_state(folder / "b.hdf", flat_state);
     CHECK(firn::read_state<TestType>(folder / "b.hdf") == flat_state);
 }
+
+TEMPLATE_TEST_CASE("A particle system becomes a state: its points, its facets by place, when, and its gravity",
+                   "[io][state]", float, double) {
+    firn::ParticleSystem<2, TestType> system;
+    system.points.add({.position = {5, 5}, .end = 0.015});
+    const auto line = firn::rope<2>({0, 0}, {1, 0}, 3);
+    const std::size_t first = system.add(line, {.mass = 0.5, .radius = 0.25, .group = 7});
+    system.points.pin(std::uint32_t(first));
+    system.damping = 0.5;
+    for (int step = 0; step < 2; ++step) system.step(0.01);  // the loose point has died
+    const auto state = firn::state_of(system);
+    CHECK(state.dimension == 2);
+    CHECK(state.step == 2);
+    CHECK(state.time == Approx(0.02));
+    CHECK(state.id == Numbers{1, 2, 3, 4});
+    CHECK(state.material == std::vector<std::int32_t>(4, 7));
+    CHECK(state.facets == Numbers{0, 1, 1, 2, 2, 3});
+    CHECK(state.field("pinned").values == std::vector<TestType>{1, 0, 0, 0});
+    REQUIRE(state.parameters.size() == 2);
+    CHECK(state.parameters[0] == firn::StateParameter{"system", "gravity", "m/s^2", {0, -9.81}});
+    CHECK(state.parameters[1] == firn::StateParameter{"system", "damping", "1/s", {0.5}});
+    const Folder folder;
+    firn::write_state(folder / "a.hdf", state);
+    CHECK(firn::read_state<TestType>(folder / "a.hdf") == state);
+}
