@@ -67,7 +67,7 @@ public:
 
     double restitution = 0;   ///< Newton's e, from 0 to 1 [1]
     double friction = 0;      ///< Coulomb's μ [1]
-    int velocity_passes = 6;  ///< a step
+    int velocity_passes = 4;  ///< a step
     int shift_passes = 2;     ///< a step
     bool remember = true;     ///< begin with the impulses of the step before
 
@@ -137,7 +137,7 @@ public:
             if (phase == 0)
                 copy_points(which, points);
             else
-                describe_contacts(which, points, S(restitution_of_surfaces), felt_[std::size_t(thread)]);
+                describe_contacts(which, S(restitution_of_surfaces), felt_[std::size_t(thread)]);
         });
     }
 
@@ -273,8 +273,7 @@ private:
         return seen;
     }
 
-    void describe_contacts(std::size_t which, const PointMasses<S, D>& points, S restitution_of_surfaces,
-                           aligned_vector<S>& scratch) {
+    void describe_contacts(std::size_t which, S restitution_of_surfaces, aligned_vector<S>& scratch) {
         const auto& chunk = table_.chunks[which];
         auto& blocks = blocks_[which];
         blocks.resize((chunk.used + lanes - 1) / lanes);
@@ -284,7 +283,7 @@ private:
         auto surface = std::uint32_t(grid_.size() + chunk.surfaces_before);
         for (std::size_t k = which * chunk_size, end = end_of(which); k < end; ++k) {
             if (table_.count[k] == 0) continue;
-            const std::uint32_t i = grid_.place(k), rank = begins ? before_.rank_of(i, points.id[i]) : Table::none;
+            const std::uint32_t rank = begins ? before_.rank_of(grid_.place(k), table_.names[k].id) : Table::none;
             for (std::size_t c = table_.first[k], last = c + table_.count[k]; c < last; ++c) {
                 blocks[c / lanes].own[c % lanes] = std::uint32_t(k);
                 blocks[c / lanes].other[c % lanes] = Table::is_surface(chunk.others[c]) ? surface++ : chunk.others[c];
@@ -297,11 +296,11 @@ private:
             Row(0).store(scratch.data() + 4 * c);
         }
         for (std::size_t b = 0; b < blocks.size(); ++b)
-            describe(blocks[b], chunk, scratch.data() + 4 * lanes * b, points, restitution_of_surfaces);
+            describe(blocks[b], chunk, scratch.data() + 4 * lanes * b, restitution_of_surfaces);
     }
 
     FIRN_INLINE void describe(Block& block, const typename Table::Chunk& chunk, const S* kept,
-                              const PointMasses<S, D>& points, S restitution_of_surfaces) {
+                              S restitution_of_surfaces) {
         const std::size_t n = grid_.size();
         const Seen x = load(x_.data(), block.own), x_other = load(x_.data(), block.other);
         const Seen v = load(v_.data(), block.own), v_other = load(v_.data(), block.other);
@@ -324,7 +323,7 @@ private:
             } else if (all_have || has_direction[int(l)] || own == other) {
                 continue;
             } else {
-                way = detail::direction_of_ids<S, D>(points.id[grid_.place(other)], points.id[grid_.place(own)]);
+                way = detail::direction_of_ids<S, D>(table_.names[other].id, table_.names[own].id);
             }
             for (int a = 0; a < D; ++a) normal[a].set(int(l), way[a]);
         }

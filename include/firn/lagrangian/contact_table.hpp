@@ -47,6 +47,10 @@ struct ContactTable {
     aligned_vector<std::uint32_t> rank;          ///< of each place in the grid's order, or none
     std::vector<std::uint32_t> id;               ///< of each place
     bool has_kept = false;
+    struct Name {
+        std::uint32_t id, group;
+    };
+    std::vector<Name> names;  ///< in the grid's order
 
     std::size_t surface_count() const {
         return chunks.empty() ? 0 : chunks.back().surfaces_before + chunks.back().surfaces.size();
@@ -65,7 +69,14 @@ struct ContactTable {
         count.resize(n);
         rank.assign(points.size(), none);
         id.assign(points.id.begin(), points.id.end());
+        names.resize(n);
         has_kept = false;
+        const auto name = [&](std::size_t k, int) {
+            const std::uint32_t i = grid.place(k);
+            rank[i] = std::uint32_t(k);
+            names[k] = {points.id[i], points.group[i]};
+        };
+        parallel_for(n, threads, name, chunk_size);
         parallel_for(chunks.size(), threads, [&](std::size_t which, int) {
             Chunk& chunk = chunks[which];
             chunk.used = 0;
@@ -73,9 +84,8 @@ struct ContactTable {
             typename CollisionGrid<S, D>::Neighbours neighbours(grid);
             for (std::size_t k = which * chunk_size, end = std::min(k + chunk_size, n); k < end; ++k) {
                 const std::uint32_t i = grid.place(k);
-                rank[i] = std::uint32_t(k);
                 first[k] = std::uint32_t(chunk.used);
-                list_points(chunk, k, grid, neighbours.of(k), points, excluded);
+                list_points(chunk, k, grid, neighbours.of(k), excluded);
                 if (points.inverse_mass[i] > 0) list_surfaces(chunk, i, points, surfaces);
                 count[k] = std::uint32_t(chunk.used) - first[k];
             }
@@ -103,7 +113,8 @@ struct ContactTable {
     }
 
     std::size_t bytes() const {
-        std::size_t sum = (first.capacity() + count.capacity() + rank.capacity() + id.capacity()) * 4;
+        std::size_t sum = (first.capacity() + count.capacity() + rank.capacity() + id.capacity()) * 4 +
+                          names.capacity() * sizeof(Name);
         for (const Chunk& chunk : chunks)
             sum += (chunk.others.capacity() + chunk.ids.capacity() + chunk.near.capacity()) * 4 +
                    chunk.surfaces.capacity() * sizeof(TouchedSurface<S, D>) + chunk.kept.capacity() * sizeof(S);
@@ -117,9 +128,9 @@ private:
         chunk.ids.resize(chunk.others.size());
     }
 
-    static void list_points(Chunk& chunk, std::size_t k, const CollisionGrid<S, D>& grid,
-                            const std::array<SortedRange, CollisionGrid<S, D>::rows>& ranges,
-                            const PointMasses<S, D>& points, const ExcludedPairs& excluded) {
+    void list_points(Chunk& chunk, std::size_t k, const CollisionGrid<S, D>& grid,
+                     const std::array<SortedRange, CollisionGrid<S, D>::rows>& ranges,
+                     const ExcludedPairs& excluded) const {
         using P = native_pack<S>;
         constexpr std::uint32_t lanes = std::uint32_t(scalar_traits<P>::lanes);
         static_assert(lanes <= CollisionGrid<S, D>::padding);
@@ -144,13 +155,13 @@ private:
                 for (; bits != 0; bits &= bits - 1) near[found++] = j + std::uint32_t(std::countr_zero(bits));
             }
         make_room(chunk, found);
-        const std::uint32_t i = grid.place(k), group = points.group[i];
+        const std::uint32_t group = names[k].group;
         for (std::size_t f = 0; f < found; ++f) {
-            const std::uint32_t other = grid.place(near[f]);
-            if (other == i || (group != 0 && group == points.group[other])) continue;
-            if (excluded.any() && excluded.contains(i, other)) continue;
-            chunk.others[chunk.used] = near[f];
-            chunk.ids[chunk.used++] = points.id[other];
+            const std::uint32_t other = near[f];
+            if (other == k || (group != 0 && group == names[other].group)) continue;
+            if (excluded.any() && excluded.contains(grid.place(k), grid.place(other))) continue;
+            chunk.others[chunk.used] = other;
+            chunk.ids[chunk.used++] = names[other].id;
         }
     }
 
