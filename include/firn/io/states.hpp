@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/io/background_series.hpp>
+#include <firn/io/interruption.hpp>
 #include <firn/io/simulation_state.hpp>
 #include <firn/io/state_reader.hpp>
 #include <firn/io/state_series.hpp>
