@@ -11,6 +11,7 @@
 #include <random>
 #include <vector>
 
+namespace left_stretch_tests {
 namespace {
 
 using firn::Mat;
@@ -348,3 +349,5 @@ TEST_CASE("A NaN in F is not hidden") {
     F(1, 2) = std::numeric_limits<float>::quiet_NaN();
     REQUIRE(std::isnan(firn::trace(firn::left_stretch(F))));
 }
+
+}  // namespace left_stretch_tests

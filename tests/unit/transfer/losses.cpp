@@ -9,6 +9,7 @@
 
 using namespace dust;
 
+namespace losses_tests {
 namespace {
 
 const double h = 0.05;
@@ -128,3 +129,5 @@ TEST_CASE("ASFLIP lets two bodies go that are pulled apart, where APIC and AFLIP
     CHECK(gap_after_pulling(Aflip<double>{.ratio = 0.99}) < 1.5);
     CHECK(gap_after_pulling(Asflip<double>{.ratio = 0.99}) > 6);
 }
+
+}  // namespace losses_tests
