@@ -167,7 +167,8 @@ else
     printf '\n== skipped: clang 19, which is not here and apt does not offer it\n'
 fi
 if [[ $full == yes ]]; then
-    stage 'all tests' tests-release all all "${release[@]}" ${webgpu[@]+"${webgpu[@]}"} -DFIRN_TEST_PART=all
+    stage 'all tests' tests-release all all "${release[@]}" ${webgpu[@]+"${webgpu[@]}"} -DFIRN_TEST_PART=all \
+        -DFIRN_TEST_UNITY=OFF
 else
     stage 'arithmetic, physics, headers, packages' tests-release \
         'firn_unit_tests firn_physics_tests firn_determinism_tests firn_static_tests' \

@@ -1,6 +1,6 @@
 /// \file The simulation as a user meets it: what it promises about motion, walls, time steps and wrong input.
 #include "support/catch.hpp"
-#include "support/sanitized.hpp"
+#include "support/effort.hpp"
 #include "support/scenes.hpp"
 
 using namespace firn;

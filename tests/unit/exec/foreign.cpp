@@ -1,6 +1,6 @@
 /// \file The stages on a foreign program's arrays: any layout, not moved, not copied, the same motion as firn's own.
 #include "support/catch.hpp"
-#include "support/sanitized.hpp"
+#include "support/effort.hpp"
 #include "support/scenes.hpp"
 
 using namespace firn;

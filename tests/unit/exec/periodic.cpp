@@ -1,6 +1,6 @@
 // Periodic domains: what leaves at one end comes in at the other, and nothing tells where the ends are.
 #include "support/catch.hpp"
-#include "support/sanitized.hpp"
+#include "support/effort.hpp"
 #include <firn/firn.hpp>
 
 using namespace firn;

@@ -1,6 +1,6 @@
 // Several materials on one grid: the sums that nodes get, the same bits for any number of threads, states.
 #include "support/catch.hpp"
-#include "support/sanitized.hpp"
+#include "support/effort.hpp"
 #include "support/temporary_folder.hpp"
 #include <firn/firn.hpp>
 #include <firn/io/states.hpp>

@@ -1,6 +1,6 @@
 /// \file A stored run goes on to the same bits as one that was never stopped; what does not fit is refused.
 #include "support/catch.hpp"
-#include "support/sanitized.hpp"
+#include "support/effort.hpp"
 #include "support/scenes.hpp"
 #include <firn/io/states.hpp>
 
