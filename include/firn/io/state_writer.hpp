@@ -35,6 +35,8 @@ namespace firn {
 
 struct StateOptions {
     int compression = 0;  ///< 0: contiguous, fast; 1 to 9: shuffled and deflated, small gain for much time
+    /// Names of the fields to write besides positions; empty: all. A run goes on only from a state with all of them.
+    std::vector<std::string> fields = {};
 };
 
 namespace detail {
@@ -111,10 +113,11 @@ struct DatasetNotes {
 class StateFile {
 public:
     template <class S>
-    StateFile(const State<S>& state, int compression)
-        : image_(bytes_beside_arrays(state, compression)), compression_(compression) {
+    StateFile(const State<S>& state, const StateOptions& options)
+        : image_(bytes_beside_arrays(state, options.compression)), compression_(options.compression) {
+        for (const std::string& name : options.fields) state.field(name);
         write_firn_group(state);
-        write_vtk_group(state);
+        write_vtk_group(state, options.fields);
         image_.close();
     }
     void write(AtomicFile& file) const { image_.write(file); }
@@ -192,7 +195,7 @@ private:
     }
 
     template <class S>
-    void write_vtk_group(const State<S>& state) {
+    void write_vtk_group(const State<S>& state, const std::vector<std::string>& chosen) {
         auto vtk = create_group(image_.id(), "VTKHDF");
         write_integers(vtk.id(), "Version", {1, 0});
         write_text(vtk.id(), "Type", "UnstructuredGrid", H5T_CSET_ASCII);
@@ -207,7 +210,8 @@ private:
         write_field(vtk.id(), "Points", state.field("position"), state.dimension);
         auto points = create_group(vtk.id(), "PointData");
         for (const auto& field : state.fields) {
-            if (field.name != "position") write_field(points.id(), field.name, field, state.dimension);
+            const bool wanted = chosen.empty() || std::find(chosen.begin(), chosen.end(), field.name) != chosen.end();
+            if (wanted && field.name != "position") write_field(points.id(), field.name, field, state.dimension);
         }
         write_dataset<std::int64_t>(points.id(), "id", state.id, 1, {"1", 1});
         write_dataset<std::int32_t>(points.id(), "material", state.material, 1, {"1", 1});
@@ -265,7 +269,8 @@ private:
 /// name, sync to disk, rename). Values keep every bit. Memory: about 20 bytes a particle beside the state, in 2D also a
 /// copy of its vectors, with compression the size of the file.
 ///
-/// Throws parameter_error for a state whose parts do not fit (`check_state`) or a compression outside 0 … 9, io_error
+/// Throws parameter_error for a state whose parts do not fit (`check_state`), a compression outside 0 … 9 or a field
+/// that is not there, io_error
 /// where the file cannot be written (folder missing, disk full, …): then no file is left behind, and one that stood
 /// under `path` is untouched.
 template <state_scalar S>
@@ -276,7 +281,7 @@ void write_state(const std::filesystem::path& path, const State<S>& state, const
     }
     check_state(state);
     AtomicFile file(path);  // first: a path that cannot be written is known before any work
-    hdf5::naming_file(path, [&] { return detail::StateFile(state, options.compression); }).write(file);
+    hdf5::naming_file(path, [&] { return detail::StateFile(state, options); }).write(file);
     file.commit();
 }
 

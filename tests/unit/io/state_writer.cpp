@@ -126,6 +126,23 @@ TEST_CASE("A state lies in the file as VTKHDF 1.0 wants it", "[io][state]") {
     CHECK(read[1] == 0);
 }
 
+TEST_CASE("Only the fields asked for are written, with positions, ids and all words", "[io][state]") {
+    const Folder folder;
+    auto state = example<float>(3, 20);
+    const std::string kept = state.fields[2].name;
+    firn::write_state(folder / "few.hdf", state, {.fields = {kept}});
+    const auto found = firn::read_state<float>(folder / "few.hdf");
+    REQUIRE(found.fields.size() == 2);
+    CHECK(found.find("position") != nullptr);
+    const auto &written = state.field(kept).values, &read = found.field(kept).values;
+    REQUIRE(read.size() == written.size());
+    CHECK(std::memcmp(read.data(), written.data(), read.size() * sizeof(float)) == 0);
+    CHECK(found.id == state.id);
+    CHECK(found.parameters == state.parameters);
+    CHECK_THROWS_AS(firn::write_state(folder / "none.hdf", state, {.fields = {"temperature"}}), firn::parameter_error);
+    CHECK(folder.names().size() == 1);
+}
+
 TEST_CASE("Compression makes smooth data smaller", "[io][state]") {
     const Folder folder;
     auto state = example<float>(3, 20'000);

@@ -1,0 +1,94 @@
+/// \file Writes a state as a PLY file (Turk 1994, binary, little endian), which Blender, MeshLab, Houdini and Open3D
+/// read: points with what fields are asked for, and the facets that the state has.
+#pragma once
+
+#include <firn/io/atomic_file.hpp>
+#include <firn/io/state.hpp>
+
+#include <bit>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <type_traits>
+
+namespace firn {
+
+namespace detail {
+
+template <class T>
+void append_little_endian(std::string& bytes, T value) {
+    using Bits = std::conditional_t<sizeof(T) == 8, std::uint64_t, std::uint32_t>;
+    const Bits bits = std::bit_cast<Bits>(value);
+    for (std::size_t k = 0; k < sizeof(T); ++k) bytes += char(std::uint8_t(bits >> 8 * k));
+}
+
+/// `velocity_x`, `velocity_y`, … for a vector, `name_0`, `name_1`, … for a matrix, `name` for a number.
+inline std::string component_name(const std::string& name, int component, int components) {
+    if (components == 1) return name;
+    if (components <= 3) return name + "_" + "xyz"[component];
+    return name + "_" + std::to_string(component);
+}
+
+}  // namespace detail
+
+/// The state's points as `vertex` elements x y z (z = 0 in 2D) in its own precision, id, and the fields named, a
+/// property for each component; its triangles as `face` elements, in 2D its edges as `edge` elements. The file appears
+/// whole or not at all (AtomicFile).
+/// \param fields  names of fields of the state besides its positions
+/// \throws parameter_error for a state whose parts do not fit, for a field that it does not have, and for more points
+///         or ids than PLY's 32 bits name; io_error where writing fails
+template <state_scalar S>
+void write_ply(const std::filesystem::path& path, const State<S>& state, const std::vector<std::string>& fields = {}) {
+    check_state(state);
+    constexpr auto most = std::size_t(std::numeric_limits<std::int32_t>::max());
+    if (state.size() > most)
+        throw parameter_error(sentence("The state has ", state.size(), " points; PLY counts up to ", most, "."));
+    std::vector<const StateField<S>*> written;
+    for (const std::string& name : fields) written.push_back(&state.field(name));
+    for (const std::int64_t id : state.id)
+        if (id < 0 || id > std::int64_t(std::numeric_limits<std::uint32_t>::max()))
+            throw parameter_error(sentence("A point has the id ", id, "; PLY has 32 bits for it."));
+    const auto corners = std::size_t(state.dimension);
+    const std::size_t facets = state.facets.size() / corners;
+    const StateField<S>& position = state.field("position");
+
+    const char* number = sizeof(S) == 4 ? "float" : "double";
+    std::string header = "ply\nformat binary_little_endian 1.0\ncomment positions in metres, after " +
+                         sentence(state.time) + " seconds\n" + sentence("element vertex ", state.size(), "\n");
+    for (const char* axis : {"x", "y", "z"}) header += sentence("property ", number, " ", axis, "\n");
+    header += "property uint id\n";
+    for (const StateField<S>* field : written)
+        for (int c = 0; c < field->components; ++c)
+            header +=
+                sentence("property ", number, " ", detail::component_name(field->name, c, field->components), "\n");
+    if (facets > 0)
+        header += state.dimension == 3
+                      ? sentence("element face ", facets, "\nproperty list uchar int vertex_indices\n")
+                      : sentence("element edge ", facets, "\nproperty int vertex1\nproperty int vertex2\n");
+    header += "end_header\n";
+
+    AtomicFile file(path);
+    file.write(header);
+    std::string bytes;
+    for (std::size_t i = 0; i < state.size(); ++i) {
+        bytes.clear();
+        for (std::size_t a = 0; a < 3; ++a)
+            detail::append_little_endian(bytes, a < corners ? position.values[i * corners + a] : S(0));
+        detail::append_little_endian(bytes, std::uint32_t(state.id[i]));
+        for (const StateField<S>* field : written)
+            for (std::size_t c = 0; c < std::size_t(field->components); ++c)
+                detail::append_little_endian(bytes, field->values[i * std::size_t(field->components) + c]);
+        file.write(bytes);
+    }
+    for (std::size_t f = 0; f < facets; ++f) {
+        bytes.clear();
+        if (state.dimension == 3) bytes += char(3);
+        for (std::size_t k = 0; k < corners; ++k)
+            detail::append_little_endian(bytes, std::int32_t(state.facets[f * corners + k]));
+        file.write(bytes);
+    }
+    file.commit();
+}
+
+}  // namespace firn
