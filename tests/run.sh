@@ -1,6 +1,8 @@
 #!/usr/bin/env bash
-# tests/run.sh [--full]: installs what is missing, clang 19 too where apt offers it, builds firn's tests, runs them.
-#   --full   adds the long tests (AArch64 among them), all tests with clang 19, ThreadSanitizer, and the benchmarks
+# tests/run.sh [--full]: installs what is missing, clang 19 too where apt offers it, builds firn's tests, runs them: each
+# unit test once, sanitized or as users compile, and pairwise combinations.
+#   --full   every test in every build and every combination, the long tests (AArch64 among them), all tests with clang
+#            19, ThreadSanitizer, and the benchmarks
 # FIRN_JOBS=N limits how many compilers and tests run at once.
 set -euo pipefail
 
@@ -14,7 +16,7 @@ full=no
 for argument in "$@"; do
     case $argument in
         --full) full=yes ;;
-        -h | --help) sed -n '2,4s/^# //p' "${BASH_SOURCE[0]}" && exit ;;
+        -h | --help) sed -n '2,5s/^# //p' "${BASH_SOURCE[0]}" && exit ;;
         *) echo "tests/run.sh does not know $argument; it knows --full." >&2 && exit 2 ;;
     esac
 done
@@ -23,10 +25,10 @@ passed=0 failed=0
 jobs=$(firn_jobs)
 export OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-passive} # tests run beside each other: waiting threads shall not spin
 
-# stage TITLE FOLDER TARGET LABEL CMAKE_OPTION...: configures and builds in build/FOLDER, runs the tests with LABEL, and
+# stage TITLE FOLDER TARGETS LABEL CMAKE_OPTION...: configures and builds in build/FOLDER, runs the tests with LABEL, and
 # adds to passed and failed. What does not build is one failure; the tests that did build are run all the same.
 stage() {
-    local title=$1 build=$root/build/$2 target=$3 label=$4 start=$SECONDS keep_going=-k
+    local title=$1 build=$root/build/$2 targets=$3 label=$4 start=$SECONDS keep_going=-k
     shift 4
     printf '\n== %s\n' "$title"
     if ! cmake -S "$root" -B "$build" "$@"; then
@@ -35,7 +37,8 @@ stage() {
         return
     fi
     if [[ -e $build/build.ninja ]]; then keep_going=-k0; fi
-    if ! cmake --build "$build" --parallel "$jobs" --target "$target" -- "$keep_going"; then
+    # shellcheck disable=SC2086 # several targets
+    if ! cmake --build "$build" --parallel "$jobs" --target $targets -- "$keep_going"; then
         echo "== $title: does not build"
         failed=$((failed + 1))
     fi
@@ -61,10 +64,20 @@ test_stage() {
     failed=$((failed + bad))
 }
 
-# counted COMMAND...: adds to passed and failed what it closes with, "N passed, N failed" or node's "# pass N", "# fail N".
+# logged NAME COMMAND...: runs it; what it prints goes into build/wgsl/NAME.log.
+logged() {
+    local log=$root/build/wgsl/$1.log status=0
+    shift
+    "$@" >"$log" 2>&1 || status=$?
+    printf '\n== ended with %d: %s\n' "$status" "$*" >>"$log"
+}
+
+# counted NAME: prints the log and adds to passed and failed what it closes with, "N passed, N failed" or node's "# pass N",
+# "# fail N".
 counted() {
-    local status=0 line good=0 bad=0 log=$root/build/wgsl/counted.log
-    "$@" 2>&1 | tee "$log" || status=$?
+    local line good=0 bad=0 status=1 log=$root/build/wgsl/$1.log
+    touch "$log"
+    cat "$log"
     while read -r line; do
         if [[ $line =~ ^([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then
             good=$((good + BASH_REMATCH[1])) bad=$((bad + BASH_REMATCH[2]))
@@ -72,6 +85,8 @@ counted() {
             good=$((good + BASH_REMATCH[1]))
         elif [[ $line =~ ^\#\ fail\ ([0-9]+)$ ]]; then
             bad=$((bad + BASH_REMATCH[1]))
+        elif [[ $line =~ ^==\ ended\ with\ ([0-9]+): ]]; then
+            status=${BASH_REMATCH[1]}
         fi
     done <"$log"
     # A crash that counted nothing is a failure nevertheless.
@@ -79,33 +94,53 @@ counted() {
     passed=$((passed + good)) failed=$((failed + bad))
 }
 
-# Emitted programs under two compilers, Tint and naga, on a software GPU; integers and particles against the CPU's.
-wgsl_stage() { # CASES_OPTION...
-    local start=$SECONDS tests=$root/tests/wgsl build=$root/build/wgsl release=$root/build/tests-release naga=--pairwise
-    if [[ $full == yes ]]; then naga=--validate; fi
+# Emitted programs under two compilers, Tint and naga, on a software GPU; integers and particles against the CPU's. The
+# software GPU works with one thread, so what Dawn runs goes beside what others run.
+wgsl_stage() { # FOLDER CASES_OPTION...
+    local start=$SECONDS tests=$root/tests/wgsl build=$root/build/wgsl programs=$root/build/$1 validate=--pairwise log
+    local of_dawn=(host tint tint_refuses dawn) of_others=(serve naga naga_refuses page deno)
+    shift
+    if [[ $full == yes ]]; then validate=--validate; fi
     printf '\n== WGSL on a software GPU\n'
     if ! firn_webgpu; then
         printf '== skipped: WGSL, which needs the packages above\n'
         return
     fi
     rm -rf "$build" && mkdir -p "$build"
-    if ! "$release/tests/wgsl/firn_wgsl_cases" "$build" "$@" ||
-        ! "$release/examples/06_emit_wgsl" --all "$build/programs"; then
+    if ! "$programs/tests/wgsl/firn_wgsl_cases" "$build" "$@" ||
+        ! "$programs/examples/06_emit_wgsl" --all "$build/programs"; then
         echo "== WGSL: nothing is emitted"
         failed=$((failed + 1))
         return
     fi
-    counted node "$tests/serve.mjs"
-    counted firn_dawn "$tests/host.mjs"
-    if ((${#webgpu[@]})); then counted firn_swiftshader "$release/tests/wgsl/firn_webgpu_host"; fi
-    counted firn_dawn "$tests/run.mjs" --validate "$build"/programs/*/
-    counted firn_deno "$tests/run.mjs" "$naga" "$build"/programs/*/
-    counted firn_dawn "$tests/run.mjs" --expect-invalid "$build"/broken/{every,tint}/*.wgsl
-    counted firn_deno "$tests/run.mjs" --expect-invalid "$build"/broken/every/*.wgsl
-    counted firn_chromium "$tests/page.mjs" "$build/cases/3d_page"
-    counted firn_dawn "$tests/run.mjs" "$build"/cases/*/
-    counted firn_deno "$tests/run.mjs" "$build"/cases/*/
+    if ((${#webgpu[@]})); then of_dawn+=(host_in_c++); fi
+    if ((jobs > 1)); then
+        wgsl_lane "${of_dawn[@]}" &
+        wgsl_lane "${of_others[@]}"
+        wait "$!"
+    else
+        wgsl_lane "${of_dawn[@]}" "${of_others[@]}"
+    fi
+    for log in "${of_dawn[@]}" "${of_others[@]}"; do counted "$log"; done
     echo "== WGSL: $((SECONDS - start)) s"
+}
+
+wgsl_lane() { # NAME...; the variables are wgsl_stage's
+    local name
+    for name in "$@"; do
+        case $name in
+            serve) logged "$name" node "$tests/serve.mjs" ;;
+            host) logged "$name" firn_dawn "$tests/host.mjs" ;;
+            host_in_c++) logged "$name" firn_swiftshader "$programs/tests/wgsl/firn_webgpu_host" ;;
+            tint) logged "$name" firn_dawn "$tests/run.mjs" "$validate" "$build"/programs/*/ ;;
+            naga) logged "$name" firn_deno "$tests/run.mjs" "$validate" "$build"/programs/*/ ;;
+            tint_refuses) logged "$name" firn_dawn "$tests/run.mjs" --expect-invalid "$build"/broken/{every,tint}/*.wgsl ;;
+            naga_refuses) logged "$name" firn_deno "$tests/run.mjs" --expect-invalid "$build"/broken/every/*.wgsl ;;
+            page) logged "$name" firn_chromium "$tests/page.mjs" "$build/cases/3d_page" ;;
+            dawn) logged "$name" firn_dawn "$tests/run.mjs" "$build"/cases/*/ ;;
+            deno) logged "$name" firn_deno "$tests/run.mjs" "$build"/cases/*/ ;;
+        esac
+    done
 }
 
 firn_install compiler cmake ninja eigen hdf5 catch2 cli11 png boost
@@ -113,7 +148,7 @@ clang=no
 if firn_install_if_offered clang clang_openmp clang_rt; then clang=yes; fi
 with_clang=(-DCMAKE_C_COMPILER=clang-19 -DCMAKE_CXX_COMPILER=clang++-19)
 release=(-DCMAKE_BUILD_TYPE=Release -DFIRN_EXAMPLE_OPTIONS=-O1)
-portable=("${release[@]}" -DFIRN_PORTABLE=ON -DFIRN_BUILD_EXAMPLES=OFF)
+portable=(-DCMAKE_BUILD_TYPE=Release -DFIRN_EXAMPLE_OPTIONS=-O0 -DFIRN_PORTABLE=ON)
 sanitizer=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O0 -g1" -DFIRN_NATIVE=OFF -DFIRN_BUILD_EXAMPLES=OFF
     -DFIRN_WARNINGS_AS_ERRORS=OFF)
 
@@ -124,27 +159,35 @@ else
     printf '\n== skipped: the WebGPU host in C++\n'
 fi
 
-stage 'all tests' tests-release all all "${release[@]}" ${webgpu[@]+"${webgpu[@]}"}
-wgsl_stage
-# clang compiles what is sanitized more than twice as fast as g++ does.
-quicker=()
-if [[ $clang == yes ]]; then quicker=("${with_clang[@]}"); fi
-stage 'unit tests with AddressSanitizer and UndefinedBehaviorSanitizer' tests-asan firn_unit_tests unit \
-    "${sanitizer[@]}" ${quicker[@]+"${quicker[@]}"} -DFIRN_SANITIZE=address,undefined
-stage 'determinism, portable build' tests-portable firn_determinism_tests determinism "${portable[@]}"
+# Each compiler takes what it compiles faster: clang, where it is here, what is sanitized or not optimised.
+second=(-DFIRN_TEST_UNITY=ON) where=portable
 if [[ $clang == yes ]]; then
-    stage 'determinism, portable build, clang 19' tests-portable-clang firn_determinism_tests determinism \
-        "${portable[@]}" "${with_clang[@]}"
+    second+=("${with_clang[@]}") where=portable-clang
 else
-    printf '\n== skipped: determinism with clang 19, which is not here and apt does not offer it\n'
+    printf '\n== skipped: clang 19, which is not here and apt does not offer it\n'
 fi
+if [[ $full == yes ]]; then
+    stage 'all tests' tests-release all all "${release[@]}" ${webgpu[@]+"${webgpu[@]}"} -DFIRN_TEST_PART=all \
+        -DFIRN_TEST_UNITY=OFF
+else
+    stage 'arithmetic, physics, headers, packages' tests-release \
+        'firn_unit_tests firn_physics_tests firn_determinism_tests firn_static_tests' \
+        'unit|physics|determinism|static|package' "${release[@]}" ${webgpu[@]+"${webgpu[@]}"} -DFIRN_TEST_PART=arithmetic \
+        -DFIRN_TEST_UNITY=ON
+fi
+stage 'AddressSanitizer and UndefinedBehaviorSanitizer' tests-asan firn_unit_tests unit "${sanitizer[@]}" "${second[@]}" \
+    -DFIRN_SANITIZE=address,undefined -DFIRN_TEST_PART="$([[ $full == yes ]] && echo all || echo memory)"
+stage 'portable build: determinism, examples' "tests-$where" 'firn_determinism_tests firn_examples firn_wgsl_programs' \
+    'determinism|example' "${portable[@]}" "${second[@]}" ${webgpu[@]+"${webgpu[@]}"}
+wgsl_stage "tests-$where"
 
 if [[ $full == yes ]]; then
     printf '\n== long tests\n'
     firn_install_if_offered arm_compiler arm_machine || true
     test_stage 'long tests' "$root/build/tests-release" '^full$' -C Full
-    wgsl_stage --large
+    wgsl_stage tests-release --large
     if [[ $clang == yes ]]; then
+        stage 'determinism, portable build, g++' tests-portable firn_determinism_tests determinism "${portable[@]}"
         stage 'all tests, clang 19' tests-clang all all "${release[@]}" "${with_clang[@]}"
         export TSAN_OPTIONS=ignore_noninstrumented_modules=1 OMP_TOOL_LIBRARIES=/usr/lib/llvm-19/lib/libarcher.so
         stage 'unit and determinism tests with ThreadSanitizer' tests-tsan firn_threaded_tests 'unit|determinism' \

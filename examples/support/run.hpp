@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <limits>
+#include <memory>
 
 namespace example {
 
@@ -114,21 +115,29 @@ public:
     StatesOfAll(const Simulation& simulation, const Options& options) {
         for_materials<Simulation>([&](auto i) {
             const std::string material = std::remove_cvref_t<decltype(simulation.template material<i>())>::name;
-            series_.emplace_back(options.output,
-                                 Simulation::material_count == 1 ? options.name : options.name + "_" + material);
+            series_.push_back(std::make_unique<Series>(
+                options.output, Simulation::material_count == 1 ? options.name : options.name + "_" + material));
             files_.push_back(options.file((Simulation::material_count == 1 ? "" : "_" + material) + ".hdf.series"));
         });
     }
     void write(Simulation& simulation) {
-        for_materials<Simulation>([&](auto i) { series_[i].write(firn::state_of<i>(simulation)); });
+        for_materials<Simulation>([&](auto i) {
+            auto state = series_[i]->spare();
+            firn::state_of<i>(simulation, state);
+            series_[i]->write(std::move(state));
+        });
         ++count_;
+    }
+    void finish() {
+        for (auto& series : series_) series->finish();
     }
     [[nodiscard]] int count() const { return count_; }
     /// What ParaView opens.
     [[nodiscard]] const std::vector<std::filesystem::path>& files() const { return files_; }
 
 private:
-    std::vector<firn::StateSeries> series_;
+    using Series = firn::BackgroundSeries<typename Simulation::scalar_type>;
+    std::vector<std::unique_ptr<Series>> series_;
     std::vector<std::filesystem::path> files_;
     int count_ = 0;
 };
@@ -156,6 +165,7 @@ void run(Simulation& simulation, const Options& options, double spacing, const V
             states.write(simulation);
             if (points) firn::write_obj_points(options.file(number), positions(simulation));
         },
+        [&] { states.finish(); },
         [&] {
             simulation.step();
             after_step();

@@ -3,8 +3,8 @@
 
 #include "support/run_schedule.hpp"
 #include "support/solids.hpp"
+#include <firn/io/background_series.hpp>
 #include <firn/io/particle_system_state.hpp>
-#include <firn/io/state_series.hpp>
 
 #include <vector>
 
@@ -38,9 +38,10 @@ Cloud cloud_of(const System& system, double radius, const ColourOf& colour_of) {
 /// \param picture  the picture at the end
 template <class System, class Step, class Picture>
 void run(System& system, const Options& options, const Step& step, const Picture& picture) {
-    firn::StateSeries series(options.output, options.name);
-    run_schedule(options, options.particles, [&] { series.write(firn::state_of(system)); }, step, picture,
-                 {options.file(".hdf.series")});
+    firn::BackgroundSeries<typename System::scalar_type> series(options.output, options.name);
+    run_schedule(
+        options, options.particles, [&] { series.write(firn::state_of(system)); }, [&] { series.finish(); }, step,
+        picture, {options.file(".hdf.series")});
 }
 
 }  // namespace example

@@ -6,6 +6,7 @@
 #include "support/png.hpp"
 #include "support/progress.hpp"
 #include "support/renderer.hpp"
+#include <firn/io/interruption.hpp>
 
 #include <cstdint>
 #include <filesystem>
@@ -18,13 +19,15 @@ namespace example {
 enum Colour : std::uint8_t { coral, teal, amber, indigo, moss, plum, slate, sand, snow };
 
 /// Runs the schedule. The first state is written before the first step, the last after the last; at the end a picture.
+/// Ctrl-C (or SIGTERM) ends the run early, with a state and a picture of where it is.
 /// \param write    writes a state
+/// \param finish   returns when all states are on disk
 /// \param step     makes a step
 /// \param picture  the picture at the end
 /// \param series   the lists of the states, which ParaView opens
-template <class Write, class Step, class Picture>
-void run_schedule(const Options& options, std::int64_t particles, const Write& write, const Step& step,
-                  const Picture& picture, const std::vector<std::filesystem::path>& series) {
+template <class Write, class Finish, class Step, class Picture>
+void run_schedule(const Options& options, std::int64_t particles, const Write& write, const Finish& finish,
+                  const Step& step, const Picture& picture, const std::vector<std::filesystem::path>& series) {
     std::cout << options.name << ": " << particles << " particles, " << options.schedule.steps << " steps, "
               << options.threads << (options.threads == 1 ? " thread" : " threads") << std::endl;
     int states = 0;
@@ -33,12 +36,18 @@ void run_schedule(const Options& options, std::int64_t particles, const Write& w
         ++states;
     };
     write_one();
+    const firn::Interruption interruption;
     Progress progress(options.schedule.steps, particles);
     for (std::int64_t done = 1; done <= options.schedule.steps; ++done) {
         step();
-        if (options.schedule.writes_after(done)) write_one();
+        const bool is_last = interruption.requested();
+        if (is_last || options.schedule.writes_after(done)) write_one();
         progress.advance();
+        if (!is_last) continue;
+        std::cout << "\ninterrupted after " << done << " steps" << std::endl;
+        break;
     }
+    finish();
     write_png(options.file(".png"), picture());
     std::cout << states << " states";
     for (const auto& file : series) std::cout << (&file == series.data() ? ": " : ", ") << file.string();

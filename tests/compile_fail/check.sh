@@ -5,7 +5,7 @@ set -euo pipefail
 export LC_ALL=C
 
 compiler=$1 flags=$2 source=$3
-compile() { "$compiler" "@$flags" "$@" -c -o /dev/null "$source" 2>&1; }
+compile() { "$compiler" "@$flags" "$@" -fsyntax-only "$source" 2>&1; } # which instantiates templates, too
 
 mapfile -t expected < <(sed -n 's|^// expect: *||p' "$source")
 ((${#expected[@]} > 0)) || { echo "$source has no line '// expect: <text>'"; exit 1; }

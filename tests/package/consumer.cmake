@@ -1,8 +1,11 @@
 # What the three consumers share: two translation units that both include all of firn, with and without HDF5.
-add_executable(consumer "${CMAKE_CURRENT_LIST_DIR}/main.cpp" "${CMAKE_CURRENT_LIST_DIR}/other.cpp")
+add_library(other_unit OBJECT "${CMAKE_CURRENT_LIST_DIR}/other.cpp")
+target_link_libraries(other_unit PRIVATE firn::firn)
+
+add_executable(consumer "${CMAKE_CURRENT_LIST_DIR}/main.cpp" $<TARGET_OBJECTS:other_unit>)
 target_link_libraries(consumer PRIVATE firn::firn)
 
-add_executable(consumer_hdf5 "${CMAKE_CURRENT_LIST_DIR}/main.cpp" "${CMAKE_CURRENT_LIST_DIR}/other.cpp")
+add_executable(consumer_hdf5 "${CMAKE_CURRENT_LIST_DIR}/main.cpp" $<TARGET_OBJECTS:other_unit>)
 target_link_libraries(consumer_hdf5 PRIVATE firn::hdf5)
 target_compile_definitions(consumer_hdf5 PRIVATE CONSUMER_HDF5)
 

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <exception>
 #include <filesystem>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -127,9 +128,17 @@ inline std::string_view type_name(const Datatype& type) {
     return H5Tget_class(type.id()) == H5T_STRING ? "string" : "type that firn does not know";
 }
 
-/// Runs f with HDF5 quiet, and puts the file's name before what it throws as io_error.
+/// HDF5's library serves one thread at a time. firn holds this while it is in it; a program that calls HDF5 itself
+/// while a BackgroundSeries writes holds it, too.
+inline std::mutex& library() {
+    static std::mutex one;
+    return one;
+}
+
+/// Runs f alone in HDF5, with HDF5 quiet, and puts the file's name before what it throws as io_error.
 template <class F>
 auto naming_file(const std::filesystem::path& path, F&& f) {
+    const std::lock_guard alone(library());
     const Quiet quiet;
     try {
         return f();

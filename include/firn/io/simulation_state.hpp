@@ -3,6 +3,7 @@
 
 #include <firn/core/names.hpp>
 #include <firn/io/state.hpp>
+#include <firn/lagrangian/any_force.hpp>
 #include <firn/simulation.hpp>
 #include <firn/version.hpp>
 
@@ -46,10 +47,11 @@ std::vector<StateAttribute> policy_attributes() {
 /// mass [kg], volume [m^D], in the order of ids; the facets of nets; the order of the slots and blocks beside them, so
 /// that sums go on in the same order; parameters with units; names of policies.
 /// \tparam I  of which of the simulation's materials
+/// \param into  whose memory is used anew: what a series gives back (BackgroundSeries::spare), or nothing yet
 template <std::size_t I = 0, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
           class Boundary>
-State<detail::precision_of_t<Materials>> state_of(
-    Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation) {
+void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation,
+              State<detail::precision_of_t<Materials>>& into) {
     using S = detail::precision_of_t<Materials>;
     using Material = std::remove_cvref_t<decltype(simulation.template material<I>())>;
     const BlockPartition<D>& partition = simulation.template partition<I>();
@@ -57,7 +59,8 @@ State<detail::precision_of_t<Materials>> state_of(
     const std::vector<Body>& all_bodies = simulation.template bodies<I>();
     const std::size_t n = particles.size();
 
-    State<S> state;
+    const int threads = requested_threads(simulation.execution);
+    State<S> before = std::move(into), state;
     state.dimension = D;
     state.step = simulation.steps();
     state.time = simulation.time();
@@ -66,6 +69,8 @@ State<detail::precision_of_t<Materials>> state_of(
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) slot_of[particles.id(slot)] = slot;
     std::erase(slot_of, std::size_t(no_particle));
+    state.id = std::move(before.id);
+    state.id.clear();
     state.id.reserve(n);
     for (const std::size_t slot : slot_of) state.id.push_back(std::int64_t(particles.id(slot)));
     state.material.resize(n);
@@ -89,8 +94,14 @@ State<detail::precision_of_t<Materials>> state_of(
     }
 
     const auto add = [&](const char* name, const char* unit, int components, const auto& get) {
-        StateField<S> field{name, unit, components, std::vector<S>(n * std::size_t(components))};
-        for (std::size_t i = 0; i < n; ++i) get(slot_of[i], field.values.data() + i * std::size_t(components));
+        StateField<S> field{name, unit, components, {}};
+        if (const std::size_t k = state.fields.size(); k < before.fields.size())
+            field.values = std::move(before.fields[k].values);
+        field.values.resize(n * std::size_t(components));
+        detail::for_chunks(n, threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i)
+                get(slot_of[i], field.values.data() + i * std::size_t(components));
+        });
         state.fields.push_back(std::move(field));
     };
     const auto put = [](const auto& value, S* to) {
@@ -162,6 +173,13 @@ State<detail::precision_of_t<Materials>> state_of(
     for (const Body& body : all_bodies)
         bodies.values.insert(bodies.values.end(), {body.first, body.count, std::bit_cast<std::int64_t>(body.end)});
     state.tables = {std::move(slots), std::move(blocks), std::move(bodies)};
+    into = std::move(state);
+}
+/// The same, in memory of its own.
+template <std::size_t I = 0, int D, class Materials, class... Policies>
+State<detail::precision_of_t<Materials>> state_of(Simulation<D, Materials, Policies...>& simulation) {
+    State<detail::precision_of_t<Materials>> state;
+    state_of<I>(simulation, state);
     return state;
 }
 

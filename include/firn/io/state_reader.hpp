@@ -207,7 +207,8 @@ private:
         if (kind == H5D_CHUNKED) {
             require_known_filters(layout, name);
             hsize_t extent[2] = {0, 1};
-            if (hdf5::check(H5Pget_chunk(layout.id(), 2, extent), tried) > 2 || extent[0] > rows || extent[1] > columns) {
+            if (hdf5::check(H5Pget_chunk(layout.id(), 2, extent), tried) > 2 || extent[0] > rows ||
+                extent[1] > columns) {
                 throw io_error("the dataset '" + name + "' has chunks larger than itself");
             }
             most = stored > std::numeric_limits<hsize_t>::max() / 1032 ? stored : stored * 1032;

@@ -1,6 +1,8 @@
 /// \file All of firn's HDF5 states: writing a series of them, reading one, and going on from it.
 #pragma once
 
+#include <firn/io/background_series.hpp>
+#include <firn/io/interruption.hpp>
 #include <firn/io/simulation_state.hpp>
 #include <firn/io/state_reader.hpp>
 #include <firn/io/state_series.hpp>

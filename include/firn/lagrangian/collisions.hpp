@@ -67,7 +67,7 @@ public:
 
     double restitution = 0;   ///< Newton's e, from 0 to 1 [1]
     double friction = 0;      ///< Coulomb's μ [1]
-    int velocity_passes = 6;  ///< a step
+    int velocity_passes = 4;  ///< a step
     int shift_passes = 2;     ///< a step
     bool remember = true;     ///< begin with the impulses of the step before
 
@@ -137,7 +137,7 @@ public:
             if (phase == 0)
                 copy_points(which, points);
             else
-                describe_contacts(which, points, S(restitution_of_surfaces), felt_[std::size_t(thread)]);
+                describe_contacts(which, S(restitution_of_surfaces), felt_[std::size_t(thread)]);
         });
     }
 
@@ -250,7 +250,9 @@ private:
         };
         for (std::size_t k = which * chunk_size, end = end_of(which); k < end; ++k) {
             const std::uint32_t i = grid_.place(k);
-            quad(x_.data() + 4 * k, points.position[i], points.radius[i]);
+            V x;
+            unroll<D>([&](auto axis) FIRN_LAMBDA { x.v[axis] = grid_.coordinates(axis)[k]; });
+            quad(x_.data() + 4 * k, x, grid_.radii()[k]);
             quad(v_.data() + 4 * k, points.velocity[i], points.inverse_mass[i]);
             w_[k] = points.inverse_mass[i];
         }
@@ -273,8 +275,7 @@ private:
         return seen;
     }
 
-    void describe_contacts(std::size_t which, const PointMasses<S, D>& points, S restitution_of_surfaces,
-                           aligned_vector<S>& scratch) {
+    void describe_contacts(std::size_t which, S restitution_of_surfaces, aligned_vector<S>& scratch) {
         const auto& chunk = table_.chunks[which];
         auto& blocks = blocks_[which];
         blocks.resize((chunk.used + lanes - 1) / lanes);
@@ -284,7 +285,7 @@ private:
         auto surface = std::uint32_t(grid_.size() + chunk.surfaces_before);
         for (std::size_t k = which * chunk_size, end = end_of(which); k < end; ++k) {
             if (table_.count[k] == 0) continue;
-            const std::uint32_t i = grid_.place(k), rank = begins ? before_.rank_of(i, points.id[i]) : Table::none;
+            const std::uint32_t rank = begins ? before_.rank_of(grid_.place(k), table_.names[k].id) : Table::none;
             for (std::size_t c = table_.first[k], last = c + table_.count[k]; c < last; ++c) {
                 blocks[c / lanes].own[c % lanes] = std::uint32_t(k);
                 blocks[c / lanes].other[c % lanes] = Table::is_surface(chunk.others[c]) ? surface++ : chunk.others[c];
@@ -297,11 +298,11 @@ private:
             Row(0).store(scratch.data() + 4 * c);
         }
         for (std::size_t b = 0; b < blocks.size(); ++b)
-            describe(blocks[b], chunk, scratch.data() + 4 * lanes * b, points, restitution_of_surfaces);
+            describe(blocks[b], chunk, scratch.data() + 4 * lanes * b, restitution_of_surfaces);
     }
 
     FIRN_INLINE void describe(Block& block, const typename Table::Chunk& chunk, const S* kept,
-                              const PointMasses<S, D>& points, S restitution_of_surfaces) {
+                              S restitution_of_surfaces) {
         const std::size_t n = grid_.size();
         const Seen x = load(x_.data(), block.own), x_other = load(x_.data(), block.other);
         const Seen v = load(v_.data(), block.own), v_other = load(v_.data(), block.other);
@@ -309,24 +310,33 @@ private:
         const P square = dot(apart, apart);
         const auto has_direction = P(least_square) < square;
         PV normal = apart * select(has_direction, P(1) / sqrt(select(has_direction, square, P(1))), P(0));
-        P e = P(S(restitution)), mu = P(S(friction)), more;
-        const bool all_have = !any(!has_direction);
+        alignas(64) S more[lanes], e[lanes], mu[lanes];
+        bool of_surfaces = false;
         for (std::size_t l = 0; l < lanes; ++l) {
             const std::size_t q = std::size_t(quad_of_lane<P>(int(l)));
-            const std::uint32_t own = block.own[q], other = block.other[q];
-            more.set(int(l), S(std::max({1u, table_.count[own], other < n ? table_.count[other] : 0})));
-            V way;
-            if (other >= n) {
-                const auto& surface = chunk.surfaces[other - n - chunk.surfaces_before];
-                way = surface.normal;
-                e.set(int(l), restitution_of_surfaces);
-                mu.set(int(l), surface.friction);
-            } else if (all_have || has_direction[int(l)] || own == other) {
-                continue;
-            } else {
-                way = detail::direction_of_ids<S, D>(points.id[grid_.place(other)], points.id[grid_.place(own)]);
+            const std::uint32_t other = block.other[q];
+            of_surfaces = of_surfaces || other >= n;
+            more[l] = S(std::max({1u, table_.count[block.own[q]], other < n ? table_.count[other] : 0}));
+            e[l] = S(restitution);
+            mu[l] = S(friction);
+        }
+        if (of_surfaces || any(!has_direction)) {
+            for (std::size_t l = 0; l < lanes; ++l) {
+                const std::size_t q = std::size_t(quad_of_lane<P>(int(l)));
+                const std::uint32_t own = block.own[q], other = block.other[q];
+                V way;
+                if (other >= n) {
+                    const auto& surface = chunk.surfaces[other - n - chunk.surfaces_before];
+                    way = surface.normal;
+                    e[l] = restitution_of_surfaces;
+                    mu[l] = surface.friction;
+                } else if (has_direction[int(l)] || own == other) {
+                    continue;
+                } else {
+                    way = detail::direction_of_ids<S, D>(table_.names[other].id, table_.names[own].id);
+                }
+                for (int a = 0; a < D; ++a) normal[a].set(int(l), way[a]);
             }
-            for (int a = 0; a < D; ++a) normal[a].set(int(l), way[a]);
         }
         const P w = v.number + v_other.number;
         P r[4];
@@ -340,10 +350,10 @@ private:
             (impulse.v[a] * kept_part).store(block.impulse[a]);
         });
         length.store(block.last);
-        (P(1) / more).store(block.share);
+        (P(1) / P::load(more)).store(block.share);
         select(P(0) < w, P(1) / select(P(0) < w, w, P(1)), P(0)).store(block.mass);
-        (e * max(-dot(v.vector - v_other.vector, normal), P(0))).store(block.leaving);
-        mu.store(block.friction);
+        (P::load(e) * max(-dot(v.vector - v_other.vector, normal), P(0))).store(block.leaving);
+        P::load(mu).store(block.friction);
     }
 
     /// For the next step: a quad for each contact.

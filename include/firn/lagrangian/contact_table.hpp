@@ -44,9 +44,15 @@ struct ContactTable {
     };
     std::vector<Chunk> chunks;
     aligned_vector<std::uint32_t> first, count;  ///< the contacts of each point in its chunk
-    aligned_vector<std::uint32_t> rank;          ///< of each place in the grid's order, or none
-    std::vector<std::uint32_t> id;               ///< of each place
+    struct Place {
+        std::uint32_t id, rank;  ///< in the grid's order, or none
+    };
+    aligned_vector<Place> places;  ///< of all points
     bool has_kept = false;
+    struct Name {
+        std::uint32_t id, group;
+    };
+    std::vector<Name> names;  ///< in the grid's order
 
     std::size_t surface_count() const {
         return chunks.empty() ? 0 : chunks.back().surfaces_before + chunks.back().surfaces.size();
@@ -63,9 +69,16 @@ struct ContactTable {
         chunks.resize((n + chunk_size - 1) / chunk_size);
         first.resize(n);
         count.resize(n);
-        rank.assign(points.size(), none);
-        id.assign(points.id.begin(), points.id.end());
+        places.resize(points.size());
+        parallel_for(places.size(), threads, [&](std::size_t i, int) { places[i] = {points.id[i], none}; }, 4096);
+        names.resize(n);
         has_kept = false;
+        const auto name = [&](std::size_t k, int) {
+            const std::uint32_t i = grid.place(k);
+            places[i].rank = std::uint32_t(k);
+            names[k] = {places[i].id, points.group[i]};
+        };
+        parallel_for(n, threads, name, chunk_size);
         parallel_for(chunks.size(), threads, [&](std::size_t which, int) {
             Chunk& chunk = chunks[which];
             chunk.used = 0;
@@ -73,9 +86,8 @@ struct ContactTable {
             typename CollisionGrid<S, D>::Neighbours neighbours(grid);
             for (std::size_t k = which * chunk_size, end = std::min(k + chunk_size, n); k < end; ++k) {
                 const std::uint32_t i = grid.place(k);
-                rank[i] = std::uint32_t(k);
                 first[k] = std::uint32_t(chunk.used);
-                list_points(chunk, k, grid, neighbours.of(k), points, excluded);
+                list_points(chunk, k, grid, neighbours.of(k), excluded);
                 if (points.inverse_mass[i] > 0) list_surfaces(chunk, i, points, surfaces);
                 count[k] = std::uint32_t(chunk.used) - first[k];
             }
@@ -89,9 +101,10 @@ struct ContactTable {
 
     /// Where the point of this place and id was in the order, when the table was made; or none.
     FIRN_INLINE std::uint32_t rank_of(std::uint32_t place, std::uint32_t wanted) const {
-        if (place < id.size() && id[place] == wanted) return rank[place];
-        const auto found = std::lower_bound(id.begin(), id.end(), wanted);  // points before it were taken out
-        return found == id.end() || *found != wanted ? none : rank[std::size_t(found - id.begin())];
+        if (place < places.size() && places[place].id == wanted) return places[place].rank;
+        const auto before = [](const Place& one, std::uint32_t id) { return one.id < id; };
+        const auto found = std::lower_bound(places.begin(), places.end(), wanted, before);  // others were taken out
+        return found == places.end() || found->id != wanted ? none : found->rank;
     }
     /// What was kept of the contact of a point, by its rank, with another; or nullptr.
     FIRN_INLINE const S* kept_of(std::uint32_t of_rank, std::uint32_t other_id) const {
@@ -103,7 +116,8 @@ struct ContactTable {
     }
 
     std::size_t bytes() const {
-        std::size_t sum = (first.capacity() + count.capacity() + rank.capacity() + id.capacity()) * 4;
+        std::size_t sum = (first.capacity() + count.capacity()) * 4 + places.capacity() * sizeof(Place) +
+                          names.capacity() * sizeof(Name);
         for (const Chunk& chunk : chunks)
             sum += (chunk.others.capacity() + chunk.ids.capacity() + chunk.near.capacity()) * 4 +
                    chunk.surfaces.capacity() * sizeof(TouchedSurface<S, D>) + chunk.kept.capacity() * sizeof(S);
@@ -117,24 +131,23 @@ private:
         chunk.ids.resize(chunk.others.size());
     }
 
-    static void list_points(Chunk& chunk, std::size_t k, const CollisionGrid<S, D>& grid,
-                            const std::array<SortedRange, CollisionGrid<S, D>::rows>& ranges,
-                            const PointMasses<S, D>& points, const ExcludedPairs& excluded) {
+    void list_points(Chunk& chunk, std::size_t k, const CollisionGrid<S, D>& grid,
+                     const std::array<SortedRange, CollisionGrid<S, D>::rows>& ranges,
+                     const ExcludedPairs& excluded) const {
         using P = native_pack<S>;
         constexpr std::uint32_t lanes = std::uint32_t(scalar_traits<P>::lanes);
         static_assert(lanes <= CollisionGrid<S, D>::padding);
         const S* const r = grid.radii();
         std::array<const S*, std::size_t(D)> x;
         for (int a = 0; a < D; ++a) x[std::size_t(a)] = grid.coordinates(a);
-        std::size_t candidates = 0;
-        for (const SortedRange& range : ranges) candidates += range.end - range.begin;
-        if (chunk.near.size() < candidates) chunk.near.resize(2 * candidates);
-        std::uint32_t* const near = chunk.near.data();
         std::size_t found = 0;
         Vec<P, D> own;
         unroll<D>([&](auto a) FIRN_LAMBDA { own.v[a] = P(x[a][k]); });
         const P radius(r[k]);
-        for (const SortedRange& range : ranges)
+        for (const SortedRange& range : ranges) {
+            const std::size_t most = found + (range.end - range.begin);
+            if (chunk.near.size() < most) chunk.near.resize(2 * most + 64);
+            std::uint32_t* const near = chunk.near.data();
             for (std::uint32_t j = range.begin; j < range.end; j += lanes) {
                 Vec<P, D> apart;
                 unroll<D>([&](auto a) FIRN_LAMBDA { apart.v[a] = own.v[a] - P::load(x[a] + j); });
@@ -143,14 +156,15 @@ private:
                 if (range.end - j < lanes) bits &= (1u << (range.end - j)) - 1;
                 for (; bits != 0; bits &= bits - 1) near[found++] = j + std::uint32_t(std::countr_zero(bits));
             }
+        }
         make_room(chunk, found);
-        const std::uint32_t i = grid.place(k), group = points.group[i];
+        const std::uint32_t group = names[k].group;
         for (std::size_t f = 0; f < found; ++f) {
-            const std::uint32_t other = grid.place(near[f]);
-            if (other == i || (group != 0 && group == points.group[other])) continue;
-            if (excluded.any() && excluded.contains(i, other)) continue;
-            chunk.others[chunk.used] = near[f];
-            chunk.ids[chunk.used++] = points.id[other];
+            const std::uint32_t other = chunk.near[f];
+            if (other == k || (group != 0 && group == names[other].group)) continue;
+            if (excluded.any() && excluded.contains(grid.place(k), grid.place(other))) continue;
+            chunk.others[chunk.used] = other;
+            chunk.ids[chunk.used++] = names[other].id;
         }
     }
 

@@ -51,7 +51,7 @@ private:
         return std::apply(
             [](const auto&... p) {
                 std::size_t i = 0;
-                ((Name.view() == p.name || (++i, false)) || ...);
+                static_cast<void>(((Name.view() == p.name || (++i, false)) || ...));
                 return i;
             },
             of_model);

@@ -12,6 +12,7 @@
 using namespace firn;
 using namespace test_meshes;
 
+namespace inside_tests {
 namespace {
 
 /// Winding number as the surface's solid angle over 4π (van Oosterom & Strackee 1983, IEEE TBME 30, eq. 8).
@@ -224,3 +225,5 @@ TEST_CASE("Open, flat and lost meshes and points that are not finite are refused
     CHECK_THROWS_AS(inside({std::numeric_limits<double>::infinity(), 0, 0}), parameter_error);
     CHECK(!inside({1e300, 0.5, 0.5}));
 }
+
+}  // namespace inside_tests

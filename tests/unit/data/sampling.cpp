@@ -13,6 +13,7 @@
 using namespace firn;
 using namespace test_meshes;
 
+namespace sampling_tests {
 namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
@@ -310,3 +311,5 @@ TEST_CASE("What cannot be filled is refused, with what to do") {
         CHECK_THROWS_AS(poisson_disk_points<3>(zero, one, 1e-6), parameter_error);
     }
 }
+
+}  // namespace sampling_tests

@@ -7,6 +7,7 @@ using by_definition::Case;
 using by_definition::difference;
 using by_definition::numbers;
 
+namespace every_kernel_tests {
 namespace {
 
 constexpr double dt = 1e-3;
@@ -171,3 +172,5 @@ TEMPLATE_TEST_CASE("Mass, momentum and, with APIC, angular momentum go from part
         CHECK(norm(later.angular - start.angular) < 1e-14 * scale);
     }
 }
+
+}  // namespace every_kernel_tests

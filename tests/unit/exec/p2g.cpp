@@ -6,6 +6,7 @@ using by_definition::Case;
 using by_definition::difference;
 using by_definition::numbers;
 
+namespace p2g_tests {
 namespace {
 
 constexpr double dt = 1e-3;
@@ -186,3 +187,5 @@ TEST_CASE("Particles at rest and without stress have a mass scale of their own")
     for (std::size_t i = 0; i < grid.size(); ++i)
         if (i % 4 != 3) CHECK(grid[i] == 0);
 }
+
+}  // namespace p2g_tests

@@ -8,6 +8,7 @@
 
 using namespace firn;
 
+namespace atomic_file_tests {
 namespace {
 std::string content(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
@@ -88,3 +89,5 @@ TEST_CASE("sync_and_rename puts another library's file in its place, or removes 
     CHECK_THROWS_AS(sync_and_rename(temporary_name(path), folder.path() / "taken"), io_error);
     CHECK(!std::filesystem::exists(temporary_name(path)));
 }
+
+}  // namespace atomic_file_tests

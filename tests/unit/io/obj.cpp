@@ -8,6 +8,7 @@
 
 using namespace firn;
 
+namespace obj_tests {
 namespace {
 
 const std::string cube_vertices = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
@@ -153,3 +154,5 @@ TEST_CASE("A point that is not finite is refused and leaves the file before as i
     points[15000][1] = 2;
     CHECK_THROWS_AS(write_obj_points(folder.path() / "no_such_folder" / "a.obj", points), io_error);
 }
+
+}  // namespace obj_tests

@@ -1,5 +1,6 @@
 /// \file A stored run goes on to the same bits as one that was never stopped; what does not fit is refused.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include "support/scenes.hpp"
 #include <firn/io/states.hpp>
 
@@ -7,6 +8,7 @@
 
 using namespace firn;
 
+namespace simulation_state_tests {
 namespace {
 
 template <int D, class S, class Execution>
@@ -20,25 +22,26 @@ Run<D, S, Execution> make_run(int threads) {
 
 template <int D, class S, class Execution>
 void check_continuation() {
+    const int before = test_support::fewer_if_sanitized(137, 11), after = test_support::fewer_if_sanitized(200, 14);
     const states::Folder folder;
     auto whole = make_run<D, S, Execution>(1);
     scenes::add_two_blocks<D>(whole, 0.25, 1.0 / 32);
-    for (int i = 0; i < 137; ++i) whole.step();
+    for (int i = 0; i < before; ++i) whole.step();
     write_state(folder / "state.hdf", state_of(whole));
-    const std::uint64_t at_137 = scenes::hash(whole);
-    for (int i = 0; i < 200; ++i) whole.step();  // writing must not have changed anything, see below
+    const std::uint64_t at_state = scenes::hash(whole);
+    for (int i = 0; i < after; ++i) whole.step();  // writing must not have changed anything, see below
 
     auto continued = make_run<D, S, Execution>(3);
     restore(continued, read_state<S>(folder / "state.hdf"));
-    CHECK(scenes::hash(continued) == at_137);
-    CHECK(continued.steps() == 137);
-    for (int i = 0; i < 200; ++i) continued.step();
+    CHECK(scenes::hash(continued) == at_state);
+    CHECK(continued.steps() == std::uint64_t(before));
+    for (int i = 0; i < after; ++i) continued.step();
     CHECK(scenes::hash(continued) == scenes::hash(whole));
     CHECK(continued.time() == whole.time());
 
     auto unwritten = make_run<D, S, Execution>(2);
     scenes::add_two_blocks<D>(unwritten, 0.25, 1.0 / 32);
-    for (int i = 0; i < 337; ++i) unwritten.step();
+    for (int i = 0; i < before + after; ++i) unwritten.step();
     CHECK(scenes::hash(unwritten) == scenes::hash(whole));
 }
 
@@ -127,3 +130,5 @@ TEST_CASE("A state of another run is refused with what differs, and the simulati
     damaged.tables.clear();
     refused(damaged, run, "slot");
 }
+
+}  // namespace simulation_state_tests

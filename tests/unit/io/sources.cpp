@@ -8,6 +8,7 @@
 
 using namespace firn;
 
+namespace sources_tests {
 namespace {
 
 constexpr double spacing = 1.0 / 32;
@@ -170,3 +171,5 @@ TEST_CASE("wrong sources and sinks are refused") {
     simulation.add_source(Source<2>::jet(outside, spacing, 1000, {0.0, -1.0}));
     REQUIRE_THROWS_AS(simulation.step(), particle_error);
 }
+
+}  // namespace sources_tests

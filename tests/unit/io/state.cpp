@@ -7,6 +7,9 @@
 #include <limits>
 
 using states::example;
+
+namespace state_tests {
+
 using State = firn::State<float>;
 
 TEST_CASE("A state whose parts fit is accepted, with no particle too", "[io][state]") {
@@ -62,3 +65,5 @@ TEST_CASE("A field that is not there is refused with the names of those that are
     CHECK(states::holds(message, "'colour'"));
     CHECK(states::holds(message, "position, velocity, C, deformation_gradient, mass, a pair"));
 }
+
+}  // namespace state_tests

@@ -13,6 +13,7 @@
 using states::example;
 using states::Folder;
 
+namespace state_reader_tests {
 namespace {
 
 std::string refusal(const std::filesystem::path& path) {
@@ -249,3 +250,5 @@ TEST_CASE("A field that another program added is read, without a unit", "[io][st
     const auto field = firn::read_state<float>(folder / "a.hdf").field("added");
     CHECK(field == firn::StateField<float>{"added", "", 2, std::vector<float>(8, 0.0f)});
 }
+
+}  // namespace state_reader_tests

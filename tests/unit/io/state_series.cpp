@@ -6,6 +6,9 @@
 
 using states::example;
 using states::Folder;
+
+namespace state_series_tests {
+
 using Names = std::set<std::string>;
 
 namespace {
@@ -122,3 +125,5 @@ TEST_CASE("A series needs a name for files and a folder", "[io][series]") {
     CHECK_THROWS_AS(firn::StateSeries(folder / "file", "run"), firn::io_error);
     CHECK_THROWS_AS(firn::StateSeries(folder / "file/below", "run"), firn::io_error);
 }
+
+}  // namespace state_series_tests

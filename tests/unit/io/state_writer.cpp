@@ -13,6 +13,7 @@
 using states::example;
 using states::Folder;
 
+namespace state_writer_tests {
 namespace {
 
 /// A disk that is full after `bytes` of a file: writes beyond fail (EFBIG).
@@ -183,3 +184,5 @@ TEST_CASE("A path that cannot be written gives an io_error that names it", "[io]
     CHECK_THROWS_AS(firn::write_state(folder / "taken.hdf", state), firn::io_error);
     CHECK(folder.names() == std::set<std::string>{"file", "taken.hdf"});
 }
+
+}  // namespace state_writer_tests

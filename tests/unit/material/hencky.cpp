@@ -6,6 +6,7 @@
 
 using namespace materials;
 
+namespace hencky_tests {
 namespace {
 
 template <class S, int D>
@@ -124,3 +125,5 @@ TEST_CASE("moduli of Hencky and neo-Hookean solids: from Young and Poisson, or r
     CHECK_THROWS_AS(NeoHookean<float>::from_young_poisson(1e5, 0.5), parameter_error);
     CHECK_THROWS_AS(NeoHookean<float>::from_young_poisson(1e39, 0.3), parameter_error);
 }
+
+}  // namespace hencky_tests

@@ -5,6 +5,7 @@
 
 using namespace materials;
 
+namespace nacc_tests {
 namespace {
 
 template <int D>
@@ -188,3 +189,5 @@ TEST_CASE("Cam clay refuses properties that are none", "[material][error]") {
     CHECK(double(defaults.friction_sine) == Approx(double(same.friction_sine)).epsilon(1e-7));
     CHECK(double(defaults.first_log_volume) == Approx(double(same.first_log_volume)).epsilon(1e-6));
 }
+
+}  // namespace nacc_tests

@@ -5,6 +5,7 @@
 
 using namespace materials;
 
+namespace sand_tests {
 namespace {
 
 template <int D>
@@ -194,3 +195,5 @@ TEST_CASE("sand refuses properties that are none", "[material][error]") {
     CHECK(double(defaults.lambda) == Approx(double(same.lambda)).epsilon(1e-7));
     CHECK(defaults.friction_angle == same.friction_angle);
 }
+
+}  // namespace sand_tests

@@ -5,6 +5,7 @@
 
 using namespace materials;
 
+namespace snow_tests {
 namespace {
 
 template <int D>
@@ -185,3 +186,5 @@ TEST_CASE("snow refuses properties that are none", "[material][error]") {
     CHECK(defaults.lowest_stretch == same.lowest_stretch);
     CHECK(defaults.highest_stretch == same.highest_stretch);
 }
+
+}  // namespace snow_tests

@@ -5,6 +5,7 @@
 
 using namespace materials;
 
+namespace von_mises_tests {
 namespace {
 
 template <int D>
@@ -116,3 +117,5 @@ TEST_CASE("von Mises refuses properties that are none", "[material][error]") {
     CHECK(double(defaults.mu) == Approx(double(same.mu)).epsilon(1e-7));
     CHECK(double(defaults.lambda) == Approx(double(same.lambda)).epsilon(1e-7));
 }
+
+}  // namespace von_mises_tests

@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+namespace elementary_tests {
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
@@ -264,3 +265,5 @@ TEST_CASE("A scalar's own exp and pow are found before those made of arithmetic"
     CHECK(stranger::both(stranger::Builtin{}) == 3);
     CHECK(stranger::both(1.0) == Approx(std::exp(1.0) + 1));
 }
+
+}  // namespace elementary_tests

@@ -1,4 +1,5 @@
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include <firn/core/eigen.hpp>
 #include <firn/core/pack.hpp>
 #include <firn/core/strict.hpp>
@@ -11,6 +12,7 @@
 #include <random>
 #include <vector>
 
+namespace left_stretch_tests {
 namespace {
 
 using firn::Mat;
@@ -118,8 +120,9 @@ void require_equal_to_svd(const Mat<T, 3>& F) {
 TEMPLATE_TEST_CASE("V V = F F^T with the sign of det F, for random Gaussian F, half of them inverted", "", float,
                    double) {
     Random random;
+    const int count = test_support::fewer_if_plain(100000, 20000);
     int inverted = 0;
-    for (int k = 0; k < 100000; ++k) {
+    for (int k = 0; k < count; ++k) {
         const EigenMat<3> a = random.gaussian<3>();
         inverted += a.determinant() < 0;
         require_left_stretch(rounded<TestType>(a));
@@ -128,14 +131,14 @@ TEMPLATE_TEST_CASE("V V = F F^T with the sign of det F, for random Gaussian F, h
             require_left_stretch(rounded<TestType>(random.gaussian<2>()));
         }
     }
-    REQUIRE(inverted > 49000);
-    REQUIRE(inverted < 51000);
+    REQUIRE(inverted > count / 100 * 49);
+    REQUIRE(inverted < count / 100 * 51);
 }
 
 TEMPLATE_TEST_CASE("V holds for singular values down to 1e-6, equal ones and large stretch, both signs", "", float,
                    double) {
     Random random;
-    for (int k = 0; k < 40000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_plain(40000, 8000); ++k) {
         const double lower = -6 * random.uniform();
         Eigen::Vector3d s(1, std::pow(10, lower), std::pow(10, lower - (6 + lower) * random.uniform()));
         if (k % 3 == 1) s(1) = s(0) * (1 - 1e-6 * random.uniform());
@@ -151,7 +154,7 @@ TEMPLATE_TEST_CASE("V changes from the closed form to Jacobi rotations without a
                    double) {
     // The denominator over λ³ crosses 0.125 in this family: σ = (1, x, ±x) and (1, ½, −y).
     Random random;
-    for (int k = 0; k < 30000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_plain(30000, 6000); ++k) {
         const double x = 0.02 + 0.3 * random.uniform();
         const double y = 0.5 * random.uniform();
         const double z = random.uniform();
@@ -180,7 +183,7 @@ TEMPLATE_TEST_CASE("V where the quartic alone fails: F = 0, opposite singular va
         require_left_stretch(Mat<T, 2>::rows(3, 4, 4, -3));
     }
     Random random;
-    for (int k = 0; k < 5000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_plain(5000, 1000); ++k) {
         const double x = random.uniform();
         require_left_stretch(rounded<T>(random.with_singular_values<3>({1, 0.5, -0.499})));
         require_left_stretch(rounded<T>(random.with_singular_values<3>({1, 1e-3, 1e-3})));
@@ -208,7 +211,7 @@ TEMPLATE_TEST_CASE("V holds for every size of F: squares that over- or underflow
         require_left_stretch(Mat<T, 2>::rows(0, size, 1 / size, 0));
     }
     const double decades = single ? 36 : 300;
-    for (int k = 0; k < 20000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_plain(20000, 4000); ++k) {
         const double size = std::pow(10, decades * (2 * random.uniform() - 1));
         require_left_stretch(rounded<T>(EigenMat<3>(random.gaussian<3>() * size)));
         require_left_stretch(rounded<T>(EigenMat<3>(random.rotation<3>() * size)));
@@ -303,7 +306,7 @@ TEST_CASE("Where V has no derivative, the derivative is finite") {
 TEMPLATE_TEST_CASE("The 2D polar rotation is proper, F = V R, and near to any F", "", float, double) {
     using T = TestType;
     Random random;
-    for (int k = 0; k < 20000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_plain(20000, 4000); ++k) {
         const Mat<T, 2> F = rounded<T>(random.gaussian<2>());
         const EigenMat<2> R = widened(firn::polar_rotation(F));
         const double epsilon = std::numeric_limits<T>::epsilon();
@@ -324,7 +327,7 @@ TEMPLATE_TEST_CASE("The 2D polar rotation is proper, F = V R, and near to any F"
 TEMPLATE_TEST_CASE("A large rotation leaves V alone: V(F Q) = V(F), V(Q F) = Q V(F) Q^T", "", float, double) {
     using T = TestType;
     Random random;
-    for (int k = 0; k < 5000; ++k) {
+    for (int k = 0; k < test_support::fewer_if_plain(5000, 1000); ++k) {
         const EigenMat<3> F = random.rotation<3>() * Eigen::Vector3d(1.5, 1, 0.5).asDiagonal();
         const EigenMat<3> Q = random.rotation<3>();
         const auto V = [](const EigenMat<3>& a) -> EigenMat<3> { return widened(firn::left_stretch(rounded<T>(a))); };
@@ -348,3 +351,5 @@ TEST_CASE("A NaN in F is not hidden") {
     F(1, 2) = std::numeric_limits<float>::quiet_NaN();
     REQUIRE(std::isnan(firn::trace(firn::left_stretch(F))));
 }
+
+}  // namespace left_stretch_tests

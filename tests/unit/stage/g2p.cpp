@@ -13,6 +13,7 @@
 using namespace firn;
 using namespace test_support;
 
+namespace g2p_tests {
 namespace {
 
 using Kernel = QuadraticBSpline;
@@ -143,3 +144,5 @@ TEST_CASE("what G2P must sum is told by kernel, transfer and force form", "[stag
     STATIC_REQUIRE((g2p_needs_gradient<QuadraticBSpline, Pic, MlsForce>));
     STATIC_REQUIRE((g2p_needs_gradient<QuadraticBSpline, Pic, WeightGradientForce>));
 }
+
+}  // namespace g2p_tests

@@ -11,6 +11,7 @@
 using namespace firn;
 using namespace test_support;
 
+namespace p2g_tests {
 namespace {
 
 using Kernel = QuadraticBSpline;
@@ -173,3 +174,5 @@ TEST_CASE("PIC does not read the particle's affine field", "[stage]") {
     const auto after = make_record<Kernel, Pic, MlsForce>(particle, d, h, dt);
     CHECK(before.momentum == after.momentum);
 }
+
+}  // namespace p2g_tests

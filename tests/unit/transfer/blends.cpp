@@ -8,6 +8,7 @@
 using namespace dust;
 using by_definition::for_nodes;
 
+namespace blends_tests {
 namespace {
 
 const double h = 0.05;
@@ -205,3 +206,5 @@ TEST_CASE("a blend that lacks the velocities before, a share beyond one and an o
     CHECK_THROWS_AS(gather({}), usage_error);
     CHECK_THROWS_AS(after_p2g<K>(Serial{}, grid, Fmpm{0}, memory, set), parameter_error);
 }
+
+}  // namespace blends_tests

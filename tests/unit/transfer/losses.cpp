@@ -1,6 +1,7 @@
 /// \file What transfers lose in many steps, of the energy of waves and of the spin of a disk; and whether they let
 /// bodies come apart.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include <firn/material/fixed_corotated.hpp>
 
 #include "dust.hpp"
@@ -9,6 +10,7 @@
 
 using namespace dust;
 
+namespace losses_tests {
 namespace {
 
 const double h = 0.05;
@@ -64,12 +66,12 @@ TEST_CASE("FLIP with α = 1 keeps the energy that PIC loses, FMPM loses less wit
     CHECK((flip > pic && flip < 1));
     CHECK((aflip > apic && aflip < 1));
     double before = pic;
-    for (const int order : {2, 4, 8}) {
+    for (const int order : test_support::full ? std::vector{2, 4, 8} : std::vector{2, 4}) {
         const double fmpm = energy_left(Fmpm{order});
         CHECK(1 - fmpm < (1 - before) * 0.7);
         before = fmpm;
     }
-    CHECK(before > 0.99);
+    CHECK(before > (test_support::full ? 0.99 : 0.9));
 }
 
 TEST_CASE("of a spinning disk FLIP with α = 1 keeps the angular momentum, FMPM the more the higher its order",
@@ -78,7 +80,7 @@ TEST_CASE("of a spinning disk FLIP with α = 1 keeps the angular momentum, FMPM 
     CHECK(spin_left(Aflip<double>{.ratio = 1}) > 0.95);
     double before = spin_left(Pic{});
     CHECK(before < 0.01);
-    for (const int order : {2, 4, 8}) {
+    for (const int order : test_support::full ? std::vector{2, 4, 8} : std::vector{2, 4}) {
         const double fmpm = spin_left(Fmpm{order});
         CHECK(1 - fmpm < (1 - before) / 3);
         before = fmpm;
@@ -128,3 +130,5 @@ TEST_CASE("ASFLIP lets two bodies go that are pulled apart, where APIC and AFLIP
     CHECK(gap_after_pulling(Aflip<double>{.ratio = 0.99}) < 1.5);
     CHECK(gap_after_pulling(Asflip<double>{.ratio = 0.99}) > 6);
 }
+
+}  // namespace losses_tests

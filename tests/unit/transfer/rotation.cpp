@@ -9,6 +9,7 @@
 
 using namespace dust;
 
+namespace rotation_tests {
 namespace {
 
 template <class Transfer>
@@ -94,3 +95,5 @@ TEMPLATE_TEST_CASE_SIG("APIC hands an affine velocity field back unchanged, and 
     check(MlsForce{});
     check(WeightGradientForce{});
 }
+
+}  // namespace rotation_tests
