@@ -40,7 +40,7 @@ struct SurfaceRaster {
 
 namespace detail {
 
-/// For each corner of each triangle: the mean around the vertex by area, or, where the surface bends by more than 26°
+/// For each corner of each triangle: the mean around the vertex by area, or, where the surface bends by more than 32°
 /// there, the triangle's own, so that edges stay sharp.
 inline std::vector<std::array<Vec3, 3>> corner_normals(const Surface& surface) {
     std::vector<Vec3> sums(surface.vertices.size(), Vec3{});
@@ -56,7 +56,7 @@ inline std::vector<std::array<Vec3, 3>> corner_normals(const Surface& surface) {
         const Vec3 flat = normalised(own[t]);
         for (std::size_t k = 0; k < 3; ++k) {
             const Vec3 mean = normalised(sums[surface.triangles[t][k]]);
-            normals[t][k] = firn::dot(mean, flat) > 0.9F ? mean : flat;
+            normals[t][k] = firn::dot(mean, flat) > 0.85F ? mean : flat;
         }
     }
     return normals;
