@@ -221,14 +221,19 @@ TEST_CASE("surface contact: moving and turning colliders carry points along", "[
 }
 
 TEST_CASE("surface contact: a corner between two solids holds a point at both", "[lagrangian]") {
-    BoundaryList<Collider<HalfSpace<double, 2>>> valley;
-    for (const double side : {-1.0, 1.0})
-        valley.all.push_back({.shape = {{{side * std::numbers::sqrt2 / 2, std::numbers::sqrt2 / 2}}}});
-    auto points = one({{0.02, 0.03}}, {{1, -2}});
-    meet_surfaces(points, valley);
-    CHECK(norm(points.velocity[0]) < 1e-15);
-    for (const auto& s : surfaces_of(valley, points.position[0]))
-        CHECK(s.distance == Approx(0.1 * (1 - contact_slack)));
+    for (const double half : {45.0, 70.0}) {  // a right angle, and a wide one
+        const double angle = half * std::numbers::pi / 180;
+        BoundaryList<Collider<HalfSpace<double, 2>>> valley;
+        for (const double side : {-1.0, 1.0})
+            valley.all.push_back({.shape = {{{side * std::cos(angle), std::sin(angle)}}}});
+        auto points = one({{0.02, 0.03}}, {{0, -2}});
+        const double at = 0.1 * (1 - contact_slack);
+        meet_surfaces(points, valley);
+        for (int again = 0; again < 3; ++again) meet_surfaces(points, valley);
+        for (const auto& s : surfaces_of(valley, points.position[0])) CHECK(s.distance >= at - 1e-15);
+        CHECK(surfaces_of(valley, points.position[0]).back().distance == Approx(at));
+        CHECK(points.velocity[0][1] > -1e-15);
+    }
 }
 
 TEST_CASE("surface contact: pinned points pass through, and what cannot be is refused", "[lagrangian]") {
