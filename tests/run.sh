@@ -161,8 +161,11 @@ fi
 
 # Each compiler takes what it compiles faster: clang, where it is here, what is sanitized or not optimised.
 second=(-DFIRN_TEST_UNITY=ON) where=portable
+sanitized='firn_unit_tests' labels='unit' fuzzers=()
 if [[ $clang == yes ]]; then
     second+=("${with_clang[@]}") where=portable-clang
+    sanitized+=' firn_fuzzers' labels+='|fuzz'
+    fuzzers=(-DFIRN_BUILD_FUZZERS=ON "-DFIRN_FUZZ_RUNS=$([[ $full == yes ]] && echo 10000 || echo 500)")
 else
     printf '\n== skipped: clang 19, which is not here and apt does not offer it\n'
 fi
@@ -175,8 +178,8 @@ else
         'unit|physics|determinism|static|package' "${release[@]}" ${webgpu[@]+"${webgpu[@]}"} -DFIRN_TEST_PART=arithmetic \
         -DFIRN_TEST_UNITY=ON
 fi
-stage 'AddressSanitizer and UndefinedBehaviorSanitizer' tests-asan firn_unit_tests unit "${sanitizer[@]}" "${second[@]}" \
-    -DFIRN_SANITIZE=address,undefined -DFIRN_TEST_PART="$([[ $full == yes ]] && echo all || echo memory)"
+stage 'AddressSanitizer and UndefinedBehaviorSanitizer' tests-asan "$sanitized" "$labels" "${sanitizer[@]}" \
+    "${second[@]}" ${fuzzers[@]+"${fuzzers[@]}"} -DFIRN_SANITIZE=address,undefined -DFIRN_TEST_PART="$([[ $full == yes ]] && echo all || echo memory)"
 stage 'portable build: determinism, examples' "tests-$where" 'firn_determinism_tests firn_examples firn_wgsl_programs' \
     'determinism|example' "${portable[@]}" "${second[@]}" ${webgpu[@]+"${webgpu[@]}"}
 wgsl_stage "tests-$where"
