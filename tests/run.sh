@@ -179,7 +179,8 @@ else
         -DFIRN_TEST_UNITY=ON
 fi
 stage 'AddressSanitizer and UndefinedBehaviorSanitizer' tests-asan "$sanitized" "$labels" "${sanitizer[@]}" \
-    "${second[@]}" ${fuzzers[@]+"${fuzzers[@]}"} -DFIRN_SANITIZE=address,undefined -DFIRN_TEST_PART="$([[ $full == yes ]] && echo all || echo memory)"
+    "${second[@]}" ${fuzzers[@]+"${fuzzers[@]}"} -DFIRN_SANITIZE=address,undefined \
+    -DFIRN_TEST_PART="$([[ $full == yes ]] && echo all || echo memory)"
 stage 'portable build: determinism, examples' "tests-$where" 'firn_determinism_tests firn_examples firn_wgsl_programs' \
     'determinism|example' "${portable[@]}" "${second[@]}" ${webgpu[@]+"${webgpu[@]}"}
 wgsl_stage "tests-$where"
