@@ -31,8 +31,9 @@ struct NetOptions {
 /// \tparam Integrator  SymplecticEuler or Verlet
 /// \tparam Boundary    a boundary policy in S that says where its surfaces are: Walls, Collider, Together, …
 ///
-/// A step: emitters give points; forces act and points move; constraints pull them where they should be, which changes
-/// their velocities too; colliding points, then points at the boundary, bounce off and are moved apart, which does not.
+/// A step: emitters give points; forces change velocities; points in contact, with each other and with the boundary,
+/// change each other's; points move; constraints pull them where they should be, which changes velocities, too; what
+/// overlaps is moved apart, which does not.
 template <int D, std::floating_point S = float, integrator Integrator = Verlet, class Boundary = NoBoundary>
 class ParticleSystem {
 public:
@@ -136,13 +137,16 @@ public:
         });
         for (auto& force : forces_) force.add_forces(points.view(time_), force_, threads);
         check_finite(dt);
-        move(dt);
-        if (constraints.size() > 0) keep_distances(dt);
-        if (collisions) collisions->apply(points, threads);
-        if constexpr (!std::same_as<Boundary, NoBoundary>) {
-            boundary = advanced(boundary, dt);
-            meet_surfaces(points, boundary, restitution, threads);
+        kick(dt);
+        if (collisions) {
+            collisions->find(points, boundary, restitution, threads);
+            collisions->change_velocities(points, threads);
         }
+        drift(dt);
+        if (constraints.size() > 0) keep_distances(dt);
+        boundary = advanced(boundary, dt);
+        if (collisions) collisions->shift(points, threads);
+        if constexpr (!std::same_as<Boundary, NoBoundary>) meet_surfaces(points, boundary, restitution, threads);
         time_ += dt;
         ++steps_;
         tear();
@@ -206,20 +210,24 @@ private:
                                             : std::string("Look at what was set by hand, and at forces of your own.")));
     }
 
-    void move(double dt) {
+    void kick(double dt) {
         const S step = S(dt);
         const Vec<S, D> g = cast<S>(gravity);
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
-                Vec<S, D>& v = points.velocity[i];
-                if (points.inverse_mass[i] > 0) {
-                    const S kick = Integrator::kick(step, points.since[i]);
-                    if (damping > 0) v = v * S(std::exp(-damping * double(kick)));
-                    v += (g + force_[i] * points.inverse_mass[i]) * kick;
-                }
+                const S kick = Integrator::kick(step, points.since[i]);
                 points.since[i] = Integrator::since(step);
-                points.position[i] += v * step;
+                if (points.is_pinned(i)) continue;
+                Vec<S, D>& v = points.velocity[i];
+                if (damping > 0) v = v * S(std::exp(-damping * double(kick)));
+                v += (g + force_[i] * points.inverse_mass[i]) * kick;
             }
+        });
+    }
+
+    void drift(double dt) {
+        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) points.position[i] += points.velocity[i] * S(dt);
         });
     }
 
