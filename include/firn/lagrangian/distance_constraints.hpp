@@ -246,7 +246,9 @@ private:
             if (update == ConstraintUpdate::coloured) {
                 const LinkColours colours(all_ends(), points);
                 for (std::size_t k = 0; k < size(); ++k) origin_[k].colour = colours.colour[k];
-                order_by([](const Origin& a, const Origin& b) { return a.colour < b.colour; });
+                order_by([](const Origin& a, const Origin& b) {
+                    return a.colour != b.colour ? a.colour < b.colour : a.number < b.number;
+                });
             }
             ordered_ = true;
             ordered_for_ = update;
@@ -262,8 +264,8 @@ private:
     void order_by(const Before& before) {
         std::vector<std::uint32_t> order(size());
         std::iota(order.begin(), order.end(), 0U);
-        std::stable_sort(order.begin(), order.end(),
-                         [&](std::uint32_t a, std::uint32_t b) { return before(origin_[a], origin_[b]); });
+        std::sort(order.begin(), order.end(),
+                  [&](std::uint32_t a, std::uint32_t b) { return before(origin_[a], origin_[b]); });
         const auto permute = [&](auto& values) {
             auto sorted = values;
             for (std::size_t k = 0; k < order.size(); ++k) sorted[k] = values[order[k]];

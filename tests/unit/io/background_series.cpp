@@ -10,7 +10,7 @@ using states::Folder;
 
 namespace {
 
-firn::State<float> at_time(int time, std::size_t particles = 50) {
+firn::State<float> state_at(int time, std::size_t particles = 50) {
     auto state = example<float>(3, particles);
     state.time = time;
     return state;
@@ -23,8 +23,8 @@ TEST_CASE("A series in the background is the series in the foreground, byte for 
     firn::StateSeries before(folder / "fore", "run");
     firn::BackgroundSeries<float> series(folder / "back", "run");
     for (int i = 0; i < 12; ++i) {
-        before.write(at_time(i));
-        series.write(at_time(i));
+        before.write(state_at(i));
+        series.write(state_at(i));
     }
     series.finish();
     CHECK(series.size() == 12);
@@ -42,7 +42,7 @@ TEST_CASE("What a background series holds is on disk when it ends", "[io][series
     const Folder folder;
     {
         firn::BackgroundSeries<float> series(folder.path(), "run");
-        for (int i = 0; i < 5; ++i) series.write(at_time(i, 3000));
+        for (int i = 0; i < 5; ++i) series.write(state_at(i, 3000));
     }
     CHECK(firn::read_series(folder / "run.hdf.series").size() == 5);
     CHECK(firn::read_state<float>(folder / "run_0004.hdf").time == 4);
@@ -50,11 +50,11 @@ TEST_CASE("What a background series holds is on disk when it ends", "[io][series
 
 TEST_CASE("Several series and a reader share HDF5 without harm", "[io][series]") {
     const Folder folder;
-    firn::write_state(folder / "alone.hdf", at_time(7));
+    firn::write_state(folder / "alone.hdf", state_at(7));
     firn::BackgroundSeries<float> first(folder.path(), "first");
     firn::BackgroundSeries<double> second(folder.path(), "second");
     for (int i = 0; i < 20; ++i) {
-        first.write(at_time(i));
+        first.write(state_at(i));
         second.write(example<double>(2, 40));
         CHECK(firn::read_state<float>(folder / "alone.hdf").time == 7);
     }
@@ -68,10 +68,10 @@ TEST_CASE("A state that cannot be written is reported, kept and tried again", "[
     const Folder folder;
     const auto place = folder / "states", away = folder / "elsewhere";
     firn::BackgroundSeries<float> series(place, "run");
-    series.write(at_time(0));
+    series.write(state_at(0));
     series.finish();
     std::filesystem::rename(place, away);  // the disk is gone
-    series.write(at_time(1));
+    series.write(state_at(1));
     CHECK_THROWS_AS(series.finish(), firn::io_error);
     CHECK_THROWS_AS(series.finish(), firn::io_error);  // tried again, and no better
     std::filesystem::rename(away, place);
@@ -80,7 +80,7 @@ TEST_CASE("A state that cannot be written is reported, kept and tried again", "[
     } catch (const firn::io_error&) {  // the attempt that was under way
         series.finish();
     }
-    series.write(at_time(2));
+    series.write(state_at(2));
     series.finish();
     CHECK(series.size() == 3);
     const auto listed = firn::read_series(series.path());
