@@ -10,6 +10,8 @@
 
 using namespace firn;
 
+namespace cloth_tests {
+
 namespace {
 
 template <int D>
@@ -214,3 +216,5 @@ TEMPLATE_TEST_CASE_SIG("A rope of n segments has n stretch and n − 1 bend link
     b[1] = not_a_number;
     CHECK_THROWS_AS(rope<D>(a, b, 3), parameter_error);
 }
+
+}  // namespace cloth_tests

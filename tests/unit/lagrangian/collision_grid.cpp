@@ -10,6 +10,8 @@
 using namespace firn;
 using test_support::Random;
 
+namespace collision_grid_tests {
+
 namespace {
 
 using Pair = std::pair<std::uint32_t, std::uint32_t>;
@@ -171,3 +173,5 @@ TEST_CASE("collision grid: no points, one point, all in one place", "[lagrangian
     grid.build(points);
     CHECK(found(grid, 0).size() == 25);
 }
+
+}  // namespace collision_grid_tests

@@ -12,6 +12,8 @@
 using namespace firn;
 using test_support::Random;
 
+namespace collisions_tests {
+
 namespace {
 
 using Pair = std::pair<std::uint32_t, std::uint32_t>;
@@ -449,3 +451,5 @@ TEST_CASE("collisions: numbers that cannot be are refused", "[lagrangian]") {
     points.position[1][0] = std::nan("");
     CHECK_THROWS_AS(collisions.apply(points), particle_error);
 }
+
+}  // namespace collisions_tests

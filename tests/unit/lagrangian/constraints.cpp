@@ -9,6 +9,8 @@
 
 using namespace firn;
 
+namespace constraints_tests {
+
 namespace {
 
 constexpr ConstraintUpdate updates[] = {ConstraintUpdate::immediate, ConstraintUpdate::coloured,
@@ -256,3 +258,5 @@ TEST_CASE("two ends at one place are pushed apart", "[lagrangian]") {
     system.step(0.01);
     CHECK(norm(system.points.position[1] - system.points.position[0]) == Approx(1));
 }
+
+}  // namespace constraints_tests

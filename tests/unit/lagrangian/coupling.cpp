@@ -14,6 +14,8 @@
 
 using namespace firn;
 
+namespace coupling_tests {
+
 namespace {
 
 using Cloth = NoStress<double>;
@@ -207,3 +209,5 @@ TEST_CASE("nets that do not fit are refused", "[lagrangian]") {
     simulation.add_force<Cloth>(sheet, std::move(beyond));
     CHECK_THROWS_WITH(simulation.step(), Catch::Contains("point 9"));
 }
+
+}  // namespace coupling_tests

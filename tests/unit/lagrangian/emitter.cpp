@@ -6,6 +6,8 @@
 
 using namespace firn;
 
+namespace emitter_tests {
+
 namespace {
 
 template <class F>
@@ -218,3 +220,5 @@ TEST_CASE("An emitter that cannot be is refused before it gives anything") {
     emitter.rate = 0;
     CHECK(holds(message([&] { emitter.check(); }), "rate"));
 }
+
+}  // namespace emitter_tests

@@ -9,6 +9,8 @@
 
 using namespace firn;
 
+namespace forces_tests {
+
 namespace {
 
 using V = Vec<double, 2>;
@@ -352,3 +354,5 @@ TEST_CASE("points that are taken out take their springs and facets along; ids st
     system.step(0.05);
     CHECK(system.points.size() == 7);
 }
+
+}  // namespace forces_tests

@@ -10,6 +10,8 @@
 
 using namespace firn;
 
+namespace soft_body_tests {
+
 namespace {
 
 template <int D>
@@ -174,3 +176,5 @@ TEST_CASE("A mesh with a hole, or flat, is no soft body") {
     const TriangleMesh flat{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}}};
     CHECK_THROWS_AS(mesh_body(flat), mesh_error);
 }
+
+}  // namespace soft_body_tests

@@ -9,6 +9,8 @@
 
 using namespace firn;
 
+namespace soft_body_weight_tests {
+
 namespace {
 
 using System = ParticleSystem<3, double, Verlet, Walls<double, 3>>;
@@ -66,3 +68,5 @@ TEST_CASE("A lattice of all three kinds of links holds its shape; without shear 
     CAPTURE(bare.under_weight);
     CHECK(bare.under_weight < 0.7);
 }
+
+}  // namespace soft_body_weight_tests

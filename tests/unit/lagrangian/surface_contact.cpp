@@ -15,6 +15,8 @@
 using namespace firn;
 using test_support::Random;
 
+namespace surface_contact_tests {
+
 namespace {
 
 template <int D>
@@ -269,3 +271,5 @@ TEST_CASE("surface contact: points in float follow a boundary in double, the sam
         for (int a = 0; a < 3; ++a) REQUIRE(std::abs(x[a] - 0.5f) < 0.4801f);
     }
 }
+
+}  // namespace surface_contact_tests
