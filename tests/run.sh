@@ -113,6 +113,12 @@ wgsl_stage() { # FOLDER CASES_OPTION...
         failed=$((failed + 1))
         return
     fi
+    # In a plain run every case under one of the two, in turn.
+    local cases=("$build"/cases/*/) dawn_cases=() deno_cases=() i
+    for i in "${!cases[@]}"; do
+        if [[ $full == yes ]] || ((i % 2 == 0)); then dawn_cases+=("${cases[i]}"); fi
+        if [[ $full == yes ]] || ((i % 2 == 1)); then deno_cases+=("${cases[i]}"); fi
+    done
     if ((${#webgpu[@]})); then of_dawn+=(host_in_c++); fi
     if ((jobs > 1)); then
         wgsl_lane "${of_dawn[@]}" &
@@ -137,8 +143,8 @@ wgsl_lane() { # NAME...; the variables are wgsl_stage's
             tint_refuses) logged "$name" firn_dawn "$tests/run.mjs" --expect-invalid "$build"/broken/{every,tint}/*.wgsl ;;
             naga_refuses) logged "$name" firn_deno "$tests/run.mjs" --expect-invalid "$build"/broken/every/*.wgsl ;;
             page) logged "$name" firn_chromium "$tests/page.mjs" "$build/cases/3d_page" ;;
-            dawn) logged "$name" firn_dawn "$tests/run.mjs" "$build"/cases/*/ ;;
-            deno) logged "$name" firn_deno "$tests/run.mjs" "$build"/cases/*/ ;;
+            dawn) logged "$name" firn_dawn "$tests/run.mjs" "${dawn_cases[@]}" ;;
+            deno) logged "$name" firn_deno "$tests/run.mjs" "${deno_cases[@]}" ;;
         esac
     done
 }
