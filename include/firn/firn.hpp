@@ -43,6 +43,7 @@
 #include <firn/material/hencky.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/neo_hookean.hpp>
+#include <firn/material/no_stress.hpp>
 #include <firn/material/per_particle.hpp>
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>

@@ -183,7 +183,7 @@ public:
     /// Forces between the particles of a body in every step from now on: springs, membranes, wind. As points they count
     /// from 0 in the order they were added, have no radius, and positions in S. Their stiffness bounds the time step.
     /// What joined particles that are taken out is gone with them.
-    /// \return the force as it is kept, until another one is added
+    /// \return the force as it is kept: its parameters may be changed
     /// \see element_forces.hpp
     template <std::size_t I = 0, class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
@@ -252,6 +252,7 @@ public:
                 bound = std::min(bound, force_safety * force.largest_step(set.particles, time_,
                                                                           thread_count(requested_threads(execution))));
         });
+        if (!std::isfinite(bound) && !is_waiting()) throw_at_rest(fastest);
         return bound;
     }
 
@@ -387,9 +388,7 @@ private:
         if (!changed) return;
         if (!std::isfinite(fastest) || (!(fastest > 0) && !is_waiting() && !has_forces())) {
             for_sets([](auto& set) { set.prepared = false; });
-            throw particle_error(sentence(
-                "The fastest signal among the particles (their speed, plus the material's wave speed) is ", fastest,
-                " m/s; velocities and deformation gradients must be finite, and the moduli positive."));
+            throw_at_rest(fastest);
         }
         activate();
     }
@@ -412,6 +411,11 @@ private:
         set.prepared = true;
     }
 
+    [[noreturn]] static void throw_at_rest(double fastest) {
+        throw particle_error(
+            sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ",
+                     fastest, " m/s; velocities and deformation gradients must be finite, and the moduli positive."));
+    }
     bool has_particles() const {
         return std::apply([](const auto&... set) { return ((set.particles.size() > 0) || ...); }, sets_);
     }

@@ -40,17 +40,6 @@ struct Drag {
     }
 };
 
-/// A facet's normal, as long as its area [m²] (in 2D: as an edge [m]), pointing outwards.
-template <scalar S>
-FIRN_INLINE Vec<S, 3> area_vector(const std::array<Vec<S, 3>, 3>& x) {
-    return cross(x[1] - x[0], x[2] - x[0]) * S(0.5);
-}
-template <scalar S>
-FIRN_INLINE Vec<S, 2> area_vector(const std::array<Vec<S, 2>, 2>& x) {
-    const Vec<S, 2> along = x[1] - x[0];
-    return {{along.v[1], -along.v[0]}};
-}
-
 /// −½ ρ c_d A |v| (v·n) n on a facet of area A and unit normal n, an equal part to each corner; v: the mean of the
 /// corners' velocities, relative to the wind. A facet without area takes no force.
 template <scalar S, int D>

@@ -30,6 +30,17 @@ struct Link {
 template <int D>
 using Facet = std::array<std::uint32_t, D>;
 
+/// A facet's normal, as long as its area [m²] (in 2D: as an edge [m]), pointing outwards.
+template <scalar S>
+FIRN_INLINE Vec<S, 3> area_vector(const std::array<Vec<S, 3>, 3>& x) {
+    return cross(x[1] - x[0], x[2] - x[0]) * S(0.5);
+}
+template <scalar S>
+FIRN_INLINE Vec<S, 2> area_vector(const std::array<Vec<S, 2>, 2>& x) {
+    const Vec<S, 2> along = x[1] - x[0];
+    return {{along.v[1], -along.v[0]}};
+}
+
 /// Points and what joins them; links and facets name points by their place in `positions`, counted from 0.
 template <int D>
 struct Net {

@@ -22,11 +22,9 @@ inline constexpr std::size_t max_points = std::numeric_limits<std::uint32_t>::ma
 /// The area of a triangle [m²], the length of an edge in 2D [m].
 template <int D>
 double facet_area(const Net<D>& net, const std::type_identity_t<Facet<D>>& facet) {
-    const auto along = net.positions[facet[1]] - net.positions[facet[0]];
-    if constexpr (D == 2)
-        return norm(along);
-    else
-        return norm(cross(along, net.positions[facet[2]] - net.positions[facet[0]])) / 2;
+    std::array<Vec<double, D>, D> corners;
+    for (std::size_t k = 0; k < std::size_t(D); ++k) corners[k] = net.positions[facet[k]];
+    return norm(area_vector(corners));
 }
 
 /// How long a link is at rest [m].

@@ -119,6 +119,8 @@ TEST_CASE("the step is bounded by what joins the particles of a net", "[lagrangi
     const Body sheet = simulation.add<Cloth>(net, masses(net, 0.01));
     // Nothing moves and nothing pulls: there is no bound before there is a force.
     CHECK_THROWS_AS(simulation.stable_time_step(), particle_error);
+    simulation.add_force<Cloth>(sheet, aerodynamic_surface_of(net, AerodynamicDrag<double, 3>{}));  // nor after this
+    CHECK_THROWS_AS(simulation.stable_time_step(), particle_error);
     Springs<double, 3> one;
     one.add({0, 1}, {1.0 / 16, 100, 0});
     simulation.add_force<Cloth>(sheet, std::move(one));
