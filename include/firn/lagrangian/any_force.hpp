@@ -97,8 +97,8 @@ private:
 /// The largest stable step [s] of an explicit scheme under these forces, as they are now; infinite without springs.
 /// Points with stiffness k and damping c each: k dt²/m + 2 c dt/m ≤ 4 (Jury's criterion for v ← v + a dt,
 /// x ← x + v dt).
-template <class S, int D, class Forces>
-double largest_step(Forces& forces, const PointView<S, D>& points, int threads) {
+template <class S, int D>
+double largest_step(std::span<AnyForce<S, D>> forces, const PointView<S, D>& points, int threads) {
     std::vector<double> stiffness(points.size()), damping(points.size());
     for (AnyForce<S, D>& force : forces) force.add_stiffness(points, stiffness, damping, threads);
     double smallest = std::numeric_limits<double>::infinity();

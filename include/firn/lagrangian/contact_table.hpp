@@ -27,7 +27,7 @@ struct TouchedSurface {
 template <std::floating_point S, int D>
 struct ContactTable {
     static constexpr std::size_t chunk_size = 256;
-    static constexpr std::uint32_t none = PointMasses<S, D>::no_point;
+    static constexpr std::uint32_t none = no_particle;
     /// A surface instead of another point: the first that a point touches, the second is one less, …
     static constexpr std::uint32_t first_surface = none - 1;
     static constexpr std::uint32_t most_points = none - 4096;

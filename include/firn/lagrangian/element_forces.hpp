@@ -22,17 +22,6 @@ bool holds_torn(const std::array<std::uint32_t, K>& corners, std::span<const Tor
     return std::any_of(torn.begin(), torn.end(), [&](const Torn& ends) { return has(ends[0]) && has(ends[1]); });
 }
 
-/// Gives corners their new places. \return whether all are still there
-template <std::size_t K>
-bool renumbered(std::array<std::uint32_t, K>& corners, std::span<const std::uint32_t> new_place) {
-    bool all = true;
-    for (std::uint32_t& point : corners) {
-        point = new_place[point];
-        all = all && point != PointMasses<float, 3>::no_point;
-    }
-    return all;
-}
-
 }  // namespace detail
 
 /// \tparam Law  Law::Element, Law::corners = K, and law.forces(element, x, v) → K forces [N] of the corners' positions

@@ -27,6 +27,7 @@ public:
     /// Is it of elements over so many points? \see clear
     bool is_for(std::size_t points) const { return first_.size() == points + 1; }
     void clear() { first_.clear(); }
+    std::size_t points() const { return first_.empty() ? 0 : first_.size() - 1; }
     /// The corners on a point: K · element + which of its K corners.
     std::span<const std::uint32_t> of(std::size_t point) const {
         return std::span(corners_).subspan(first_[point], first_[point + 1] - first_[point]);

@@ -122,7 +122,7 @@ public:
 
     /// Above this [s] the forces' springs and dampers let an explicit step grow without bound, as they are now;
     /// infinite without such. Constraints have no bound.
-    double stable_time_step() { return detail::largest_step(forces_, points.view(time_), threads); }
+    double stable_time_step() { return detail::largest_step<S, D>(forces_, points.view(time_), threads); }
 
     /// One step of dt [s].
     /// \throws parameter_error  unless dt is positive; and what forces throw

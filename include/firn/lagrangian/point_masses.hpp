@@ -3,9 +3,10 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/tensor.hpp>
-#include <firn/data/aligned.hpp>
+#include <firn/data/field.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -77,7 +78,8 @@ struct PointMasses {
         if (!(point.radius >= 0) || !std::isfinite(S(point.radius)))
             refuse("radius", point.radius, "finite and not negative [m]");
         if (std::isnan(point.end)) refuse("end", point.end, "a time [s]");
-        if (next_id_ == no_point) throw parameter_error(sentence("All ", no_point, " ids of points are given out."));
+        if (next_id_ == no_particle)
+            throw parameter_error(sentence("All ", no_particle, " ids of points are given out."));
         position.push_back(cast<S>(point.position));
         velocity.push_back(cast<S>(point.velocity));
         mass.push_back(m);
@@ -89,8 +91,6 @@ struct PointMasses {
         id.push_back(next_id_);
         return next_id_++;
     }
-
-    static constexpr std::uint32_t no_point = std::numeric_limits<std::uint32_t>::max();
 
     /// The place of the point of this id.
     /// \throws parameter_error  if there is no such point
@@ -122,7 +122,7 @@ struct PointMasses {
     }
 
     /// Takes out the points for which wanted(place) says so; the others move together, in order.
-    /// \return the new place of every old one, no_point for what is gone; empty if nothing was taken out
+    /// \return the new place of every old one, no_particle for what is gone; empty if nothing was taken out
     template <class Wanted>
     std::vector<std::uint32_t> remove_if(const Wanted& wanted) {
         std::vector<std::uint32_t> places;
@@ -138,7 +138,7 @@ struct PointMasses {
                 ++to;
                 continue;
             }
-            places[i] = gone ? no_point : std::uint32_t(to);
+            places[i] = gone ? no_particle : std::uint32_t(to);
             if (!gone) for_fields([&](auto& field) { field[to] = field[i]; }), ++to;
         }
         for_fields([&](auto& field) { field.resize(to); });
@@ -153,5 +153,20 @@ private:
 
     std::uint32_t next_id_ = 0;
 };
+
+namespace detail {
+
+/// Gives points their new places, as remove_if says. \return whether all are still there
+template <std::size_t K>
+bool renumbered(std::array<std::uint32_t, K>& points, std::span<const std::uint32_t> new_place) {
+    bool all = true;
+    for (std::uint32_t& point : points) {
+        point = new_place[point];
+        all = all && point != no_particle;
+    }
+    return all;
+}
+
+}  // namespace detail
 
 }  // namespace firn

@@ -14,16 +14,16 @@ namespace firn::detail {
 template <std::floating_point S, int D>
 class BodyForce {
 public:
-    BodyForce(const Body& body, AnyForce<S, D> force) : body_(body), forces_{std::move(force)} {}
+    BodyForce(const Body& body, AnyForce<S, D> force) : body_(body), between_(std::move(force)) {}
 
-    AnyForce<S, D>& force() { return forces_[0]; }
+    AnyForce<S, D>& force() { return between_; }
 
     /// \param particles  in any order
     template <class Particles>
     void push(Particles& particles, double time, double dt, int threads) {
         look_at(particles, threads);
         force_.assign(position_.size(), Vec<S, D>::zero());
-        forces_[0].add_forces(view(time), force_, threads);
+        between_.add_forces(view(time), force_, threads);
         for_slots(particles, threads, [&](std::size_t slot, std::size_t i) {
             particles.set_velocity(slot, velocity_[i] + force_[i] * (S(dt) / mass_[i]));
         });
@@ -33,7 +33,7 @@ public:
     template <class Particles>
     double largest_step(const Particles& particles, double time, int threads) {
         look_at(particles, threads);
-        return detail::largest_step(forces_, view(time), threads);
+        return detail::largest_step<S, D>(std::span(&between_, 1), view(time), threads);
     }
 
 private:
@@ -70,13 +70,12 @@ private:
         if (lost == lost_) return;
         lost_ = lost;
         std::vector<std::uint32_t> place(mass_.size());
-        for (std::size_t i = 0; i < place.size(); ++i)
-            place[i] = mass_[i] == 0 ? PointMasses<S, D>::no_point : std::uint32_t(i);
-        forces_[0].renumber(place);
+        for (std::size_t i = 0; i < place.size(); ++i) place[i] = mass_[i] == 0 ? no_particle : std::uint32_t(i);
+        between_.renumber(place);
     }
 
     Body body_;
-    std::array<AnyForce<S, D>, 1> forces_;
+    AnyForce<S, D> between_;
     aligned_vector<Vec<S, D>> position_, velocity_, force_;
     aligned_vector<S> mass_, radius_;
     std::size_t lost_ = 0;

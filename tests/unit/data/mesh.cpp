@@ -1,5 +1,6 @@
 /// \file firn/data/mesh.hpp: checks, volumes and placing of closed meshes.
 #include "support/catch.hpp"
+#include "support/message.hpp"
 #include <firn/data/mesh.hpp>
 
 #include "meshes.hpp"
@@ -8,19 +9,11 @@
 #include <numbers>
 
 using namespace firn;
+using test_support::holds;
+using test_support::message;
 using namespace test_meshes;
 
 namespace {
-template <class F>
-std::string message_of(const F& f) {
-    try {
-        f();
-    } catch (const mesh_error& e) {
-        return e.what();
-    }
-    return "";
-}
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 }  // namespace
 
@@ -45,17 +38,18 @@ TEST_CASE("A closed mesh passes; a hole, a turned face and a doubled face are to
 
     auto holed = unit_cube();
     holed.triangles.pop_back();  // 1, 7, 5
-    const auto hole = message_of([&] { check_closed(holed); });
+    const auto hole = message<mesh_error>([&] { check_closed(holed); });
     CHECK(holds(hole, "of its 18 edges 3 belong to one triangle only (a hole), 0 to two"));
     CHECK(holds(hole, "from vertex 1 (1, 0, 0) to vertex 5 (1, 0, 1)"));
 
     auto turned = unit_cube();
     std::swap(turned.triangles[0][0], turned.triangles[0][1]);
-    CHECK(holds(message_of([&] { check_closed(turned); }), "0 belong to one triangle only (a hole), 3 to two"));
+    CHECK(
+        holds(message<mesh_error>([&] { check_closed(turned); }), "0 belong to one triangle only (a hole), 3 to two"));
 
     auto doubled = unit_cube();
     doubled.triangles.push_back(doubled.triangles[0]);
-    CHECK(holds(message_of([&] { check_closed(doubled); }), "opposite orientation, 3 to more than two"));
+    CHECK(holds(message<mesh_error>([&] { check_closed(doubled); }), "opposite orientation, 3 to more than two"));
 }
 
 TEST_CASE("Meshes that are no surface are refused: empty, not finite, a wrong index, a vertex twice") {
@@ -63,7 +57,7 @@ TEST_CASE("Meshes that are no surface are refused: empty, not finite, a wrong in
     auto mesh = unit_cube();
     SECTION("NaN") {
         mesh.vertices[3][1] = not_a_number;
-        CHECK(holds(message_of([&] { check_mesh(mesh); }), "Vertex 3 (from 0) of the mesh is (1, nan, 0)"));
+        CHECK(holds(message<mesh_error>([&] { check_mesh(mesh); }), "Vertex 3 (from 0) of the mesh is (1, nan, 0)"));
     }
     SECTION("infinity") {
         mesh.vertices[7][0] = std::numeric_limits<double>::infinity();
@@ -71,7 +65,8 @@ TEST_CASE("Meshes that are no surface are refused: empty, not finite, a wrong in
     }
     SECTION("index too high") {
         mesh.triangles[4][2] = 8;
-        CHECK(holds(message_of([&] { check_mesh(mesh); }), "Triangle 4 (from 0) names vertex 8, but the mesh has 8"));
+        CHECK(holds(message<mesh_error>([&] { check_mesh(mesh); }),
+                    "Triangle 4 (from 0) names vertex 8, but the mesh has 8"));
     }
     SECTION("negative index") {
         mesh.triangles[4][2] = -1;
@@ -79,7 +74,7 @@ TEST_CASE("Meshes that are no surface are refused: empty, not finite, a wrong in
     }
     SECTION("a vertex twice") {
         mesh.triangles[4][2] = mesh.triangles[4][0];
-        CHECK(holds(message_of([&] { check_closed(mesh); }), "uses a vertex twice"));
+        CHECK(holds(message<mesh_error>([&] { check_closed(mesh); }), "uses a vertex twice"));
     }
 }
 

@@ -1,5 +1,6 @@
 /// \file firn/data/{random,samples,poisson_disk,sampling}.hpp: how shapes are filled, and that it repeats bit for bit.
 #include "support/catch.hpp"
+#include "support/message.hpp"
 #include <firn/data/sampling.hpp>
 #include <firn/io/obj.hpp>
 
@@ -11,6 +12,8 @@
 #include <set>
 
 using namespace firn;
+using test_support::holds;
+using test_support::message;
 using namespace test_meshes;
 
 namespace sampling_tests {
@@ -59,17 +62,6 @@ double widest_hole(const std::vector<Vec<double, D>>& points, const Vec<double, 
     }
     return std::sqrt(widest);
 }
-
-template <class F>
-std::string message_of(const F& f) {
-    try {
-        f();
-    } catch (const parameter_error& e) {
-        return e.what();
-    }
-    return "";
-}
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 }  // namespace
 
@@ -162,7 +154,8 @@ TEST_CASE("lattice_points: the first 72,027 of 42 × 42 × 41 points, as the ben
     CHECK_THROWS_AS(lattice_points<3>(lower, {2, 2, 2}, 0), parameter_error);
     CHECK_THROWS_AS(lattice_points<3>(lower, {2, 2, 2}, h, 0.6), parameter_error);
     CHECK_THROWS_AS(lattice_points<3>({0, not_a_number, 0}, {2, 2, 2}, h), parameter_error);
-    CHECK(holds(message_of([] { lattice_points<2>({0, 0}, {1 << 30, 1 << 30}, 1.0); }), "about 1.1529215e+18"));
+    CHECK(holds(message<parameter_error>([] { lattice_points<2>({0, 0}, {1 << 30, 1 << 30}, 1.0); }),
+                "about 1.1529215e+18"));
 }
 
 TEST_CASE("Disks and spheres: symmetric about the centre, volume within a tenth of what the surface cuts") {
@@ -276,7 +269,7 @@ TEST_CASE("What cannot be filled is refused, with what to do") {
         for (const double jitter : {-0.1, 0.51, not_a_number}) {
             CHECK_THROWS_AS(sample_box(zero, one, {.spacing = 0.1, .jitter = jitter}), parameter_error);
         }
-        CHECK(holds(message_of([&] { sample_box(zero, one, {}); }), "must be given"));
+        CHECK(holds(message<parameter_error>([&] { sample_box(zero, one, {}); }), "must be given"));
     }
     SECTION("shapes") {
         CHECK_THROWS_AS(sample_box(one, zero, good), parameter_error);
@@ -295,19 +288,21 @@ TEST_CASE("What cannot be filled is refused, with what to do") {
         CHECK_THROWS_AS(poisson_disk_points<3>(zero, one, 0.1, 1, 1e9, 0), parameter_error);
     }
     SECTION("no particle inside") {
-        CHECK(holds(message_of([&] { sample_sphere(zero, 0.01, good); }), "the spacing of 0.1 m is too large"));
+        CHECK(holds(message<parameter_error>([&] { sample_sphere(zero, 0.01, good); }),
+                    "the spacing of 0.1 m is too large"));
         const auto small = scaled(unit_cube(), 0.01);
-        CHECK(holds(message_of([&] { sample_mesh(small, good); }), "No particle falls inside the mesh"));
+        CHECK(holds(message<parameter_error>([&] { sample_mesh(small, good); }), "No particle falls inside the mesh"));
         CHECK_THROWS_AS(sample_box(zero, {0.04, 1, 1}, good), parameter_error);
     }
     SECTION("too many particles, said before memory is asked for") {
-        CHECK(holds(message_of([&] { sample_box(zero, one, {.spacing = 1e-4}); }), "about 1e+12 particles; at most 2"));
+        CHECK(holds(message<parameter_error>([&] { sample_box(zero, one, {.spacing = 1e-4}); }),
+                    "about 1e+12 particles; at most 2"));
         CHECK_THROWS_AS(sample_sphere(zero, 1, {.spacing = 1e-200}), parameter_error);
         CHECK_THROWS_AS(sample_mesh(unit_cube(), {.spacing = 0.1, .max_particles = 999}), parameter_error);
         CHECK_NOTHROW(sample_mesh(unit_cube(), {.spacing = 0.1, .max_particles = 1001}));
         // A sheet has few particles, but the box around a slanted one has many places to try.
         const auto sheet = rotated(box({0, 0, 0}, {1, 1, 1e-9}), rotation({1, 1, 0}, 0.7));
-        CHECK(holds(message_of([&] { sample_mesh(sheet, {.spacing = 1e-5}); }), "lattice points to try"));
+        CHECK(holds(message<parameter_error>([&] { sample_mesh(sheet, {.spacing = 1e-5}); }), "lattice points to try"));
         CHECK_THROWS_AS(poisson_disk_points<3>(zero, one, 1e-6), parameter_error);
     }
 }

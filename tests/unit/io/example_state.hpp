@@ -1,6 +1,7 @@
 /// \file What the tests of states share: a state with every kind of entry, its bits, and a folder that goes away.
 #pragma once
 
+#include "support/message.hpp"
 #include <firn/io/state.hpp>
 
 #include <stdlib.h>
@@ -110,17 +111,7 @@ bool same_bits(const firn::State<S>& a, const firn::State<S>& b) {
            a.attributes == b.attributes;
 }
 
-/// The message of the exception of type E that f throws.
-template <class E, class F>
-std::string message(const F& f) {
-    try {
-        f();
-    } catch (const E& failure) {
-        return failure.what();
-    }
-    return "(nothing thrown)";
-}
-
-inline bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+using test_support::holds;
+using test_support::message;
 
 }  // namespace states

@@ -1,5 +1,6 @@
 /// \file Cloth and ropes: what links what, closed formulas of counts, masses, refusals.
 #include "support/catch.hpp"
+#include "support/message.hpp"
 #include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/rope.hpp>
 
@@ -9,6 +10,8 @@
 #include <set>
 
 using namespace firn;
+using test_support::holds;
+using test_support::message;
 
 namespace cloth_tests {
 
@@ -35,17 +38,6 @@ double least_length(const Net<D>& net) {
 }
 
 double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
-
-template <class E, class F>
-std::string message(const F& f) {
-    try {
-        f();
-    } catch (const E& failure) {
-        return failure.what();
-    }
-    return "(nothing thrown)";
-}
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 

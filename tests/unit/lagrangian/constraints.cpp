@@ -1,6 +1,7 @@
 /// \file Constraints of distance: the catenary, compliance, tearing, and the same bits for any number of threads.
 #include "support/catch.hpp"
 #include "support/random_numbers.hpp"
+#include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/particle_system.hpp>
 
 #include <cmath>
@@ -16,24 +17,10 @@ namespace {
 constexpr ConstraintUpdate updates[] = {ConstraintUpdate::immediate, ConstraintUpdate::coloured,
                                         ConstraintUpdate::averaged};
 
-/// n × n squares with links of all kinds and two triangles a square.
-Net<3> cloth(int n, double a) {
-    Net<3> net;
-    const auto at = [&](int i, int j) { return std::uint32_t(j * (n + 1) + i); };
-    for (int j = 0; j <= n; ++j)
-        for (int i = 0; i <= n; ++i) {
-            net.positions.push_back({{a * i, 0, a * j}});
-            if (i < n) net.links.push_back({at(i, j), at(i + 1, j)});
-            if (j < n) net.links.push_back({at(i, j), at(i, j + 1)});
-            if (i + 1 < n) net.links.push_back({at(i, j), at(i + 2, j), LinkKind::bend});
-            if (j + 1 < n) net.links.push_back({at(i, j), at(i, j + 2), LinkKind::bend});
-            if (i == n || j == n) continue;
-            net.links.push_back({at(i, j), at(i + 1, j + 1), LinkKind::shear});
-            net.links.push_back({at(i + 1, j), at(i, j + 1), LinkKind::shear});
-            net.facets.push_back({at(i, j), at(i + 1, j + 1), at(i + 1, j)});
-            net.facets.push_back({at(i, j), at(i, j + 1), at(i + 1, j + 1)});
-        }
-    return net;
+/// n × n squares of side a.
+Net<3> square(std::size_t n, double a) {
+    const double side = a * double(n);
+    return cloth({0.0, 0.0, 0.0}, {side, 0.0, 0.0}, {0.0, 0.0, side}, {n, n}, Diagonals::parallel);
 }
 
 /// a of the catenary y = a cosh(x/a) that hangs `length` long between two nails `width` apart: 2 a sinh(width/2a).
@@ -103,7 +90,7 @@ TEST_CASE("constraints among free points keep their momentum, in any order of co
         ParticleSystem<3, double> system;
         system.gravity = Vec<double, 3>::zero();
         system.constraints.update = update;
-        const Net<3> net = cloth(12, 0.1);
+        const Net<3> net = square(12, 0.1);
         system.add(net, {});
         for (std::size_t i = 0; i < system.points.size(); ++i) {
             for (int a = 0; a < 3; ++a) system.points.velocity[i][a] = random.uniform(-1, 1);
@@ -131,7 +118,7 @@ TEST_CASE("constraints among free points keep their momentum, in any order of co
 }
 
 TEST_CASE("links of one colour share no point, and a hub of many links is still solved", "[lagrangian]") {
-    Net<3> net = cloth(9, 1);
+    Net<3> net = square(9, 1);
     std::vector<std::array<std::uint32_t, 2>> links;
     for (const Link& link : net.links) links.push_back({link.a, link.b});
     const std::uint32_t hub = 0;
@@ -171,7 +158,7 @@ TEMPLATE_TEST_CASE("the same bits for 1, 2, 3, 4 and 7 threads, in any order of 
             ParticleSystem<3, S> system;
             system.threads = threads;
             system.constraints.update = update;
-            const Net<3> net = cloth(50, 0.02);
+            const Net<3> net = square(50, 0.02);
             system.add(net, {.mass = 0.001});
             system.points.pin(0);
             system.points.pin(50);
@@ -195,7 +182,7 @@ TEST_CASE("cloth that is pulled apart tears along a line, and what is left holds
     const int n = 20;
     ParticleSystem<3, double> system;
     system.gravity = Vec<double, 3>::zero();
-    const Net<3> net = cloth(n, 0.05);
+    const Net<3> net = square(n, 0.05);
     const auto edge = [](int i, int j) { return std::uint32_t(j * 21 + i); };
     system.add(net, {.mass = 0.01});
     system.damping = 5;

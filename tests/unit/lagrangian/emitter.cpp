@@ -1,25 +1,17 @@
 /// \file Emitters: when and where particles are born, what they know of the step's size, how long they live.
 #include "support/catch.hpp"
+#include "support/message.hpp"
 #include <firn/lagrangian/emitter.hpp>
 
 #include <set>
 
 using namespace firn;
+using test_support::holds;
+using test_support::message;
 
 namespace emitter_tests {
 
 namespace {
-
-template <class F>
-std::string message(const F& f) {
-    try {
-        f();
-    } catch (const parameter_error& failure) {
-        return failure.what();
-    }
-    return "(nothing thrown)";
-}
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 Emitter<3> fountain() {
     return {.position = {0.1, 0.2, 0.3},
@@ -197,7 +189,7 @@ TEST_CASE("An emitter that cannot be is refused before it gives anything") {
     const auto refusal = [&](const auto& change) {
         auto emitter = fountain();
         change(emitter);
-        const auto text = message([&] { emitter.give(points, 1); });
+        const auto text = message<parameter_error>([&] { emitter.give(points, 1); });
         CHECK(points.size() == 0);
         return text;
     };
@@ -215,10 +207,10 @@ TEST_CASE("An emitter that cannot be is refused before it gives anything") {
     CHECK(holds(refusal([](auto& e) { e.maximum = 0; }), "maximum"));
     auto emitter = fountain();
     emitter.end = 0.4;
-    CHECK(holds(message([&] { emitter.check(); }), "not after the end"));
+    CHECK(holds(message<parameter_error>([&] { emitter.check(); }), "not after the end"));
     emitter = fountain();
     emitter.rate = 0;
-    CHECK(holds(message([&] { emitter.check(); }), "rate"));
+    CHECK(holds(message<parameter_error>([&] { emitter.check(); }), "rate"));
 }
 
 }  // namespace emitter_tests

@@ -1,5 +1,6 @@
 /// \file Soft bodies: counts of a lattice by closed formulas, its surface closed, volumes, support, refusals.
 #include "support/catch.hpp"
+#include "support/message.hpp"
 #include <firn/data/sampling.hpp>
 #include <firn/lagrangian/soft_body.hpp>
 
@@ -9,6 +10,8 @@
 #include <set>
 
 using namespace firn;
+using test_support::holds;
+using test_support::message;
 
 namespace soft_body_tests {
 
@@ -37,17 +40,6 @@ long euler_characteristic(const Net<3>& net) {
         for (std::size_t k = 0; k < 3; ++k) points.insert(f[k]), edges.insert(std::minmax(f[k], f[(k + 1) % 3]));
     return long(points.size()) - long(edges.size()) + long(net.facets.size());
 }
-
-template <class E, class F>
-std::string message(const F& f) {
-    try {
-        f();
-    } catch (const E& failure) {
-        return failure.what();
-    }
-    return "(nothing thrown)";
-}
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 Samples<3> cubes(std::vector<Vec<double, 3>> centres) { return {std::move(centres), 1.0}; }
 
