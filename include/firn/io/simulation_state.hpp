@@ -32,6 +32,18 @@ inline std::string compiler_name() {
 #endif
 }
 
+/// The slots of all particles in the order of their ids.
+template <class Particles>
+std::vector<std::uint32_t> slots_by_id(const Particles& particles, int threads) {
+    std::vector<std::uint32_t> slot_of(particles.next_id(), no_particle);
+    for_chunks(particles.slots(), threads, [&](std::size_t first, std::size_t last) {
+        for (std::size_t slot = first; slot < last; ++slot)
+            if (particles.is_particle(slot)) slot_of[particles.id(slot)] = std::uint32_t(slot);
+    });
+    if (particles.size() < slot_of.size()) std::erase(slot_of, no_particle);
+    return slot_of;
+}
+
 /// What must be the same for a run to go on: names of the policies and the precision.
 template <class S, class Material, class Transfer, class Force, class Kernel, class Boundary>
 std::vector<StateAttribute> policy_attributes() {
@@ -65,14 +77,19 @@ void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bound
     state.step = simulation.steps();
     state.time = simulation.time();
     state.dt = simulation.last_time_step();
-    std::vector<std::size_t> slot_of(particles.next_id(), no_particle);  // of each id; then, of those that there are
-    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-        if (particles.is_particle(slot)) slot_of[particles.id(slot)] = slot;
-    std::erase(slot_of, std::size_t(no_particle));
+    const std::vector<std::uint32_t> slot_of = detail::slots_by_id(particles, threads);
+    StateTable slots{"slot", 1, {}};
+    if (!before.tables.empty()) slots.values = std::move(before.tables[0].values);
+    slots.values.assign(slot_of.begin(), slot_of.end());
     state.id = std::move(before.id);
-    state.id.clear();
-    state.id.reserve(n);
-    for (const std::size_t slot : slot_of) state.id.push_back(std::int64_t(particles.id(slot)));
+    state.id.resize(n);
+    state.material = std::move(before.material);
+    const auto for_rows = [&](const auto& row) {
+        detail::for_chunks(n, threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) row(i);
+        });
+    };
+    for_rows([&](std::size_t i) { state.id[i] = std::int64_t(particles.id(slot_of[i])); });
     state.material.resize(n);
     for (std::size_t b = 0; b < all_bodies.size(); ++b) {
         const auto place_of = [&](std::int64_t id) {
@@ -98,10 +115,7 @@ void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bound
         if (const std::size_t k = state.fields.size(); k < before.fields.size())
             field.values = std::move(before.fields[k].values);
         field.values.resize(n * std::size_t(components));
-        detail::for_chunks(n, threads, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i)
-                get(slot_of[i], field.values.data() + i * std::size_t(components));
-        });
+        for_rows([&](std::size_t i) { get(slot_of[i], field.values.data() + i * std::size_t(components)); });
         state.fields.push_back(std::move(field));
     };
     const auto put = [](const auto& value, S* to) {
@@ -161,7 +175,6 @@ void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bound
     parameter("run", "sort_needed", "1", {double(simulation.template report<I>().sort_needed)});
     parameter("run", "next_id", "1", {double(particles.next_id())});
 
-    StateTable slots{"slot", 1, {slot_of.begin(), slot_of.end()}};
     StateTable blocks{"blocks", D + 2, {}};
     for (const std::uint32_t r : partition.by_block) {
         const BlockRange<D>& range = partition.ranges[r];
