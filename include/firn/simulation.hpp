@@ -19,6 +19,7 @@
 #include <firn/transfer/apic.hpp>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <iostream>
 #include <optional>
@@ -295,10 +296,16 @@ public:
         return std::get<I>(sets_).report;
     }
 
-    /// Goes back to a stored moment: the particles, partition and report of then, in the order of then, so that the run
-    /// goes on to the same bits. With several materials: of each.
+    /// Goes back to a stored moment: the particles of then; if the set is prepared, in the order of then with partition
+    /// and report, so that the run goes on to the same bits. With several materials: of each.
+    /// \throws io_error  if another material has been restored to another moment, and no step was made since
     template <std::size_t I = 0>
     void restore(std::tuple_element_t<I, Sets>&& set, double time, std::uint64_t steps, double last_time_step) {
+        for (std::size_t other = 0; other < material_count; ++other)
+            if (other != I && restored_[other] && (time != time_ || steps != steps_))
+                throw io_error(sentence("The state is of step ", steps, " at ", time, " s, that of material ", other,
+                                        " was of step ", steps_, " at ", time_, " s. Give states of one moment."));
+        restored_[I] = true;
         auto& mine = std::get<I>(sets_);
         set.sources = std::move(mine.sources);
         set.sinks = std::move(mine.sinks);
@@ -310,7 +317,7 @@ public:
         time_ = time;
         steps_ = steps;
         last_time_step_ = last_time_step;
-        activate();
+        if (mine.prepared) activate();
     }
 
 private:
@@ -336,6 +343,7 @@ private:
 
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
+        restored_.fill(false);
         const bool due = most_steps_between_sorts > 0 && steps_ % most_steps_between_sorts == 0;
         bool sorted = false;
         for_sets([&](auto& set) {
@@ -461,6 +469,7 @@ private:
 
     SparseGrid<S, D> grid_;
     Sets sets_;
+    std::array<bool, material_count> restored_{};  // since the last step
     TransferMemory<S> transfer_memory_;
     double time_ = 0, last_time_step_ = 0, warned_ratio_ = 1 / 1.2;
     std::uint64_t steps_ = 0;
