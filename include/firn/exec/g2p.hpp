@@ -33,6 +33,16 @@ struct PassReport {
     throw particle_error(wrong.text() + " " + cause);
 }
 
+/// Not finite if a number of the stress, or of the state that it comes from, is not. What is not finite in F is so in
+/// the trace; a flow need not be.
+template <class Material, class P, int D>
+FIRN_INLINE P sum_of_stress(const Mat<P, D>& stress) {
+    P sum = trace(stress);
+    if constexpr (has_rate_dependent_stress<Material, D>)
+        unroll<D>([&](auto i) FIRN_LAMBDA { unroll<i>([&](auto j) FIRN_LAMBDA { sum = sum + stress(i, j); }); });
+    return sum;
+}
+
 /// What a thread saw of its particles.
 struct alignas(64) G2PThreadReport {
     double signal_speed = 0;
@@ -141,7 +151,7 @@ private:
             unroll<D * D>([&](auto k) FIRN_LAMBDA { view.affine.store(slots, k, taken.affine.m[k]); });
 
         // A sum that is finite exactly if all its numbers are (they are far from overflow, or wrong already).
-        P sum = trace(stress);
+        P sum = sum_of_stress<Lifted>(stress);
         const Vec<P, D> lowest = positions_.lowest(block), highest = positions_.highest(block);
         const Vec<P, D> position = load_vector<P, D>(view.position, slots);
         const auto v = velocities(view, slots, taken, before);
