@@ -133,8 +133,15 @@ struct MaterialSet {
     }
 
     /// The bursts that are due.
+    /// \throws parameter_error  if they are of more particles than there are ids left
     void give(double time) {
-        for (Source<D>& source : sources)
+        for (Source<D>& source : sources) {
+            const double due = source.due(time), count = due * double(source.samples.positions.size());
+            if (count > double(no_particle - particles.next_id()))
+                throw parameter_error(sentence("A source of ", source.rate, " bursts a second owes ", count,
+                                               " particles at ", time, " s; there are ids for ",
+                                               no_particle - particles.next_id(),
+                                               " more. Take a lower rate, or let it start later."));
             for (; source.is_due(time); ++source.bursts) {
                 Samples<D> burst = source.samples;
                 const double born = source.time_of(source.bursts);
@@ -142,6 +149,7 @@ struct MaterialSet {
                 add(burst, source.density, source.velocity);
                 bodies.back().end = born + source.lifespan;
             }
+        }
     }
     /// What has reached its end, or a sink.
     void take(double time) {
