@@ -9,8 +9,11 @@
 #include <firn/io/interruption.hpp>
 
 #include <cstdint>
+#include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <iostream>
+#include <string>
 #include <vector>
 
 namespace example {
@@ -18,8 +21,29 @@ namespace example {
 /// Numbers in the renderer's palette.
 enum Colour : std::uint8_t { coral, teal, amber, indigo, moss, plum, slate, sand, snow };
 
+/// Waits for the states of a run that ended with an error, and says which are the last.
+template <class Finish>
+void say_last_states(int states, const Finish& finish, const std::vector<std::filesystem::path>& series) {
+    std::cerr << std::endl;  // the progress bar's line ends
+    try {
+        finish();
+    } catch (const std::exception& problem) {
+        std::cerr << "the last states may be missing: " << problem.what() << std::endl;
+        return;
+    }
+    char number[24];
+    std::snprintf(number, sizeof number, "_%04d.hdf", states - 1);
+    std::cerr << "the last good state:";
+    for (const auto& list : series) {  // NAME.hdf.series
+        const std::string name = list.string();
+        std::cerr << ' ' << name.substr(0, name.size() - std::string(".hdf.series").size()) << number;
+    }
+    std::cerr << std::endl;
+}
+
 /// Runs the schedule. The first state is written before the first step, the last after the last; at the end a picture.
-/// Ctrl-C (or SIGTERM) ends the run early, with a state and a picture of where it is.
+/// Ctrl-C (or SIGTERM) ends the run early, with a state and a picture of where it is. A step that throws ends it with
+/// the states before, the last of them named.
 /// \param write    writes a state
 /// \param finish   returns when all states are on disk
 /// \param step     makes a step
@@ -39,7 +63,12 @@ void run_schedule(const Options& options, std::int64_t particles, const Write& w
     const firn::Interruption interruption;
     Progress progress(options.schedule.steps, particles);
     for (std::int64_t done = 1; done <= options.schedule.steps; ++done) {
-        step();
+        try {
+            step();
+        } catch (...) {
+            say_last_states(states, finish, series);
+            throw;
+        }
         const bool is_last = interruption.requested();
         if (is_last || options.schedule.writes_after(done)) write_one();
         progress.advance();

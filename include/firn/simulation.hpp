@@ -14,6 +14,7 @@
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/fixed_corotated.hpp>
+#include <firn/simulation/blow_up.hpp>
 #include <firn/simulation/material_set.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/apic.hpp>
@@ -317,6 +318,7 @@ public:
         time_ = time;
         steps_ = steps;
         last_time_step_ = last_time_step;
+        is_spoiled_ = false;
         if (mine.prepared) activate();
     }
 
@@ -337,17 +339,21 @@ private:
         if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
             throw parameter_error(
                 sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
+        bound_ = bound;
         if (fixed_time_step > bound) warn_of(fixed_time_step / bound);
         return fixed_time_step > 0 ? fixed_time_step : bound;
     }
 
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
+        detail::check_acceleration<D>(acceleration);
+        if constexpr (requires { transfer.check(); }) transfer.check();
+        static_cast<void>(lift<native_pack<S>>(boundary));  // it looks at its parameters, before anything is changed
         restored_.fill(false);
         const bool due = most_steps_between_sorts > 0 && steps_ % most_steps_between_sorts == 0;
         bool sorted = false;
         for_sets([&](auto& set) {
-            set.prepared = set.checked = false;  // should the step fail, the next looks at the particles anew
+            set.prepared = set.checked = false;
             if (set.report.sort_needed || (due && !set.as_sorted)) {
                 sort(set);
                 sorted = true;
@@ -355,16 +361,27 @@ private:
             set.as_sorted = false;
         });
         if (sorted) activate();
-        for_sets([&](auto& set) { set.push(time_, dt, thread_count(requested_threads(execution))); });
-        std::apply([&](auto&... set) { make_grid(dt, ParticleSet{set.particles.view(), set.partition}...); }, sets_);
+        is_spoiled_ = std::apply([](const auto&... set) { return (set.is_pushed() || ...); }, sets_);
+        for_sets([&](auto& set) { set.push(time_, dt, steps_, thread_count(requested_threads(execution))); });
+        make_grid(dt);
         if (reactions)
             grid_update(execution, grid_, dt, acceleration, boundary, *reactions);
         else
             grid_update(execution, grid_, dt, acceleration, boundary);
+        is_spoiled_ = true;  // until all sets are where they should be
+        bool right = true;
         for_sets([&](auto& set) {
-            set.report = g2p<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition, grid_,
-                                                      set.material, dt, transfer);
+            const auto pass = detail::g2p_pass<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition,
+                                                                        grid_, set.material, dt, transfer);
+            set.report = pass.report;
+            right = right && pass.right;
         });
+        if (!right)
+            detail::throw_wrong_particles(
+                sets_, domain(), sentence("At step ", steps_, ", of ", dt, " s from ", time_, " s on: "), dt,
+                detail::likely_cause(grid_, dt, bound_, acceleration) +
+                    " The simulation cannot go on, nor be written: restore() its last state.");
+        is_spoiled_ = false;
         for_sets([](auto& set) { set.prepared = set.checked = true; });
         time_ += dt;
         last_time_step_ = dt;
@@ -376,6 +393,15 @@ private:
         });
     }
 
+    void make_grid(double dt) {
+        try {
+            std::apply([&](auto&... set) { make_grid(dt, ParticleSet{set.particles.view(), set.partition}...); },
+                       sets_);
+        } catch (const overflow_error& failure) {
+            throw overflow_error(sentence("At step ", steps_, ", of ", dt, " s from ", time_, " s on (", dt / bound_,
+                                          " times the bound of the time step): ", failure.what()));
+        }
+    }
     template <class... Views>
     void make_grid(double dt, const ParticleSet<Views>&... sets) {
         before_p2g<Kernel, Transfer>(execution, grid_, sets...);
@@ -384,7 +410,12 @@ private:
     }
 
     /// Makes ready for a step particles that were added or changed by hand.
+    /// \throws particle_error  if a step has failed half-way, or particles are not as they must be
     void prepare() {
+        if (is_spoiled_)
+            throw particle_error(sentence("Step ", steps_,
+                                          " failed and has left particles that are of no use, neither for a step nor "
+                                          "for a state. Go on from the last state that was written: restore()."));
         if (steps_ == 0) for_sets([&](auto& set) { set.give(time_); });
         bool changed = false;
         double fastest = 0;
@@ -415,7 +446,13 @@ private:
             });
         set.checked = true;
         sort(set);
-        set.report = update_stress(execution, set.particles.view(), set.partition, set.material, domain().cell_size);
+        const auto pass = detail::update_stress_pass(execution, set.particles.view(), set.partition, set.material,
+                                                     domain().cell_size);
+        if (!pass.right)
+            detail::throw_wrong_particles(
+                sets_, domain(), sentence("Before step ", steps_, ", at ", time_, " s: "), 0,
+                "They were set so: look at set_states(), edit_particles(), what a state held, and the moduli.");
+        set.report = pass.report;
         set.prepared = true;
     }
 
@@ -472,7 +509,9 @@ private:
     std::array<bool, material_count> restored_{};  // since the last step
     TransferMemory<S> transfer_memory_;
     double time_ = 0, last_time_step_ = 0, warned_ratio_ = 1 / 1.2;
+    double bound_ = 0;  // of the step that is taken
     std::uint64_t steps_ = 0;
+    bool is_spoiled_ = false;  // by a step that failed half-way
 };
 
 }  // namespace firn

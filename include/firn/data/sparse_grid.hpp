@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/data/block_partition.hpp>
+#include <firn/data/memory.hpp>
 
 #include <algorithm>
 #include <span>
@@ -120,7 +121,13 @@ private:
             rows = std::max(rows, partition->first_row + partition->ranges.size());
         neighbours_.resize(rows * neighbour_count);
         for (const BlockPartition<D>* partition : partitions) find_neighbours(*partition);
-        nodes_.resize(blocks_.size() * std::size_t(block_nodes<D> * node_width));
+        const std::size_t numbers = blocks_.size() * std::size_t(block_nodes<D> * node_width);
+        if (numbers > nodes_.capacity())
+            require_memory(
+                double(numbers) * sizeof(S),
+                sentence("A grid of ", blocks_.size(), " blocks of ", block_nodes<D>, " nodes around matter"),
+                "Take larger cells, or fewer particles that lie far apart.");
+        nodes_.resize(numbers);
         for (auto& layer : layers_) layer.clear();
     }
 

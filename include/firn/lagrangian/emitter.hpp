@@ -104,6 +104,7 @@ struct Emitter {
 
     /// Births that were due until `time` [s], it included, do not happen.
     void skip(double time) {
+        if (const double most = due(time) * (1 - 1e-12); most > 2) births += std::uint64_t(std::min(most - 2, 0x1p53));
         while (is_due(time)) ++births;
     }
 
@@ -115,6 +116,10 @@ struct Emitter {
     std::size_t give(PointMasses<S, D>& points, double time, const Vec<double, D>& acceleration = {}) {
         if (!is_due(time)) return 0;
         check();
+        if (due(time) > double(no_particle))
+            throw parameter_error(sentence("An emitter of ", rate, " births a second owes ", due(time), " at ", time,
+                                           " s; there are ids for ", no_particle,
+                                           ". Take a lower rate, or let it start later."));
         std::priority_queue<double, std::vector<double>, std::greater<>> ends;  // of those alive, the next first
         if (maximum != no_maximum) {
             forget_missing(points);
@@ -137,6 +142,10 @@ struct Emitter {
     }
 
 private:
+    /// How many births a step to `time` would see.
+    double due(double time) const {
+        return std::max(std::floor((std::min(time, end) - start) * rate) + 1 - double(births), 0.0);
+    }
     bool is_due(double time) const { return time_of(births) <= time && time_of(births) <= end; }
 
     /// Both lists are in the order of ids.
