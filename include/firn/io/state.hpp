@@ -71,7 +71,7 @@ struct State {
     std::vector<std::int32_t> material;      ///< n: which material each particle is of
     std::vector<StateParameter> parameters;  ///< in the order of their groups after reading
     std::vector<StateAttribute> attributes;
-    std::vector<StateTable> tables;    ///< in the order of their names after reading
+    std::vector<StateTable> tables;
     std::vector<std::int64_t> facets;  ///< rows of D: triangles, in 2D edges, by the rows of their points in `position`
 
     bool operator==(const State&) const = default;
@@ -205,7 +205,7 @@ void check_state(const State<S>& state) {
     for (const auto& attribute : state.attributes) {
         detail::check_state_name("attribute", attribute.name);
         detail::check_state_text(attribute.name, attribute.value);
-        if (attribute.name == "schema_version" || attribute.name == "dimension") {
+        if (attribute.name == "schema_version" || attribute.name == "dimension" || attribute.name == "digest") {
             throw parameter_error(
                 sentence("An attribute is named '", attribute.name, "', which the file itself needs; rename it."));
         }

@@ -2,13 +2,14 @@
 /// are checked, and sizes held against the file's own, before memory is asked for.
 ///
 /// HDF5 itself parses the file before firn sees it. The format that firn writes carries checksums of all but the
-/// values, so damage is recognised (HDF5 1.10 then complains of an "infinite loop closing library" when the program
-/// ends; nothing follows from it). A file made to attack HDF5 is another matter: do not open states of strangers with
-/// an HDF5 that lacks its security fixes.
+/// values, and firn's digest covers these: damage is recognised (HDF5 1.10 may then complain of an "infinite loop
+/// closing library" when the program ends; nothing follows from it). A file made to attack HDF5 is another matter: do
+/// not open states of strangers with an HDF5 that lacks its security fixes.
 #pragma once
 
 #include <firn/io/hdf5.hpp>
 #include <firn/io/state.hpp>
+#include <firn/io/state_digest.hpp>
 #include <firn/io/state_writer.hpp>
 
 #include <algorithm>
@@ -25,6 +26,12 @@
 #include <vector>
 
 namespace firn {
+
+struct StateReading {
+    /// Whether a state that does not match its digest is refused. Without, changed states can be looked at: damaged
+    /// ones too, and those to which another program has added something.
+    bool verify = true;
+};
 
 namespace detail {
 
@@ -110,17 +117,18 @@ inline std::optional<std::string> read_text(hid_t owner, const std::string& name
     return text.substr(0, text.find('\0'));
 }
 
-inline std::optional<std::int64_t> read_integer(hid_t owner, const std::string& name) {
+template <class T = std::int64_t>
+std::optional<T> read_integer(hid_t owner, const std::string& name) {
     const std::string tried = "read the attribute " + name;
     if (hdf5::check(H5Aexists(owner, name.c_str()), tried) == 0) return {};
     const hdf5::Attribute attribute(H5Aopen(owner, name.c_str(), H5P_DEFAULT), tried);
     const hdf5::Datatype type(H5Aget_type(attribute.id()), tried);
     const hdf5::Dataspace space(H5Aget_space(attribute.id()), tried);
-    if (!hdf5::is_number<std::int64_t>(type) || H5Sget_simple_extent_npoints(space.id()) != 1) {
-        throw io_error("the attribute '" + name + "' is not one 64-bit integer");
+    if (!hdf5::is_number<T>(type) || H5Sget_simple_extent_npoints(space.id()) != 1) {
+        throw io_error(sentence("the attribute '", name, "' is not one ", hdf5::Number<T>::name));
     }
-    std::int64_t value = 0;
-    hdf5::check(H5Aread(attribute.id(), hdf5::Number<std::int64_t>::memory(), &value), tried);
+    T value = 0;
+    hdf5::check(H5Aread(attribute.id(), hdf5::Number<T>::memory(), &value), tried);
     return value;
 }
 
@@ -382,7 +390,13 @@ void read_tables(const hdf5::Group& firn_group, DatasetReader& reader, State<S>&
 }
 
 template <class S>
-State<S> read_state_file(const std::filesystem::path& path) {
+struct StateOnDisk {
+    State<S> state;
+    std::optional<std::uint64_t> digest;  ///< none in files of schema_version 1
+};
+
+template <class S>
+StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_digest) {
     std::error_code failure;
     const auto file_bytes = std::filesystem::file_size(path, failure);
     if (failure) throw io_error("could not open it: " + failure.message());
@@ -390,11 +404,17 @@ State<S> read_state_file(const std::filesystem::path& path) {
     hdf5::check(H5Pset_fclose_degree(access.id(), H5F_CLOSE_STRONG), "open it");
     const hdf5::File file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), "open it as HDF5");
 
-    State<S> state;
+    StateOnDisk<S> found;
+    State<S>& state = found.state;
     const auto firn_group = open_group(file.id(), "firn");
-    if (const auto schema = read_integer(firn_group.id(), "schema_version"); schema != state_schema) {
+    const auto schema = read_integer(firn_group.id(), "schema_version");
+    if (!schema || *schema < 1 || *schema > state_schema) {
         throw io_error(sentence("its schema_version is ", schema ? std::to_string(*schema) : "missing",
-                                "; this firn reads ", state_schema));
+                                "; this firn reads 1 to ", state_schema));
+    }
+    if (*schema > 1 && needs_digest) {
+        found.digest = read_integer<std::uint64_t>(firn_group.id(), "digest");
+        if (!found.digest) throw io_error("it has no digest, which those of schema_version 2 have");
     }
     const auto dimension = read_integer(firn_group.id(), "dimension");
     if (dimension != 2 && dimension != 3) throw io_error("its dimension is neither 2 nor 3");
@@ -407,7 +427,7 @@ State<S> read_state_file(const std::filesystem::path& path) {
     for (const auto& name : attribute_names(firn_group)) {
         if (auto text = read_text(firn_group.id(), name)) state.attributes.push_back({name, std::move(*text)});
     }
-    return state;
+    return found;
 }
 
 }  // namespace detail
@@ -416,18 +436,24 @@ State<S> read_state_file(const std::filesystem::path& path) {
 /// "position" first; numeric attributes of /firn that firn does not know are left out.
 ///
 /// Throws io_error, which names the file and what is wrong with it: missing, truncated, broken, not a state of firn,
-/// of another precision than S (it says which), of a later schema, with extents that do not fit each other or the file.
+/// of another precision than S (it says which), of a later schema, with extents that do not fit each other or the file,
+/// or with a bit that has changed since it was written (unless `reading` says not to look; files of schema_version 1
+/// cannot tell).
 template <state_scalar S>
-State<S> read_state(const std::filesystem::path& path) {
-    return hdf5::naming_file(path, [&] {
-        auto state = detail::read_state_file<S>(path);
-        try {
-            check_state(state);
-        } catch (const parameter_error& wrong) {
-            throw io_error(sentence("its parts do not fit: ", wrong.what()));
-        }
-        return state;
-    });
+State<S> read_state(const std::filesystem::path& path, const StateReading& reading = {}) {
+    auto found = hdf5::naming_file(path, [&] { return detail::read_state_file<S>(path, reading.verify); });
+    const auto refuse = [&](const std::string& why) { throw io_error(sentence("The state ", path, ": ", why)); };
+    try {
+        check_state(found.state);
+    } catch (const parameter_error& wrong) {
+        refuse(sentence("its parts do not fit: ", wrong.what()));
+    }
+    if (found.digest && *found.digest != digest(found.state)) {
+        refuse(
+            "its content does not match its digest: bits have changed since it was written. Use an earlier state, or "
+            "read it with verify = false to look at what is there.");
+    }
+    return std::move(found.state);
 }
 
 }  // namespace firn

@@ -8,17 +8,20 @@
 ///                        in 2D; then l vertices (1), one for each point that is of no facet: all n without facets
 ///       PointData/NAME   S[n] or S[n,c]; a vector of 2D has a third component 0; id i64[n], material i32[n]
 ///       FieldData/       TimeValue f64[1], dt f64[1], step u64[1]
-///     /firn              attributes schema_version, dimension, and the state's own words
+///     /firn              attributes schema_version i64 = 2, dimension i64, digest u64, and the state's own words
 ///       parameters/GROUP/NAME   f64[k]
+///       tables/NAME      i64[r] or i64[r,c]
 ///
 /// S is f32 or f64, the state's own precision. Every field and parameter has an attribute `unit`, every field
-/// `components` (2 for a vector of 2D). The same state gives the same bytes.
+/// `components` (2 for a vector of 2D). The digest (state_digest.hpp) is of all that firn reads from the file; files of
+/// schema_version 1 have none. The same state gives the same bytes.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
 #include <firn/io/hdf5.hpp>
 #include <firn/io/hdf5_image.hpp>
 #include <firn/io/state.hpp>
+#include <firn/io/state_digest.hpp>
 
 #include <algorithm>
 #include <cstdint>
@@ -37,11 +40,16 @@ struct StateOptions {
     int compression = 0;  ///< 0: contiguous, fast; 1 to 9: shuffled and deflated, small gain for much time
     /// Names of the fields to write besides positions; empty: all. A run goes on only from a state with all of them.
     std::vector<std::string> fields = {};
+
+    /// Whether the field of this name is written.
+    bool writes(std::string_view field) const {
+        return fields.empty() || field == "position" || std::find(fields.begin(), fields.end(), field) != fields.end();
+    }
 };
 
 namespace detail {
 
-inline constexpr std::int64_t state_schema = 1;
+inline constexpr std::int64_t state_schema = 2;
 
 /// VTK's numbers of cells: a point, a line, a triangle.
 inline constexpr std::uint8_t vtk_vertex = 1;
@@ -85,6 +93,12 @@ inline void write_integers(hid_t owner, const std::string& name, std::initialize
     write_attribute(owner, name, type, space, hdf5::Number<std::int64_t>::memory(), std::data(values));
 }
 
+inline void write_unsigned(hid_t owner, const std::string& name, std::uint64_t value) {
+    const std::string tried = "write the attribute " + name;
+    const hdf5::Datatype type(H5Tcopy(hdf5::Number<std::uint64_t>::file()), tried);
+    write_attribute(owner, name, type, {H5Screate(H5S_SCALAR), tried}, hdf5::Number<std::uint64_t>::memory(), &value);
+}
+
 /// How a dataset of `rows` lies in the file. Chunks of about 1 MiB: larger ones gain nothing, smaller ones cost an
 /// index entry each.
 inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_t number_bytes, int compression) {
@@ -112,12 +126,13 @@ struct DatasetNotes {
 /// Writes groups of a state into an image of the file.
 class StateFile {
 public:
+    /// \param digest  of what is written
     template <class S>
-    StateFile(const State<S>& state, const StateOptions& options)
+    StateFile(const State<S>& state, const StateOptions& options, std::uint64_t digest)
         : image_(bytes_beside_arrays(state, options.compression)), compression_(options.compression) {
         for (const std::string& name : options.fields) state.field(name);
-        write_firn_group(state);
-        write_vtk_group(state, options.fields);
+        write_firn_group(state, digest);
+        write_vtk_group(state, options);
         image_.close();
     }
     void write(AtomicFile& file) const { image_.write(file); }
@@ -195,7 +210,7 @@ private:
     }
 
     template <class S>
-    void write_vtk_group(const State<S>& state, const std::vector<std::string>& chosen) {
+    void write_vtk_group(const State<S>& state, const StateOptions& options) {
         auto vtk = create_group(image_.id(), "VTKHDF");
         write_integers(vtk.id(), "Version", {1, 0});
         write_text(vtk.id(), "Type", "UnstructuredGrid", H5T_CSET_ASCII);
@@ -210,8 +225,8 @@ private:
         write_field(vtk.id(), "Points", state.field("position"), state.dimension);
         auto points = create_group(vtk.id(), "PointData");
         for (const auto& field : state.fields) {
-            const bool wanted = chosen.empty() || std::find(chosen.begin(), chosen.end(), field.name) != chosen.end();
-            if (wanted && field.name != "position") write_field(points.id(), field.name, field, state.dimension);
+            if (options.writes(field.name) && field.name != "position")
+                write_field(points.id(), field.name, field, state.dimension);
         }
         write_dataset<std::int64_t>(points.id(), "id", state.id, 1, {"1", 1});
         write_dataset<std::int32_t>(points.id(), "material", state.material, 1, {"1", 1});
@@ -220,10 +235,11 @@ private:
     }
 
     template <class S>
-    void write_firn_group(const State<S>& state) {
+    void write_firn_group(const State<S>& state, std::uint64_t digest) {
         auto firn_group = create_group(image_.id(), "firn");
         write_integers(firn_group.id(), "schema_version", {state_schema});
         write_integers(firn_group.id(), "dimension", {state.dimension});
+        write_unsigned(firn_group.id(), "digest", digest);
         for (const auto& attribute : state.attributes) {
             write_text(firn_group.id(), attribute.name, attribute.value, H5T_CSET_UTF8);
         }
@@ -281,7 +297,8 @@ void write_state(const std::filesystem::path& path, const State<S>& state, const
     }
     check_state(state);
     AtomicFile file(path);  // first: a path that cannot be written is known before any work
-    hdf5::naming_file(path, [&] { return detail::StateFile(state, options); }).write(file);
+    const std::uint64_t noted = digest(state, [&](std::string_view field) { return options.writes(field); });
+    hdf5::naming_file(path, [&] { return detail::StateFile(state, options, noted); }).write(file);
     file.commit();
 }
 

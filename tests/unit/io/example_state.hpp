@@ -91,6 +91,7 @@ firn::State<S> example(int dimension, std::size_t count) {
                         {"grid", "lower", "m", {-1, 0, 0.5}},
                         {"grid", "cell_size", "m", {1.0 / 128}}};
     state.attributes = {{"transfer", "APIC"}, {"kernel", "quadratic B-spline"}, {"note", ""}, {"author", "Åse"}};
+    state.tables = {{"slot", 1, {3, -1, std::numeric_limits<std::int64_t>::min()}}, {"blocks", 2, {1, 2, 3, 4}}};
     return state;
 }
 
@@ -108,7 +109,7 @@ bool same_bits(const firn::State<S>& a, const firn::State<S>& b) {
     }
     return a.dimension == b.dimension && a.step == b.step && a.time == b.time && a.dt == b.dt && a.id == b.id &&
            a.material == b.material && a.facets == b.facets && a.parameters == b.parameters &&
-           a.attributes == b.attributes;
+           a.attributes == b.attributes && a.tables == b.tables;
 }
 
 using test_support::holds;

@@ -3,10 +3,7 @@
 #include <firn/io/state_writer.hpp>
 
 #include "example_state.hpp"
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <fstream>
 #include <functional>
 #include <limits>
 
@@ -77,50 +74,6 @@ TEST_CASE("A state cut at any length is refused", "[io][state]") {
     }
 }
 
-TEST_CASE("A byte gone wrong gives an io_error, or a state of the same shape with other values", "[io][state]") {
-    const Folder folder;
-    const auto path = folder / "a.hdf";
-    const auto state = example<float>(2, 1);
-    firn::write_state(path, state);
-    const auto size = std::filesystem::file_size(path);
-    enum Outcome { all_good, wrong_shape, too_few_refused, other_exception };
-    // In a process of its own: a crash shows, and HDF5 1.10 keeps memory after a wrong checksum, of which it complains
-    // when the process ends in the usual way.
-    const pid_t child = ::fork();
-    REQUIRE(child >= 0);
-    if (child == 0) {
-        int outcome = all_good, refused = 0;
-        try {
-            std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
-            for (std::size_t at = 0; at < size; at += 5) {
-                const auto put = [&](char byte) { file.seekp(std::streamoff(at)).put(byte).flush(); };
-                const char good = char(file.seekg(std::streamoff(at)).get());
-                put(char(good ^ (at % 2 ? 1 : 0xff)));
-                try {
-                    const auto found = firn::read_state<float>(path);
-                    const bool fits = found.size() == 1 && found.fields.size() == state.fields.size() &&
-                                      found.parameters.size() == state.parameters.size() &&
-                                      found.attributes == state.attributes;
-                    if (!fits) outcome = wrong_shape;
-                } catch (const firn::io_error&) {
-                    ++refused;
-                }
-                put(good);
-            }
-            if (outcome == all_good && (refused < 1000 || !states::same_bits(firn::read_state<float>(path), state))) {
-                outcome = too_few_refused;
-            }
-        } catch (...) {
-            outcome = other_exception;
-        }
-        ::_exit(outcome);
-    }
-    int status = -1;
-    REQUIRE(::waitpid(child, &status, 0) == child);
-    REQUIRE(WIFEXITED(status));
-    CHECK(WEXITSTATUS(status) == all_good);
-}
-
 TEST_CASE("A well-formed HDF5 file that is no state, or claims what it does not hold, is refused with the reason",
           "[io][state]") {
     struct Forgery {
@@ -144,7 +97,15 @@ TEST_CASE("A well-formed HDF5 file that is no state, or claims what it does not 
         {"no 'TimeValue'", [](hid_t f) { H5Ldelete(f, "/VTKHDF/FieldData/TimeValue", H5P_DEFAULT); }},
         {"no 'parameters'", [](hid_t f) { H5Ldelete(f, "/firn/parameters", H5P_DEFAULT); }},
         {"VTKHDF Type", [](hid_t f) { H5Adelete_by_name(f, "/VTKHDF", "Type", H5P_DEFAULT); }},
-        {"schema_version is 2", [](hid_t f) { set_integer(f, "/firn", "schema_version", 2); }},
+        {"schema_version is 3", [](hid_t f) { set_integer(f, "/firn", "schema_version", 3); }},
+        {"schema_version is 0", [](hid_t f) { set_integer(f, "/firn", "schema_version", 0); }},
+        {"no digest", [](hid_t f) { H5Adelete_by_name(f, "/firn", "digest", H5P_DEFAULT); }},
+        {"'digest' is not one 64-bit unsigned integer",
+         [](hid_t f) {
+             H5Adelete_by_name(f, "/firn", "digest", H5P_DEFAULT);
+             const firn::hdf5::Group group(H5Gopen2(f, "/firn", H5P_DEFAULT), "open");
+             firn::detail::write_integers(group.id(), "digest", {1});
+         }},
         {"schema_version is missing", [](hid_t f) { H5Adelete_by_name(f, "/firn", "schema_version", H5P_DEFAULT); }},
         {"dimension is neither", [](hid_t f) { set_integer(f, "/firn", "dimension", 4); }},
         {"components in 2 dimensions", [](hid_t f) { set_integer(f, "/firn", "dimension", 2); }},
@@ -234,7 +195,8 @@ TEST_CASE("A state of 2D with points off the plane is refused, not flattened", "
     CHECK(states::holds(refusal(folder / "a.hdf"), "its row 1 has a third component 0.25"));
 }
 
-TEST_CASE("A field that another program added is read, without a unit", "[io][state]") {
+TEST_CASE("A field that another program added is read without a unit, by a reader that does not verify",
+          "[io][state]") {
     const Folder folder;
     firn::write_state(folder / "a.hdf", example<float>(3, 4));
     {
@@ -247,7 +209,8 @@ TEST_CASE("A field that another program added is read, without a unit", "[io][st
         H5Pset_fletcher32(packed.id());
         replace(file.id(), "/VTKHDF/PointData/added", {4, 2}, packed.id(), H5T_IEEE_F32BE);
     }
-    const auto field = firn::read_state<float>(folder / "a.hdf").field("added");
+    CHECK(states::holds(refusal(folder / "a.hdf"), "does not match its digest"));
+    const auto field = firn::read_state<float>(folder / "a.hdf", {.verify = false}).field("added");
     CHECK(field == firn::StateField<float>{"added", "", 2, std::vector<float>(8, 0.0f)});
 }
 
