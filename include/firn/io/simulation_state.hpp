@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/core/names.hpp>
-#include <firn/io/state.hpp>
+#include <firn/io/state_parts.hpp>
 #include <firn/lagrangian/any_force.hpp>
 #include <firn/simulation.hpp>
 #include <firn/version.hpp>
@@ -13,24 +13,6 @@
 namespace firn {
 
 namespace detail {
-
-template <class S>
-    requires std::is_arithmetic_v<S>
-std::vector<double> as_doubles(S value) {
-    return {double(value)};
-}
-template <class S, int D>
-std::vector<double> as_doubles(const Vec<S, D>& value) {
-    return {value.v, value.v + D};
-}
-
-inline std::string compiler_name() {
-#if defined(__clang__)
-    return sentence("clang ", __clang_major__, ".", __clang_minor__, ".", __clang_patchlevel__);
-#else
-    return sentence("g++ ", __GNUC__, ".", __GNUC_MINOR__, ".", __GNUC_PATCHLEVEL__);
-#endif
-}
 
 /// What must be the same for a run to go on: names of the policies and the precision.
 template <class S, class Material, class Transfer, class Force, class Kernel, class Boundary>
@@ -185,14 +167,6 @@ State<detail::precision_of_t<Materials>> state_of(Simulation<D, Materials, Polic
 
 namespace detail {
 
-/// The values of a parameter that state_of() writes.
-template <class S>
-std::vector<double> parameter_values(const State<S>& state, const char* group, const char* name) {
-    for (const StateParameter& p : state.parameters)
-        if (p.group == group && p.name == name && !p.values.empty()) return p.values;
-    throw io_error(sentence("The state does not say ", group, "/", name, "; it was not written by state_of()."));
-}
-
 /// The first id that no particle has had, at most 2³² − 1.
 template <class S>
 std::int64_t next_id(const State<S>& state) {
@@ -205,16 +179,7 @@ std::int64_t next_id(const State<S>& state) {
 /// \throws io_error if the state was made by other policies, in another precision or dimension, or another domain
 template <class S, int D>
 void check_same_run(const State<S>& state, const std::vector<StateAttribute>& ours, const Domain<D>& domain) {
-    if (state.dimension != D)
-        throw io_error(sentence("The state has ", state.dimension, " dimensions, the simulation ", D, "."));
-    for (const StateAttribute& mine : ours) {
-        const auto same = [&](const StateAttribute& a) { return a.name == mine.name; };
-        const auto theirs = std::find_if(state.attributes.begin(), state.attributes.end(), same);
-        const std::string found = theirs == state.attributes.end() ? "nothing" : "'" + theirs->value + "'";
-        if (found != "'" + mine.value + "'")
-            throw io_error(sentence("The state says ", found, " for ", mine.name, ", the simulation uses '", mine.value,
-                                    "'. Go on with a simulation of the same policies and precision."));
-    }
+    check_same_policies(state, D, ours);
     if (parameter_values(state, "grid", "lower") != as_doubles(domain.lower) ||
         parameter_values(state, "grid", "upper") != as_doubles(domain.upper) ||
         parameter_values(state, "grid", "cell_size") != as_doubles(domain.cell_size) ||
@@ -224,37 +189,7 @@ void check_same_run(const State<S>& state, const std::vector<StateAttribute>& ou
             "The state was made in another domain or with other cells than the simulation's. Give the same.");
 }
 
-inline const StateTable& table(const std::vector<StateTable>& tables, const char* name, int columns) {
-    for (const StateTable& t : tables)
-        if (t.name == name && t.columns == columns) return t;
-    throw io_error(sentence("The state has no table '", name, "' of ", columns,
-                            " columns; it was not written by state_of() and cannot be continued."));
-}
-
 }  // namespace detail
-
-/// Sets a policy's parameters to those of a state's group: boundaries that moved go back to where they were.
-///
-///     restore_parameters(simulation.boundary, state, "boundary");
-///
-/// \throws io_error if the state lacks one, or has another number of values for it; the policy is then as it was
-template <class Policy, class S>
-void restore_parameters(Policy& policy, const State<S>& state, const char* group) {
-    Policy restored = policy;
-    for_parameters(restored, [&](const std::string& name, const char*, auto& value) {
-        const std::vector<double> values = detail::parameter_values(state, group, name.c_str());
-        if (values.size() != detail::as_doubles(value).size())
-            throw io_error(sentence("The state has ", values.size(), " values for ", group, "/", name,
-                                    "; the simulation's policy needs ", detail::as_doubles(value).size(), "."));
-        using Value = std::remove_cvref_t<decltype(value)>;
-        if constexpr (std::is_arithmetic_v<Value>)
-            value = Value(values[0]);
-        else
-            for (std::size_t i = 0; i < values.size(); ++i)
-                value[int(i)] = std::remove_cvref_t<decltype(value[0])>(values[i]);
-    });
-    policy = restored;
-}
 
 /// Goes on from a state: `simulation` must have been made with the same policies, domain and material; it takes over
 /// particles, time and steps (not gravity, boundary, forces or the time step, which are the program's;
