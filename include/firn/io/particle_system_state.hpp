@@ -113,15 +113,12 @@ public:
         });
         read_colours(moment.constraints);
         read_emitters(moment.emitters);
-        const auto& tables = state_.tables;
-        if (std::ranges::any_of(tables, [](const StateTable& table) { return table.name == "impulses"; })) {
-            moment.impulses.emplace();
-            for_rows("impulses", 1 + int(Numbers::count), [&](const std::int64_t* row) {
-                const auto ids = std::bit_cast<std::uint64_t>(row[0]);
-                moment.impulses->push_back({{std::uint32_t(ids >> 32), std::uint32_t(ids)}, Numbers::back(row + 1)});
-                if (moment.impulses->back().ids[0] >= next_id_) throw damaged("impulses");
-            });
-        }
+        if (whole("impulses", 1) == 1) moment.impulses.emplace();
+        for_rows("impulses", 1 + int(Numbers::count), [&](const std::int64_t* row) {
+            const auto ids = std::bit_cast<std::uint64_t>(row[0]);
+            if (!moment.impulses || ids >> 32 >= next_id_) throw damaged("impulses");
+            moment.impulses->push_back({{std::uint32_t(ids >> 32), std::uint32_t(ids)}, Numbers::back(row + 1)});
+        });
         return moment;
     }
 
@@ -268,12 +265,14 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
         state.parameters.push_back({"system", name, unit, std::move(values)});
     };
     const ConstraintHistory constraints = system.constraints.history();
+    const auto kept = system.collisions ? system.collisions->kept() : std::nullopt;
     parameter("gravity", "m/s^2", detail::as_doubles(system.gravity));
     parameter("damping", "1/s", {system.damping});
     parameter("iterations", "1", {double(system.iterations)});
     parameter("restitution", "1", {system.restitution});
     parameter("next_id", "1", {double(points.next_id())});
     parameter("constraints", "1", {double(constraints.added)});
+    parameter("impulses", "1", {kept ? 1.0 : 0.0});
 
     const std::vector<std::uint8_t>& colours = constraints.colours;
     StateTable packed{"constraint_colours", 1, {}};
@@ -293,18 +292,16 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
     for (const double each : points.end) end.values.push_back(std::bit_cast<std::int64_t>(each));
     StateTable torn{"torn", 2, {}};
     for (const Torn& ends : system.torn()) torn.values.insert(torn.values.end(), ends.begin(), ends.end());
-    state.tables = {std::move(packed), std::move(gone), std::move(emitted), std::move(emitters), std::move(end)};
-    if (const auto kept = system.collisions ? system.collisions->kept() : std::nullopt) {
-        using Numbers = detail::WholeNumbers<S, std::size_t(D) + 1>;
-        StateTable impulses{"impulses", 1 + int(Numbers::count), {}};
+    using Numbers = detail::WholeNumbers<S, std::size_t(D) + 1>;
+    StateTable impulses{"impulses", 1 + int(Numbers::count), {}};  // two ids, then the numbers
+    if (kept)
         for (const KeptImpulse<S, D>& each : *kept) {
             impulses.values.push_back(std::bit_cast<std::int64_t>(std::uint64_t(each.ids[0]) << 32 | each.ids[1]));
             const auto numbers = Numbers::of(each.numbers);
             impulses.values.insert(impulses.values.end(), numbers.begin(), numbers.end());
         }
-        state.tables.push_back(std::move(impulses));
-    }
-    state.tables.push_back(std::move(torn));
+    state.tables = {std::move(packed), std::move(gone),     std::move(emitted), std::move(emitters),
+                    std::move(end),    std::move(impulses), std::move(torn)};
     return state;
 }
 
