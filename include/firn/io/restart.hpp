@@ -9,16 +9,6 @@
 
 namespace firn {
 
-/// From which states a run may go on.
-enum class Restart {
-    same_bits,    ///< of the same run and build: every further step gives the bits of the run that wrote the state
-    other_build,  ///< of the same run: another compiler, processor or firn wrote it, whose roundings were others
-    /// Of any run whose particles have what the material needs, in any precision: particles are taken over with their
-    /// ids, velocities and states, and time and steps; all else (domain, boundary, gravity, …) is the program's. Where
-    /// the state has no affine_velocity, it is 0.
-    converted
-};
-
 namespace detail {
 
 [[noreturn]] inline void throw_damaged(const std::string& what) {
@@ -200,9 +190,7 @@ template <std::size_t I, class Simulation, class T>
 void check_same_run(const Simulation& simulation, const State<T>& state, Restart how) {
     check_same(state, policies_of<I>(simulation),
                "Go on with a simulation of the same policies and precision, or ask for Restart::converted.");
-    if (how == Restart::same_bits)
-        check_same(state, build_attributes(),
-                   "Another build rounds otherwise: if that is as good, ask for Restart::other_build.");
+    if (how == Restart::same_bits) check_same_build(state);
     const auto& domain = simulation.domain();
     if (parameter_values(state, "grid", "lower") != as_doubles(domain.lower) ||
         parameter_values(state, "grid", "upper") != as_doubles(domain.upper) ||
@@ -230,6 +218,8 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
 /// most_steps_between_sorts; what shall be otherwise is set afterwards. The number of threads is the program's.
 ///
 /// With several materials: once for each, with the states of one moment.
+/// With Restart::converted only particles with their ids, velocities and states are taken over, and time and steps; all
+/// else (domain, boundary, gravity, …) is the program's. Where the state has no affine_velocity, it is 0.
 /// \tparam I   of which of the simulation's materials
 /// \param how  what is asked of the state
 /// \throws io_error  naming what differs, is missing or is damaged; the simulation is then as it was
@@ -240,8 +230,7 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
              Restart how = Restart::same_bits) {
     using S = detail::precision_of_t<Materials>;
     using Material = std::remove_cvref_t<decltype(simulation.template material<I>())>;
-    if (state.dimension != D)
-        throw io_error(sentence("The state has ", state.dimension, " dimensions, the simulation ", D, "."));
+    detail::check_dimension(state, D);
     if (how != Restart::converted) detail::check_same_run<I>(simulation, state, how);
 
     const detail::ParticlesOfState<S, D, material_state_t<Material, D>, T> read(state);

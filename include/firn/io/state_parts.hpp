@@ -1,4 +1,4 @@
-/// \file What states of all kinds of runs share: parameters as numbers, tables by name, whether a run is the same.
+/// \file What states of all kinds of runs share: parameters as numbers, tables by name, who wrote them.
 #pragma once
 
 #include <firn/core/parameters.hpp>
@@ -11,6 +11,13 @@
 #include <vector>
 
 namespace firn {
+
+/// From which states a run may go on.
+enum class Restart {
+    same_bits,    ///< of the same run and build: every further step gives the bits of the run that wrote the state
+    other_build,  ///< of the same run: another compiler, processor or firn wrote it, whose roundings were others
+    converted     ///< of any run whose particles have what the material needs, in any precision
+};
 
 namespace detail {
 
@@ -66,6 +73,14 @@ inline std::vector<StateAttribute> build_attributes() {
     return {{"library_version", version()}, {"compiler", compiler_name()}, {"instruction_set", instruction_set()}};
 }
 
+/// \throws io_error unless it has so many dimensions
+template <class S>
+void check_dimension(const State<S>& state, int dimension) {
+    if (state.dimension != dimension)
+        throw io_error(
+            sentence("The state has ", state.dimension, " dimensions, the run that is to go on ", dimension, "."));
+}
+
 /// \throws io_error if the state says something else for one of these, or nothing
 template <class S>
 void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, const char* advice) {
@@ -77,6 +92,13 @@ void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, 
             throw io_error(
                 sentence("The state says ", found, " for ", mine.name, "; this run has '", mine.value, "'. ", advice));
     }
+}
+
+/// \throws io_error if another build wrote the state
+template <class S>
+void check_same_build(const State<S>& state) {
+    check_same(state, build_attributes(),
+               "Another build rounds otherwise: if that is as good, ask for Restart::other_build.");
 }
 
 /// The values of a parameter that state_of() writes.

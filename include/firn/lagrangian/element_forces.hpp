@@ -13,14 +13,27 @@ namespace firn {
 
 namespace detail {
 
-/// Does an element have both ends of one of the torn links among its corners?
-template <std::size_t K>
-bool holds_torn(const std::array<std::uint32_t, K>& corners, std::span<const Torn> torn) {
-    const auto has = [&](std::uint32_t point) {
-        return std::find(corners.begin(), corners.end(), point) != corners.end();
-    };
-    return std::any_of(torn.begin(), torn.end(), [&](const Torn& ends) { return has(ends[0]) && has(ends[1]); });
-}
+/// Torn links, to be found by their ends.
+class TornLinks {
+public:
+    explicit TornLinks(std::span<const Torn> torn) : links_(torn.begin(), torn.end()) {
+        for (Torn& ends : links_) std::sort(ends.begin(), ends.end());
+        std::sort(links_.begin(), links_.end());
+    }
+
+    /// Does an element have both ends of one of them among its corners?
+    template <std::size_t K>
+    bool are_in(std::array<std::uint32_t, K> corners) const {
+        std::sort(corners.begin(), corners.end());
+        for (std::size_t a = 0; a < K; ++a)
+            for (std::size_t b = a + 1; b < K; ++b)
+                if (std::binary_search(links_.begin(), links_.end(), Torn{corners[a], corners[b]})) return true;
+        return false;
+    }
+
+private:
+    std::vector<Torn> links_;
+};
 
 }  // namespace detail
 
@@ -105,7 +118,8 @@ public:
     }
     /// Takes out the elements that have both ends of a torn link among their corners.
     void tear(std::span<const Torn> torn) {
-        keep_if([&](Corners& corners) { return !detail::holds_torn(corners, torn); });
+        const detail::TornLinks links(torn);
+        keep_if([&](const Corners& corners) { return !links.are_in(corners); });
     }
 
 private:

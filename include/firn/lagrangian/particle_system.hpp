@@ -26,6 +26,19 @@ struct NetOptions {
     std::uint32_t group = 0;          ///< \see PointMass
 };
 
+/// All that steps change about a system, but for its boundary.
+template <std::floating_point S, int D>
+struct SystemMoment {
+    PointMasses<S, D> points;
+    std::vector<Facet<D>> facets;  ///< by places
+    std::vector<Torn> torn;        ///< by places
+    ConstraintHistory constraints;
+    std::vector<EmitterHistory> emitters;
+    std::optional<std::vector<KeptImpulse<S, D>>> impulses;  ///< see Collisions::kept
+    double time = 0;                                         ///< [s]
+    std::uint64_t steps = 0;
+};
+
 /// \tparam D           2 or 3
 /// \tparam S           float or double
 /// \tparam Integrator  SymplecticEuler or Verlet
@@ -72,15 +85,16 @@ public:
                                            options.masses.size(), " masses; give one for each, or one for all."));
         for (const Facet<D>& facet : net.facets)
             for (const std::uint32_t corner : facet) detail::point_of(net, corner);
+        const auto point = [&](std::size_t i) {
+            return PointMass<D>{.position = net.positions[i],
+                                .velocity = velocity,
+                                .mass = options.masses.empty() ? options.mass : options.masses[i],
+                                .radius = options.radius,
+                                .group = options.group};
+        };
+        for (std::size_t i = 0; i < net.positions.size(); ++i) points.check(point(i), points.next_id() + i);
         const std::size_t first = points.size();
-        PointMasses<S, D> with = points;
-        for (std::size_t i = 0; i < net.positions.size(); ++i)
-            with.add({.position = net.positions[i],
-                      .velocity = velocity,
-                      .mass = options.masses.empty() ? options.mass : options.masses[i],
-                      .radius = options.radius,
-                      .group = options.group});
-        points = std::move(with);
+        for (std::size_t i = 0; i < net.positions.size(); ++i) points.add(point(i));
         for (Facet<D> facet : net.facets) {
             for (std::uint32_t& corner : facet) corner = detail::moved_place(corner, first);
             facets.push_back(facet);
@@ -116,6 +130,7 @@ public:
         if (collisions) collisions->renumber(new_place);
         for (auto& force : forces_) force.renumber(new_place);
         std::erase_if(facets, [&](Facet<D>& facet) { return !detail::renumbered(facet, new_place); });
+        std::erase_if(torn_, [&](Torn& ends) { return !detail::renumbered(ends, new_place); });
         largest_step_ = 0;
         return new_place.size() - points.size();
     }
@@ -161,6 +176,54 @@ public:
             throw parameter_error(sentence("The time to advance is ", duration, " s; it must not be negative."));
         const auto count = std::uint64_t(std::ceil(duration / dt * (1 - 1e-12)));
         for (std::uint64_t i = 0; i < count; ++i) step(duration / double(count));
+    }
+
+    /// The torn links between points that there still are, by places.
+    const std::vector<Torn>& torn() const { return torn_; }
+
+    /// Goes on from a moment of another run, to the same bits: this system was made as that one, up to its first step.
+    /// \throws usage_error      when it has taken a step
+    /// \throws parameter_error  where the moment is not one of such a run; nothing has changed then
+    void resume(SystemMoment<S, D> moment) {
+        if (steps_ > 0)
+            throw usage_error(sentence("The system has taken ", steps_,
+                                       " steps; go on from a moment of another run before the first."));
+        const std::size_t count = moment.points.size();
+        const std::vector<std::uint32_t> new_place = places_in(moment.points);
+        for (const Torn& ends : moment.torn)
+            if (std::max(ends[0], ends[1]) >= count)
+                throw parameter_error(sentence("A torn link names point ", std::max(ends[0], ends[1]), "; there are ",
+                                               count, ", counted from 0."));
+        DistanceConstraints<S, D> resumed_constraints = constraints;
+        resumed_constraints.resume(moment.constraints, new_place, count);
+        std::optional<Collisions<S, D>> resumed_collisions = collisions;
+        if (moment.impulses && !collisions)
+            throw parameter_error("In the run that is to go on points collided; let those of this system collide.");
+        if (collisions) {
+            resumed_collisions->renumber(new_place);
+            resumed_collisions->resume(moment.impulses);
+        }
+        if (moment.emitters.size() != emitters_.size())
+            throw parameter_error(sentence("The run that is to go on had ", moment.emitters.size(),
+                                           " emitters, this system has ", emitters_.size(), ". Add the same."));
+        std::vector<Emitter<D>> resumed_emitters = emitters_;
+        for (std::size_t k = 0; k < emitters_.size(); ++k)
+            resumed_emitters[k].resume(moment.emitters[k], moment.time, moment.steps > 0);
+        const auto resume_forces = [&](std::span<detail::AnyForce<S, D>> forces) {
+            for (auto& force : forces) force.renumber(new_place), force.tear(moment.torn);
+        };
+        std::vector<detail::AnyForce<S, D>> rehearsal = forces_;  // that may throw, and the program may hold the others
+        resume_forces(rehearsal);
+        resume_forces(forces_);
+        points = std::move(moment.points);
+        facets = std::move(moment.facets);
+        torn_ = std::move(moment.torn);
+        constraints = std::move(resumed_constraints);
+        collisions = std::move(resumed_collisions);
+        emitters_ = std::move(resumed_emitters);
+        time_ = moment.time;
+        steps_ = moment.steps;
+        largest_step_ = 0;
     }
 
 private:
@@ -253,12 +316,33 @@ private:
         const std::vector<Torn> torn = constraints.torn(points.position);
         if (torn.empty()) return;
         for (auto& force : forces_) force.tear(torn);
-        std::erase_if(facets, [&](const Facet<D>& facet) { return detail::holds_torn(facet, std::span(torn)); });
+        const detail::TornLinks links(torn);
+        std::erase_if(facets, [&](const Facet<D>& facet) { return links.are_in(facet); });
+        torn_.insert(torn_.end(), torn.begin(), torn.end());
         largest_step_ = 0;
+    }
+
+    /// Where in a later moment the points are that this system has now.
+    std::vector<std::uint32_t> places_in(const PointMasses<S, D>& later) const {
+        std::vector<std::uint32_t> places(points.size(), no_particle);
+        std::size_t known = 0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const auto found = std::lower_bound(later.id.begin(), later.id.end(), points.id[i]);
+            if (found == later.id.end() || *found != points.id[i]) continue;
+            places[i] = std::uint32_t(found - later.id.begin());
+            ++known;
+        }
+        const auto born = later.id.end() - std::lower_bound(later.id.begin(), later.id.end(), points.next_id());
+        if (later.next_id() < points.next_id() || known + std::size_t(born) != later.size())
+            throw parameter_error(sentence("The run that is to go on has given out ", later.next_id(),
+                                           " ids of points; this system has given out ", points.next_id(),
+                                           " before its first step, or others are there. Add the same points."));
+        return places;
     }
 
     std::vector<Emitter<D>> emitters_;
     std::vector<detail::AnyForce<S, D>> forces_;
+    std::vector<Torn> torn_;
     aligned_vector<Vec<S, D>> force_, moved_;
     double time_ = 0, largest_step_ = 0, warned_ratio_ = 1;
     std::uint64_t steps_ = 0;
