@@ -41,28 +41,40 @@ void say_last_states(int states, const Finish& finish, const std::vector<std::fi
     std::cerr << std::endl;
 }
 
-/// Runs the schedule. The first state is written before the first step, the last after the last; at the end a picture.
-/// Ctrl-C (or SIGTERM) ends the run early, with a state and a picture of where it is. A step that throws ends it with
-/// the states before, the last of them named.
+/// What of a run has been done before.
+struct Begun {
+    std::int64_t steps = 0;
+    int states = 0;  ///< in its series
+};
+
+/// Runs the schedule, or the rest of it. The first state is written before the first step, the last after the last; at
+/// the end a picture. Ctrl-C (or SIGTERM) ends the run early, with a state and a picture of where it is. A step that
+/// throws ends it with the states before, the last of them named.
+/// \param begun    after a restart; else nothing
 /// \param write    writes a state
 /// \param finish   returns when all states are on disk
 /// \param step     makes a step
 /// \param picture  the picture at the end
 /// \param series   the lists of the states, which ParaView opens
 template <class Write, class Finish, class Step, class Picture>
-void run_schedule(const Options& options, std::int64_t particles, const Write& write, const Finish& finish,
-                  const Step& step, const Picture& picture, const std::vector<std::filesystem::path>& series) {
+void run_schedule(const Options& options, std::int64_t particles, const Begun& begun, const Write& write,
+                  const Finish& finish, const Step& step, const Picture& picture,
+                  const std::vector<std::filesystem::path>& series) {
     std::cout << options.name << ": " << particles << " particles, " << options.schedule.steps << " steps, "
               << options.threads << (options.threads == 1 ? " thread" : " threads") << std::endl;
-    int states = 0;
+    int states = begun.states;
     const auto write_one = [&] {
         write();
         ++states;
     };
-    write_one();
+    if (states == 0)
+        write_one();
+    else
+        std::cout << "going on after step " << begun.steps << std::endl;
     const firn::Interruption interruption;
     Progress progress(options.schedule.steps, particles);
-    for (std::int64_t done = 1; done <= options.schedule.steps; ++done) {
+    progress.advance(begun.steps);
+    for (std::int64_t done = begun.steps + 1; done <= options.schedule.steps; ++done) {
         try {
             step();
         } catch (...) {
