@@ -13,6 +13,7 @@
 #include <firn/exec/transfer_passes.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
+#include <firn/material/check.hpp>
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/simulation/blow_up.hpp>
 #include <firn/simulation/material_set.hpp>
@@ -52,12 +53,14 @@ public:
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;
 
     /// \param walls  without them, walls on all faces that let go, if the boundary is Walls; others must be given
-    /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells
+    /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells; if a parameter of
+    ///         the material is out of range. \see check_material
     explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
         : Simulation(domain, material, how, default_boundary(domain)) {}
     Simulation(const Domain<D>& domain, const Material& material, const Execution& how, const Boundary& walls)
         : boundary(walls), execution(how), grid_(domain), sets_(Make::make(List(material), domain)) {
         gravity[1] = -9.81;
+        for_sets([](const auto& set) { check_material<D>(set.material); });
     }
 
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
@@ -317,6 +320,7 @@ public:
 
 private:
     static Boundary default_boundary(const Domain<D>& domain) {
+        check(domain);
         if constexpr (std::same_as<Boundary, Walls<S, D>>) {
             auto walls = Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
             for (std::size_t a = 0; a < std::size_t(D); ++a)

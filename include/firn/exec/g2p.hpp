@@ -5,6 +5,7 @@
 #include <firn/exec/gather.hpp>
 #include <firn/exec/parallel.hpp>
 #include <firn/exec/wrong_particles.hpp>
+#include <firn/material/check.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/concept.hpp>
@@ -31,6 +32,12 @@ struct PassReport {
 
 [[noreturn]] inline void throw_wrong(const WrongParticles& wrong, const char* cause) {
     throw particle_error(wrong.text() + " " + cause);
+}
+
+/// \throws parameter_error  unless the step [s] is finite and not negative
+inline void check_step(double dt) {
+    if (!(dt >= 0) || !std::isfinite(dt))
+        throw parameter_error(sentence("The time step is ", dt, " s; it must be finite and not negative."));
 }
 
 /// Not finite if a number of the stress, or of the state that it comes from, is not. What is not finite in F is so in
@@ -295,6 +302,8 @@ template <class Kernel, class Transfer, class Force, class Execution, class Mate
 G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>& view,
               const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material, double dt,
               const Transfer& transfer = {}) {
+    check_material<D>(material);
+    detail::check_step(dt);
     const auto pass =
         detail::g2p_pass<Kernel, Transfer, Force>(execution, view, partition, grid, material, dt, transfer);
     if (!pass.right)
@@ -314,6 +323,7 @@ G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>
 template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
 G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Field, State>& view,
                         const BlockPartition<D>& partition, const Material& material, double cell_size) {
+    check_material<D>(material);
     const auto pass = detail::update_stress_pass(execution, view, partition, material, cell_size);
     if (!pass.right)
         detail::throw_wrong(detail::wrong_particles<D>(view, partition, nullptr, cell_size, material, 0),

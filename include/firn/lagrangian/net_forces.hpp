@@ -6,6 +6,7 @@
 #include <firn/lagrangian/membrane.hpp>
 #include <firn/lagrangian/spring.hpp>
 #include <firn/lagrangian/surface.hpp>
+#include <firn/material/check.hpp>
 
 #include <cmath>
 
@@ -101,6 +102,7 @@ AerodynamicSurface<S, D> aerodynamic_surface_of(const Net<D>& net, const Aerodyn
 template <class Material>
 Membranes<Material> membranes_of(const Net<3>& net, const Material& material, double thickness, std::size_t first = 0) {
     using S = material_scalar_t<Material>;
+    check_material<2>(material);
     if (!(thickness > 0) || !std::isfinite(thickness))
         throw parameter_error(sentence("A membrane is ", thickness, " m thick; it must be positive."));
     Membranes<Material> membranes(Membrane<Material>{material});
