@@ -34,12 +34,6 @@ struct PassReport {
     throw particle_error(wrong.text() + " " + cause);
 }
 
-/// \throws parameter_error  unless the step [s] is finite and not negative
-inline void check_step(double dt) {
-    if (!(dt >= 0) || !std::isfinite(dt))
-        throw parameter_error(sentence("The time step is ", dt, " s; it must be finite and not negative."));
-}
-
 /// Not finite if a number of the stress, or of the state that it comes from, is not. What is not finite in F is so in
 /// the trace; a flow need not be.
 template <class Material, class P, int D>
@@ -207,6 +201,7 @@ PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, 
                     double dt, const Transfer& transfer) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
     if constexpr (requires { transfer.check(); }) transfer.check();
+    grid.require_active(partition);
     if (blends_velocities<Transfer> && !grid.layer(1))
         throw usage_error(
             "This transfer blends with the velocities that nodes had before forces acted, and the grid does "

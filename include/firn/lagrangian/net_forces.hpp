@@ -52,11 +52,7 @@ struct SpringOptions {
     double damping = 0;    ///< k_d [N s/m]
 
     /// \throws parameter_error  unless both are finite and not negative
-    void check() const {
-        if (!(stiffness >= 0) || !std::isfinite(stiffness) || !(damping >= 0) || !std::isfinite(damping))
-            throw parameter_error(sentence("A spring of stiffness ", stiffness, " N/m and damping ", damping,
-                                           " N s/m: both must be finite and not negative."));
-    }
+    void check() const { detail::check_spring(stiffness, damping); }
 };
 using SpringsOfKinds = std::array<SpringOptions, link_kinds>;  ///< by LinkKind
 

@@ -55,7 +55,8 @@ public:
     double restitution = 0;        ///< of points at the boundary, Newton's e, from 0 to 1 [1]
     int threads = 0;               ///< 0: as many as OpenMP would use
     std::vector<Facet<D>> facets;  ///< the surface, by places of points: for output; torn with the constraints
-    /// Takes warnings: a time step above the bound of the forces. By default they go to std::cerr.
+    /// Takes warnings: a time step above the bound of the forces. By default they go to std::cerr;
+    /// empty: nowhere.
     std::function<void(const std::string&)> warn = [](const std::string& text) {
         std::cerr << "firn: " << text << '\n';
     };
@@ -101,8 +102,9 @@ public:
     /// \throws parameter_error  if a number is out of range
     void add_emitter(const Emitter<D>& emitter) {
         emitter.check();
-        emitters_.push_back(emitter);
-        if (steps_ > 0) emitters_.back().skip(time_);
+        Emitter<D> added = emitter;
+        if (steps_ > 0) added.skip(time_);
+        emitters_.push_back(std::move(added));
     }
     const std::vector<Emitter<D>>& emitters() const { return emitters_; }
 
@@ -183,11 +185,12 @@ private:
         if (largest_step_ == 0 || steps_ % 64 == 0) largest_step_ = stable_time_step();
         if (dt < largest_step_ * warned_ratio_) return;
         warned_ratio_ = 1.2 * dt / largest_step_;
-        warn(sentence("the time step of ", dt, " s is ", dt / largest_step_, " times the bound of ", largest_step_,
-                      " s of the springs and dampers at step ", steps_, "; points may fly apart."));
+        if (warn)
+            warn(sentence("the time step of ", dt, " s is ", dt / largest_step_, " times the bound of ", largest_step_,
+                          " s of the springs and dampers at step ", steps_, "; points may fly apart."));
     }
 
-    static FIRN_INLINE S total(const Vec<S, D>& a) {
+    FIRN_INLINE static S total(const Vec<S, D>& a) {
         S sum = a[0];
         unroll<D - 1>([&](auto i) FIRN_LAMBDA { sum += a[i + 1]; });
         return sum;
