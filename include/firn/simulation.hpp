@@ -13,6 +13,7 @@
 #include <firn/exec/transfer_passes.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
+#include <firn/material/check.hpp>
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/simulation/blow_up.hpp>
 #include <firn/simulation/material_set.hpp>
@@ -53,12 +54,14 @@ public:
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;
 
     /// \param walls  without them, walls on all faces that let go, if the boundary is Walls; others must be given
-    /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells
+    /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells; if a parameter of
+    ///         the material is out of range. \see check_material
     explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
         : Simulation(domain, material, how, default_boundary(domain)) {}
     Simulation(const Domain<D>& domain, const Material& material, const Execution& how, const Boundary& walls)
         : boundary(walls), execution(how), grid_(domain), sets_(Make::make(List(material), domain)) {
         gravity[1] = -9.81;
+        for_sets([](const auto& set) { check_material<D>(set.material); });
     }
 
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
@@ -71,7 +74,7 @@ public:
     /// Particles are sorted when one may leave the reach of its block; and whenever the number of steps is a multiple
     /// of this, unless it is 0.
     std::uint64_t most_steps_between_sorts = 0;
-    /// Takes warnings: a fixed time step above the bound. By default they go to std::cerr.
+    /// Takes warnings: a fixed time step above the bound. By default they go to std::cerr; empty: nowhere.
     std::function<void(const std::string&)> warn = [](const std::string& text) {
         std::cerr << "firn: " << text << '\n';
     };
@@ -123,8 +126,10 @@ public:
 
     /// Changes the states of a body's particles: change(position [m], state of the material). The next step computes
     /// their stress anew.
+    /// \throws parameter_error  if there is no such body
     template <std::size_t I = 0, class Change>
     void set_states(const Body& body, const Change& change) {
+        std::get<I>(sets_).check_body(body);
         auto& particles = edit_particles<I>();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot) || !body.holds(particles.id(slot))) continue;
@@ -186,9 +191,11 @@ public:
     /// from 0 in the order they were added, have no radius, and positions in S. Their stiffness bounds the time step.
     /// What joined particles that are taken out is gone with them.
     /// \return the force as it is kept: its parameters may be changed
+    /// \throws parameter_error  if there is no such body
     /// \see element_forces.hpp
     template <std::size_t I = 0, class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
+        std::get<I>(sets_).check_body(body);
         auto& forces = std::get<I>(sets_).forces;
         forces.emplace_back(body, detail::AnyForce<S, D>(std::move(force)));
         return forces.back().force().template as<BetweenPoints>();
@@ -203,9 +210,9 @@ public:
     template <std::size_t I = 0>
     void add_source(const Source<D>& source) {
         source.check();
-        auto& sources = std::get<I>(sets_).sources;
-        sources.push_back(source);
-        if (steps_ > 0) sources.back().skip(time_);
+        Source<D> added = source;
+        if (steps_ > 0) added.skip(time_);
+        std::get<I>(sets_).sources.push_back(std::move(added));
     }
     template <class M>
     void add_source(const Source<D>& source) {
@@ -223,9 +230,13 @@ public:
         add_sink<place_of<M>>(sink);
     }
     /// Pushes the particles of a body, in every step from now on: force(position [m], time [s]) on each [N].
+    /// \throws parameter_error  if there is no such body, or the force is an empty function
     template <std::size_t I = 0, class OfParticle>
     void add_load(const Body& body, const OfParticle& force) {
-        std::get<I>(sets_).loads.push_back({body, force});
+        Load<D> load{body, force};
+        if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
+        std::get<I>(sets_).check_body(body);
+        std::get<I>(sets_).loads.push_back(std::move(load));
     }
     template <class M, class OfParticle>
     void add_load(const Body& body, const OfParticle& force) {
@@ -324,6 +335,7 @@ public:
 
 private:
     static Boundary default_boundary(const Domain<D>& domain) {
+        check(domain);
         if constexpr (std::same_as<Boundary, Walls<S, D>>) {
             auto walls = Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
             for (std::size_t a = 0; a < std::size_t(D); ++a)
@@ -347,6 +359,9 @@ private:
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
         detail::check_acceleration<D>(acceleration);
+        if (!(time_ + dt > time_) || !std::isfinite(time_ + dt))
+            throw parameter_error(sentence("A step of ", dt, " s leads nowhere from the time of ", time_,
+                                           " s: it must be positive and finite, and not vanish beside the time."));
         if constexpr (requires { transfer.check(); }) transfer.check();
         static_cast<void>(lift<native_pack<S>>(boundary));  // it looks at its parameters, before anything is changed
         restored_.fill(false);
@@ -441,9 +456,9 @@ private:
             return;
         }
         if (!set.checked)
-            check_positions<double, D>(particles.slots(), domain(), [&](std::size_t i, int a) {
-                return particles.is_particle(i) ? particles.exact_position(i)[a] : domain().lower[a];
-            });
+            check_positions<double, D>(
+                particles.slots(), domain(), [&](std::size_t i, int a) { return particles.exact_position(i)[a]; },
+                [&](std::size_t i) { return particles.id(i); });
         set.checked = true;
         sort(set);
         const auto pass = detail::update_stress_pass(execution, set.particles.view(), set.partition, set.material,
@@ -494,8 +509,9 @@ private:
     void warn_of(double ratio) {
         if (ratio < 1.2 * warned_ratio_) return;
         warned_ratio_ = ratio;
-        warn(sentence("the fixed time step of ", fixed_time_step, " s is ", ratio, " times the bound of ",
-                      fixed_time_step / ratio, " s at step ", steps_, "; the simulation may become unstable."));
+        if (warn)
+            warn(sentence("the fixed time step of ", fixed_time_step, " s is ", ratio, " times the bound of ",
+                          fixed_time_step / ratio, " s at step ", steps_, "; the simulation may become unstable."));
     }
 
     /// Part of the largest step of the forces between particles that a step may take: stiffness changes with strain.

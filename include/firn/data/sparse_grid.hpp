@@ -37,6 +37,13 @@ public:
         return neighbours_.data() + (partition.first_row + r) * neighbour_count;
     }
 
+    /// \throws usage_error  unless the grid was activated for a partition of so many ranges
+    void require_active(const BlockPartition<D>& partition) const {
+        if ((partition.first_row + partition.ranges.size()) * neighbour_count > neighbours_.size())
+            throw usage_error(sentence("The grid has no nodes for a partition of ", partition.ranges.size(),
+                                       " ranges. Call activate() after particles were sorted, for all sets at once."));
+    }
+
     /// Makes room for every node that particles of the partition can reach before they are sorted again: the blocks of
     /// the partition and their neighbours, in the order of their keys. Contents are lost.
     void activate(const BlockPartition<D>& partition) {

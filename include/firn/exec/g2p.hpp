@@ -5,6 +5,7 @@
 #include <firn/exec/gather.hpp>
 #include <firn/exec/parallel.hpp>
 #include <firn/exec/wrong_particles.hpp>
+#include <firn/material/check.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/concept.hpp>
@@ -200,6 +201,7 @@ PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, 
                     double dt, const Transfer& transfer) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
     if constexpr (requires { transfer.check(); }) transfer.check();
+    grid.require_active(partition);
     if (blends_velocities<Transfer> && !grid.layer(1))
         throw usage_error(
             "This transfer blends with the velocities that nodes had before forces acted, and the grid does "
@@ -295,6 +297,8 @@ template <class Kernel, class Transfer, class Force, class Execution, class Mate
 G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>& view,
               const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material, double dt,
               const Transfer& transfer = {}) {
+    check_material<D>(material);
+    detail::check_step(dt);
     const auto pass =
         detail::g2p_pass<Kernel, Transfer, Force>(execution, view, partition, grid, material, dt, transfer);
     if (!pass.right)
@@ -314,6 +318,7 @@ G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>
 template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
 G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Field, State>& view,
                         const BlockPartition<D>& partition, const Material& material, double cell_size) {
+    check_material<D>(material);
     const auto pass = detail::update_stress_pass(execution, view, partition, material, cell_size);
     if (!pass.right)
         detail::throw_wrong(detail::wrong_particles<D>(view, partition, nullptr, cell_size, material, 0),

@@ -122,8 +122,15 @@ public:
     }
 
     /// Moves points towards the distances they keep.
-    /// \throws parameter_error  if a constraint names a point that is not there, or the tear factor is not above 1
+    /// \throws parameter_error  if a constraint names a point that is not there, the tear factor is not above 1, the
+    ///                          step not positive, or a number not one of each point
     void solve(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, double dt, int iterations, int threads) {
+        if (!(dt > 0) || !std::isfinite(dt) || iterations < 0 || inverse_mass.size() != position.size())
+            throw parameter_error(
+                sentence("Constraints of ", position.size(), " points with ", inverse_mass.size(),
+                         " inverse masses in ", iterations, " iterations over ", dt,
+                         " s: give an inverse mass for each point, no negative number, and a positive "
+                         "step."));
         if (!(tear_factor > 1))
             throw parameter_error(sentence("Constraints tear at ", tear_factor,
                                            " times their length at rest; it must be above 1 (infinite: never)."));
@@ -203,6 +210,7 @@ public:
             throw parameter_error("The colours of the constraints let two of them move a point at the same time.");
         order_by_colours(history.colours);
         ordered_ = true;
+        checked_for_ = std::numeric_limits<std::size_t>::max();  // not yet
         ordered_for_ = ConstraintUpdate::coloured;
         find_colours();
     }
@@ -287,12 +295,15 @@ private:
     }
 
     void prepare(std::size_t points) {
-        if (!ordered_ || ordered_for_ != update) {
+        if (!ordered_ || points < checked_for_) {
             for (std::size_t k = 0; k < size(); ++k)
                 for (const std::uint32_t point : all_[k].ends)
                     if (point >= points)
                         throw parameter_error(sentence("Constraint ", origin_[k].number, " keeps a distance to point ",
                                                        point, "; there are ", points, ", counted from 0."));
+        }
+        checked_for_ = points;
+        if (!ordered_ || ordered_for_ != update) {
             order_by_number();
             if (update == ConstraintUpdate::coloured) order_by_colours(LinkColours(all_ends(), points).colour);
             ordered_ = true;
@@ -379,6 +390,7 @@ private:
     aligned_vector<Vec<S, D>> impulses_;
     std::uint32_t added_ = 0;
     bool is_soft_ = false, ordered_ = false;
+    std::size_t checked_for_ = 0;  // points
     ConstraintUpdate ordered_for_ = ConstraintUpdate::coloured;
 };
 

@@ -39,7 +39,7 @@ private:
 
 /// \tparam Law  Law::Element, Law::corners = K, and law.forces(element, x, v) → K forces [N] of the corners' positions
 ///              [m] and velocities [m/s]; it may also say energy(element, x) [J], and for the bound of the time step
-///              stiffness(element, x) [N/m] and damping(element) [N s/m], the largest eigenvalues
+///              stiffness(element, x) [N/m] and damping(element) [N s/m], the largest eigenvalues; and check(element)
 template <class Law, int D>
 class ElementForces {
 public:
@@ -58,7 +58,9 @@ public:
     const Element& element(std::size_t e) const { return elements_[e]; }
 
     /// \param corners  places of points
+    /// \throws parameter_error  as the law's check of an element, if it has one
     void add(const Corners& corners, const Element& element = {}) {
+        if constexpr (requires { law.check(element); }) law.check(element);
         corners_.push_back(corners);
         elements_.push_back(element);
         incidence_.clear();

@@ -111,7 +111,7 @@ struct Emitter {
 
     /// Births that were due until `time` [s], it included, do not happen.
     void skip(double time) {
-        if (const double most = due(time) * (1 - 1e-12); most > 2) births += std::uint64_t(std::min(most - 2, 0x1p53));
+        if (const double most = due(time) * (1 - 1e-12); most > 2) births += std::uint64_t(most - 2);
         while (is_due(births, time)) ++births;
     }
 
@@ -165,9 +165,15 @@ struct Emitter {
     }
 
 private:
-    /// How many births a step to `time` would see.
+    /// How many births a step to `time` would see. \throws parameter_error  if they are more than can be counted
     double due(double time) const {
-        return std::max(std::floor((std::min(time, end) - start) * rate) + 1 - double(births), 0.0);
+        const double all = std::floor((std::min(time, end) - start) * rate) + 1;
+        if (!(all < 0x1p53))
+            throw parameter_error(sentence("An emitter of ", rate, " births a second from ", start, " s on owes ", all,
+                                           " at ", time,
+                                           " s, more than can be counted. Take a lower rate, or let it "
+                                           "start later."));
+        return std::max(all - double(births), 0.0);
     }
     bool is_due(std::uint64_t birth, double time) const { return time_of(birth) <= time && time_of(birth) <= end; }
 

@@ -68,7 +68,8 @@ public:
     double restitution = 0;        ///< of points at the boundary, Newton's e, from 0 to 1 [1]
     int threads = 0;               ///< 0: as many as OpenMP would use
     std::vector<Facet<D>> facets;  ///< the surface, by places of points: for output; torn with the constraints
-    /// Takes warnings: a time step above the bound of the forces. By default they go to std::cerr.
+    /// Takes warnings: a time step above the bound of the forces. By default they go to std::cerr;
+    /// empty: nowhere.
     std::function<void(const std::string&)> warn = [](const std::string& text) {
         std::cerr << "firn: " << text << '\n';
     };
@@ -115,8 +116,9 @@ public:
     /// \throws parameter_error  if a number is out of range
     void add_emitter(const Emitter<D>& emitter) {
         emitter.check();
-        emitters_.push_back(emitter);
-        if (steps_ > 0) emitters_.back().skip(time_);
+        Emitter<D> added = emitter;
+        if (steps_ > 0) added.skip(time_);
+        emitters_.push_back(std::move(added));
     }
     const std::vector<Emitter<D>>& emitters() const { return emitters_; }
 
@@ -141,7 +143,8 @@ public:
 
     /// One step of dt [s].
     /// \throws parameter_error  unless dt is positive; and what forces throw
-    /// \throws particle_error   where a point or the force on it is not finite; nothing has moved then
+    /// \throws particle_error   where a point or the force on it is not finite, before anything has moved; or where a
+    ///                          point would not be finite after the step, which has then spoiled the points
     void step(double dt) {
         check(dt);
         if (steps_ == 0) emit();
@@ -233,6 +236,11 @@ private:
         if (iterations < 0) throw parameter_error(sentence("There are ", iterations, " iterations; give 0 or more."));
         if (!(damping >= 0) || !std::isfinite(damping))
             throw parameter_error(sentence("The damping is ", damping, " /s; it must be finite and not negative."));
+        if (!detail::is_finite(cast<S>(gravity)))
+            throw parameter_error(
+                sentence("Gravity is ", detail::describe(gravity), " m/s^2; it must be finite along every axis."));
+        check_restitution(restitution);
+        if constexpr (requires { boundary.check(); }) boundary.check();
     }
 
     /// Warns of a step above the bound, which is computed anew now and then, and when forces change.
@@ -240,37 +248,46 @@ private:
         if (largest_step_ == 0 || steps_ % 64 == 0) largest_step_ = stable_time_step();
         if (dt < largest_step_ * warned_ratio_) return;
         warned_ratio_ = 1.2 * dt / largest_step_;
-        warn(sentence("the time step of ", dt, " s is ", dt / largest_step_, " times the bound of ", largest_step_,
-                      " s of the springs and dampers at step ", steps_, "; points may fly apart."));
+        if (warn)
+            warn(sentence("the time step of ", dt, " s is ", dt / largest_step_, " times the bound of ", largest_step_,
+                          " s of the springs and dampers at step ", steps_, "; points may fly apart."));
     }
 
+    FIRN_INLINE static S total(const Vec<S, D>& a) {
+        S sum = a[0];
+        unroll<D - 1>([&](auto i) FIRN_LAMBDA { sum += a[i + 1]; });
+        return sum;
+    }
+
+    /// \throws particle_error  where a point or the force on it is not finite
     void check_finite(double dt) const {
-        std::atomic<std::size_t> bad = points.size();  // the first
-        const auto total = [](const Vec<S, D>& a) {
-            S sum = a[0];
-            unroll<D - 1>([&](auto i) FIRN_LAMBDA { sum += a[i + 1]; });
-            return sum;
-        };
+        std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
             S all = 0;  // zero times a number is not zero where that is not finite
             for (std::size_t i = first; i < last; ++i)
                 all += (total(points.position[i]) + total(points.velocity[i]) + total(force_[i])) * S(0);
-            if (all == 0) return;
-            std::size_t i = first;
-            while (i + 1 < last && detail::is_finite(points.position[i]) && detail::is_finite(points.velocity[i]) &&
-                   detail::is_finite(force_[i]))
-                ++i;
-            for (std::size_t known = bad; i < known && !bad.compare_exchange_weak(known, i);) {
-            }
+            if (!(all == 0)) wrong = true;
         });
-        if (const std::size_t i = bad; i < points.size())
-            throw particle_error(
-                sentence("Point ", points.id[i], " is at ", detail::describe(points.position[i]), " m, has velocity ",
-                         detail::describe(points.velocity[i]), " m/s and takes a force of ",
-                         detail::describe(force_[i]), " N at step ", steps_, "; all must be finite. ",
-                         dt > largest_step_ ? sentence("The step of ", dt, " s is above the bound of ", largest_step_,
-                                                       " s of the springs and dampers: shorten it.")
-                                            : std::string("Look at what was set by hand, and at forces of your own.")));
+        if (wrong) throw_not_finite(dt, "Nothing has moved.");
+    }
+
+    /// Names the first point that is not finite, and how many there are.
+    [[noreturn, gnu::cold]] void throw_not_finite(double dt, const char* done) const {
+        std::size_t first = points.size(), count = 0;
+        for (std::size_t i = points.size(); i-- > 0;)
+            if (!detail::is_finite(points.position[i]) || !detail::is_finite(points.velocity[i]) ||
+                !detail::is_finite(force_[i]))
+                first = i, ++count;
+        if (count == 0)
+            throw particle_error(sentence("At step ", steps_, " numbers are too large to be added up. ", done));
+        throw particle_error(sentence(
+            "At step ", steps_, ", at ", time_, " s, ", count, " of ", points.size(),
+            " points or the forces on them are not finite. The first is point ", points.id[first], " at ",
+            detail::describe(points.position[first]), " m with velocity ", detail::describe(points.velocity[first]),
+            " m/s under a force of ", detail::describe(force_[first]), " N. ", done, " ",
+            dt > largest_step_ ? sentence("The step of ", dt, " s is ", dt / largest_step_, " times the bound of ",
+                                          largest_step_, " s of the springs and dampers: shorten it.")
+                               : std::string("Look at what was set by hand, and at forces of your own.")));
     }
 
     void kick(double dt) {
@@ -289,9 +306,16 @@ private:
     }
 
     void drift(double dt) {
+        std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) points.position[i] += points.velocity[i] * S(dt);
+            S all = 0;
+            for (std::size_t i = first; i < last; ++i) {
+                points.position[i] += points.velocity[i] * S(dt);
+                all += total(points.position[i]) * S(0);
+            }
+            if (!(all == 0)) wrong = true;
         });
+        if (wrong) throw_not_finite(dt, half_way);
     }
 
     void keep_distances(double dt) {
@@ -301,10 +325,18 @@ private:
         });
         constraints.solve(points.position, points.inverse_mass, dt, iterations, threads);
         const S per_dt = S(1 / dt);
+        std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) points.velocity[i] += (points.position[i] - moved_[i]) * per_dt;
+            S all = 0;
+            for (std::size_t i = first; i < last; ++i) {
+                points.velocity[i] += (points.position[i] - moved_[i]) * per_dt;
+                all += total(points.velocity[i]) * S(0);
+            }
+            if (!(all == 0)) wrong = true;
         });
+        if (wrong) throw_not_finite(dt, half_way);
     }
+    static constexpr const char* half_way = "The points are of no use any more: go on from the last state written.";
 
     void emit() {
         std::size_t born = 0;

@@ -18,6 +18,7 @@ namespace firn::detail {
 /// \throws parameter_error  if a constant acceleration, or a parameter of a field, is not finite
 template <int D, class Acceleration>
 void check_acceleration(const Acceleration& acceleration) {
+    if constexpr (requires { acceleration.check(); }) acceleration.check();
     if constexpr (has_parameters<Acceleration>) {
         for_parameters(acceleration, [](const std::string& name, const char* unit, const auto& value) {
             const auto one = [&](double number) {

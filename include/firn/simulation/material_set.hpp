@@ -121,6 +121,15 @@ struct MaterialSet {
         return body;
     }
 
+    /// \throws parameter_error  if ids of the body have not been given out
+    void check_body(const Body& body) const {
+        if (std::uint64_t(body.first) + body.count > particles.next_id())
+            throw parameter_error(sentence("There is no body of the particles ", body.first, " to ",
+                                           std::uint64_t(body.first) + body.count - 1, ": ", particles.next_id(),
+                                           " ids of this material have been given out, counted from 0. Give what add() "
+                                           "has returned for it."));
+    }
+
     /// Takes out the particles for which wanted(position [m], id) says so. \return how many that were
     template <class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
@@ -206,9 +215,9 @@ private:
     Body add_all(const std::vector<Vec<double, D>>& x, const Vec<double, D>& velocity, S volume,
                  const MassOf& mass_of) {
         for (int a = 0; a < D; ++a)
-            if (!std::isfinite(velocity[a]))
-                throw parameter_error(
-                    sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
+            if (!std::isfinite(S(velocity[a])))
+                throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a],
+                                               " m/s; it must be finite, in the simulation's precision, too."));
         check_positions<double, D>(x.size(), particles.domain(), [&](std::size_t i, int a) { return x[i][a]; });
         const Body body{particles.next_id(), std::uint32_t(x.size())};
         particles.reserve(particles.size() + x.size());
