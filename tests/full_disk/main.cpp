@@ -1,0 +1,122 @@
+/// \file firn_full_disk FOLDER: fills the small disk that FOLDER is with states, by each page another room for them.
+/// What was written stays whole and listed, what could not be written leaves nothing behind, and writing goes on with
+/// room.
+#include <firn/io/background_series.hpp>
+#include <firn/io/states.hpp>
+
+#include "unit/io/example_state.hpp"
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace {
+
+using State = firn::State<float>;
+
+void require(bool holds, const std::string& what) {
+    if (holds) return;
+    std::printf("Not so: %s\n", what.c_str());
+    std::exit(1);
+}
+
+State at_time(double time) {
+    auto state = states::example<float>(3, 900);  // about 130 kB
+    state.time = time;
+    return state;
+}
+
+/// The folder holds `count` states, listed, whole and with the values that were written, and `others`; nothing else but
+/// the state after them, whole, where there was room for it but not for the list.
+void check_series(const std::filesystem::path& folder, std::size_t count, std::set<std::string> others) {
+    const auto list = firn::read_series(folder / "run.hdf.series");
+    require(list.size() == count, "the list has what was written");
+    others.insert("run.hdf.series");
+    for (std::size_t i = 0; i < count; ++i) {
+        require(list[i].time == double(i), "the list has the times");
+        const auto state = firn::read_state<float>(folder / list[i].file);
+        require(states::same_bits(state, at_time(double(i))), list[i].file + " has what was written");
+        others.insert(list[i].file);
+    }
+    std::set<std::string> found;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) found.insert(entry.path().filename());
+    const std::string unlisted = firn::detail::series_member("run", count);
+    if (found.contains(unlisted)) {
+        require(states::same_bits(firn::read_state<float>(folder / unlisted), at_time(double(count))), "it is whole");
+        others.insert(unlisted);
+    }
+    for (const auto& name : found) require(others.contains(name), name + " is no file of the series");
+    require(found == others, "no file is missing");
+}
+
+/// Writes states from time `first` on until the disk is full. Returns what the error says.
+template <class Write>
+std::string fill(double first, const Write& write) {
+    for (int i = 0; i < 1000; ++i) {
+        try {
+            write(at_time(first + i));
+        } catch (const firn::io_error& full) {
+            return full.what();
+        }
+    }
+    require(false, "the disk is full at last");
+    return {};
+}
+
+void check_message(const std::string& said, const std::filesystem::path& folder) {
+    std::printf("%s\n", said.c_str());
+    require(states::holds(said, "No space left on device"), "the error says that there is no space left");
+    require(states::holds(said, (folder / "run").string()), "the error names the file");
+}
+
+void put_ballast(const std::filesystem::path& folder, std::size_t bytes) {
+    std::ofstream(folder / "ballast", std::ios::binary) << std::string(bytes, 'b');
+}
+
+void check_series_in_turn(const std::filesystem::path& folder, std::size_t ballast) {
+    put_ballast(folder, ballast);
+    {
+        firn::StateSeries series(folder, "run");
+        check_message(fill(double(series.size()), [&](const State& state) { series.write(state); }), folder);
+        const std::size_t written = series.size();
+        require(written >= 2, "some states have room");
+        check_series(folder, written, {"ballast"});
+        check_message(fill(double(series.size()), [&](const State& state) { series.write(state); }), folder);
+        check_series(folder, written, {"ballast"});
+        std::filesystem::remove(folder / "ballast");
+        series.write(at_time(double(written)));
+        check_series(folder, written + 1, {});
+    }
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) std::filesystem::remove(entry);
+}
+
+void check_series_in_the_background(const std::filesystem::path& folder, std::size_t ballast) {
+    put_ballast(folder, ballast);
+    {
+        firn::BackgroundSeries<float> series(folder, "run");
+        std::size_t taken = 0;
+        check_message(fill(0,
+                           [&](State state) {
+                               series.write(std::move(state));
+                               ++taken;
+                           }),
+                      folder);
+        std::filesystem::remove(folder / "ballast");
+        series.finish();  // what could not be written was kept
+        check_series(folder, taken, {});
+    }
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) std::filesystem::remove(entry);
+}
+
+}  // namespace
+
+int main(int, char** arguments) {
+    const std::filesystem::path folder = arguments[1];
+    const auto space = std::filesystem::space(folder);
+    require(space.capacity <= 2'000'000, "the disk is small");
+    constexpr std::size_t page = 4096;
+    // By a page each time: full at each page of a state, and where the state has room but the list has not.
+    for (std::size_t pages = 0; pages < 40; ++pages) check_series_in_turn(folder, 300'000 + pages * page);
+    check_series_in_the_background(folder, 500'000);
+    std::printf("all so\n");
+    return 0;
+}
