@@ -165,13 +165,16 @@ private:
 
 namespace detail {
 
-/// Gives points their new places, as remove_if says; what never was there stays for others to complain of.
-/// \return whether all are still there
+/// Gives points their new places, as remove_if says. \return whether all are still there
+/// \throws parameter_error  if it does not know one
 template <std::size_t K>
 bool renumbered(std::array<std::uint32_t, K>& points, std::span<const std::uint32_t> new_place) {
     bool all = true;
     for (std::uint32_t& point : points) {
-        if (point < new_place.size()) point = new_place[point];
+        if (point >= new_place.size())
+            throw parameter_error(sentence("Point ", point, " is joined to others, but there are ", new_place.size(),
+                                           " points, counted from 0."));
+        point = new_place[point];
         all = all && point != no_particle;
     }
     return all;
