@@ -285,7 +285,8 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
     for (std::size_t row = 0; row < blocks.values.size(); row += D + 2) {
         BlockRange<D> range{};
         for (std::size_t a = 0; a < std::size_t(D); ++a) {
-            if (std::abs(blocks.values[row + a]) >= (1 << 20)) throw damaged("table of blocks");
+            if (const auto b = blocks.values[row + a]; b <= -(1 << 20) || b >= 1 << 20)
+                throw damaged("table of blocks");
             range.block[a] = int(blocks.values[row + a]);
         }
         if (blocks.values[row + D + 1] < 1 || blocks.values[row + D + 1] > std::int64_t(n))
