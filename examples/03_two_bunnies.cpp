@@ -10,7 +10,8 @@ int two_bunnies(int argc, char** argv) {
                                .about = "Two elastic bunnies from an OBJ file collide.",
                                .particles = 150'000,
                                .steps = 2400,
-                               .frames = 30});
+                               .frames = 30,
+                               .can_go_on = true});
     double young = 1e3, poisson = 0.3;
     std::string mesh_file = FIRN_EXAMPLES_DATA_DIR "/bunny.obj";
     bool obj = false;

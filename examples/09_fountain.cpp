@@ -51,7 +51,8 @@ int fountain(int argc, char** argv) {
                                .about = "Drops of a fountain rise, are blown aside and gather in a basin.",
                                .particles = 40'000,
                                .steps = 1600,
-                               .frames = 60});
+                               .frames = 60,
+                               .can_go_on = true});
     double dt = 2e-3, wind = 1.5, speed = 5.8, lifespan = 3;
     std::int64_t jets = 8;
     line.add("--dt", dt, "Time step in s", 1e-5, 1e-2);

@@ -44,7 +44,8 @@ int cloth_and_snow(int argc, char** argv) {
                                .about = "Snow lands on cloth, and cloth on snow.",
                                .particles = 40'000,
                                .steps = 8'000,
-                               .frames = 30});
+                               .frames = 30,
+                               .can_go_on = true});
     Fabric fabric;
     line.add("--fabric-young", fabric.young, "Young's modulus of the cloth in Pa", 1e3, 1e7);
     line.add("--fabric-mass", fabric.mass, "Of the cloth in kg/m²", 0.05, 5);

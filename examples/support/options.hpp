@@ -67,6 +67,7 @@ struct Defaults {
     std::int64_t steps = 1'000;
     std::int64_t frames = 50;
     std::string output = "out";
+    bool can_go_on = false;  ///< its states hold all that the run goes by
 };
 
 struct Options {
@@ -75,6 +76,7 @@ struct Options {
     Schedule schedule;
     int threads = 1;  ///< never 0: "all" is already counted
     std::filesystem::path output;
+    bool go_on = false;  ///< from the last states in `output`
 
     /// OUTPUT/NAME + ending: `file(".png")`.
     [[nodiscard]] std::filesystem::path file(const std::string& ending) const { return output / (name + ending); }
@@ -106,6 +108,7 @@ public:
             ->capture_default_str()
             ->check(CLI::Validator(
                 [](std::string& given) { return given.empty() ? std::string("give the name of a folder.") : ""; }, ""));
+        if (defaults_.can_go_on) app_.add_flag("--go-on", go_on_, "Go on from the last states in that folder");
     }
 
     /// An example's own whole number, in least … most.
@@ -134,9 +137,12 @@ public:
         };
         const auto all = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
         options_ = {
-            defaults_.name, particles_,
+            defaults_.name,
+            particles_,
             schedule(defaults_.steps, defaults_.frames, given(steps_option_, steps_), given(frames_option_, frames_)),
-            threads_ == 0 ? all : static_cast<int>(threads_), std::filesystem::path(output_)};
+            threads_ == 0 ? all : static_cast<int>(threads_),
+            std::filesystem::path(output_),
+            go_on_};
         return std::nullopt;
     }
 
@@ -164,6 +170,7 @@ private:
     std::int64_t particles_, steps_, frames_;
     std::int64_t threads_ = 0;
     std::string output_;
+    bool go_on_ = false;
     CLI::Option* steps_option_ = nullptr;
     CLI::Option* frames_option_ = nullptr;
     Options options_;

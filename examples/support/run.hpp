@@ -120,6 +120,21 @@ public:
             files_.push_back(options.file((Simulation::material_count == 1 ? "" : "_" + material) + ".hdf.series"));
         });
     }
+    /// Puts the simulation where its last states are, and goes on with their series.
+    /// \throws firn::io_error  where there are none, or they are of another run
+    Begun go_on(Simulation& simulation) {
+        std::size_t count = std::numeric_limits<std::size_t>::max();  // that all materials have
+        for (const auto& list : files_) count = std::min(count, firn::read_series(list).size());
+        if (count == 0) throw firn::io_error(firn::sentence("There is no state in ", files_[0], " to go on from."));
+        for_materials<Simulation>([&](auto i) {
+            const firn::SeriesEntry last = firn::read_series(files_[i])[count - 1];
+            const auto file = files_[i].parent_path() / last.file;
+            firn::restore<i>(simulation, firn::read_state<typename Simulation::scalar_type>(file));
+            series_[i]->go_on_from(last.time);
+        });
+        count_ = int(count);
+        return {std::int64_t(simulation.steps()), count_};
+    }
     void write(Simulation& simulation) {
         for_materials<Simulation>([&](auto i) {
             auto state = series_[i]->spare();
@@ -157,8 +172,9 @@ template <class Simulation, class AfterStep, class SceneryAtEnd>
 void run(Simulation& simulation, const Options& options, double spacing, const View& view, bool points,
          const AfterStep& after_step, const SceneryAtEnd& scenery) {
     StatesOfAll states(simulation, options);
+    const Begun begun = options.go_on ? states.go_on(simulation) : Begun{};
     run_schedule(
-        options, std::int64_t(particle_count(simulation)),
+        options, std::int64_t(particle_count(simulation)), begun,
         [&] {
             char number[16];
             std::snprintf(number, sizeof number, "_%04d.obj", states.count());

@@ -5,6 +5,7 @@
 #include "support/solids.hpp"
 #include <firn/io/background_series.hpp>
 #include <firn/io/particle_system_state.hpp>
+#include <firn/io/state_reader.hpp>
 
 #include <vector>
 
@@ -38,10 +39,20 @@ Cloud cloud_of(const System& system, double radius, const ColourOf& colour_of) {
 /// \param picture  the picture at the end
 template <class System, class Step, class Picture>
 void run(System& system, const Options& options, const Step& step, const Picture& picture) {
-    firn::BackgroundSeries<typename System::scalar_type> series(options.output, options.name);
+    using S = typename System::scalar_type;
+    firn::BackgroundSeries<S> series(options.output, options.name);
+    Begun begun;
+    if (options.go_on) {
+        const auto list = firn::read_series(series.path());
+        if (list.empty())
+            throw firn::io_error(firn::sentence("There is no state in ", series.path(), " to go on from."));
+        firn::restore(system, firn::read_state<S>(options.output / list.back().file));
+        series.go_on_from(list.back().time);
+        begun = {std::int64_t(system.steps()), int(list.size())};
+    }
     run_schedule(
-        options, options.particles, [&] { series.write(firn::state_of(system)); }, [&] { series.finish(); }, step,
-        picture, {options.file(".hdf.series")});
+        options, options.particles, begun, [&] { series.write(firn::state_of(system)); }, [&] { series.finish(); },
+        step, picture, {options.file(".hdf.series")});
 }
 
 }  // namespace example

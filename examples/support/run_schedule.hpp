@@ -9,8 +9,11 @@
 #include <firn/io/interruption.hpp>
 
 #include <cstdint>
+#include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <iostream>
+#include <string>
 #include <vector>
 
 namespace example {
@@ -18,28 +21,66 @@ namespace example {
 /// Numbers in the renderer's palette.
 enum Colour : std::uint8_t { coral, teal, amber, indigo, moss, plum, slate, sand, snow };
 
-/// Runs the schedule. The first state is written before the first step, the last after the last; at the end a picture.
-/// Ctrl-C (or SIGTERM) ends the run early, with a state and a picture of where it is.
+/// Waits for the states of a run that ended with an error, and says which are the last.
+template <class Finish>
+void say_last_states(int states, const Finish& finish, const std::vector<std::filesystem::path>& series) {
+    std::cerr << std::endl;  // the progress bar's line ends
+    try {
+        finish();
+    } catch (const std::exception& problem) {
+        std::cerr << "the last states may be missing: " << problem.what() << std::endl;
+        return;
+    }
+    char number[24];
+    std::snprintf(number, sizeof number, "_%04d.hdf", states - 1);
+    std::cerr << "the last good state:";
+    for (const auto& list : series) {  // NAME.hdf.series
+        const std::string name = list.string();
+        std::cerr << ' ' << name.substr(0, name.size() - std::string(".hdf.series").size()) << number;
+    }
+    std::cerr << std::endl;
+}
+
+/// What of a run has been done before.
+struct Begun {
+    std::int64_t steps = 0;
+    int states = 0;  ///< in its series
+};
+
+/// Runs the schedule, or the rest of it. The first state is written before the first step, the last after the last; at
+/// the end a picture. Ctrl-C (or SIGTERM) ends the run early, with a state and a picture of where it is. A step that
+/// throws ends it with the states before, the last of them named.
+/// \param begun    after a restart; else nothing
 /// \param write    writes a state
 /// \param finish   returns when all states are on disk
 /// \param step     makes a step
 /// \param picture  the picture at the end
 /// \param series   the lists of the states, which ParaView opens
 template <class Write, class Finish, class Step, class Picture>
-void run_schedule(const Options& options, std::int64_t particles, const Write& write, const Finish& finish,
-                  const Step& step, const Picture& picture, const std::vector<std::filesystem::path>& series) {
+void run_schedule(const Options& options, std::int64_t particles, const Begun& begun, const Write& write,
+                  const Finish& finish, const Step& step, const Picture& picture,
+                  const std::vector<std::filesystem::path>& series) {
     std::cout << options.name << ": " << particles << " particles, " << options.schedule.steps << " steps, "
               << options.threads << (options.threads == 1 ? " thread" : " threads") << std::endl;
-    int states = 0;
+    int states = begun.states;
     const auto write_one = [&] {
         write();
         ++states;
     };
-    write_one();
+    if (states == 0)
+        write_one();
+    else
+        std::cout << "going on after step " << begun.steps << std::endl;
     const firn::Interruption interruption;
     Progress progress(options.schedule.steps, particles);
-    for (std::int64_t done = 1; done <= options.schedule.steps; ++done) {
-        step();
+    progress.advance(begun.steps);
+    for (std::int64_t done = begun.steps + 1; done <= options.schedule.steps; ++done) {
+        try {
+            step();
+        } catch (...) {
+            say_last_states(states, finish, series);
+            throw;
+        }
         const bool is_last = interruption.requested();
         if (is_last || options.schedule.writes_after(done)) write_one();
         progress.advance();

@@ -13,12 +13,15 @@
 #include <firn/exec/transfer_passes.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
+#include <firn/material/check.hpp>
 #include <firn/material/fixed_corotated.hpp>
+#include <firn/simulation/blow_up.hpp>
 #include <firn/simulation/material_set.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/apic.hpp>
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <iostream>
 #include <optional>
@@ -51,12 +54,14 @@ public:
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;
 
     /// \param walls  without them, walls on all faces that let go, if the boundary is Walls; others must be given
-    /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells
+    /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells; if a parameter of
+    ///         the material is out of range. \see check_material
     explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
         : Simulation(domain, material, how, default_boundary(domain)) {}
     Simulation(const Domain<D>& domain, const Material& material, const Execution& how, const Boundary& walls)
         : boundary(walls), execution(how), grid_(domain), sets_(Make::make(List(material), domain)) {
         gravity[1] = -9.81;
+        for_sets([](const auto& set) { check_material<D>(set.material); });
     }
 
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
@@ -69,7 +74,7 @@ public:
     /// Particles are sorted when one may leave the reach of its block; and whenever the number of steps is a multiple
     /// of this, unless it is 0.
     std::uint64_t most_steps_between_sorts = 0;
-    /// Takes warnings: a fixed time step above the bound. By default they go to std::cerr.
+    /// Takes warnings: a fixed time step above the bound. By default they go to std::cerr; empty: nowhere.
     std::function<void(const std::string&)> warn = [](const std::string& text) {
         std::cerr << "firn: " << text << '\n';
     };
@@ -121,8 +126,10 @@ public:
 
     /// Changes the states of a body's particles: change(position [m], state of the material). The next step computes
     /// their stress anew.
+    /// \throws parameter_error  if there is no such body
     template <std::size_t I = 0, class Change>
     void set_states(const Body& body, const Change& change) {
+        std::get<I>(sets_).check_body(body);
         auto& particles = edit_particles<I>();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot) || !body.holds(particles.id(slot))) continue;
@@ -184,9 +191,11 @@ public:
     /// from 0 in the order they were added, have no radius, and positions in S. Their stiffness bounds the time step.
     /// What joined particles that are taken out is gone with them.
     /// \return the force as it is kept: its parameters may be changed
+    /// \throws parameter_error  if there is no such body
     /// \see element_forces.hpp
     template <std::size_t I = 0, class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
+        std::get<I>(sets_).check_body(body);
         auto& forces = std::get<I>(sets_).forces;
         forces.emplace_back(body, detail::AnyForce<S, D>(std::move(force)));
         return forces.back().force().template as<BetweenPoints>();
@@ -201,9 +210,9 @@ public:
     template <std::size_t I = 0>
     void add_source(const Source<D>& source) {
         source.check();
-        auto& sources = std::get<I>(sets_).sources;
-        sources.push_back(source);
-        if (steps_ > 0) sources.back().skip(time_);
+        Source<D> added = source;
+        if (steps_ > 0) added.skip(time_);
+        std::get<I>(sets_).sources.push_back(std::move(added));
     }
     template <class M>
     void add_source(const Source<D>& source) {
@@ -221,9 +230,13 @@ public:
         add_sink<place_of<M>>(sink);
     }
     /// Pushes the particles of a body, in every step from now on: force(position [m], time [s]) on each [N].
+    /// \throws parameter_error  if there is no such body, or the force is an empty function
     template <std::size_t I = 0, class OfParticle>
     void add_load(const Body& body, const OfParticle& force) {
-        std::get<I>(sets_).loads.push_back({body, force});
+        Load<D> load{body, force};
+        if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
+        std::get<I>(sets_).check_body(body);
+        std::get<I>(sets_).loads.push_back(std::move(load));
     }
     template <class M, class OfParticle>
     void add_load(const Body& body, const OfParticle& force) {
@@ -295,10 +308,16 @@ public:
         return std::get<I>(sets_).report;
     }
 
-    /// Goes back to a stored moment: the particles, partition and report of then, in the order of then, so that the run
-    /// goes on to the same bits. With several materials: of each.
+    /// Goes back to a stored moment: the particles of then; if the set is prepared, in the order of then with partition
+    /// and report, so that the run goes on to the same bits. With several materials: of each.
+    /// \throws io_error  if another material has been restored to another moment, and no step was made since
     template <std::size_t I = 0>
     void restore(std::tuple_element_t<I, Sets>&& set, double time, std::uint64_t steps, double last_time_step) {
+        for (std::size_t other = 0; other < material_count; ++other)
+            if (other != I && restored_[other] && (time != time_ || steps != steps_))
+                throw io_error(sentence("The state is of step ", steps, " at ", time, " s, that of material ", other,
+                                        " was of step ", steps_, " at ", time_, " s. Give states of one moment."));
+        restored_[I] = true;
         auto& mine = std::get<I>(sets_);
         set.sources = std::move(mine.sources);
         set.sinks = std::move(mine.sinks);
@@ -310,11 +329,13 @@ public:
         time_ = time;
         steps_ = steps;
         last_time_step_ = last_time_step;
-        activate();
+        is_spoiled_ = false;
+        if (mine.prepared) activate();
     }
 
 private:
     static Boundary default_boundary(const Domain<D>& domain) {
+        check(domain);
         if constexpr (std::same_as<Boundary, Walls<S, D>>) {
             auto walls = Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
             for (std::size_t a = 0; a < std::size_t(D); ++a)
@@ -330,16 +351,24 @@ private:
         if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
             throw parameter_error(
                 sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
+        bound_ = bound;
         if (fixed_time_step > bound) warn_of(fixed_time_step / bound);
         return fixed_time_step > 0 ? fixed_time_step : bound;
     }
 
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
+        detail::check_acceleration<D>(acceleration);
+        if (!(time_ + dt > time_) || !std::isfinite(time_ + dt))
+            throw parameter_error(sentence("A step of ", dt, " s leads nowhere from the time of ", time_,
+                                           " s: it must be positive and finite, and not vanish beside the time."));
+        if constexpr (requires { transfer.check(); }) transfer.check();
+        static_cast<void>(lift<native_pack<S>>(boundary));  // it looks at its parameters, before anything is changed
+        restored_.fill(false);
         const bool due = most_steps_between_sorts > 0 && steps_ % most_steps_between_sorts == 0;
         bool sorted = false;
         for_sets([&](auto& set) {
-            set.prepared = set.checked = false;  // should the step fail, the next looks at the particles anew
+            set.prepared = set.checked = false;
             if (set.report.sort_needed || (due && !set.as_sorted)) {
                 sort(set);
                 sorted = true;
@@ -347,16 +376,27 @@ private:
             set.as_sorted = false;
         });
         if (sorted) activate();
-        for_sets([&](auto& set) { set.push(time_, dt, thread_count(requested_threads(execution))); });
-        std::apply([&](auto&... set) { make_grid(dt, ParticleSet{set.particles.view(), set.partition}...); }, sets_);
+        is_spoiled_ = std::apply([](const auto&... set) { return (set.is_pushed() || ...); }, sets_);
+        for_sets([&](auto& set) { set.push(time_, dt, steps_, thread_count(requested_threads(execution))); });
+        make_grid(dt);
         if (reactions)
             grid_update(execution, grid_, dt, acceleration, boundary, *reactions);
         else
             grid_update(execution, grid_, dt, acceleration, boundary);
+        is_spoiled_ = true;  // until all sets are where they should be
+        bool right = true;
         for_sets([&](auto& set) {
-            set.report = g2p<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition, grid_,
-                                                      set.material, dt, transfer);
+            const auto pass = detail::g2p_pass<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition,
+                                                                        grid_, set.material, dt, transfer);
+            set.report = pass.report;
+            right = right && pass.right;
         });
+        if (!right)
+            detail::throw_wrong_particles(
+                sets_, domain(), sentence("At step ", steps_, ", of ", dt, " s from ", time_, " s on: "), dt,
+                detail::likely_cause(grid_, dt, bound_, acceleration) +
+                    " The simulation cannot go on, nor be written: restore() its last state.");
+        is_spoiled_ = false;
         for_sets([](auto& set) { set.prepared = set.checked = true; });
         time_ += dt;
         last_time_step_ = dt;
@@ -368,6 +408,15 @@ private:
         });
     }
 
+    void make_grid(double dt) {
+        try {
+            std::apply([&](auto&... set) { make_grid(dt, ParticleSet{set.particles.view(), set.partition}...); },
+                       sets_);
+        } catch (const overflow_error& failure) {
+            throw overflow_error(sentence("At step ", steps_, ", of ", dt, " s from ", time_, " s on (", dt / bound_,
+                                          " times the bound of the time step): ", failure.what()));
+        }
+    }
     template <class... Views>
     void make_grid(double dt, const ParticleSet<Views>&... sets) {
         before_p2g<Kernel, Transfer>(execution, grid_, sets...);
@@ -376,7 +425,12 @@ private:
     }
 
     /// Makes ready for a step particles that were added or changed by hand.
+    /// \throws particle_error  if a step has failed half-way, or particles are not as they must be
     void prepare() {
+        if (is_spoiled_)
+            throw particle_error(sentence("Step ", steps_,
+                                          " failed and has left particles that are of no use, neither for a step nor "
+                                          "for a state. Go on from the last state that was written: restore()."));
         if (steps_ == 0) for_sets([&](auto& set) { set.give(time_); });
         bool changed = false;
         double fastest = 0;
@@ -402,12 +456,18 @@ private:
             return;
         }
         if (!set.checked)
-            check_positions<double, D>(particles.slots(), domain(), [&](std::size_t i, int a) {
-                return particles.is_particle(i) ? particles.exact_position(i)[a] : domain().lower[a];
-            });
+            check_positions<double, D>(
+                particles.slots(), domain(), [&](std::size_t i, int a) { return particles.exact_position(i)[a]; },
+                [&](std::size_t i) { return particles.id(i); });
         set.checked = true;
         sort(set);
-        set.report = update_stress(execution, set.particles.view(), set.partition, set.material, domain().cell_size);
+        const auto pass = detail::update_stress_pass(execution, set.particles.view(), set.partition, set.material,
+                                                     domain().cell_size);
+        if (!pass.right)
+            detail::throw_wrong_particles(
+                sets_, domain(), sentence("Before step ", steps_, ", at ", time_, " s: "), 0,
+                "They were set so: look at set_states(), edit_particles(), what a state held, and the moduli.");
+        set.report = pass.report;
         set.prepared = true;
     }
 
@@ -449,8 +509,9 @@ private:
     void warn_of(double ratio) {
         if (ratio < 1.2 * warned_ratio_) return;
         warned_ratio_ = ratio;
-        warn(sentence("the fixed time step of ", fixed_time_step, " s is ", ratio, " times the bound of ",
-                      fixed_time_step / ratio, " s at step ", steps_, "; the simulation may become unstable."));
+        if (warn)
+            warn(sentence("the fixed time step of ", fixed_time_step, " s is ", ratio, " times the bound of ",
+                          fixed_time_step / ratio, " s at step ", steps_, "; the simulation may become unstable."));
     }
 
     /// Part of the largest step of the forces between particles that a step may take: stiffness changes with strain.
@@ -461,9 +522,12 @@ private:
 
     SparseGrid<S, D> grid_;
     Sets sets_;
+    std::array<bool, material_count> restored_{};  // since the last step
     TransferMemory<S> transfer_memory_;
     double time_ = 0, last_time_step_ = 0, warned_ratio_ = 1 / 1.2;
+    double bound_ = 0;  // of the step that is taken
     std::uint64_t steps_ = 0;
+    bool is_spoiled_ = false;  // by a step that failed half-way
 };
 
 }  // namespace firn

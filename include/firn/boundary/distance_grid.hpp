@@ -25,15 +25,15 @@ struct DistanceNumbers {
 
     /// \throws parameter_error unless there is a number for each node and they lie apart
     void check() const {
-        std::size_t all = 1;
+        double all = 1;  // of so many as to leave the whole numbers, too
         for (std::size_t a = 0; a < std::size_t(D); ++a) {
             if (nodes[a] < 2 || !std::isfinite(lower[int(a)]))
                 throw parameter_error(sentence("A grid of distances has ", nodes[a], " nodes along axis ", a,
                                                ", the first at ", lower[int(a)],
                                                " m; it needs two at least, at finite positions."));
-            all *= std::size_t(nodes[a]);
+            all *= nodes[a];
         }
-        if (values.size() != all)
+        if (double(values.size()) != all)
             throw parameter_error(sentence("A grid of distances has ", all, " nodes but ", values.size(),
                                            " numbers; give one for each."));
         if (!(spacing > 0) || !std::isfinite(spacing))

@@ -17,6 +17,11 @@ struct parameter_error : error {
     using error::error;
 };
 
+/// Something asked for that does not fit into the memory there is.
+struct memory_error : parameter_error {
+    using parameter_error::parameter_error;
+};
+
 /// A particle that is not finite, or lies or moves outside the domain.
 struct particle_error : error {
     using error::error;

@@ -2,10 +2,16 @@
 #pragma once
 
 #include <firn/data/domain.hpp>
+#include <firn/data/field.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace firn {
 
@@ -18,29 +24,62 @@ std::string point_text(std::size_t i, int dimension, const Position& position) {
 }
 }  // namespace detail
 
+/// \param count     places to look at
 /// \param position  position(i, axis) [m]
+/// \param id_of     id_of(i): of the particle at a place; no_particle: there is none
 /// \throws particle_error if there is no particle, or naming how many and the first few that are not finite or outside
-template <std::floating_point S, int D, class Position>
-void check_positions(std::size_t count, const Domain<D>& domain, const Position& position) {
+template <std::floating_point S, int D, class Position, class IdOf>
+void check_positions(std::size_t count, const Domain<D>& domain, const Position& position, const IdOf& id_of) {
     if (count == 0) throw particle_error("There are no particles. Add at least one before simulating.");
     if (count >= 0xffffffffu)
         throw particle_error(
             sentence("There are ", count, " particles; up to ", 0xfffffffeu, " are possible in one set."));
-    std::size_t wrong = 0;
-    std::string first;
+    std::size_t particles = 0;
+    std::vector<std::pair<std::uint32_t, std::size_t>> wrong;  // ids and places
     for (std::size_t i = 0; i < count; ++i) {
+        const std::uint32_t id = id_of(i);
+        if (id == no_particle) continue;
+        ++particles;
         bool inside = true;
         for (int a = 0; a < D; ++a)
             inside = inside && position(i, a) >= S(domain.lower[a]) && position(i, a) <= S(domain.upper[a]);
-        if (inside) continue;
-        if (++wrong <= 3) first += sentence(wrong > 1 ? ", " : "", i, " at ", detail::point_text(i, D, position));
+        if (!inside) wrong.emplace_back(id, i);
     }
-    if (wrong == 0) return;
+    if (wrong.empty()) return;
+    std::string first;
+    const auto few = wrong.begin() + std::ptrdiff_t(std::min<std::size_t>(wrong.size(), 3));
+    std::partial_sort(wrong.begin(), few, wrong.end());
+    for (auto one = wrong.begin(); one != few; ++one)
+        first += sentence(first.empty() ? "" : ", ", one->first, " at ", detail::point_text(one->second, D, position));
     const auto lower = [&](std::size_t, int a) { return domain.lower[a]; };
     const auto upper = [&](std::size_t, int a) { return domain.upper[a]; };
-    throw particle_error(sentence(wrong, " of ", count, " particles are not finite or lie outside the domain from ",
+    throw particle_error(sentence(wrong.size(), " of ", particles,
+                                  " particles are not finite or lie outside the domain from ",
                                   detail::point_text(0, D, lower), " m to ", detail::point_text(0, D, upper),
                                   " m; the first: ", first, ". Move them inside, or enlarge the domain."));
+}
+/// The same of particles whose ids are their places.
+template <std::floating_point S, int D, class Position>
+void check_positions(std::size_t count, const Domain<D>& domain, const Position& position) {
+    check_positions<S, D>(count, domain, position, [](std::size_t i) { return std::uint32_t(i); });
+}
+
+/// \param mass  mass(i) [kg]
+/// \throws particle_error  naming how many, and the first few, that are not positive and finite
+template <std::floating_point S, class Mass>
+void check_masses(std::size_t count, const Mass& mass) {
+    std::size_t wrong = 0;
+    std::string first;
+    for (std::size_t i = 0; i < count; ++i) {
+        const S m = mass(i);
+        if (m > 0 && m <= std::numeric_limits<S>::max()) continue;
+        if (++wrong <= 3) first += sentence(wrong > 1 ? ", " : "", i, " of ", double(m), " kg");
+    }
+    if (wrong > 0)
+        throw particle_error(sentence(wrong, " of ", count,
+                                      " particles have no mass that is positive and finite; the "
+                                      "first: ",
+                                      first, ". Give each a mass, or take it out."));
 }
 
 }  // namespace firn

@@ -5,6 +5,7 @@
 
 #include <firn/boundary/distance_grid.hpp>
 #include <firn/data/inside.hpp>
+#include <firn/data/memory.hpp>
 #include <firn/data/nearest_triangle.hpp>
 
 namespace firn {
@@ -43,6 +44,9 @@ std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMe
         count[a] = std::ceil((inside.bounds().upper[a] + band - grid.lower[a]) / spacing) + 1;
         bytes *= count[a];
     }
+    require_memory(
+        bytes, sentence("A grid of ", count[0], " x ", count[1], " x ", count[2], " distances, ", spacing, " m apart,"),
+        "Take a wider spacing or a narrower band.");
     if (!(bytes <= options.most_bytes) || !(std::max({count[0], count[1], count[2]}) < 1e9))
         throw parameter_error(sentence("At a spacing of ", spacing, " m a grid of distances around this mesh has ",
                                        count[0], " x ", count[1], " x ", count[2], " nodes, ", bytes,

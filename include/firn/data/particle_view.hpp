@@ -32,6 +32,7 @@ inline constexpr std::size_t state_field_count = std::tuple_size_v<decltype(Stat
 template <std::floating_point S, int D, class Field, class State = ElasticState<S, D>>
 struct ParticleView {
     using scalar_type = S;
+    using state_type = State;
     static constexpr int dimension = D;
 
     Field position;  ///< x [m], D

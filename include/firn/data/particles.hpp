@@ -4,6 +4,7 @@
 #pragma once
 
 #include <firn/data/block_partition.hpp>
+#include <firn/data/memory.hpp>
 #include <firn/data/particle_view.hpp>
 
 #include <algorithm>
@@ -32,6 +33,7 @@ public:
         return numbers_[offset_[field] + place(slot, components_[field]) + std::size_t(component * pack_size)];
     }
     std::size_t bytes() const { return numbers_.capacity() * sizeof(S); }
+    std::size_t bytes_for(std::size_t slots) const { return needed(slots) * sizeof(S); }
 
     /// Makes the number of slots larger; the new ones are zero.
     void grow(std::size_t slots) {
@@ -303,7 +305,11 @@ private:
         });
         return all;
     }
+    /// \throws memory_error  if there is not enough for so many
     void grow(std::size_t slots) {
+        require_memory(
+            double(fields_.bytes()) + double(fields_.bytes_for(slots)) + double(slots) * 2 * sizeof(std::uint32_t),
+            sentence("Room for ", slots, " particles"), "Take fewer: a larger spacing, a smaller body.");
         fields_.grow(slots);
         id_.resize(slots, no_particle);
         block_.resize(slots, 0);

@@ -61,7 +61,7 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
                                            detail::describe(upper), " m; upper must be above lower and both finite."));
         }
         total *= extent / step / double(cell) + 1 + 2 * reach;
-        detail::check_count(total, "cells of side r/√D in the box to fill", max_cells);
+        detail::check_count(total, "cells of side r/√D in the box to fill", max_cells, sizeof(std::int32_t));
         size[k] = std::int64_t(extent / step);
         cells[k] = size[k] / cell + 1 + 2 * reach;  // a rim of empty cells saves every bounds check
     }

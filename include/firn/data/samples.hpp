@@ -3,6 +3,7 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/tensor.hpp>
+#include <firn/data/memory.hpp>
 #include <firn/data/mesh.hpp>
 #include <firn/data/random.hpp>
 
@@ -63,7 +64,9 @@ inline void check(const SamplingOptions& options) {
 namespace detail {
 
 /// Refuses counts that no memory holds. `predicted` may be infinite, never NaN.
-inline void check_count(double predicted, const char* what, double most) {
+/// \param bytes  that each needs
+inline void check_count(double predicted, const char* what, double most, std::size_t bytes = 0) {
+    require_memory(predicted * double(bytes), sentence("About ", predicted, " ", what), "Choose a larger spacing.");
     if (predicted <= most) return;
     throw parameter_error(sentence("This would make about ", predicted, " ", what, "; at most ", most,
                                    " are allowed. Choose a larger spacing, or raise the bound if memory allows."));
@@ -130,7 +133,7 @@ std::vector<Vec<double, D>> lattice_points(const Vec<double, D>& lower, const st
         throw parameter_error(sentence("The first ", first_n, " points are asked of a lattice of ", total, "."));
     }
     const double wanted = first_n == all ? total : double(first_n);
-    detail::check_count(wanted, "particles", double(options.max_particles));
+    detail::check_count(wanted, "particles", double(options.max_particles), sizeof(Vec<double, D>));
     std::vector<Vec<double, D>> points;
     points.reserve(std::size_t(wanted));
     if (first_n == 0) return points;

@@ -26,7 +26,7 @@ double power(double x) {
 
 template <int D>
 void check_particles(double volume, const SamplingOptions& options) {
-    check_count(volume / power<D>(options.spacing), "particles", double(options.max_particles));
+    check_count(volume / power<D>(options.spacing), "particles", double(options.max_particles), sizeof(Vec<double, D>));
 }
 
 /// A shape as the patterns see it. `winding(x)` says how often it covers x; `volume` is the integral of that.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/data/block_partition.hpp>
+#include <firn/data/memory.hpp>
 
 #include <algorithm>
 #include <span>
@@ -34,6 +35,13 @@ public:
     /// The 3^D blocks around range r of a partition that the grid was activated for, last axis fastest.
     const std::uint32_t* neighbours(const BlockPartition<D>& partition, std::size_t r) const {
         return neighbours_.data() + (partition.first_row + r) * neighbour_count;
+    }
+
+    /// \throws usage_error  unless the grid was activated for a partition of so many ranges
+    void require_active(const BlockPartition<D>& partition) const {
+        if ((partition.first_row + partition.ranges.size()) * neighbour_count > neighbours_.size())
+            throw usage_error(sentence("The grid has no nodes for a partition of ", partition.ranges.size(),
+                                       " ranges. Call activate() after particles were sorted, for all sets at once."));
     }
 
     /// Makes room for every node that particles of the partition can reach before they are sorted again: the blocks of
@@ -120,7 +128,13 @@ private:
             rows = std::max(rows, partition->first_row + partition->ranges.size());
         neighbours_.resize(rows * neighbour_count);
         for (const BlockPartition<D>* partition : partitions) find_neighbours(*partition);
-        nodes_.resize(blocks_.size() * std::size_t(block_nodes<D> * node_width));
+        const std::size_t numbers = blocks_.size() * std::size_t(block_nodes<D> * node_width);
+        if (numbers > nodes_.capacity())
+            require_memory(
+                double(numbers) * sizeof(S),
+                sentence("A grid of ", blocks_.size(), " blocks of ", block_nodes<D>, " nodes around matter"),
+                "Take larger cells, or fewer particles that lie far apart.");
+        nodes_.resize(numbers);
         for (auto& layer : layers_) layer.clear();
     }
 

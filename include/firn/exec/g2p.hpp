@@ -1,14 +1,16 @@
 /// \file G2P over all particles: velocity, C, position, the material's state and its stress.
 #pragma once
 
-#include <firn/data/check_particles.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/exec/gather.hpp>
 #include <firn/exec/parallel.hpp>
+#include <firn/exec/wrong_particles.hpp>
+#include <firn/material/check.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/concept.hpp>
 
+#include <algorithm>
 #include <limits>
 #include <vector>
 
@@ -22,52 +24,30 @@ struct G2PReport {
 
 namespace detail {
 
-/// Names the first particle of the group that is not finite or would have moved more than a cell beyond the domain.
-template <class View, int D>
-[[noreturn, gnu::cold]] void throw_wrong_particle(const View& view, const BlockPartition<D>& partition,
-                                                  const BlockGroup& group, const Domain<D>& domain, double dt) {
-    constexpr bool in_cells = Positions<View>::in_cells;
-    std::size_t of_group = 0;
-    for (std::uint32_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
-        const BlockRange<D>& range = partition.ranges[r];
-        for (std::size_t i = 0; i < range.particles; ++i, ++of_group) {
-            const std::size_t slot = group.first_slot + of_group;
-            const Slots slots{slot, partition.order.data() + slot};
-            const auto position = [&](std::size_t, int a) {
-                const double x = double(view.position.at(slots, a));
-                if (!in_cells) return x;
-                return position_of_place(domain, range.block, a, x);
-            };
-            const auto velocity = [&](std::size_t, int a) { return double(view.velocity.at(slots, a)); };
-            bool finite = true, inside = true;
-            for (int a = 0; a < D; ++a) {
-                finite = finite && std::isfinite(position(0, a)) && std::isfinite(velocity(0, a));
-                inside = inside && dt * std::abs(velocity(0, a)) <= domain.cell_size;
-            }
-            for (int k = 0; k < symmetric_size<D>; ++k)
-                finite = finite && std::isfinite(double(view.stress.at(slots, k)));
-            if (finite && inside) continue;
-            throw particle_error(sentence(
-                "Particle ", partition.order[slot], " at ", point_text(slot, D, position), " m with velocity ",
-                point_text(slot, D, velocity), " m/s ", finite ? "has left the domain" : "is not finite any more",
-                " after a step of ", dt,
-                " s. Compare the step with the bound of the time step, and look for a force or a stiffness that is too "
-                "large."));
-        }
-    }
-    // Its stress was finite, its deformation gradient not; or it keeps another velocity than that which moved it: there
-    // is no telling which of the block it was.
-    throw particle_error(sentence("One of the ", group.particles, " particles from particle ",
-                                  partition.order[group.first_slot],
-                                  " on is not finite any more, or has left the domain, after a step of ", dt,
-                                  " s. Compare the step with the bound of the time step."));
+/// What a pass over the particles saw, and whether all of them are finite and in the domain.
+struct PassReport {
+    G2PReport report;
+    bool right = true;
+};
+
+[[noreturn]] inline void throw_wrong(const WrongParticles& wrong, const char* cause) {
+    throw particle_error(wrong.text() + " " + cause);
+}
+
+/// Not finite if a number of the stress, or of the state that it comes from, is not. What is not finite in F is so in
+/// the trace; a flow need not be.
+template <class Material, class P, int D>
+FIRN_INLINE P sum_of_stress(const Mat<P, D>& stress) {
+    P sum = trace(stress);
+    if constexpr (has_rate_dependent_stress<Material, D>)
+        unroll<D>([&](auto i) FIRN_LAMBDA { unroll<i>([&](auto j) FIRN_LAMBDA { sum = sum + stress(i, j); }); });
+    return sum;
 }
 
 /// What a thread saw of its particles.
 struct alignas(64) G2PThreadReport {
     double signal_speed = 0;
-    bool sort_needed = false;
-    std::size_t wrong_group = std::numeric_limits<std::size_t>::max();
+    bool sort_needed = false, right = true;
 };
 
 /// G2P of one group after the other: a pack is gathered row by row, then updated in lanes.
@@ -102,7 +82,7 @@ public:
             update_group<1>(group, seen);
         report.signal_speed = std::max(report.signal_speed, double(reduce_max(seen.speed)));
         report.sort_needed = report.sort_needed || any(seen.stray);
-        if (any(!(seen.rightness == P(0)))) report.wrong_group = std::min(report.wrong_group, g);
+        report.right = report.right && !any(!(seen.rightness == P(0)));
     }
 
 private:
@@ -172,7 +152,7 @@ private:
             unroll<D * D>([&](auto k) FIRN_LAMBDA { view.affine.store(slots, k, taken.affine.m[k]); });
 
         // A sum that is finite exactly if all its numbers are (they are far from overflow, or wrong already).
-        P sum = trace(stress);
+        P sum = sum_of_stress<Lifted>(stress);
         const Vec<P, D> lowest = positions_.lowest(block), highest = positions_.highest(block);
         const Vec<P, D> position = load_vector<P, D>(view.position, slots);
         const auto v = velocities(view, slots, taken, before);
@@ -185,9 +165,10 @@ private:
             view.velocity.store(slots, a, v.velocity.v[a]);
         });
         seen.stray = seen.stray | (real & strays<Kernel>(positions_.in_block(new_position, block)));
-        seen.rightness = seen.rightness + select(real, sum * P(0), P(0));
         const P volume = view.volume.template load<P>(slots, 0);
-        seen.speed = max(seen.speed, signal_speed(material_, v.velocity, mass, volume, state, P(h_)));
+        const P speed = signal_speed(material_, v.velocity, mass, volume, state, P(h_));
+        seen.rightness = seen.rightness + select(real, (sum + speed) * P(0), P(0));
+        seen.speed = max(seen.speed, speed);
     }
 
     /// What the particles keep, and what moves them.
@@ -212,80 +193,137 @@ private:
     S h_, dt_, per_velocity_;
 };
 
-}  // namespace detail
-
-/// Grid to particles: interpolates velocities, moves the particles, updates the material's state and stress.
-/// Particles are kept inside the domain. A transfer that blends needs before_p2g(). \see exec/transfer_passes.hpp
-/// \throws particle_error naming the first particle that is not finite or has left the domain
+/// g2p(), but says instead of throwing that a particle is wrong.
 template <class Kernel, class Transfer, class Force, class Execution, class Material, std::floating_point S, int D,
           class Field, class State>
-G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>& view,
-              const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material, double dt,
-              const Transfer& transfer = {}) {
+PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
+                    const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material,
+                    double dt, const Transfer& transfer) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
     if constexpr (requires { transfer.check(); }) transfer.check();
+    grid.require_active(partition);
     if (blends_velocities<Transfer> && !grid.layer(1))
         throw usage_error(
             "This transfer blends with the velocities that nodes had before forces acted, and the grid does "
             "not hold them. Call before_p2g() before every p2g().");
     const int threads = thread_count(requested_threads(execution));
-    const detail::GroupUpdate<Kernel, Transfer, Force, Material, ParticleView<S, D, Field, State>> update(
+    const GroupUpdate<Kernel, Transfer, Force, Material, ParticleView<S, D, Field, State>> update(
         view, partition, grid, material, dt, transfer);
-    std::vector<detail::G2PThreadReport> reports{std::size_t(threads)};
+    std::vector<G2PThreadReport> reports{std::size_t(threads)};
     parallel_for(partition.groups.size(), threads,
                  [&](std::size_t g, int thread) { update(g, reports[std::size_t(thread)]); });
 
-    G2PReport report;
-    std::size_t wrong_group = std::numeric_limits<std::size_t>::max();
+    PassReport pass;
     for (const auto& of_thread : reports) {
-        report.signal_speed = std::max(report.signal_speed, of_thread.signal_speed);
-        report.sort_needed = report.sort_needed || of_thread.sort_needed;
-        wrong_group = std::min(wrong_group, of_thread.wrong_group);
+        pass.report.signal_speed = std::max(pass.report.signal_speed, of_thread.signal_speed);
+        pass.report.sort_needed = pass.report.sort_needed || of_thread.sort_needed;
+        pass.right = pass.right && of_thread.right;
     }
-    if (wrong_group < partition.groups.size())
-        detail::throw_wrong_particle(view, partition, partition.groups[wrong_group], grid.domain(), dt);
-    return report;
+    return pass;
 }
 
-/// The stress and signal speed of particles as they are: before the first step, and after a state was changed by hand.
-/// A stress that depends on the rate takes C for the velocity gradient, or zero where the view has no C.
-/// \param cell_size  h of the grid to come [m]
+/// Not finite exactly if one of the numbers is not (they are far from overflow, or wrong already).
+template <class P, class State>
+FIRN_INLINE P sum_of_state(State state) {
+    constexpr auto members = State::fields();
+    P sum = P(0);
+    unroll<int(std::tuple_size_v<decltype(members)>)>([&](auto f) FIRN_LAMBDA {
+        auto& member = state.*(std::get<f>(members).member);
+        const P* numbers = components(member);
+        unroll<component_count<std::remove_cvref_t<decltype(member)>>>([&](auto k)
+                                                                           FIRN_LAMBDA { sum = sum + numbers[k]; });
+    });
+    return sum;
+}
+
+/// update_stress(), but says instead of throwing that a particle is wrong.
 template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
-G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Field, State>& view,
-                        const BlockPartition<D>& partition, const Material& material, double cell_size) {
+PassReport update_stress_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
+                              const BlockPartition<D>& partition, const Material& material, double cell_size) {
     using P = native_pack<S>;
     using LiftedState = material_state_t<with_scalar_t<Material, P>, D>;
     const auto lifted = lift<P>(material);
     const std::size_t packs = partition.slots() / pack_size;
     const int threads = thread_count(requested_threads(execution));
     std::vector<double> speeds(packs);
+    std::vector<std::uint8_t> right(packs);
     parallel_for(
         packs, threads,
         [&](std::size_t pack, int) {
-            P speed = P(0);
+            P speed = P(0), rightness = P(0);
             for (std::size_t lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
                 const std::size_t slot = pack * pack_size + lane;
                 const Slots slots{slot, partition.order.data() + slot};
                 const LiftedState state = load_state<LiftedState>(view.state, slots);
+                Mat<P, D> stress;
                 if constexpr (has_rate_dependent_stress<with_scalar_t<Material, P>, D>) {
                     Mat<P, D> C = Mat<P, D>::zero();
                     if (view.affine.data)
                         unroll<D * D>([&](auto k) FIRN_LAMBDA { C.m[k] = view.affine.template load<P>(slots, k); });
-                    store_symmetric(view.stress, slots, stress_of(lifted, state, C));
+                    stress = stress_of(lifted, state, C);
                 } else {
-                    store_symmetric(view.stress, slots, kirchhoff_stress(lifted, state));
+                    stress = kirchhoff_stress(lifted, state);
                 }
+                store_symmetric(view.stress, slots, stress);
                 const P mass = view.mass.template load_or_zero<P>(slots, 0);
                 const P volume = view.volume.template load<P>(slots, 0);
-                speed = max(speed, signal_speed(lifted, load_vector<P, D>(view.velocity, slots), mass, volume, state,
-                                                P(S(cell_size))));
+                const Vec<P, D> velocity = load_vector<P, D>(view.velocity, slots);
+                const P own = signal_speed(lifted, velocity, mass, volume, state, P(S(cell_size)));
+                P sum = own;
+                unroll<D * D>([&](auto k) FIRN_LAMBDA { sum = sum + stress.m[k]; });
+                unroll<D>([&](auto a) FIRN_LAMBDA { sum = sum + velocity.v[a]; });
+                sum = sum + sum_of_state<P>(state);
+                rightness = rightness + select(mass > P(0), sum * P(0), P(0));
+                speed = max(speed, own);
             }
             speeds[pack] = double(reduce_max(speed));
+            right[pack] = !any(!(rightness == P(0)));
         },
         64);
-    G2PReport report;
-    for (double speed : speeds) report.signal_speed = std::max(report.signal_speed, speed);
-    return report;
+    PassReport pass;
+    for (double speed : speeds) pass.report.signal_speed = std::max(pass.report.signal_speed, speed);
+    pass.right = std::find(right.begin(), right.end(), 0) == right.end();
+    return pass;
+}
+
+}  // namespace detail
+
+/// Grid to particles: interpolates velocities, moves the particles, updates the material's state and stress.
+/// Particles are kept inside the domain. A transfer that blends needs before_p2g(). \see exec/transfer_passes.hpp
+/// \throws particle_error  if particles are not finite, or would have moved more than a cell beyond the domain: how
+///                         many, and what is known of the one with the lowest id
+template <class Kernel, class Transfer, class Force, class Execution, class Material, std::floating_point S, int D,
+          class Field, class State>
+G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>& view,
+              const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material, double dt,
+              const Transfer& transfer = {}) {
+    check_material<D>(material);
+    detail::check_step(dt);
+    const auto pass =
+        detail::g2p_pass<Kernel, Transfer, Force>(execution, view, partition, grid, material, dt, transfer);
+    if (!pass.right)
+        detail::throw_wrong(
+            detail::wrong_particles<D>(view, partition, &grid.domain(), grid.domain().cell_size, material, dt),
+            sentence("They come from a step of ", dt,
+                     " s: compare it with the bound of the time step, and look for a force or a "
+                     "stiffness that is too large.")
+                .c_str());
+    return pass.report;
+}
+
+/// The stress and signal speed of particles as they are: before the first step, and after a state was changed by hand.
+/// A stress that depends on the rate takes C for the velocity gradient, or zero where the view has no C.
+/// \param cell_size  h of the grid to come [m]
+/// \throws particle_error  if particles, or their stresses, are not finite: how many, and the one with the lowest id
+template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
+G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Field, State>& view,
+                        const BlockPartition<D>& partition, const Material& material, double cell_size) {
+    check_material<D>(material);
+    const auto pass = detail::update_stress_pass(execution, view, partition, material, cell_size);
+    if (!pass.right)
+        detail::throw_wrong(detail::wrong_particles<D>(view, partition, nullptr, cell_size, material, 0),
+                            "Look at what velocities and states were set to, and at the moduli.");
+    return pass.report;
 }
 
 }  // namespace firn

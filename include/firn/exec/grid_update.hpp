@@ -8,6 +8,7 @@
 #include <firn/exec/reactions.hpp>
 #include <firn/exec/transpose.hpp>
 #include <firn/stage/grid_update.hpp>
+#include <firn/stage/time_step.hpp>
 
 #include <type_traits>
 
@@ -64,6 +65,7 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
     static_assert(firn::boundary<Boundary, S, D>,
                   "firn: the boundary must offer velocity(x, v) and reaches(lower, upper)");
     constexpr bool watched = !std::same_as<Wanted, std::nullptr_t>;
+    check_step(dt);
     const double h = grid.domain().cell_size;
     const auto lifted = lift<native_pack<S>>(boundary);
     const auto field = lifted_acceleration<native_pack<S>>(acceleration);

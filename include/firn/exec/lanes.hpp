@@ -205,9 +205,9 @@ public:
         for (int a = 0; a < D; ++a) {
             lower_[a] = in_cells ? S(0) : S(domain.lower[a]);
             upper_[a] = in_cells ? extent_in_cells<S>(domain, a) : S(domain.upper[a]);
-            if (domain.periodic[std::size_t(a)]) {
-                upper_[a] = std::numeric_limits<S>::infinity();
+            if (domain.periodic[std::size_t(a)]) {  // no step is longer than the domain
                 lower_[a] = -upper_[a];
+                upper_[a] = 2 * upper_[a];
             }
         }
         cell_ = in_cells ? S(1) : S(domain.cell_size);

@@ -5,6 +5,7 @@
 #include <firn/exec/execution.hpp>
 #include <firn/exec/partition.hpp>
 #include <firn/exec/scatter.hpp>
+#include <firn/stage/time_step.hpp>
 
 #include <algorithm>
 
@@ -92,6 +93,13 @@ void scatter_group(const ParticleSet<View>& set, const BlockGroup& group, const 
                                               set.partition, group, grid, sums, nodes);
 }
 
+/// \throws parameter_error, usage_error  for a step [s] that is not finite or negative, and a grid without nodes
+template <std::floating_point S, int D, class... Views>
+void check_p2g(const SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
+    check_step(dt);
+    (grid.require_active(sets.partition), ...);
+}
+
 /// Zeros `per_node` numbers (or others) for each node of the grid.
 template <class T, std::floating_point S, int D>
 void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
@@ -106,8 +114,10 @@ void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
 /// dt included. Needs: the grid activated for the partitions of all sets, and no particle more than `allowed_drift`
 /// cells from the block it was sorted into. Sets follow one another, so that the same bits come from any number of
 /// threads.
+/// \throws parameter_error  unless dt is finite and not negative;  usage_error  if the grid was not activated
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
 void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
+    detail::check_p2g(grid, dt, sets...);
     const int threads = thread_count(execution.threads);
     detail::clear(grid.nodes(0), node_width, grid, threads);
     (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, FloatSums<S>{}, grid.nodes(0)), ...);
@@ -116,6 +126,7 @@ void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const Par
 /// \copydoc p2g
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
 void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
+    detail::check_p2g(grid, dt, sets...);
     detail::clear(grid.nodes(0), node_width, grid, 1);
     const auto scatter = [&](const auto& set) {
         for (const BlockGroup& group : set.partition.groups)

@@ -136,6 +136,7 @@ template <class Kernel, class Transfer, class Force, class Integer, Adding How, 
           class... Views>
 void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, double dt,
          const ParticleSet<Views>&... sets) {
+    detail::check_p2g(grid, dt, sets...);
     const int threads = thread_count(execution.threads);
     detail::LoadSums<S, D> load(grid, dt, threads);
     (load.see_mass(sets), ...);

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <firn/core/config.hpp>
+#include <firn/core/error.hpp>
 #include <firn/exec/team.hpp>
 
 #include <algorithm>
@@ -26,7 +27,11 @@ namespace firn {
 /// Threads to use: what was asked for, or, for 0, as many as OpenMP would use here (OMP_NUM_THREADS and
 /// OMP_THREAD_LIMIT count, and a parallel region of the caller's has them already), or without OpenMP as many as the
 /// machine runs at once.
+/// \throws parameter_error  if it is negative, or above 65535
 inline int thread_count(int requested) {
+    if (requested < 0 || requested > 0xffff)
+        throw parameter_error(
+            sentence(requested, " threads are asked for; give 1 to 65535, or 0 for as many as the machine has."));
     if (requested > 0) return requested;
 #ifdef _OPENMP
     return omp_in_parallel() ? 1 : std::min(omp_get_max_threads(), omp_get_thread_limit());

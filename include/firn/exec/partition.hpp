@@ -127,7 +127,8 @@ BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, i
 }
 
 /// For a foreign program's particles.
-/// \throws particle_error for a position that is not finite or lies outside the domain (listed by index)
+/// \throws particle_error for a position that is not finite or lies outside the domain, and for masses that are not
+///         positive, where the view has masses (listed by index)
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, State>& view, std::size_t count,
                                       const Domain<D>& domain, int threads = 0) {
@@ -136,6 +137,7 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
         throw parameter_error(
             "The domain is periodic, which arrays of a foreign program cannot be: use firn's Particles or Simulation.");
     check_positions<S, D>(count, domain, [&](std::size_t i, int a) { return view.position.particle(i, a); });
+    if (view.mass.data) check_masses<S>(count, [&](std::size_t i) { return view.mass.particle(i, 0); });
     const S per_cell = S(1 / domain.cell_size);
     return partition_by<D>(
         colours_along_axis<Kernel>, count, threads, [](std::size_t) { return true; },

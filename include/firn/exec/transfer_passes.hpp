@@ -119,9 +119,7 @@ void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfe
                const ParticleSet<Views>&... sets) {
     if constexpr (refines_velocities<Transfer>) {
         using P = native_pack<S>;
-        if (transfer.order < 1)
-            throw parameter_error(sentence("The order of ", Transfer::name, " is ", transfer.order,
-                                           "; it must be 1 (which is PIC) or more."));
+        if constexpr (requires { transfer.check(); }) transfer.check();
         if (transfer.order == 1) return;
         const int threads = thread_count(requested_threads(execution));
         memory.velocities.resize(std::max(memory.velocities.size(), sizeof...(Views)));

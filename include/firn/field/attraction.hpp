@@ -1,7 +1,10 @@
 /// \file Gravity, and a pull towards a point or a line (or a push away): what a user does with a pointer.
 #pragma once
 
+#include <firn/core/error.hpp>
 #include <firn/core/parameters.hpp>
+
+#include <cmath>
 
 namespace firn {
 
@@ -21,6 +24,22 @@ struct Attraction {
             parameter{"gravity", "m/s^2", &Attraction::gravity}, parameter{"centre", "m", &Attraction::centre},
             parameter{"direction", "1", &Attraction::direction}, parameter{"radius", "m", &Attraction::radius},
             parameter{"strength", "m/s^2", &Attraction::strength}};
+    }
+
+    /// \throws parameter_error unless the radius is positive, the direction of length 1 (to 1e-5) or 0, and all is
+    /// finite
+    void check() const
+        requires std::floating_point<S>
+    {
+        if (!(radius > 0) || !std::isfinite(radius) || !std::isfinite(strength))
+            throw parameter_error(sentence("An attraction of radius ", radius, " m and strength ", strength,
+                                           " m/s^2: both must be finite, and the radius positive."));
+        const double length = norm(cast<double>(direction));
+        if (!(length == 0 || std::abs(length - 1) < 1e-5))
+            throw parameter_error(sentence("The direction of an attraction has the length ", length,
+                                           "; it must be 1, or 0 where there is no line."));
+        if (!std::isfinite(norm(cast<double>(gravity)) + norm(cast<double>(centre))))
+            throw parameter_error("The gravity and the centre of an attraction must be finite.");
     }
 
     FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x) const {

@@ -124,8 +124,11 @@ public:
     }
 
     void write(std::string_view bytes) {
-        buffer_ += bytes;
-        if (buffer_.size() >= buffer_bytes) flush();
+        if (buffer_.size() + bytes.size() > buffer_bytes) flush();
+        if (bytes.size() > buffer_bytes)
+            write_through(bytes);
+        else
+            buffer_ += bytes;
     }
 
     /// After it returns the file stands whole under its name and is on disk.
@@ -145,11 +148,15 @@ private:
     static constexpr std::size_t buffer_bytes = std::size_t(1) << 16;
 
     void flush() {
-        while (!buffer_.empty()) {
-            const ::ssize_t written = ::write(fd_.get(), buffer_.data(), buffer_.size());
+        write_through(buffer_);
+        buffer_.clear();
+    }
+    void write_through(std::string_view bytes) {
+        while (!bytes.empty()) {
+            const ::ssize_t written = ::write(fd_.get(), bytes.data(), bytes.size());
             if (written < 0 && errno == EINTR) continue;
             if (written < 0) detail::throw_io("Writing", temporary_, errno);
-            buffer_.erase(0, std::size_t(written));
+            bytes.remove_prefix(std::size_t(written));
         }
     }
 

@@ -41,6 +41,13 @@ public:
                       << " could not be written; finish() would have said why.\n";
     }
 
+    /// As StateSeries::go_on_from(). Before the first write.
+    void go_on_from(double time) {
+        std::lock_guard lock(mutex_);
+        series_.go_on_from(time);
+        written_ = series_.size();
+    }
+
     /// Takes a state, which is written soon. Waits while two are held.
     /// \throws what StateSeries::write threw for an earlier one; this one is then not taken
     void write(State<S>&& state) {

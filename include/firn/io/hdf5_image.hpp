@@ -147,12 +147,7 @@ private:
     };
 
     static void write_bytes(AtomicFile& file, std::span<const std::byte> bytes) {
-        constexpr std::size_t most = std::size_t(1) << 16;  // so that AtomicFile's buffer stays in cache
-        while (!bytes.empty()) {
-            const auto part = bytes.first(std::min(most, bytes.size()));
-            file.write({reinterpret_cast<const char*>(part.data()), part.size()});
-            bytes = bytes.subspan(part.size());
-        }
+        file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     }
 
     /// What HDF5 built of the bytes from … to; zero where it has not written.

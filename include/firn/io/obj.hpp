@@ -4,6 +4,7 @@
 /// vertices or one that names a missing vertex is dropped) is refused here before, with the line.
 #pragma once
 
+#include <firn/data/memory.hpp>
 #include <firn/data/mesh.hpp>
 #include <firn/io/atomic_file.hpp>
 #include <firn/io/vendor/tiny_obj_loader.h>
@@ -97,8 +98,9 @@ private:
                                 "\"; indices are whole numbers from 1, or "
                                 "negative ones that count back"));
             }
-            if (index < 0 && -index > vertices_) {
-                refuse(sentence("has a face that counts back by ", -index, " vertices, of ", vertices_, " so far"));
+            if (index < -vertices_) {
+                const auto back = -std::uint64_t(index);  // of the lowest number, too
+                refuse(sentence("has a face that counts back by ", back, " vertices, of ", vertices_, " so far"));
             }
             const auto vertex = index > 0 ? index : vertices_ + 1 + index;
             if (std::find(corners_.begin(), corners_.end(), vertex) != corners_.end()) {
@@ -125,6 +127,12 @@ private:
 inline std::string read_text(const std::filesystem::path& path) {
     if (!std::filesystem::exists(path)) throw io_error(sentence("There is no file ", path, ". Check its name."));
     if (std::filesystem::is_directory(path)) throw io_error(sentence(path, " is a folder; give an OBJ file in it."));
+    if (std::filesystem::is_character_file(path) || std::filesystem::is_block_file(path))
+        throw io_error(sentence(path, " is a device; give an OBJ file."));
+    std::error_code no_size;  // of a pipe
+    const auto size = std::filesystem::file_size(path, no_size);
+    if (!no_size)
+        require_memory(4 * double(size), sentence("Reading ", path, " of ", size, " bytes"), "Give a smaller mesh.");
     std::ifstream file(path, std::ios::binary);
     std::ostringstream text;
     if (file && file.peek() != std::ifstream::traits_type::eof()) text << file.rdbuf();

@@ -1,11 +1,13 @@
-/// \file From point masses to a state, with the surfaces they carry: to be looked at.
+/// \file From a particle system to a state and back: a run that is restored goes on to the same bits.
 #pragma once
 
-#include <firn/io/state.hpp>
+#include <firn/core/names.hpp>
+#include <firn/io/state_parts.hpp>
 #include <firn/lagrangian/particle_system.hpp>
 #include <firn/version.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -13,7 +15,7 @@
 namespace firn {
 
 /// The state of point masses: positions [m], velocities [m/s], masses [kg], radii [m], and which are pinned (1, else
-/// 0), in the order of ids. The group of a point stands as its `material`.
+/// 0), in the order of ids. The group of a point stands as its `material`. To be looked at.
 /// \param facets  that name points by their places
 /// \param time    [s]
 /// \throws parameter_error  if a facet names a point that is not there
@@ -42,18 +44,304 @@ State<S> state_of(const PointMasses<S, D>& points, std::type_identity_t<std::spa
     for (const auto group : points.group) state.material.push_back(std::int32_t(group));
     state.facets.reserve(facets.size() * D);
     for (const auto& facet : facets) state.facets.insert(state.facets.end(), facet.begin(), facet.end());
-    state.attributes = {{"precision", sizeof(S) == 4 ? "float" : "double"}, {"library_version", version()}};
+    state.attributes = {{"precision", detail::precision_name<S>}, {"library_version", version()}};
     check_state(state);
     return state;
 }
 
-/// The state of a system: its points and facets, gravity [m/s²] and damping [1/s].
-template <int D, std::floating_point S, class... Policies>
-State<S> state_of(const ParticleSystem<D, S, Policies...>& system) {
-    State<S> state = state_of(system.points, system.facets, system.time(), system.steps());
-    state.parameters = {{"system", "gravity", "m/s^2", {system.gravity.v, system.gravity.v + D}},
-                        {"system", "damping", "1/s", {system.damping}}};
+namespace detail {
+
+/// Numbers of S as whole ones, bit by bit: two of float to each, the first in the upper half.
+template <std::floating_point S, std::size_t N>
+struct WholeNumbers {
+    static constexpr std::size_t each = sizeof(std::int64_t) / sizeof(S);
+    static constexpr std::size_t count = (N + each - 1) / each;
+    using Bits = std::conditional_t<each == 1, std::uint64_t, std::uint32_t>;
+
+    static std::array<std::int64_t, count> of(const std::array<S, N>& numbers) {
+        std::array<std::int64_t, count> all{};
+        for (std::size_t k = 0; k < N; ++k) all[k / each] |= std::int64_t(wide(numbers[k]) << shift(k));
+        return all;
+    }
+    static std::array<S, N> back(const std::int64_t* all) {
+        std::array<S, N> numbers;
+        for (std::size_t k = 0; k < N; ++k)
+            numbers[k] = std::bit_cast<S>(Bits(std::uint64_t(all[k / each]) >> shift(k)));
+        return numbers;
+    }
+
+private:
+    static std::uint64_t wide(S number) { return std::bit_cast<Bits>(number); }
+    static constexpr int shift(std::size_t k) { return each == 1 || k % 2 == 1 ? 0 : 32; }
+};
+
+/// What must be the same for a run to go on.
+template <class S, class Integrator, class Boundary>
+std::vector<StateAttribute> system_attributes() {
+    return {{"integrator", std::string(name_of<Integrator>())},
+            {"boundary", std::string(name_of<Boundary>())},
+            {"precision", precision_name<S>}};
+}
+
+inline constexpr std::size_t colours_at_once = sizeof(std::int64_t);
+
+/// A state's numbers, looked at before they are used.
+template <std::floating_point S, int D>
+class SystemReader {
+public:
+    explicit SystemReader(const State<S>& state) : state_(state), next_id_(whole("next_id", double(no_particle))) {}
+
+    SystemMoment<S, D> moment() const {
+        SystemMoment<S, D> moment;
+        moment.points = points();
+        moment.constraints.added = whole("constraints", double(no_particle));
+        moment.time = state_.time;
+        moment.steps = state_.step;
+        const auto& facets = state_.facets;
+        for (std::size_t row = 0; row < facets.size(); row += D) {
+            Facet<D> facet;
+            for (std::size_t k = 0; k < std::size_t(D); ++k) facet[k] = std::uint32_t(facets[row + k]);
+            moment.facets.push_back(facet);
+        }
+        const std::int64_t n = std::int64_t(state_.size());
+        for_rows("torn", 2, [&](const std::int64_t* row) {
+            moment.torn.push_back({index(row[0], n, "torn"), index(row[1], n, "torn")});
+        });
+        const std::int64_t added = moment.constraints.added;
+        for_rows("constraints_gone", 1, [&](const std::int64_t* row) {
+            moment.constraints.gone.push_back(index(row[0], added, "constraints_gone"));
+        });
+        read_colours(moment.constraints);
+        read_emitters(moment.emitters);
+        if (whole("impulses", 1) == 1) moment.impulses.emplace();
+        for_rows("impulses", 1 + int(Numbers::count), [&](const std::int64_t* row) {
+            const auto ids = std::bit_cast<std::uint64_t>(row[0]);
+            if (!moment.impulses || ids >> 32 >= next_id_) throw damaged("impulses");
+            moment.impulses->push_back({{std::uint32_t(ids >> 32), std::uint32_t(ids)}, Numbers::back(row + 1)});
+        });
+        return moment;
+    }
+
+    /// \throws io_error  unless it is from `least` to `most`
+    double number(const char* name, double least, double most) const {
+        return checked(name, parameter_values(state_, "system", name), 1, least, most)[0];
+    }
+    std::uint32_t whole(const char* name, double most) const {
+        const double value = number(name, 0, most);
+        if (value != std::floor(value)) throw damaged(name);
+        return std::uint32_t(value);
+    }
+    Vec<double, D> vector(const char* name) const {
+        Vec<double, D> value{};
+        const double most = std::numeric_limits<double>::max();
+        std::ranges::copy(checked(name, parameter_values(state_, "system", name), D, -most, most), value.v);
+        return value;
+    }
+
+    static io_error damaged(const std::string& what) {
+        return io_error(sentence("What the state says of '", what,
+                                 "' cannot be, or no run can go on from it. Go on from another state."));
+    }
+
+private:
+    using Numbers = WholeNumbers<S, std::size_t(D) + 1>;
+
+    static std::vector<double> checked(const char* name, std::vector<double> values, std::size_t count, double least,
+                                       double most) {
+        const auto wrong = [&](double value) { return !(value >= least && value <= most); };
+        if (values.size() != count || std::ranges::any_of(values, wrong)) throw damaged(name);
+        return values;
+    }
+    static std::uint32_t index(std::int64_t given, std::int64_t count, const char* what) {
+        if (given < 0 || given >= count) throw damaged(what);
+        return std::uint32_t(given);
+    }
+    /// f(row) for each of a table.
+    template <class F>
+    void for_rows(const char* name, int columns, const F& f) const {
+        const StateTable& rows = table(state_.tables, name, columns);
+        for (std::size_t k = 0; k < rows.values.size(); k += std::size_t(columns)) f(rows.values.data() + k);
+    }
+
+    /// \throws io_error  unless all values are from `least` to `most`
+    const S* field(const char* name, int components, S least) const {
+        const StateField<S>* const found = state_.find(name);
+        if (!found || found->components != components)
+            throw io_error(sentence("The state has no field '", name, "' of ", components,
+                                    " components; write all fields for a run to go on."));
+        for (const S value : found->values)
+            if (!(value >= least && value <= std::numeric_limits<S>::max())) throw damaged(name);
+        return found->values.data();
+    }
+
+    PointMasses<S, D> points() const {
+        constexpr S lowest = std::numeric_limits<S>::lowest();
+        const std::size_t n = state_.size();
+        const StateTable& end = table(state_.tables, "end", 1);
+        if (end.values.size() != n) throw damaged("end");
+        PointMasses<S, D> points;
+        const auto vectors = [&](const char* name, auto& to) {
+            const S* const from = field(name, D, lowest);
+            to.resize(n);
+            for (std::size_t i = 0; i < n; ++i) std::copy_n(from + i * D, D, to[i].v);
+        };
+        const auto numbers = [&](const char* name, S least, auto& to) {
+            const S* const from = field(name, 1, least);
+            to.assign(from, from + n);
+        };
+        vectors("position", points.position);
+        vectors("velocity", points.velocity);
+        numbers("mass", std::numeric_limits<S>::denorm_min(), points.mass);
+        numbers("inverse_mass", 0, points.inverse_mass);
+        numbers("radius", 0, points.radius);
+        numbers("since", 0, points.since);
+        for (std::size_t i = 0; i < n; ++i) {
+            const std::int64_t id = state_.id[i];
+            if (id < 0 || id >= std::int64_t(next_id_) || (i > 0 && id <= state_.id[i - 1])) throw damaged("id");
+            points.id.push_back(std::uint32_t(id));
+            points.group.push_back(std::uint32_t(state_.material[i]));
+            points.end.push_back(time(end.values[i]));
+        }
+        points.skip_ids(next_id_);
+        return points;
+    }
+    /// \throws io_error  if it is none
+    static double time(std::int64_t bits) {
+        const double value = std::bit_cast<double>(bits);
+        if (std::isnan(value)) throw damaged("end");
+        return value;
+    }
+
+    void read_colours(ConstraintHistory& history) const {
+        const auto& packed = table(state_.tables, "constraint_colours", 1).values;
+        if (packed.empty()) return;
+        const std::size_t left = history.added - std::min<std::size_t>(history.added, history.gone.size());
+        if (packed.size() != (left + colours_at_once - 1) / colours_at_once) throw damaged("constraint_colours");
+        for (std::size_t k = 0; k < left; ++k)
+            history.colours.push_back(
+                std::uint8_t(std::uint64_t(packed[k / colours_at_once]) >> 8 * (k % colours_at_once)));
+    }
+
+    void read_emitters(std::vector<EmitterHistory>& emitters) const {
+        const StateTable& children = table(state_.tables, "emitted", 2);
+        std::size_t read = 0;
+        for_rows("emitters", 2, [&](const std::int64_t* row) {
+            emitters.push_back({std::bit_cast<std::uint64_t>(row[0]), {}});
+            const std::size_t last =
+                read + 2 * index(row[1], std::int64_t((children.values.size() - read) / 2) + 1, "emitters");
+            for (; read < last; read += 2)
+                emitters.back().children.push_back(
+                    {index(children.values[read], next_id_, "emitted"), time(children.values[read + 1])});
+        });
+        if (read != children.values.size()) throw damaged("emitted");
+    }
+
+    const State<S>& state_;
+    std::uint32_t next_id_;
+};
+
+}  // namespace detail
+
+/// The state of a system as it is: its points and facets, and all that its steps go by besides what its program made:
+/// until when points live, what constraints tore, what emitters gave, the impulses of contacts; gravity [m/s²],
+/// damping [1/s], iterations, restitution and the boundary's parameters; names of policies.
+template <int D, std::floating_point S, class Integrator, class Boundary>
+State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
+    const PointMasses<S, D>& points = system.points;
+    State<S> state = state_of(points, system.facets, system.time(), system.steps());
+    state.fields.push_back({"inverse_mass", "1/kg", 1, {points.inverse_mass.begin(), points.inverse_mass.end()}});
+    state.fields.push_back({"since", "s", 1, {points.since.begin(), points.since.end()}});
+
+    state.attributes = detail::system_attributes<S, Integrator, Boundary>();
+    if constexpr (requires { system.boundary.description(); })
+        state.attributes.push_back({"boundary_conditions", system.boundary.description()});
+    for (StateAttribute& attribute : detail::build_attributes()) state.attributes.push_back(std::move(attribute));
+
+    for_parameters(system.boundary, [&](const std::string& name, const char* unit, const auto& value) {
+        state.parameters.push_back({"boundary", name, unit, detail::as_doubles(value)});
+    });
+    const auto parameter = [&](const char* name, const char* unit, std::vector<double> values) {
+        state.parameters.push_back({"system", name, unit, std::move(values)});
+    };
+    const ConstraintHistory constraints = system.constraints.history();
+    const auto kept = system.collisions ? system.collisions->kept() : std::nullopt;
+    parameter("gravity", "m/s^2", detail::as_doubles(system.gravity));
+    parameter("damping", "1/s", {system.damping});
+    parameter("iterations", "1", {double(system.iterations)});
+    parameter("restitution", "1", {system.restitution});
+    parameter("next_id", "1", {double(points.next_id())});
+    parameter("constraints", "1", {double(constraints.added)});
+    parameter("impulses", "1", {kept ? 1.0 : 0.0});
+
+    const std::vector<std::uint8_t>& colours = constraints.colours;
+    StateTable packed{"constraint_colours", 1, {}};
+    packed.values.resize((colours.size() + detail::colours_at_once - 1) / detail::colours_at_once);
+    for (std::size_t k = 0; k < colours.size(); ++k)
+        packed.values[k / detail::colours_at_once] |=
+            std::int64_t(std::uint64_t(colours[k]) << 8 * (k % detail::colours_at_once));
+    StateTable gone{"constraints_gone", 1, {constraints.gone.begin(), constraints.gone.end()}};
+    StateTable emitted{"emitted", 2, {}}, emitters{"emitters", 2, {}};  // ids and the bits of ends; births, how many
+    for (const Emitter<D>& emitter : system.emitters()) {
+        emitters.values.insert(emitters.values.end(),
+                               {std::bit_cast<std::int64_t>(emitter.births), std::int64_t(emitter.children.size())});
+        for (const EmittedChild& child : emitter.children)
+            emitted.values.insert(emitted.values.end(), {child.id, std::bit_cast<std::int64_t>(child.end)});
+    }
+    StateTable end{"end", 1, {}};
+    for (const double each : points.end) end.values.push_back(std::bit_cast<std::int64_t>(each));
+    StateTable torn{"torn", 2, {}};
+    for (const Torn& ends : system.torn()) torn.values.insert(torn.values.end(), ends.begin(), ends.end());
+    using Numbers = detail::WholeNumbers<S, std::size_t(D) + 1>;
+    StateTable impulses{"impulses", 1 + int(Numbers::count), {}};  // two ids, then the numbers
+    if (kept)
+        for (const KeptImpulse<S, D>& each : *kept) {
+            impulses.values.push_back(std::bit_cast<std::int64_t>(std::uint64_t(each.ids[0]) << 32 | each.ids[1]));
+            const auto numbers = Numbers::of(each.numbers);
+            impulses.values.insert(impulses.values.end(), numbers.begin(), numbers.end());
+        }
+    state.tables = {std::move(packed), std::move(gone),     std::move(emitted), std::move(emitters),
+                    std::move(end),    std::move(impulses), std::move(torn)};
     return state;
+}
+
+/// Goes on from a state: `system` must have been made, up to its first step, as the one that wrote it was: the same
+/// points, forces, constraints, excluded pairs and emitters in the same order, and whether points collide. It takes
+/// over the points as they are, what tore, time and steps; gravity, damping, iterations, restitution and the
+/// boundary's parameters. What else the program says stays as it says. Every further step gives the bits of the run
+/// that wrote the state, for any number of threads.
+/// \param how  what is asked of the state; Restart::converted is not to be had
+/// \throws io_error naming what differs, is missing or cannot be; the system is then as it was
+template <int D, std::floating_point S, class Integrator, class Boundary>
+void restore(ParticleSystem<D, S, Integrator, Boundary>& system, const std::type_identity_t<State<S>>& state,
+             Restart how = Restart::same_bits) {
+    if (how == Restart::converted)
+        throw parameter_error(
+            "A particle system goes on from its own states only; add the points of others with PointMasses::add.");
+    detail::check_dimension(state, D);
+    detail::check_same(state, detail::system_attributes<S, Integrator, Boundary>(),
+                       "Go on with a system of the same policies and precision.");
+    if (how == Restart::same_bits) detail::check_same_build(state);
+    try {
+        check_state(state);
+        const detail::SystemReader<S, D> reader(state);
+        const Vec<double, D> gravity = reader.vector("gravity");
+        const double damping = reader.number("damping", 0, std::numeric_limits<double>::max());
+        const auto iterations = int(reader.whole("iterations", std::numeric_limits<int>::max()));
+        const double restitution = reader.number("restitution", 0, 1);
+        Boundary boundary = system.boundary;
+        restore_parameters(boundary, state, "boundary");
+        if constexpr (requires { boundary.check(); }) boundary.check();
+        system.resume(reader.moment());
+        system.gravity = gravity;
+        system.damping = damping;
+        system.iterations = iterations;
+        system.restitution = restitution;
+        system.boundary = std::move(boundary);
+    } catch (const io_error&) {
+        throw;
+    } catch (const error& wrong) {
+        throw io_error(sentence("The system cannot go on from the state. ", wrong.what()));
+    }
 }
 
 }  // namespace firn

@@ -150,6 +150,13 @@ inline bool is_series_member(std::string_view file, std::string_view name) {
     return std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
+/// The number of a series' member.
+inline std::size_t series_number(std::string_view file, std::string_view name) {
+    std::size_t number = 0;
+    std::from_chars(file.data() + name.size() + 1, file.data() + file.size(), number);
+    return number;
+}
+
 }  // namespace detail
 
 /// Writes the list, whole or not at all. Throws io_error where it cannot.

@@ -6,6 +6,7 @@
 #include <firn/io/series_file.hpp>
 #include <firn/io/state_writer.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <string>
@@ -19,10 +20,10 @@ namespace firn {
 /// Writes states one by one. After each write the list holds all states so far, and each listed state is whole on
 /// disk, whenever the program is killed.
 ///
-/// A series starts afresh: nothing happens to older files until the first state is on disk; then the old list is
-/// replaced, and states of the old list that are not of the new one are removed, provided they are called NAME_ and
-/// four or more digits and .hdf. No other file is touched: not those that the old list does not name, and none at all
-/// where the old list cannot be read.
+/// A series starts afresh, unless go_on_from() is called: nothing happens to older files until the first state is on
+/// disk; then the old list is replaced, and states of the old list that are not of the new one are removed, provided
+/// they are called NAME_ and four or more digits and .hdf. No other file is touched: not those that the old list does
+/// not name, and none at all where the old list cannot be read.
 class StateSeries {
 public:
     /// Makes the folder where it is missing. Throws parameter_error for a name that is empty or holds '/' or '.',
@@ -38,14 +39,35 @@ public:
         }
     }
 
+    /// Goes on with the series that is there, from `time` [s] on: its states up to then stay, later ones are replaced
+    /// as those of an older series are. Before the first write.
+    /// \throws io_error  where the list cannot be read, or names something else than states of this series
+    void go_on_from(double time) {
+        std::vector<SeriesEntry> kept;
+        std::size_t next = 0;
+        for (SeriesEntry& entry : read_series(path())) {
+            if (!detail::is_series_member(entry.file, name_))
+                throw io_error(sentence("The list of states ", path(), " names '", entry.file,
+                                        "', which is no state of the series '", name_, "'. Go on under another name."));
+            if (entry.time > time) continue;
+            next = std::max(next, detail::series_number(entry.file, name_) + 1);
+            kept.push_back(std::move(entry));
+        }
+        entries_ = std::move(kept);
+        next_ = next;
+        has_written_ = false;
+    }
+
     /// Writes the next state, then the list; returns the state's path. Throws what write_state throws; then the
     /// states before are whole and listed, and the same number is tried again next time.
     template <state_scalar S>
     std::filesystem::path write(const State<S>& state) {
-        const std::string file = detail::series_member(name_, entries_.size());
+        const std::string file = detail::series_member(name_, next_);
         std::vector<std::string> before;
-        if (entries_.empty()) before = detail::series_members_on_disk(path(), name_);
-        write_state(directory_ / file, state, options_);
+        if (!has_written_) before = detail::series_members_on_disk(path(), name_);
+        StateOptions options = options_;
+        if (options.complete_every > 0 && next_ % options.complete_every == 0) options.fields.clear();
+        write_state(directory_ / file, state, options);
         entries_.push_back({file, state.time});
         try {
             write_series(path(), entries_);
@@ -53,8 +75,10 @@ public:
             entries_.pop_back();
             throw;
         }
+        ++next_;
+        has_written_ = true;
         for (const auto& stale : before) {
-            if (stale == file) continue;
+            if (std::ranges::any_of(entries_, [&](const SeriesEntry& entry) { return entry.file == stale; })) continue;
             std::error_code failure;
             std::filesystem::remove(directory_ / stale, failure);
             if (failure) {
@@ -67,7 +91,7 @@ public:
 
     /// The list's path.
     std::filesystem::path path() const { return directory_ / (name_ + ".hdf.series"); }
-    /// States written so far.
+    /// States listed so far.
     std::size_t size() const { return entries_.size(); }
     const std::vector<SeriesEntry>& entries() const { return entries_; }
 
@@ -76,6 +100,8 @@ private:
     std::string name_;
     StateOptions options_;
     std::vector<SeriesEntry> entries_;
+    std::size_t next_ = 0;  // number
+    bool has_written_ = false;
 };
 
 }  // namespace firn

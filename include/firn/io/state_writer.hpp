@@ -40,6 +40,9 @@ struct StateOptions {
     int compression = 0;  ///< 0: contiguous, fast; 1 to 9: shuffled and deflated, small gain for much time
     /// Names of the fields to write besides positions; empty: all. A run goes on only from a state with all of them.
     std::vector<std::string> fields = {};
+    /// Of a series with selected fields, the first state and every so many after it have all fields, so that a run can
+    /// go on from them; 0: none has.
+    std::size_t complete_every = 0;
 
     /// Whether the field of this name is written.
     bool writes(std::string_view field) const {

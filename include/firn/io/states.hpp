@@ -3,6 +3,7 @@
 
 #include <firn/io/background_series.hpp>
 #include <firn/io/interruption.hpp>
+#include <firn/io/restart.hpp>
 #include <firn/io/simulation_state.hpp>
 #include <firn/io/state_reader.hpp>
 #include <firn/io/state_series.hpp>

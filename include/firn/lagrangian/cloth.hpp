@@ -29,7 +29,9 @@ inline Net<3> cloth(const Vec<double, 3>& origin, const Vec<double, 3>& u, const
         throw parameter_error(sentence("A cloth at ", detail::describe(origin), " m with the edges ",
                                        detail::describe(u), " and ", detail::describe(v), " m has the area ", area,
                                        " m²; all must be finite and the edges must not be parallel."));
-    if (cells[0] < 1 || cells[1] < 1 || double(cells[0] + 1) * double(cells[1] + 1) > double(max_points))
+    const double points = (double(cells[0]) + 1) * (double(cells[1]) + 1);
+    detail::require_net_memory<3>(points, 6 * points, 2 * points);
+    if (cells[0] < 1 || cells[1] < 1 || points > double(max_points))
         throw parameter_error(sentence("A cloth of ", cells[0], " x ", cells[1],
                                        " cells was asked for; give at least one along each edge, and at most ",
                                        max_points, " points."));

@@ -24,6 +24,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -178,6 +179,18 @@ public:
         scatter(points.velocity, v_, threads);
         parallel_for(blocks_.size(), threads, [&](std::size_t which, int) { keep(which); });
         begun_ = table_.has_kept = true;
+    }
+
+    /// The impulses of the last step, with which the next one begins; none before the first, or without passes.
+    std::optional<std::vector<KeptImpulse<S, D>>> kept() const {
+        if (!table_.has_kept) return {};
+        return table_.kept();
+    }
+    /// Begins the next step with those of another run. \throws parameter_error  as ContactTable::resume
+    void resume(const std::optional<std::vector<KeptImpulse<S, D>>>& kept) {
+        Table resumed;
+        if (kept) resumed.resume(*kept);
+        table_ = std::move(resumed);
     }
 
     /// Points that overlap move apart.

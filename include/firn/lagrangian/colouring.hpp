@@ -32,4 +32,21 @@ struct LinkColours {
     }
 };
 
+/// Are these colours by which links may move their ends at the same time?
+inline bool are_colours(std::span<const std::uint8_t> colour, std::span<const std::array<std::uint32_t, 2>> links,
+                        std::size_t points) {
+    if (colour.size() != links.size()) return false;
+    std::vector<std::uint64_t> taken(points, 0);
+    for (std::size_t k = 0; k < links.size(); ++k) {
+        if (colour[k] > LinkColours::most) return false;
+        if (colour[k] == LinkColours::most) continue;
+        const std::uint64_t own = std::uint64_t(1) << colour[k];
+        for (const std::uint32_t end : links[k]) {
+            if (taken[end] & own) return false;
+            taken[end] |= own;
+        }
+    }
+    return true;
+}
+
 }  // namespace firn

@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
+#include <span>
 #include <vector>
 
 namespace firn {
@@ -20,6 +22,16 @@ template <std::floating_point S, int D>
 struct TouchedSurface {
     Vec<S, D> normal, velocity;
     S friction;
+};
+
+/// What a contact felt in a step, kept for the one after.
+template <std::floating_point S, int D>
+struct KeptImpulse {
+    std::array<std::uint32_t, 2> ids{};  ///< of two points, ascending, or of a point and a surface (\see ContactTable)
+    /// On the first, times the sum of the inverse masses [m/s], and the length that it had a step before.
+    std::array<S, std::size_t(D) + 1> numbers{};
+
+    bool operator==(const KeptImpulse&) const = default;
 };
 
 /// Every contact is listed at both of its points, in the order of the collision grid; consecutive points share a chunk,
@@ -113,6 +125,54 @@ struct ContactTable {
         for (std::size_t c = first[of_rank], end = c + count[of_rank]; c < end; ++c)
             if (chunk.ids[c] == other_id) return chunk.kept.data() + 4 * c;
         return nullptr;
+    }
+
+    /// What is kept, each contact once, in the order of ids: what the other of two points feels is the exact opposite.
+    std::vector<KeptImpulse<S, D>> kept() const {
+        std::vector<KeptImpulse<S, D>> all;
+        for (const Place& place : places) {
+            if (place.rank == none) continue;
+            const Chunk& chunk = chunks[place.rank / chunk_size];
+            for (std::size_t c = first[place.rank], end = c + count[place.rank]; c < end; ++c) {
+                if (chunk.ids[c] < place.id) continue;
+                all.push_back({.ids = {place.id, chunk.ids[c]}});
+                std::copy_n(chunk.kept.data() + 4 * c, D + 1, all.back().numbers.begin());
+            }
+        }
+        std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.ids < b.ids; });
+        return all;
+    }
+    /// Makes this a table that has kept those, and no more.
+    /// \throws parameter_error  unless they are in the order of ids, each once and finite; nothing has changed then
+    void resume(std::span<const KeptImpulse<S, D>> all) {
+        std::vector<KeptImpulse<S, D>> sides;  // of all contacts, by their own point
+        for (std::size_t k = 0; k < all.size(); ++k) {
+            const auto [own, other] = all[k].ids;
+            const auto finite = [](S number) { return std::isfinite(number); };
+            if (own >= other || (k > 0 && all[k].ids <= all[k - 1].ids) || !std::ranges::all_of(all[k].numbers, finite))
+                throw parameter_error(sentence("The impulse kept of points ", own, " and ", other,
+                                               " is not finite, or not in the order of ids."));
+            sides.push_back(all[k]);
+            if (is_surface(other)) continue;
+            sides.push_back({{other, own}, all[k].numbers});
+            for (std::size_t a = 0; a < std::size_t(D); ++a) sides.back().numbers[a] *= -1;
+        }
+        std::sort(sides.begin(), sides.end(), [](const auto& a, const auto& b) { return a.ids < b.ids; });
+        *this = {};
+        for (const KeptImpulse<S, D>& side : sides) {
+            if (places.empty() || places.back().id != side.ids[0]) {
+                if (places.size() % chunk_size == 0) chunks.emplace_back();
+                places.push_back({side.ids[0], std::uint32_t(places.size())});
+                first.push_back(std::uint32_t(chunks.back().ids.size()));
+                count.push_back(0);
+            }
+            ++count.back();
+            chunks.back().ids.push_back(side.ids[1]);
+            std::array<S, 4> quad{};
+            std::ranges::copy(side.numbers, quad.begin());
+            chunks.back().kept.insert(chunks.back().kept.end(), quad.begin(), quad.end());
+        }
+        has_kept = true;
     }
 
     std::size_t bytes() const {

@@ -64,6 +64,14 @@ struct DistanceCorrection {
 
 }  // namespace detail
 
+/// What became of constraints, each named by how many were added before it.
+struct ConstraintHistory {
+    std::uint32_t added = 0;
+    std::vector<std::uint32_t> gone = {};  ///< those that tore or lost an end, in ascending order
+    std::vector<std::uint8_t> colours =
+        {};  ///< of the others, in the order they were added; none before they are needed
+};
+
 /// Constraints |x_b − x_a| = l₀, solved by iterations of position-based dynamics.
 template <std::floating_point S, int D>
 class DistanceConstraints {
@@ -114,8 +122,15 @@ public:
     }
 
     /// Moves points towards the distances they keep.
-    /// \throws parameter_error  if a constraint names a point that is not there, or the tear factor is not above 1
+    /// \throws parameter_error  if a constraint names a point that is not there, the tear factor is not above 1, the
+    ///                          step not positive, or a number not one of each point
     void solve(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, double dt, int iterations, int threads) {
+        if (!(dt > 0) || !std::isfinite(dt) || iterations < 0 || inverse_mass.size() != position.size())
+            throw parameter_error(
+                sentence("Constraints of ", position.size(), " points with ", inverse_mass.size(),
+                         " inverse masses in ", iterations, " iterations over ", dt,
+                         " s: give an inverse mass for each point, no negative number, and a positive "
+                         "step."));
         if (!(tear_factor > 1))
             throw parameter_error(sentence("Constraints tear at ", tear_factor,
                                            " times their length at rest; it must be above 1 (infinite: never)."));
@@ -139,7 +154,7 @@ public:
         std::vector<Torn> broken;
         if (!std::isfinite(tear_factor)) return broken;
         const S most = S(tear_factor * tear_factor);
-        keep_if([&](const Constraint& each, LinkKind) {
+        keep_if([&](const Constraint& each, const Origin&) {
             const Vec<S, D> along = position[each.ends[1]] - position[each.ends[0]];
             if (dot(along, along) <= most * each.rest * each.rest) return true;
             broken.push_back(each.ends);
@@ -152,8 +167,52 @@ public:
 
     /// When points were taken out. Constraints that lost an end are gone.
     void renumber(std::span<const std::uint32_t> new_place) {
-        keep_if([&](Constraint& each, LinkKind) { return detail::renumbered(each.ends, new_place); });
+        keep_if([&](Constraint& each, const Origin&) { return detail::renumbered(each.ends, new_place); });
         incidence_.clear();
+    }
+
+    ConstraintHistory history() const {
+        constexpr std::uint8_t none = 255;
+        std::vector<std::uint8_t> colour(added_, none);
+        for (const Origin& origin : origin_) colour[origin.number] = origin.colour;
+        ConstraintHistory history{added_, {}, {}};
+        for (std::uint32_t number = 0; number < added_; ++number)
+            if (colour[number] == none) history.gone.push_back(number);
+        if (ordered_ && ordered_for_ == ConstraintUpdate::coloured) {
+            std::erase(colour, none);
+            history.colours = std::move(colour);
+        }
+        return history;
+    }
+    /// What these have become in a run that began with the same.
+    /// \param new_place  of the points they were added for, among so many `points`; see PointMasses::remove_if
+    /// \throws parameter_error  if it is not the history of these; some may then be gone
+    void resume(const ConstraintHistory& history, std::span<const std::uint32_t> new_place, std::size_t points) {
+        if (history.added != added_)
+            throw parameter_error(sentence("The run that is to go on had ", history.added,
+                                           " constraints added to it, this one ", added_, ". Add the same."));
+        std::vector<bool> is_gone(added_);
+        for (std::size_t k = 0; k < history.gone.size(); ++k) {
+            if (history.gone[k] >= added_ || (k > 0 && history.gone[k] <= history.gone[k - 1]))
+                throw parameter_error("The constraints that are gone are not named in ascending order, each once.");
+            is_gone[history.gone[k]] = true;
+        }
+        keep_if([&](Constraint&, const Origin& origin) { return !is_gone[origin.number]; });
+        renumber(new_place);
+        if (size() + history.gone.size() != added_)
+            throw parameter_error(sentence("Of the ", added_, " constraints added, the run that is to go on still had ",
+                                           added_ - history.gone.size(), ", but only ", size(),
+                                           " of these have both their points in it."));
+        ordered_ = false;
+        if (history.colours.empty()) return;
+        order_by_number();
+        if (!are_colours(history.colours, all_ends(), points))
+            throw parameter_error("The colours of the constraints let two of them move a point at the same time.");
+        order_by_colours(history.colours);
+        ordered_ = true;
+        checked_for_ = std::numeric_limits<std::size_t>::max();  // not yet
+        ordered_for_ = ConstraintUpdate::coloured;
+        find_colours();
     }
 
 private:
@@ -236,20 +295,17 @@ private:
     }
 
     void prepare(std::size_t points) {
-        if (!ordered_ || ordered_for_ != update) {
+        if (!ordered_ || points < checked_for_) {
             for (std::size_t k = 0; k < size(); ++k)
                 for (const std::uint32_t point : all_[k].ends)
                     if (point >= points)
                         throw parameter_error(sentence("Constraint ", origin_[k].number, " keeps a distance to point ",
                                                        point, "; there are ", points, ", counted from 0."));
-            order_by([](const Origin& a, const Origin& b) { return a.number < b.number; });
-            if (update == ConstraintUpdate::coloured) {
-                const LinkColours colours(all_ends(), points);
-                for (std::size_t k = 0; k < size(); ++k) origin_[k].colour = colours.colour[k];
-                order_by([](const Origin& a, const Origin& b) {
-                    return a.colour != b.colour ? a.colour < b.colour : a.number < b.number;
-                });
-            }
+        }
+        checked_for_ = points;
+        if (!ordered_ || ordered_for_ != update) {
+            order_by_number();
+            if (update == ConstraintUpdate::coloured) order_by_colours(LinkColours(all_ends(), points).colour);
             ordered_ = true;
             ordered_for_ = update;
             incidence_.clear();
@@ -259,6 +315,16 @@ private:
             const std::vector<Ends> ends = all_ends();
             incidence_ = Incidence(std::span<const Ends>(ends), points);
         }
+    }
+    void order_by_number() {
+        order_by([](const Origin& a, const Origin& b) { return a.number < b.number; });
+    }
+    /// From the order of numbers.
+    void order_by_colours(std::span<const std::uint8_t> colours) {
+        for (std::size_t k = 0; k < size(); ++k) origin_[k].colour = colours[k];
+        order_by([](const Origin& a, const Origin& b) {
+            return a.colour != b.colour ? a.colour < b.colour : a.number < b.number;
+        });
     }
     template <class Before>
     void order_by(const Before& before) {
@@ -284,7 +350,7 @@ private:
     void keep_if(const Wanted& wanted) {
         std::size_t to = 0;
         for (std::size_t k = 0; k < size(); ++k)
-            if (wanted(all_[k], origin_[k].kind)) {
+            if (wanted(all_[k], origin_[k])) {
                 all_[to] = all_[k];
                 softness_[to] = softness_[k];
                 origin_[to++] = origin_[k];
@@ -308,8 +374,8 @@ private:
                     if (edges[at_a / 2][1 - at_a % 2] == edges[at_b / 2][1 - at_b % 2]) return true;
             return false;
         };
-        keep_if([&](const Constraint& each, LinkKind kind) {
-            const bool carried = kind != LinkKind::shear && kind != LinkKind::bend;
+        keep_if([&](const Constraint& each, const Origin& origin) {
+            const bool carried = origin.kind != LinkKind::shear && origin.kind != LinkKind::bend;
             if (carried || neighbours_share(each.ends)) return true;
             broken.push_back(each.ends);
             return false;
@@ -324,6 +390,7 @@ private:
     aligned_vector<Vec<S, D>> impulses_;
     std::uint32_t added_ = 0;
     bool is_soft_ = false, ordered_ = false;
+    std::size_t checked_for_ = 0;  // points
     ConstraintUpdate ordered_for_ = ConstraintUpdate::coloured;
 };
 

@@ -13,20 +13,33 @@ namespace firn {
 
 namespace detail {
 
-/// Does an element have both ends of one of the torn links among its corners?
-template <std::size_t K>
-bool holds_torn(const std::array<std::uint32_t, K>& corners, std::span<const Torn> torn) {
-    const auto has = [&](std::uint32_t point) {
-        return std::find(corners.begin(), corners.end(), point) != corners.end();
-    };
-    return std::any_of(torn.begin(), torn.end(), [&](const Torn& ends) { return has(ends[0]) && has(ends[1]); });
-}
+/// Torn links, to be found by their ends.
+class TornLinks {
+public:
+    explicit TornLinks(std::span<const Torn> torn) : links_(torn.begin(), torn.end()) {
+        for (Torn& ends : links_) std::sort(ends.begin(), ends.end());
+        std::sort(links_.begin(), links_.end());
+    }
+
+    /// Does an element have both ends of one of them among its corners?
+    template <std::size_t K>
+    bool are_in(std::array<std::uint32_t, K> corners) const {
+        std::sort(corners.begin(), corners.end());
+        for (std::size_t a = 0; a < K; ++a)
+            for (std::size_t b = a + 1; b < K; ++b)
+                if (std::binary_search(links_.begin(), links_.end(), Torn{corners[a], corners[b]})) return true;
+        return false;
+    }
+
+private:
+    std::vector<Torn> links_;
+};
 
 }  // namespace detail
 
 /// \tparam Law  Law::Element, Law::corners = K, and law.forces(element, x, v) → K forces [N] of the corners' positions
 ///              [m] and velocities [m/s]; it may also say energy(element, x) [J], and for the bound of the time step
-///              stiffness(element, x) [N/m] and damping(element) [N s/m], the largest eigenvalues
+///              stiffness(element, x) [N/m] and damping(element) [N s/m], the largest eigenvalues; and check(element)
 template <class Law, int D>
 class ElementForces {
 public:
@@ -45,7 +58,9 @@ public:
     const Element& element(std::size_t e) const { return elements_[e]; }
 
     /// \param corners  places of points
+    /// \throws parameter_error  as the law's check of an element, if it has one
     void add(const Corners& corners, const Element& element = {}) {
+        if constexpr (requires { law.check(element); }) law.check(element);
         corners_.push_back(corners);
         elements_.push_back(element);
         incidence_.clear();
@@ -105,7 +120,8 @@ public:
     }
     /// Takes out the elements that have both ends of a torn link among their corners.
     void tear(std::span<const Torn> torn) {
-        keep_if([&](Corners& corners) { return !detail::holds_torn(corners, torn); });
+        const detail::TornLinks links(torn);
+        keep_if([&](const Corners& corners) { return !links.are_in(corners); });
     }
 
 private:

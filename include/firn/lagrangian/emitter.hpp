@@ -13,6 +13,17 @@
 
 namespace firn {
 
+/// A particle of an emitter.
+struct EmittedChild {
+    std::uint32_t id;
+    double end;  ///< [s]
+};
+/// What an emitter has done until some time.
+struct EmitterHistory {
+    std::uint64_t births = 0;
+    std::vector<EmittedChild> children = {};
+};
+
 /// Gives birth to particles: number k at start + k / rate, for as long as that is not after `end`. All that is random
 /// about number k depends on the seed and k only, so neither threads nor the step's size change it. A particle that
 /// was born within a step stands, after it, where it would have flown to.
@@ -21,10 +32,6 @@ namespace firn {
 /// number is not given to another one.
 template <int D>
 struct Emitter {
-    struct Child {
-        std::uint32_t id;
-        double end;  ///< [s]
-    };
     static constexpr double forever = std::numeric_limits<double>::infinity();
     static constexpr std::uint64_t no_maximum = std::numeric_limits<std::uint64_t>::max();
 
@@ -44,8 +51,8 @@ struct Emitter {
     std::uint32_t group = 0;             ///< see PointMass
     std::uint64_t maximum = no_maximum;  ///< particles of this emitter alive at a time
     std::uint64_t seed = 1;
-    std::uint64_t births = 0;          ///< that have been due so far, those that did not happen included
-    std::vector<Child> children = {};  ///< that may be alive, in order; kept where there is a maximum
+    std::uint64_t births = 0;                 ///< that have been due so far, those that did not happen included
+    std::vector<EmittedChild> children = {};  ///< that may be alive, in order; kept where there is a maximum
 
     /// \throws parameter_error  unless numbers are in range
     void check() const {
@@ -104,7 +111,24 @@ struct Emitter {
 
     /// Births that were due until `time` [s], it included, do not happen.
     void skip(double time) {
-        while (is_due(time)) ++births;
+        if (const double most = due(time) * (1 - 1e-12); most > 2) births += std::uint64_t(most - 2);
+        while (is_due(births, time)) ++births;
+    }
+
+    /// Takes over what the same emitter has done until `time` [s] in another run.
+    /// \param has_given  it has given all that was due then
+    /// \throws parameter_error  if this emitter would not have done that; nothing has changed then
+    void resume(const EmitterHistory& given, double time, bool has_given) {
+        const bool too_many = given.births > births && !is_due(given.births - 1, time);
+        if (given.births < births || too_many || (has_given && is_due(given.births, time)))
+            throw parameter_error(sentence("The run that is to go on had ", given.births, " births due by ", time,
+                                           " s of an emitter; one that gives ", rate, " a second from ", start,
+                                           " s on has not so many. Add the same emitters in the same order."));
+        for (std::size_t k = 0; k < given.children.size(); ++k)
+            if (std::isnan(given.children[k].end) || (k > 0 && given.children[k].id <= given.children[k - 1].id))
+                throw parameter_error("The particles of an emitter are not named in ascending order with their ends.");
+        births = given.births;
+        children = given.children;
     }
 
     /// Adds the particles born until `time` [s], it included, that still live then.
@@ -113,15 +137,19 @@ struct Emitter {
     /// \throws parameter_error  as check(), and as PointMasses::add()
     template <std::floating_point S>
     std::size_t give(PointMasses<S, D>& points, double time, const Vec<double, D>& acceleration = {}) {
-        if (!is_due(time)) return 0;
+        if (!is_due(births, time)) return 0;
         check();
+        if (due(time) > double(no_particle))
+            throw parameter_error(sentence("An emitter of ", rate, " births a second owes ", due(time), " at ", time,
+                                           " s; there are ids for ", no_particle,
+                                           ". Take a lower rate, or let it start later."));
         std::priority_queue<double, std::vector<double>, std::greater<>> ends;  // of those alive, the next first
         if (maximum != no_maximum) {
             forget_missing(points);
-            for (const Child& child : children) ends.push(child.end);
+            for (const EmittedChild& child : children) ends.push(child.end);
         }
         const std::size_t before = points.size();
-        for (; is_due(time); ++births) {
+        for (; is_due(births, time); ++births) {
             const double birth = time_of(births), age = time - birth;
             while (!ends.empty() && ends.top() <= birth) ends.pop();
             if (ends.size() >= maximum) continue;
@@ -137,13 +165,23 @@ struct Emitter {
     }
 
 private:
-    bool is_due(double time) const { return time_of(births) <= time && time_of(births) <= end; }
+    /// How many births a step to `time` would see. \throws parameter_error  if they are more than can be counted
+    double due(double time) const {
+        const double all = std::floor((std::min(time, end) - start) * rate) + 1;
+        if (!(all < 0x1p53))
+            throw parameter_error(sentence("An emitter of ", rate, " births a second from ", start, " s on owes ", all,
+                                           " at ", time,
+                                           " s, more than can be counted. Take a lower rate, or let it "
+                                           "start later."));
+        return std::max(all - double(births), 0.0);
+    }
+    bool is_due(std::uint64_t birth, double time) const { return time_of(birth) <= time && time_of(birth) <= end; }
 
     /// Both lists are in the order of ids.
     template <std::floating_point S>
     void forget_missing(const PointMasses<S, D>& points) {
         auto at = points.id.begin();
-        std::erase_if(children, [&](const Child& child) {
+        std::erase_if(children, [&](const EmittedChild& child) {
             at = std::lower_bound(at, points.id.end(), child.id);
             return at == points.id.end() || *at != child.id;
         });

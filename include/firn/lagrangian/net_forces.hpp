@@ -6,6 +6,7 @@
 #include <firn/lagrangian/membrane.hpp>
 #include <firn/lagrangian/spring.hpp>
 #include <firn/lagrangian/surface.hpp>
+#include <firn/material/check.hpp>
 
 #include <cmath>
 
@@ -51,11 +52,7 @@ struct SpringOptions {
     double damping = 0;    ///< k_d [N s/m]
 
     /// \throws parameter_error  unless both are finite and not negative
-    void check() const {
-        if (!(stiffness >= 0) || !std::isfinite(stiffness) || !(damping >= 0) || !std::isfinite(damping))
-            throw parameter_error(sentence("A spring of stiffness ", stiffness, " N/m and damping ", damping,
-                                           " N s/m: both must be finite and not negative."));
-    }
+    void check() const { detail::check_spring(stiffness, damping); }
 };
 using SpringsOfKinds = std::array<SpringOptions, link_kinds>;  ///< by LinkKind
 
@@ -101,6 +98,7 @@ AerodynamicSurface<S, D> aerodynamic_surface_of(const Net<D>& net, const Aerodyn
 template <class Material>
 Membranes<Material> membranes_of(const Net<3>& net, const Material& material, double thickness, std::size_t first = 0) {
     using S = material_scalar_t<Material>;
+    check_material<2>(material);
     if (!(thickness > 0) || !std::isfinite(thickness))
         throw parameter_error(sentence("A membrane is ", thickness, " m thick; it must be positive."));
     Membranes<Material> membranes(Membrane<Material>{material});

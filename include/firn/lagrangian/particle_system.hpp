@@ -26,6 +26,19 @@ struct NetOptions {
     std::uint32_t group = 0;          ///< \see PointMass
 };
 
+/// All that steps change about a system, but for its boundary.
+template <std::floating_point S, int D>
+struct SystemMoment {
+    PointMasses<S, D> points;
+    std::vector<Facet<D>> facets;  ///< by places
+    std::vector<Torn> torn;        ///< by places
+    ConstraintHistory constraints;
+    std::vector<EmitterHistory> emitters;
+    std::optional<std::vector<KeptImpulse<S, D>>> impulses;  ///< see Collisions::kept
+    double time = 0;                                         ///< [s]
+    std::uint64_t steps = 0;
+};
+
 /// \tparam D           2 or 3
 /// \tparam S           float or double
 /// \tparam Integrator  SymplecticEuler or Verlet
@@ -55,7 +68,8 @@ public:
     double restitution = 0;        ///< of points at the boundary, Newton's e, from 0 to 1 [1]
     int threads = 0;               ///< 0: as many as OpenMP would use
     std::vector<Facet<D>> facets;  ///< the surface, by places of points: for output; torn with the constraints
-    /// Takes warnings: a time step above the bound of the forces. By default they go to std::cerr.
+    /// Takes warnings: a time step above the bound of the forces. By default they go to std::cerr;
+    /// empty: nowhere.
     std::function<void(const std::string&)> warn = [](const std::string& text) {
         std::cerr << "firn: " << text << '\n';
     };
@@ -72,15 +86,16 @@ public:
                                            options.masses.size(), " masses; give one for each, or one for all."));
         for (const Facet<D>& facet : net.facets)
             for (const std::uint32_t corner : facet) detail::point_of(net, corner);
+        const auto point = [&](std::size_t i) {
+            return PointMass<D>{.position = net.positions[i],
+                                .velocity = velocity,
+                                .mass = options.masses.empty() ? options.mass : options.masses[i],
+                                .radius = options.radius,
+                                .group = options.group};
+        };
+        for (std::size_t i = 0; i < net.positions.size(); ++i) points.check(point(i), points.next_id() + i);
         const std::size_t first = points.size();
-        PointMasses<S, D> with = points;
-        for (std::size_t i = 0; i < net.positions.size(); ++i)
-            with.add({.position = net.positions[i],
-                      .velocity = velocity,
-                      .mass = options.masses.empty() ? options.mass : options.masses[i],
-                      .radius = options.radius,
-                      .group = options.group});
-        points = std::move(with);
+        for (std::size_t i = 0; i < net.positions.size(); ++i) points.add(point(i));
         for (Facet<D> facet : net.facets) {
             for (std::uint32_t& corner : facet) corner = detail::moved_place(corner, first);
             facets.push_back(facet);
@@ -101,8 +116,9 @@ public:
     /// \throws parameter_error  if a number is out of range
     void add_emitter(const Emitter<D>& emitter) {
         emitter.check();
-        emitters_.push_back(emitter);
-        if (steps_ > 0) emitters_.back().skip(time_);
+        Emitter<D> added = emitter;
+        if (steps_ > 0) added.skip(time_);
+        emitters_.push_back(std::move(added));
     }
     const std::vector<Emitter<D>>& emitters() const { return emitters_; }
 
@@ -116,6 +132,7 @@ public:
         if (collisions) collisions->renumber(new_place);
         for (auto& force : forces_) force.renumber(new_place);
         std::erase_if(facets, [&](Facet<D>& facet) { return !detail::renumbered(facet, new_place); });
+        std::erase_if(torn_, [&](Torn& ends) { return !detail::renumbered(ends, new_place); });
         largest_step_ = 0;
         return new_place.size() - points.size();
     }
@@ -126,7 +143,8 @@ public:
 
     /// One step of dt [s].
     /// \throws parameter_error  unless dt is positive; and what forces throw
-    /// \throws particle_error   where a point or the force on it is not finite; nothing has moved then
+    /// \throws particle_error   where a point or the force on it is not finite, before anything has moved; or where a
+    ///                          point would not be finite after the step, which has then spoiled the points
     void step(double dt) {
         check(dt);
         if (steps_ == 0) emit();
@@ -163,6 +181,54 @@ public:
         for (std::uint64_t i = 0; i < count; ++i) step(duration / double(count));
     }
 
+    /// The torn links between points that there still are, by places.
+    const std::vector<Torn>& torn() const { return torn_; }
+
+    /// Goes on from a moment of another run, to the same bits: this system was made as that one, up to its first step.
+    /// \throws usage_error      when it has taken a step
+    /// \throws parameter_error  where the moment is not one of such a run; nothing has changed then
+    void resume(SystemMoment<S, D> moment) {
+        if (steps_ > 0)
+            throw usage_error(sentence("The system has taken ", steps_,
+                                       " steps; go on from a moment of another run before the first."));
+        const std::size_t count = moment.points.size();
+        const std::vector<std::uint32_t> new_place = places_in(moment.points);
+        for (const Torn& ends : moment.torn)
+            if (std::max(ends[0], ends[1]) >= count)
+                throw parameter_error(sentence("A torn link names point ", std::max(ends[0], ends[1]), "; there are ",
+                                               count, ", counted from 0."));
+        DistanceConstraints<S, D> resumed_constraints = constraints;
+        resumed_constraints.resume(moment.constraints, new_place, count);
+        std::optional<Collisions<S, D>> resumed_collisions = collisions;
+        if (moment.impulses && !collisions)
+            throw parameter_error("In the run that is to go on points collided; let those of this system collide.");
+        if (collisions) {
+            resumed_collisions->renumber(new_place);
+            resumed_collisions->resume(moment.impulses);
+        }
+        if (moment.emitters.size() != emitters_.size())
+            throw parameter_error(sentence("The run that is to go on had ", moment.emitters.size(),
+                                           " emitters, this system has ", emitters_.size(), ". Add the same."));
+        std::vector<Emitter<D>> resumed_emitters = emitters_;
+        for (std::size_t k = 0; k < emitters_.size(); ++k)
+            resumed_emitters[k].resume(moment.emitters[k], moment.time, moment.steps > 0);
+        const auto resume_forces = [&](std::span<detail::AnyForce<S, D>> forces) {
+            for (auto& force : forces) force.renumber(new_place), force.tear(moment.torn);
+        };
+        std::vector<detail::AnyForce<S, D>> rehearsal = forces_;  // that may throw, and the program may hold the others
+        resume_forces(rehearsal);
+        resume_forces(forces_);
+        points = std::move(moment.points);
+        facets = std::move(moment.facets);
+        torn_ = std::move(moment.torn);
+        constraints = std::move(resumed_constraints);
+        collisions = std::move(resumed_collisions);
+        emitters_ = std::move(resumed_emitters);
+        time_ = moment.time;
+        steps_ = moment.steps;
+        largest_step_ = 0;
+    }
+
 private:
     void check(double dt) const {
         if (!(dt > 0) || !std::isfinite(dt))
@@ -170,6 +236,11 @@ private:
         if (iterations < 0) throw parameter_error(sentence("There are ", iterations, " iterations; give 0 or more."));
         if (!(damping >= 0) || !std::isfinite(damping))
             throw parameter_error(sentence("The damping is ", damping, " /s; it must be finite and not negative."));
+        if (!detail::is_finite(cast<S>(gravity)))
+            throw parameter_error(
+                sentence("Gravity is ", detail::describe(gravity), " m/s^2; it must be finite along every axis."));
+        check_restitution(restitution);
+        if constexpr (requires { boundary.check(); }) boundary.check();
     }
 
     /// Warns of a step above the bound, which is computed anew now and then, and when forces change.
@@ -177,37 +248,46 @@ private:
         if (largest_step_ == 0 || steps_ % 64 == 0) largest_step_ = stable_time_step();
         if (dt < largest_step_ * warned_ratio_) return;
         warned_ratio_ = 1.2 * dt / largest_step_;
-        warn(sentence("the time step of ", dt, " s is ", dt / largest_step_, " times the bound of ", largest_step_,
-                      " s of the springs and dampers at step ", steps_, "; points may fly apart."));
+        if (warn)
+            warn(sentence("the time step of ", dt, " s is ", dt / largest_step_, " times the bound of ", largest_step_,
+                          " s of the springs and dampers at step ", steps_, "; points may fly apart."));
     }
 
+    FIRN_INLINE static S total(const Vec<S, D>& a) {
+        S sum = a[0];
+        unroll<D - 1>([&](auto i) FIRN_LAMBDA { sum += a[i + 1]; });
+        return sum;
+    }
+
+    /// \throws particle_error  where a point or the force on it is not finite
     void check_finite(double dt) const {
-        std::atomic<std::size_t> bad = points.size();  // the first
-        const auto total = [](const Vec<S, D>& a) {
-            S sum = a[0];
-            unroll<D - 1>([&](auto i) FIRN_LAMBDA { sum += a[i + 1]; });
-            return sum;
-        };
+        std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
             S all = 0;  // zero times a number is not zero where that is not finite
             for (std::size_t i = first; i < last; ++i)
                 all += (total(points.position[i]) + total(points.velocity[i]) + total(force_[i])) * S(0);
-            if (all == 0) return;
-            std::size_t i = first;
-            while (i + 1 < last && detail::is_finite(points.position[i]) && detail::is_finite(points.velocity[i]) &&
-                   detail::is_finite(force_[i]))
-                ++i;
-            for (std::size_t known = bad; i < known && !bad.compare_exchange_weak(known, i);) {
-            }
+            if (!(all == 0)) wrong = true;
         });
-        if (const std::size_t i = bad; i < points.size())
-            throw particle_error(
-                sentence("Point ", points.id[i], " is at ", detail::describe(points.position[i]), " m, has velocity ",
-                         detail::describe(points.velocity[i]), " m/s and takes a force of ",
-                         detail::describe(force_[i]), " N at step ", steps_, "; all must be finite. ",
-                         dt > largest_step_ ? sentence("The step of ", dt, " s is above the bound of ", largest_step_,
-                                                       " s of the springs and dampers: shorten it.")
-                                            : std::string("Look at what was set by hand, and at forces of your own.")));
+        if (wrong) throw_not_finite(dt, "Nothing has moved.");
+    }
+
+    /// Names the first point that is not finite, and how many there are.
+    [[noreturn, gnu::cold]] void throw_not_finite(double dt, const char* done) const {
+        std::size_t first = points.size(), count = 0;
+        for (std::size_t i = points.size(); i-- > 0;)
+            if (!detail::is_finite(points.position[i]) || !detail::is_finite(points.velocity[i]) ||
+                !detail::is_finite(force_[i]))
+                first = i, ++count;
+        if (count == 0)
+            throw particle_error(sentence("At step ", steps_, " numbers are too large to be added up. ", done));
+        throw particle_error(sentence(
+            "At step ", steps_, ", at ", time_, " s, ", count, " of ", points.size(),
+            " points or the forces on them are not finite. The first is point ", points.id[first], " at ",
+            detail::describe(points.position[first]), " m with velocity ", detail::describe(points.velocity[first]),
+            " m/s under a force of ", detail::describe(force_[first]), " N. ", done, " ",
+            dt > largest_step_ ? sentence("The step of ", dt, " s is ", dt / largest_step_, " times the bound of ",
+                                          largest_step_, " s of the springs and dampers: shorten it.")
+                               : std::string("Look at what was set by hand, and at forces of your own.")));
     }
 
     void kick(double dt) {
@@ -226,9 +306,16 @@ private:
     }
 
     void drift(double dt) {
+        std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) points.position[i] += points.velocity[i] * S(dt);
+            S all = 0;
+            for (std::size_t i = first; i < last; ++i) {
+                points.position[i] += points.velocity[i] * S(dt);
+                all += total(points.position[i]) * S(0);
+            }
+            if (!(all == 0)) wrong = true;
         });
+        if (wrong) throw_not_finite(dt, half_way);
     }
 
     void keep_distances(double dt) {
@@ -238,10 +325,18 @@ private:
         });
         constraints.solve(points.position, points.inverse_mass, dt, iterations, threads);
         const S per_dt = S(1 / dt);
+        std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            for (std::size_t i = first; i < last; ++i) points.velocity[i] += (points.position[i] - moved_[i]) * per_dt;
+            S all = 0;
+            for (std::size_t i = first; i < last; ++i) {
+                points.velocity[i] += (points.position[i] - moved_[i]) * per_dt;
+                all += total(points.velocity[i]) * S(0);
+            }
+            if (!(all == 0)) wrong = true;
         });
+        if (wrong) throw_not_finite(dt, half_way);
     }
+    static constexpr const char* half_way = "The points are of no use any more: go on from the last state written.";
 
     void emit() {
         std::size_t born = 0;
@@ -253,12 +348,33 @@ private:
         const std::vector<Torn> torn = constraints.torn(points.position);
         if (torn.empty()) return;
         for (auto& force : forces_) force.tear(torn);
-        std::erase_if(facets, [&](const Facet<D>& facet) { return detail::holds_torn(facet, std::span(torn)); });
+        const detail::TornLinks links(torn);
+        std::erase_if(facets, [&](const Facet<D>& facet) { return links.are_in(facet); });
+        torn_.insert(torn_.end(), torn.begin(), torn.end());
         largest_step_ = 0;
+    }
+
+    /// Where in a later moment the points are that this system has now.
+    std::vector<std::uint32_t> places_in(const PointMasses<S, D>& later) const {
+        std::vector<std::uint32_t> places(points.size(), no_particle);
+        std::size_t known = 0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const auto found = std::lower_bound(later.id.begin(), later.id.end(), points.id[i]);
+            if (found == later.id.end() || *found != points.id[i]) continue;
+            places[i] = std::uint32_t(found - later.id.begin());
+            ++known;
+        }
+        const auto born = later.id.end() - std::lower_bound(later.id.begin(), later.id.end(), points.next_id());
+        if (later.next_id() < points.next_id() || known + std::size_t(born) != later.size())
+            throw parameter_error(sentence("The run that is to go on has given out ", later.next_id(),
+                                           " ids of points; this system has given out ", points.next_id(),
+                                           " before its first step, or others are there. Add the same points."));
+        return places;
     }
 
     std::vector<Emitter<D>> emitters_;
     std::vector<detail::AnyForce<S, D>> forces_;
+    std::vector<Torn> torn_;
     aligned_vector<Vec<S, D>> force_, moved_;
     double time_ = 0, largest_step_ = 0, warned_ratio_ = 1;
     std::uint64_t steps_ = 0;

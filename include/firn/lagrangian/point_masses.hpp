@@ -62,12 +62,15 @@ struct PointMasses {
     /// No id is given out twice.
     std::uint32_t next_id() const { return next_id_; }
 
-    /// \return its id
+    /// Ids below `next` are given out no more.
+    void skip_ids(std::uint32_t next) { next_id_ = std::max(next_id_, next); }
+
+    /// Could the point be added, as one of this id?
     /// \throws parameter_error  unless numbers are finite, the mass positive, and the radius not negative, in S
-    std::uint32_t add(const PointMass<D>& point) {
+    static void check(const PointMass<D>& point, std::uint64_t as) {
         const auto refuse = [&](const char* what, double given, const char* allowed) {
-            throw parameter_error(sentence("The ", what, " of point ", next_id_, " is ", given, "; it must be ",
-                                           allowed, ". Nothing was added."));
+            throw parameter_error(sentence("The ", what, " of point ", as, " is ", given, "; it must be ", allowed,
+                                           ". Nothing was added."));
         };
         for (int a = 0; a < D; ++a) {
             if (!std::isfinite(S(point.position[a]))) refuse("position", point.position[a], "finite [m]");
@@ -78,8 +81,14 @@ struct PointMasses {
         if (!(point.radius >= 0) || !std::isfinite(S(point.radius)))
             refuse("radius", point.radius, "finite and not negative [m]");
         if (std::isnan(point.end)) refuse("end", point.end, "a time [s]");
-        if (next_id_ == no_particle)
-            throw parameter_error(sentence("All ", no_particle, " ids of points are given out."));
+        if (as >= no_particle) throw parameter_error(sentence("All ", no_particle, " ids of points are given out."));
+    }
+
+    /// \return its id
+    /// \throws parameter_error  as check()
+    std::uint32_t add(const PointMass<D>& point) {
+        check(point, next_id_);
+        const S m = S(point.mass);
         position.push_back(cast<S>(point.position));
         velocity.push_back(cast<S>(point.velocity));
         mass.push_back(m);
@@ -157,10 +166,14 @@ private:
 namespace detail {
 
 /// Gives points their new places, as remove_if says. \return whether all are still there
+/// \throws parameter_error  if it does not know one
 template <std::size_t K>
 bool renumbered(std::array<std::uint32_t, K>& points, std::span<const std::uint32_t> new_place) {
     bool all = true;
     for (std::uint32_t& point : points) {
+        if (point >= new_place.size())
+            throw parameter_error(sentence("Point ", point, " is joined to others, but there are ", new_place.size(),
+                                           " points, counted from 0."));
         point = new_place[point];
         all = all && point != no_particle;
     }

@@ -17,6 +17,7 @@ Net<D> rope(const Vec<double, D>& a, const Vec<double, D>& b, std::size_t segmen
     if (segments < 1 || segments >= max_points)
         throw parameter_error(
             sentence("A rope of ", segments, " segments was asked for; give 1 to ", max_points - 1, "."));
+    detail::require_net_memory<D>(double(segments) + 1, 2 * double(segments), D == 2 ? double(segments) : 0);
     Net<D> net;
     for (std::size_t i = 0; i <= segments; ++i) {
         const double t = double(i) / double(segments);

@@ -169,6 +169,12 @@ SoftBody<D> lattice_body(const Samples<D>& samples) {
     if (samples.positions.empty()) throw parameter_error("A soft body of no samples was asked for. Fill a shape.");
     detail::check_positive(samples.volume, "The volume of a sample", D == 3 ? "m^3" : "m^2");
     const double side = D == 2 ? std::sqrt(samples.volume) : std::cbrt(samples.volume);
+    // Of each cell: a tree's node here and in the check of its joints, those of its corners, its links before those
+    // that cells share are merged.
+    constexpr double tree_node = 4 * sizeof(void*) + sizeof(typename Cells::Index) + sizeof(double);
+    constexpr double links = Cells::corners * (Cells::corners - 1) / 2 + D * Cells::corners / 2;
+    require_memory(double(samples.positions.size()) * (3 * tree_node + links * sizeof(Link)),
+                   sentence("A soft body of ", samples.positions.size(), " cells"), "Fill it with a larger spacing.");
     Cells cells(samples, side);
     cells.fill_hinges();
     cells.check_connected();

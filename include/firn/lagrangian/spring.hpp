@@ -1,11 +1,22 @@
 /// \file A spring and a damper side by side, between two points or from a point to a place.
 #pragma once
 
+#include <firn/core/error.hpp>
 #include <firn/core/tensor.hpp>
 
 #include <array>
+#include <cmath>
 
 namespace firn {
+
+namespace detail {
+/// \throws parameter_error  unless both are finite and not negative
+inline void check_spring(double stiffness, double damping) {
+    if (!(stiffness >= 0) || !std::isfinite(stiffness) || !(damping >= 0) || !std::isfinite(damping))
+        throw parameter_error(sentence("A spring of stiffness ", stiffness, " N/m and damping ", damping,
+                                       " N s/m: both must be finite and not negative."));
+}
+}  // namespace detail
 
 /// f₁ = f e, f₂ = −f₁ with e = (r₂ − r₁)/l, f = k_s (l − l₀) − k_d (v₁ − v₂)·e. Where both ends are at one place there
 /// is no direction, and no force.
@@ -45,6 +56,16 @@ struct SpringDamper {
         return S(2) * spring.stiffness;
     }
     S damping(const Element& spring) const { return S(2) * spring.damping; }
+
+    /// \throws parameter_error  unless all is finite and not negative
+    static void check(const Element& spring)
+        requires std::floating_point<S>
+    {
+        detail::check_spring(double(spring.stiffness), double(spring.damping));
+        if (!(spring.rest >= 0) || !std::isfinite(spring.rest))
+            throw parameter_error(
+                sentence("A spring is ", spring.rest, " m long at rest; that must be finite and not negative."));
+    }
 };
 
 /// A spring of no length and a damper that hold one point at a place: k_s (x₀ − x) − k_d v. A pin that gives way, for
@@ -72,6 +93,17 @@ struct Anchor {
 
     S stiffness(const Element& held, const std::array<Vec<S, D>, 1>&) const { return held.stiffness; }
     S damping(const Element& held) const { return held.damping; }
+
+    /// \throws parameter_error  unless all is finite, stiffness and damping not negative
+    static void check(const Element& held)
+        requires std::floating_point<S>
+    {
+        detail::check_spring(double(held.stiffness), double(held.damping));
+        for (int a = 0; a < D; ++a)
+            if (!std::isfinite(held.place[a]))
+                throw parameter_error(
+                    sentence("Coordinate ", a, " of an anchor's place is ", held.place[a], " m; it must be finite."));
+    }
 };
 
 }  // namespace firn

@@ -1,6 +1,7 @@
 /// \file Lengths and surfaces of nets, and the masses that they give to points.
 #pragma once
 
+#include <firn/data/memory.hpp>
 #include <firn/data/mesh.hpp>
 #include <firn/lagrangian/net.hpp>
 
@@ -54,6 +55,13 @@ inline std::array<Vec<double, 3>, 2> perpendicular(const Vec<double, 3>& n) {
 }
 
 namespace detail {
+
+/// \throws memory_error  if a net of so many points, links and facets does not fit into memory
+template <int D>
+void require_net_memory(double points, double links, double facets) {
+    require_memory(points * sizeof(Vec<double, D>) + links * sizeof(Link) + facets * sizeof(Facet<D>),
+                   sentence("A net of ", points, " points and ", links, " links"), "Take fewer cells or segments.");
+}
 
 inline void check_positive(double value, const char* what, const char* unit) {
     if (!(value > 0) || !std::isfinite(value))

@@ -34,6 +34,13 @@ struct FixedCorotated {
         return {S(mu), S(lambda)};
     }
 
+    /// \throws parameter_error unless the moduli are those of a stable solid
+    void check() const
+        requires std::floating_point<S>
+    {
+        check_lame(double(mu), double(lambda));
+    }
+
     /// τ = 2μ (F − R) Fᵀ + λ (J − 1) J I = 2μ (FFᵀ − V) + λ (J − 1) J I  [Pa]
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {

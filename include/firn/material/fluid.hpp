@@ -62,6 +62,13 @@ struct Fluid {
         return {S(fluid.bulk), S(fluid.gamma), S(fluid.viscosity), S(fluid.tension)};
     }
 
+    /// \throws parameter_error, as from_properties()
+    void check() const
+        requires std::floating_point<S>
+    {
+        static_cast<void>(from_properties({double(bulk), double(gamma), double(viscosity), double(tension)}));
+    }
+
     /// p [Pa]
     FIRN_INLINE S pressure(const S& J) const {
         return named("pressure", max(bulk / gamma * (pow(J, -gamma) - S(1)), -tension));

@@ -61,6 +61,13 @@ struct Hencky {
         return {S(lame.mu), S(lame.lambda)};
     }
 
+    /// \throws parameter_error unless the moduli are those of a stable solid
+    void check() const
+        requires std::floating_point<S>
+    {
+        check_lame(double(mu), double(lambda));
+    }
+
     /// τ [Pa]
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {

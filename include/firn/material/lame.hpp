@@ -32,6 +32,13 @@ inline void check_lame(double mu, double lambda) {
                                        " Pa: μ must not be negative and the bulk modulus λ + 2μ/3 must be positive."));
 }
 
+/// \throws parameter_error  as check_lame(); and unless μ > 0: plastic flow is measured against it
+inline void check_lame_of_plastic(double mu, double lambda) {
+    check_lame(mu, lambda);
+    if (!(mu > 0))
+        throw parameter_error("The shear modulus is 0 Pa; what flows plastically needs a positive one. Take Fluid.");
+}
+
 /// As numbers of T, in which they must still be those of a stable solid.
 /// \throws parameter_error, as lame_from_young_poisson() and check_lame()
 template <std::floating_point T>

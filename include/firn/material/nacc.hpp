@@ -75,6 +75,20 @@ struct Nacc {
         model.first_log_volume = S(-std::asinh(clay.consolidation / kappa) / clay.hardening);
         return model;
     }
+    /// \throws parameter_error unless the moduli are those of a stable solid, 0 ≤ sin φ < 1, β ≥ 0, ξ > 0, and α is
+    /// finite and not positive before any flow
+    void check() const
+        requires std::floating_point<S>
+    {
+        check_lame_of_plastic(double(mu), double(lambda));
+        if (!(friction_sine >= 0 && friction_sine < 1) || !(cohesion >= 0) || !(hardening > 0) ||
+            !(first_log_volume <= 0) || !std::isfinite(cohesion + hardening + first_log_volume))
+            throw parameter_error(sentence("Cam clay of sin φ = ", friction_sine, ", cohesion ", cohesion,
+                                           ", hardening ", hardening, " and a first logarithm of the volume of ",
+                                           first_log_volume,
+                                           ": the sine must be at least 0 and below 1, the cohesion not negative, the "
+                                           "hardening positive, the logarithm not positive, all finite."));
+    }
 
     /// κ [Pa]
     template <int D>

@@ -78,6 +78,21 @@ struct Sand {
         model.initial_loss = radians(sand.initial_loss);
         return model;
     }
+    /// \throws parameter_error unless the moduli are those of a stable solid, 0 ≤ h₀ < π/2, h₁, h₂ ≥ 0, h₃ is finite,
+    /// and what hardens decays
+    void check() const
+        requires std::floating_point<S>
+    {
+        check_lame_of_plastic(double(mu), double(lambda));
+        check_friction_angle(double(friction_angle) * (180 / std::numbers::pi));
+        if (!(hardening >= 0 && hardening_decay >= 0 && std::isfinite(hardening + hardening_decay + initial_loss)) ||
+            (hardening > 0 && hardening_decay == 0))
+            throw parameter_error(
+                sentence("The friction of sand hardens by ", hardening, " rad with a decay of ", hardening_decay,
+                         " from a loss of ", initial_loss,
+                         " rad; all must be finite, the first two not negative, and what hardens must "
+                         "decay."));
+    }
 
     FIRN_INLINE Hencky<S> elastic() const { return {mu, lambda}; }
     /// α after a plastic strain q. [1]

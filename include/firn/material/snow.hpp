@@ -72,6 +72,22 @@ struct Snow {
         model.hardening = S(snow.hardening);
         return model;
     }
+    /// \throws parameter_error unless the moduli are those of a stable solid, stretches may lie on either side of 1,
+    /// and hardening and its bound are finite and not negative
+    void check() const
+        requires std::floating_point<S>
+    {
+        check_lame(double(mu), double(lambda));
+        if (!(lowest_stretch > 0 && lowest_stretch <= 1 && highest_stretch >= 1) || !std::isfinite(highest_stretch))
+            throw parameter_error(sentence("The stretches of snow lie between ", lowest_stretch, " and ",
+                                           highest_stretch,
+                                           "; the first must be above 0 and at most 1, the second at least 1 and "
+                                           "finite."));
+        if (!(hardening >= 0 && largest_exponent >= 0) || !std::isfinite(hardening * largest_exponent))
+            throw parameter_error(sentence("The hardening coefficient of snow is ", hardening,
+                                           " and its largest exponent ", largest_exponent,
+                                           "; both must be finite and not negative."));
+    }
 
     /// The elastic solid that snow of plastic volume J_P is.
     FIRN_INLINE FixedCorotated<S> hardened(const S& plastic_volume) const {

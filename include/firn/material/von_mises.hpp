@@ -44,13 +44,15 @@ struct VonMises {
     /// \throws parameter_error unless E > 0, −1 < ν < ½, σ_Y > 0 and H ≥ 0
     static VonMises from_properties(const VonMisesProperties& solid) {
         const Hencky<S> elastic = Hencky<S>::from_young_poisson(solid.young, solid.poisson);
-        if (!(solid.yield_stress > 0) || !std::isfinite(solid.yield_stress))
-            throw parameter_error(sentence("The yield stress is ", solid.yield_stress,
-                                           " Pa; it must be positive and finite. What never yields is Hencky."));
-        if (!(solid.hardening >= 0) || !std::isfinite(solid.hardening))
-            throw parameter_error(
-                sentence("The hardening modulus is ", solid.hardening, " Pa; it must be finite and not negative."));
+        check_flow(solid.yield_stress, solid.hardening);
         return {elastic.mu, elastic.lambda, S(solid.yield_stress), S(solid.hardening)};
+    }
+    /// \throws parameter_error unless the moduli are those of a stable solid, σ_Y > 0 and H ≥ 0
+    void check() const
+        requires std::floating_point<S>
+    {
+        check_lame_of_plastic(double(mu), double(lambda));
+        check_flow(double(yield_stress), double(hardening));
     }
 
     FIRN_INLINE Hencky<S> elastic() const { return {mu, lambda}; }
@@ -90,6 +92,16 @@ struct VonMises {
         solid.F = select(yields, returned_to(trial.F, hencky, deviator * kept + mean), trial.F);
         solid.plastic_strain = trial.plastic_strain + S(root_two_thirds) * slip;
         return solid;
+    }
+
+private:
+    static void check_flow(double yield, double harder) {
+        if (!(yield > 0) || !std::isfinite(yield))
+            throw parameter_error(sentence("The yield stress is ", yield,
+                                           " Pa; it must be positive and finite. What never yields is Hencky."));
+        if (!(harder >= 0) || !std::isfinite(harder))
+            throw parameter_error(
+                sentence("The hardening modulus is ", harder, " Pa; it must be finite and not negative."));
     }
 };
 

@@ -5,7 +5,31 @@
 #include <firn/lagrangian/any_force.hpp>
 #include <firn/simulation/body.hpp>
 
+#include <atomic>
+
 namespace firn::detail {
+
+/// The lowest of the ids that any thread has seen.
+class LowestId {
+public:
+    void see(std::uint32_t id) {
+        ++count_;
+        for (std::uint32_t known = lowest_; id < known && !lowest_.compare_exchange_weak(known, id);) {
+        }
+    }
+    /// \throws particle_error  if one was seen
+    void refuse(const char* what, std::uint64_t step, double time, double dt) const {
+        if (count_ > 0)
+            throw particle_error(sentence("At step ", step, ", at ", time, " s, ", what, " gives ", count_,
+                                          count_ == 1 ? " particle" : " particles",
+                                          " a velocity that is not finite; the first is particle ", lowest_,
+                                          ". Look at the force that was given, and at the step of ", dt, " s."));
+    }
+
+private:
+    std::atomic<std::uint32_t> lowest_ = no_particle;
+    std::atomic<std::size_t> count_ = 0;
+};
 
 /// Springs, membranes, wind: what joins the particles of a body, to which particle first + i is point i. Their impulses
 /// go to the particles' own velocities, from where P2G takes them to the nodes: Σ w_ip (m_p v_p + dt f_p), the momentum
@@ -19,14 +43,19 @@ public:
     AnyForce<S, D>& force() { return between_; }
 
     /// \param particles  in any order
+    /// \throws particle_error  naming the first of those that would get a velocity that is not finite
     template <class Particles>
-    void push(Particles& particles, double time, double dt, int threads) {
+    void push(Particles& particles, double time, double dt, std::uint64_t step, int threads) {
         look_at(particles, threads);
         force_.assign(position_.size(), Vec<S, D>::zero());
         between_.add_forces(view(time), force_, threads);
+        LowestId wrong;
         for_slots(particles, threads, [&](std::size_t slot, std::size_t i) {
-            particles.set_velocity(slot, velocity_[i] + force_[i] * (S(dt) / mass_[i]));
+            const Vec<S, D> after = velocity_[i] + force_[i] * (S(dt) / mass_[i]);
+            particles.set_velocity(slot, after);
+            if (!is_finite(after)) wrong.see(particles.id(slot));
         });
+        wrong.refuse("a force between particles", step, time, dt);
     }
 
     /// Above it [s] an explicit step lets what the force joins fly apart.

@@ -121,6 +121,15 @@ struct MaterialSet {
         return body;
     }
 
+    /// \throws parameter_error  if ids of the body have not been given out
+    void check_body(const Body& body) const {
+        if (std::uint64_t(body.first) + body.count > particles.next_id())
+            throw parameter_error(sentence("There is no body of the particles ", body.first, " to ",
+                                           std::uint64_t(body.first) + body.count - 1, ": ", particles.next_id(),
+                                           " ids of this material have been given out, counted from 0. Give what add() "
+                                           "has returned for it."));
+    }
+
     /// Takes out the particles for which wanted(position [m], id) says so. \return how many that were
     template <class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
@@ -133,8 +142,15 @@ struct MaterialSet {
     }
 
     /// The bursts that are due.
+    /// \throws parameter_error  if they are of more particles than there are ids left
     void give(double time) {
-        for (Source<D>& source : sources)
+        for (Source<D>& source : sources) {
+            const double due = source.due(time), count = due * double(source.samples.positions.size());
+            if (count > double(no_particle - particles.next_id()))
+                throw parameter_error(sentence("A source of ", source.rate, " bursts a second owes ", count,
+                                               " particles at ", time, " s; there are ids for ",
+                                               no_particle - particles.next_id(),
+                                               " more. Take a lower rate, or let it start later."));
             for (; source.is_due(time); ++source.bursts) {
                 Samples<D> burst = source.samples;
                 const double born = source.time_of(source.bursts);
@@ -142,6 +158,7 @@ struct MaterialSet {
                 add(burst, source.density, source.velocity);
                 bodies.back().end = born + source.lifespan;
             }
+        }
     }
     /// What has reached its end, or a sink.
     void take(double time) {
@@ -169,21 +186,28 @@ struct MaterialSet {
         return next;
     }
 
+    bool is_pushed() const { return !loads.empty() || !forces.empty(); }
     /// The impulses of the loads, to the particles' own velocities: as much as to the nodes, by P2G.
-    void push(double time, double dt, int threads) {
-        for (const Load<D>& load : loads)
+    /// \throws particle_error  naming the first of those that would get a velocity that is not finite
+    void push(double time, double dt, std::uint64_t step, int threads) {
+        for (const Load<D>& load : loads) {
+            detail::LowestId wrong;
             parallel_for(
                 particles.slots() / pack_size, threads,
                 [&](std::size_t pack, int) {
                     for (std::size_t slot = pack * pack_size; slot < (pack + 1) * pack_size; ++slot) {
                         if (!particles.is_particle(slot) || !load.body.holds(particles.id(slot))) continue;
                         const Vec<double, D> force = load.force(particles.exact_position(slot), time);
-                        particles.set_velocity(
-                            slot, particles.velocity(slot) + cast<S>(force * (dt / double(particles.mass(slot)))));
+                        const Vec<S, D> after =
+                            particles.velocity(slot) + cast<S>(force * (dt / double(particles.mass(slot))));
+                        particles.set_velocity(slot, after);
+                        if (!detail::is_finite(after)) wrong.see(particles.id(slot));
                     }
                 },
                 64);
-        for (auto& force : forces) force.push(particles, time, dt, threads);
+            wrong.refuse("a load", step, time, dt);
+        }
+        for (auto& force : forces) force.push(particles, time, dt, step, threads);
     }
 
 private:
@@ -191,9 +215,9 @@ private:
     Body add_all(const std::vector<Vec<double, D>>& x, const Vec<double, D>& velocity, S volume,
                  const MassOf& mass_of) {
         for (int a = 0; a < D; ++a)
-            if (!std::isfinite(velocity[a]))
-                throw parameter_error(
-                    sentence("Component ", a, " of the velocity is ", velocity[a], "; it must be finite."));
+            if (!std::isfinite(S(velocity[a])))
+                throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a],
+                                               " m/s; it must be finite, in the simulation's precision, too."));
         check_positions<double, D>(x.size(), particles.domain(), [&](std::size_t i, int a) { return x[i][a]; });
         const Body body{particles.next_id(), std::uint32_t(x.size())};
         particles.reserve(particles.size() + x.size());

@@ -1,8 +1,11 @@
 /// \file The bound of the time step.
 #pragma once
 
+#include <firn/core/error.hpp>
 #include <firn/kernel/concept.hpp>
 #include <firn/material/concept.hpp>
+
+#include <cmath>
 
 namespace firn {
 
@@ -30,6 +33,14 @@ FIRN_INLINE S signal_speed(const Material& material, const Vec<S, D>& velocity, 
     if constexpr (has_diffusivity<Material, D>) speed = speed + S(2) * material.diffusivity(density, state) / cell_size;
     return select(real, speed, S(0));
 }
+
+namespace detail {
+/// \throws parameter_error  unless the step [s] is finite and not negative
+inline void check_step(double dt) {
+    if (!(dt >= 0) || !std::isfinite(dt))
+        throw parameter_error(sentence("The time step is ", dt, " s; it must be finite and not negative."));
+}
+}  // namespace detail
 
 /// dt [s] from the cell size [m] and the largest |v| + c [m/s] of all particles.
 template <class Kernel>

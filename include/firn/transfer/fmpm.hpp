@@ -21,6 +21,12 @@ struct Fmpm {
 
     int order = 2;  ///< 1 or more
 
+    /// \throws parameter_error if the order is less than 1
+    void check() const {
+        if (order < 1)
+            throw parameter_error(
+                sentence("The order of ", name, " is ", order, "; it must be 1 (which is PIC) or more."));
+    }
     static constexpr auto parameters() { return std::tuple{parameter{"order", "1", &Fmpm::order}}; }
 
     template <scalar S, int D>

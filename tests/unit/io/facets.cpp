@@ -202,9 +202,15 @@ TEMPLATE_TEST_CASE("A particle system becomes a state: its points, its facets by
     CHECK(state.material == std::vector<std::int32_t>(4, 7));
     CHECK(state.facets == Numbers{0, 1, 1, 2, 2, 3});
     CHECK(state.field("pinned").values == std::vector<TestType>{1, 0, 0, 0});
-    REQUIRE(state.parameters.size() == 2);
-    CHECK(state.parameters[0] == firn::StateParameter{"system", "gravity", "m/s^2", {0, -9.81}});
-    CHECK(state.parameters[1] == firn::StateParameter{"system", "damping", "1/s", {0.5}});
+    using Parameter = firn::StateParameter;
+    REQUIRE(state.parameters.size() == 7);
+    CHECK(state.parameters[0] == Parameter{"system", "gravity", "m/s^2", {0, -9.81}});
+    CHECK(state.parameters[1] == Parameter{"system", "damping", "1/s", {0.5}});
+    CHECK(state.parameters[2] == Parameter{"system", "iterations", "1", {8}});
+    CHECK(state.parameters[3] == Parameter{"system", "restitution", "1", {0}});
+    CHECK(state.parameters[4] == Parameter{"system", "next_id", "1", {5}});
+    CHECK(state.field("inverse_mass").values == std::vector<TestType>{0, 2, 2, 2});
+    CHECK(state.field("since").values == std::vector<TestType>(4, TestType(0.01) / 2));  // Verlet: half a step
     const Folder folder;
     firn::write_state(folder / "a.hdf", state);
     CHECK(firn::read_state<TestType>(folder / "a.hdf") == state);

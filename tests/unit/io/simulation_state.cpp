@@ -1,6 +1,7 @@
 /// \file A stored run goes on to the same bits as one that was never stopped; what does not fit is refused.
 #include "support/catch.hpp"
 #include "support/effort.hpp"
+#include "support/message.hpp"
 #include "support/scenes.hpp"
 #include <firn/io/states.hpp>
 
@@ -92,7 +93,6 @@ TEST_CASE("Where moving boundaries were is in a state to the bit, and comes back
     CHECK(detail::parameter_values(state, "boundary", "1_shape_radius") == std::vector<double>{double(0.123F)});
     auto continued = make();
     restore(continued, state);
-    restore_parameters(continued.boundary, state, "boundary");
     const auto &was = std::get<1>(run.boundary.parts), &is = std::get<1>(continued.boundary.parts);
     CHECK(is.position == was.position);
     CHECK(is.rotation == was.rotation);
@@ -101,34 +101,119 @@ TEST_CASE("Where moving boundaries were is in a state to the bit, and comes back
     CHECK_THROWS_AS(restore_parameters(continued.boundary, state, "material"), io_error);
 }
 
+namespace {
+
+/// What restore() says against it; the simulation keeps its particles.
+template <class Simulation, class S>
+std::string refusal(Simulation& target, const State<S>& state, Restart how = Restart::same_bits) {
+    const auto before = target.particles().size();
+    const std::string said = test_support::message<io_error>([&] { restore(target, state, how); });
+    CHECK(target.particles().size() == before);
+    return said;
+}
+bool holds(const std::string& text, const std::string& word) {
+    UNSCOPED_INFO(text << " | " << word);
+    return test_support::holds(text, word);
+}
+
+}  // namespace
+
 TEST_CASE("A state of another run is refused with what differs, and the simulation is as it was") {
     auto run = make_run<2, double, Coloured>(1);
     scenes::add_two_blocks<2>(run, 0.25, 1.0 / 32);
     const auto state = state_of(run);
-    const auto refused = [&](const State<double>& wrong, auto& target, const std::string& word) {
-        const auto before = target.particles().size();
-        try {
-            restore(target, wrong);
-            FAIL("nothing was thrown");
-        } catch (const io_error& error) {
-            CAPTURE(std::string(error.what()));
-            CHECK(std::string(error.what()).find(word) != std::string::npos);
-        }
-        CHECK(target.particles().size() == before);
-    };
     Simulation<2, FixedCorotated<double>, Pic> pic(run.domain());
-    refused(state, pic, "'pic'");
+    CHECK(holds(refusal(pic, state), "this run has 'pic'"));
     auto other_cells = Run<2, double, Coloured>({run.domain().lower, run.domain().upper, 1.0 / 20});
-    refused(state, other_cells, "other cells");
-    auto damaged = state;
-    damaged.tables[0].values[3] = damaged.tables[0].values[4];
-    refused(damaged, run, "order of particles");
-    damaged = state;
-    damaged.tables[1].values[0] = 1 << 30;
-    refused(damaged, run, "blocks");
-    damaged = state;
-    damaged.tables.clear();
-    refused(damaged, run, "slot");
+    CHECK(holds(refusal(other_cells, state), "other cells"));
+    Run<2, double, Coloured> stiffer(run.domain(), FixedCorotated<double>::from_young_poisson(2e5, 0.3));
+    CHECK(holds(refusal(stiffer, state), "mu = "));
+    auto integers = make_run<2, double, FixedPoint<std::int64_t>>(1);
+    CHECK(holds(refusal(integers, state), "'coloured' for execution"));
+    auto single = make_run<2, float, Coloured>(1);
+    CHECK(holds(refusal(single, state), "'double' for precision"));
+    for (const std::string changed : {"compiler", "instruction_set", "library_version"}) {
+        auto elsewhere = state;
+        for (auto& attribute : elsewhere.attributes)
+            if (attribute.name == changed) attribute.value = "of another machine";
+        CHECK(holds(refusal(run, elsewhere), "'of another machine' for " + changed));
+        CHECK(holds(refusal(run, elsewhere), "Restart::other_build"));
+        restore(run, elsewhere, Restart::other_build);
+    }
+}
+
+TEST_CASE("A damaged state is refused, and the simulation is as it was") {
+    auto run = make_run<2, double, Coloured>(1);
+    scenes::add_two_blocks<2>(run, 0.25, 1.0 / 32);
+    const auto state = state_of(run);
+    const auto damaged = [&](const char* word, const auto& damage) {
+        auto wrong = state;
+        damage(wrong);
+        CHECK(holds(refusal(run, wrong), word));
+    };
+    damaged("order of particles", [](auto& s) { s.tables[0].values[3] = s.tables[0].values[4]; });
+    damaged("order of particles", [](auto& s) { s.id[1] = 0; });
+    damaged("blocks", [](auto& s) { s.tables[1].values[0] = 1 << 30; });
+    damaged("blocks", [](auto& s) { s.tables[1].values[0] = std::numeric_limits<std::int64_t>::min(); });
+    damaged("bodies", [](auto& s) { s.tables[2].values[1] = std::int64_t(1) << 40; });
+    damaged("bodies", [](auto& s) { s.tables[2].values[0] = -1; });
+    damaged("bodies", [](auto& s) { s.tables.clear(); });
+    damaged("velocity", [](auto& s) { s.fields[2].values[5] = std::numeric_limits<double>::infinity(); });
+    damaged("place or position", [](auto& s) { s.fields[0].values[5] += 1e-6; });
+    damaged("mass", [](auto& s) { s.fields[5].values[5] = -1; });
+    damaged("no field 'deformation_gradient'", [](auto& s) { s.fields.pop_back(); });
+}
+
+TEST_CASE("A restart takes over gravity, the time step and the sorting of the run") {
+    auto run = make_run<2, double, Coloured>(1);
+    scenes::add_two_blocks<2>(run, 0.25, 1.0 / 32);
+    run.gravity = {0.5, -2.0};
+    run.fixed_time_step = 1e-4;
+    run.most_steps_between_sorts = 7;
+    auto continued = make_run<2, double, Coloured>(1);
+    restore(continued, state_of(run));
+    CHECK(continued.gravity == run.gravity);
+    CHECK(continued.fixed_time_step == 1e-4);
+    CHECK(continued.most_steps_between_sorts == 7);
+}
+
+TEST_CASE("Converted: a run in float goes on in double, with another transfer, kernel and stiffness") {
+    auto run = make_run<2, float, Coloured>(1);
+    scenes::add_two_blocks<2>(run, 0.25, 1.0 / 32);
+    for (int i = 0; i < 20; ++i) run.step();
+    const auto state = state_of(run);
+    using Other = Simulation<2, FixedCorotated<double>, Pic, MlsForce, CubicBSpline, Coloured>;
+    Other other({run.domain().lower, run.domain().upper, 1.0 / 20},
+                FixedCorotated<double>::from_young_poisson(2e5, 0.3));
+    CHECK(holds(refusal(other, state), "cubic"));
+    CHECK(holds(refusal(other, state, Restart::other_build), "cubic"));
+    restore(other, state, Restart::converted);
+    CHECK(other.steps() == 20);
+    CHECK(other.time() == run.time());
+    CHECK(other.bodies().size() == 2);
+    const auto before = run.totals(), after = other.totals();
+    CHECK(after.particles == before.particles);
+    CHECK(after.mass == Approx(before.mass).epsilon(1e-12));
+    CHECK(norm(after.momentum - before.momentum) < 1e-12 * before.mass);
+    // Twice as stiff; its moduli were rounded to float before.
+    CHECK(after.elastic_energy == Approx(2 * before.elastic_energy).epsilon(1e-6));
+    const auto converted = state_of(other);
+    CHECK(converted.id == state.id);
+    for (std::size_t k = 0; k < state.field("position").values.size(); ++k)
+        REQUIRE(converted.field("position").values[k] ==
+                Approx(double(state.field("position").values[k])).margin(1e-15));
+    for (int i = 0; i < 20; ++i) other.step();
+
+    auto less = state;
+    std::erase_if(less.fields, [](const auto& field) { return field.name == "affine_velocity"; });
+    restore(other, less, Restart::converted);
+    const auto without = state_of(other);
+    for (const double number : without.field("affine_velocity").values) REQUIRE(number == 0);
+    std::erase_if(less.fields, [](const auto& field) { return field.name == "deformation_gradient"; });
+    CHECK(holds(refusal(other, less, Restart::converted), "no field 'deformation_gradient'"));
+    const Domain<2> elsewhere{{0.0, 0.0}, {0.4, 0.4}, 1.0 / 40};
+    Other too_small(elsewhere);
+    CHECK_THROWS_AS(restore(too_small, state, Restart::converted), particle_error);
 }
 
 }  // namespace simulation_state_tests

@@ -126,4 +126,43 @@ TEST_CASE("A series needs a name for files and a folder", "[io][series]") {
     CHECK_THROWS_AS(firn::StateSeries(folder / "file/below", "run"), firn::io_error);
 }
 
+TEST_CASE("A series that goes on keeps its states up to the restart, and replaces later ones", "[io][series]") {
+    const Folder folder;
+    {
+        firn::StateSeries old(folder.path(), "run");
+        for (int i = 0; i < 5; ++i) old.write(at_time(i));
+    }
+    firn::StateSeries on(folder.path(), "run");
+    on.go_on_from(2);
+    CHECK(on.size() == 3);
+    CHECK(firn::read_series(on.path()).size() == 5);  // nothing happens before the first write
+    on.write(at_time(2.5));
+    CHECK(folder.names() == Names{"run.hdf.series", "run_0000.hdf", "run_0001.hdf", "run_0002.hdf", "run_0003.hdf"});
+    CHECK(firn::read_series(on.path()) ==
+          std::vector<firn::SeriesEntry>{
+              {"run_0000.hdf", 0}, {"run_0001.hdf", 1}, {"run_0002.hdf", 2}, {"run_0003.hdf", 2.5}});
+    CHECK(firn::read_state<float>(folder / "run_0003.hdf").time == 2.5);
+
+    // A state that was taken out of the middle of the list does not let a later one be written over.
+    firn::write_series(on.path(), {{"run_0000.hdf", 0}, {"run_0002.hdf", 2}});
+    firn::StateSeries again(folder.path(), "run");
+    again.go_on_from(2);
+    again.write(at_time(3));
+    CHECK(firn::read_series(again.path()).back() == firn::SeriesEntry{"run_0003.hdf", 3});
+    CHECK(firn::read_state<float>(folder / "run_0002.hdf").time == 2);
+
+    CHECK_THROWS_AS(firn::StateSeries(folder.path(), "other").go_on_from(0), firn::io_error);
+    firn::write_series(on.path(), {{"../elsewhere.hdf", 0}});
+    CHECK_THROWS_AS(again.go_on_from(0), firn::io_error);
+}
+
+TEST_CASE("Of a series with selected fields every n-th state is complete", "[io][series]") {
+    const Folder folder;
+    firn::StateSeries series(folder.path(), "run", {.fields = {"velocity"}, .complete_every = 3});
+    for (int i = 0; i < 7; ++i) {
+        const auto state = firn::read_state<float>(series.write(at_time(i)));
+        CHECK(state.fields.size() == (i % 3 == 0 ? example<float>(3, 2).fields.size() : 2));
+    }
+}
+
 }  // namespace state_series_tests

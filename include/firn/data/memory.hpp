@@ -1,0 +1,78 @@
+/// \file Refusing what does not fit into memory before it is asked for: systems that promise more memory than they have
+/// (Linux does) would end the program later, without a word.
+#pragma once
+
+#include <firn/core/error.hpp>
+
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#if defined(__unix__) || defined(__APPLE__)
+#include <sys/resource.h>
+#include <unistd.h>
+#endif
+
+namespace firn {
+
+namespace detail {
+
+/// "512 bytes", "3.5 GiB (3758096384 bytes)"
+inline std::string bytes_text(double bytes) {
+    std::ostringstream text;
+    text.precision(bytes < 0x1p53 ? 16 : 6);
+    text << bytes << " bytes";
+    if (!(bytes >= 1024)) return text.str();
+    const char* const units[] = {"KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
+    int unit = -1;
+    for (; bytes >= 1024 && unit < 5; ++unit) bytes /= 1024;
+    std::ostringstream short_text;
+    short_text.precision(3);
+    short_text << bytes << ' ' << units[unit] << " (" << text.str() << ')';
+    return short_text.str();
+}
+
+}  // namespace detail
+
+/// Bytes that the program allows itself; it may set fewer than there are, if it shares the machine with others.
+inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity();
+
+/// Bytes that this program can have at most: of the machine, of its control group, of its address space (`ulimit -v`),
+/// and memory_budget, the least; infinite where none of them is known.
+inline double memory_limit() {
+    static const double of_machine = [] {
+        double most = std::numeric_limits<double>::infinity();
+#if defined(_SC_PHYS_PAGES) && defined(_SC_PAGESIZE)
+        const auto pages = double(sysconf(_SC_PHYS_PAGES)), page = double(sysconf(_SC_PAGESIZE));
+        if (pages > 0 && page > 0) most = pages * page;
+#endif
+        // Of a container, which sees its own group as the root.
+        double of_group = 0;
+        if (std::ifstream("/sys/fs/cgroup/memory.max") >> of_group && of_group > 0) most = std::fmin(most, of_group);
+        return most;
+    }();
+    double most = std::fmin(of_machine, memory_budget);
+#ifdef RLIMIT_AS
+    rlimit address_space{};
+    if (getrlimit(RLIMIT_AS, &address_space) == 0 && address_space.rlim_cur != RLIM_INFINITY)
+        most = std::fmin(most, double(address_space.rlim_cur));
+#endif
+    return most;
+}
+
+/// \param bytes   that will be needed; may be infinite
+/// \param what    needs them, as a sentence begins with it
+/// \param advice  what to do, a sentence
+/// \throws memory_error  if this program cannot have so much
+inline void require_memory(double bytes, const std::string& what, const char* advice) {
+    const double most = memory_limit();
+    if (bytes <= most) return;
+    throw memory_error(sentence(what, " would need ", detail::bytes_text(bytes), " of memory; there are at most ",
+                                detail::bytes_text(most), " here. ", advice));
+}
+
+}  // namespace firn

@@ -1,0 +1,38 @@
+/// \file Whether a constitutive model is one that a simulation can use: asked once, before the first step.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/core/names.hpp>
+#include <firn/material/concept.hpp>
+
+#include <cmath>
+#include <string>
+
+namespace firn {
+
+/// \throws parameter_error  naming a parameter that is not a number; as the model's check(), if it offers one; or if
+///                          the speed of waves in a particle as it begins, of density 1, is not finite
+template <int D, class M>
+void check_material(const M& model) {
+    using S = material_scalar_t<M>;
+    for_parameters(model, [](const std::string& name, const char* unit, const auto& value) {
+        const auto one = [&](double number) {
+            if (std::isnan(number))
+                throw parameter_error(sentence("The parameter ", name, " [", unit, "] of the material ", name_of<M>(),
+                                               " is not a number. Give one."));
+        };
+        if constexpr (requires { value.v[0]; })
+            for (const auto& number : value.v) one(double(number));
+        else
+            one(double(value));
+    });
+    if constexpr (requires { model.check(); }) model.check();
+    const S speed = wave_speed(model, S(1), initial_state<D>(model));
+    if (!(speed >= S(0)) || !std::isfinite(speed))
+        throw parameter_error(sentence("In the material ", name_of<M>(), ", with a density of 1, waves have the speed ",
+                                       speed,
+                                       " m/s before any strain; it must be finite. Moduli must be positive, and small "
+                                       "enough for the precision."));
+}
+
+}  // namespace firn

@@ -1,0 +1,110 @@
+/// \file What is said of a step that has spoiled particles, and why it did, as far as that can be told afterwards.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/core/lanes.hpp>
+#include <firn/core/names.hpp>
+#include <firn/data/check_particles.hpp>
+#include <firn/exec/grid_update.hpp>
+#include <firn/exec/wrong_particles.hpp>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <tuple>
+
+namespace firn::detail {
+
+/// \throws parameter_error  if a constant acceleration, or a parameter of a field, is not finite
+template <int D, class Acceleration>
+void check_acceleration(const Acceleration& acceleration) {
+    if constexpr (requires { acceleration.check(); }) acceleration.check();
+    if constexpr (has_parameters<Acceleration>) {
+        for_parameters(acceleration, [](const std::string& name, const char* unit, const auto& value) {
+            const auto one = [&](double number) {
+                if (!std::isfinite(number))
+                    throw parameter_error(sentence("The ", name, " of the field of acceleration is ", number, " ", unit,
+                                                   "; it must be finite."));
+            };
+            if constexpr (requires { double(value); })
+                one(double(value));
+            else
+                for (const auto& number : value.v) one(double(number));
+        });
+    } else if constexpr (requires { acceleration.v[D - 1]; }) {
+        for (int a = 0; a < D; ++a)
+            if (!std::isfinite(double(acceleration[a])))
+                throw parameter_error(sentence("Component ", a,
+                                               " of the acceleration (of gravity, unless another is "
+                                               "given to the step) is ",
+                                               double(acceleration[a]), " m/s^2; it must be finite."));
+    }
+}
+
+/// A sentence about the first node with mass where the acceleration moves what is at rest by more than `most` [m] in a
+/// step, or is not finite; or nothing.
+template <std::floating_point S, int D, class Acceleration>
+std::string wrong_acceleration(const SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration, double most) {
+    using P = native_pack<S>;
+    const auto field = lifted_acceleration<P>(acceleration);
+    for (std::size_t b = 0; b < grid.block_count(); ++b)
+        for (int i = 0; i < block_nodes<D>; ++i) {
+            if (!(grid.nodes(b)[i * node_width + node_mass] > 0)) continue;
+            Vec<P, D> x;
+            Vec<double, D> at{}, found{};
+            for (int a = 0; a < D; ++a) {
+                at[a] = position_of_place(grid.domain(), grid.block(b), a, i >> (2 * (D - 1 - a)) & (block_size - 1));
+                x.v[a] = P(S(at[a]));
+            }
+            const Vec<P, D> of_node = acceleration_at(field, x, Vec<P, D>::zero(), P(S(dt)));
+            bool finite = true, small = true;
+            for (int a = 0; a < D; ++a) {
+                found[a] = double(lane_value(of_node.v[a], 0));
+                finite = finite && std::isfinite(found[a]);
+                small = small && std::abs(found[a]) * dt * dt <= most;
+            }
+            if (finite && small) continue;
+            return sentence("The acceleration at ", point_text(0, D, [&](std::size_t, int a) { return at[a]; }),
+                            " m is ", point_text(0, D, [&](std::size_t, int a) { return found[a]; }), " m/s^2, ",
+                            finite ? "which moves matter by more than a cell in one step: take a smaller step."
+                                   : "which is not finite: look at the field that was given.");
+        }
+    return {};
+}
+
+/// \param bound  of the time step, before the step [s]
+template <std::floating_point S, int D, class Acceleration>
+std::string likely_cause(const SparseGrid<S, D>& grid, double dt, double bound, const Acceleration& acceleration) {
+    const auto acts = [&](double most) { return wrong_acceleration(grid, dt, acceleration, most); };
+    if (const std::string text = acts(std::numeric_limits<double>::infinity()); !text.empty()) return text;
+    if (dt > bound * (1 + 1e-9))
+        return sentence("The step is ", dt / bound, " times the bound of the time step, ", bound,
+                        " s: leave fixed_time_step at 0, or give one below the bound.");
+    if (const std::string text = acts(grid.domain().cell_size); !text.empty()) return text;
+    return sentence("The step is ", dt / bound, " times the bound of the time step, ", bound,
+                    " s: look for a load, a velocity, a state set by hand or a stiffness that is too large.");
+}
+
+/// Names particles that are not finite or have left the domain, of the first set that has such.
+/// \param sets   a tuple of MaterialSet
+/// \param when   begins the sentence;  \param cause  ends it
+/// \param dt     of the step that they come from [s]; 0: of none, they were set so
+template <class Sets, int D>
+[[noreturn, gnu::cold]] void throw_wrong_particles(Sets& sets, const Domain<D>& domain, const std::string& when,
+                                                   double dt, const std::string& cause) {
+    std::string text;
+    const auto look = [&](auto& set) {
+        if (!text.empty()) return;
+        const auto wrong =
+            wrong_particles<D>(set.particles.view(), set.partition, &domain, domain.cell_size, set.material, dt);
+        if (wrong.count == 0) return;
+        if (std::tuple_size_v<Sets> > 1)
+            text = sentence("of the material ", name_of<std::remove_cvref_t<decltype(set.material)>>(), ", ");
+        text += wrong.text();
+    };
+    std::apply([&](auto&... set) { (look(set), ...); }, sets);
+    if (text.empty()) text = "a particle is not finite, or has left the domain.";
+    throw particle_error(when + text + " " + cause);
+}
+
+}  // namespace firn::detail
