@@ -1,6 +1,5 @@
 /// \file Writes the seeds of the state reader's fuzzer into a folder: small states of every kind.
-#include <firn/io/state_writer.hpp>
-
+#include "small_run.hpp"
 #include "unit/io/example_state.hpp"
 
 int main(int, char** arguments) {
@@ -14,4 +13,6 @@ int main(int, char** arguments) {
     auto smooth = states::example<float>(3, 2000);
     for (auto& field : smooth.fields) std::fill(field.values.begin(), field.values.end(), 1.0F);
     firn::write_state(folder / "deflated.hdf", smooth, {.compression = 1});
+    auto run = small_run::begun();
+    firn::write_state(folder / "run.hdf", firn::state_of(run));
 }

@@ -6,6 +6,7 @@
 
 #include <stdlib.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -107,9 +108,13 @@ bool same_bits(const firn::State<S>& a, const firn::State<S>& b) {
             return false;
         }
     }
+    const auto same = [](const firn::StateParameter& p, const firn::StateParameter& q) {
+        return p.group == q.group && p.name == q.name && p.unit == q.unit && p.values.size() == q.values.size() &&
+               std::memcmp(p.values.data(), q.values.data(), p.values.size() * sizeof(double)) == 0;
+    };
     return a.dimension == b.dimension && a.step == b.step && a.time == b.time && a.dt == b.dt && a.id == b.id &&
-           a.material == b.material && a.facets == b.facets && a.parameters == b.parameters &&
-           a.attributes == b.attributes && a.tables == b.tables;
+           a.material == b.material && a.facets == b.facets && a.attributes == b.attributes && a.tables == b.tables &&
+           std::equal(a.parameters.begin(), a.parameters.end(), b.parameters.begin(), b.parameters.end(), same);
 }
 
 using test_support::holds;
