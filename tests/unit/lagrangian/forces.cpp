@@ -323,6 +323,8 @@ TEST_CASE("bad points, pins and steps are refused, and nothing is added", "[lagr
     broken.positions[3][1] = nan;
     CHECK_THROWS_AS(system.add(broken, {}), parameter_error);
     CHECK(system.points.size() == 0);
+    CHECK(system.points.next_id() == 0);
+    CHECK(system.facets.empty());
     Springs<float, 3> springs;
     springs.add({0, 5}, {1, 1, 0});
     system.points.add({});
