@@ -40,6 +40,11 @@ struct BoundaryList {
         return other;
     }
 
+    /// \throws what the boundaries throw
+    void check() const {
+        for (const B& one : all) check_boundary(one);
+    }
+
     BoundaryList advanced(double dt) const {
         BoundaryList later;
         later.all.reserve(all.size());

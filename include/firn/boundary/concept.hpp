@@ -20,6 +20,12 @@ concept says_where = requires(const B b, const Vec<double, D> x) {
 template <class B, class S, int D>
 concept boundary = changes_velocity<B, S, D> && says_where<B, D>;
 
+/// \throws what the boundary's own check throws, if it has one
+template <class B>
+void check_boundary(const B& boundary) {
+    if constexpr (requires { boundary.check(); }) boundary.check();
+}
+
 /// The boundary dt [s] later: what `advanced(dt)` of a boundary that moves says; others stay as they are.
 template <class B>
 B advanced(const B& boundary, double dt) {

@@ -57,6 +57,11 @@ struct Together {
         return std::apply([](const auto&... part) { return with_scalar<T>(lift<T>(part)...); }, parts);
     }
 
+    /// \throws what the parts throw
+    void check() const {
+        std::apply([](const auto&... part) { (check_boundary(part), ...); }, parts);
+    }
+
     Together advanced(double dt) const {
         return std::apply([&](const auto&... part) { return Together(firn::advanced(part, dt)...); }, parts);
     }

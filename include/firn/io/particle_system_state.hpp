@@ -330,7 +330,7 @@ void restore(ParticleSystem<D, S, Integrator, Boundary>& system, const std::type
         const double restitution = reader.number("restitution", 0, 1);
         Boundary boundary = system.boundary;
         restore_parameters(boundary, state, "boundary");
-        if constexpr (requires { boundary.check(); }) boundary.check();
+        check_boundary(boundary);
         system.resume(reader.moment());
         system.gravity = gravity;
         system.damping = damping;

@@ -240,7 +240,7 @@ private:
             throw parameter_error(
                 sentence("Gravity is ", detail::describe(gravity), " m/s^2; it must be finite along every axis."));
         check_restitution(restitution);
-        if constexpr (requires { boundary.check(); }) boundary.check();
+        check_boundary(boundary);
     }
 
     /// Warns of a step above the bound, which is computed anew now and then, and when forces change.

@@ -38,7 +38,7 @@ void meet_surfaces(PointMasses<S, D>& points, const B& boundary, double restitut
                   "firn: the boundary must offer surfaces(x, seen) in the points' scalar and dimension; see "
                   "firn/boundary/concept.hpp.");
     check_restitution(restitution);
-    if constexpr (requires { boundary.check(); }) boundary.check();
+    check_boundary(boundary);
     const auto lifted = lift<S>(boundary);
     parallel_for(
         points.size(), thread_count(threads),

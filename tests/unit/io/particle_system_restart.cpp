@@ -156,6 +156,8 @@ TEST_CASE("What no run could have written is refused, whatever the numbers", "[i
     CHECK(refused([&](auto& s) { table_of(s, "impulses")[2] = std::bit_cast<std::int64_t>(infinite); }));
     CHECK(refused([](auto& s) { parameter_of(s, "impulses")[0] = 0; }));
     CHECK(refused([](auto& s) { parameter_of(s, "1_linear_velocity").pop_back(); }));
+    CHECK(refused([&](auto& s) { parameter_of(s, "1_position")[1] = no_number; }));
+    CHECK(refused([](auto& s) { parameter_of(s, "1_rotation")[0] = 2; }));
 }
 
 TEST_CASE("Any number of a state, made any other, is taken over or refused, and does no harm", "[io]") {
