@@ -1,5 +1,6 @@
 /// \file A run on the grid with all that a program can add to it goes on from a state to the bits of one never stopped.
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include <firn/boundary/collider.hpp>
 #include <firn/boundary/shapes.hpp>
 #include <firn/boundary/together.hpp>
@@ -55,7 +56,8 @@ TEST_CASE("With loads, springs, a source, a sink and a moving ball: the same bit
     const auto go = [](auto& run, std::uint64_t to) {
         while (run.steps() < to) run.step();
     };
-    go(whole, 500);
+    const std::uint64_t end = test_support::fewer_if_sanitized(500, 260);
+    go(whole, end);
     const auto should_be = state_of(whole);
     const states::Folder folder;
     for (const std::uint64_t stop : {200, 207}) {  // particles are to be sorted then, and not
@@ -65,7 +67,7 @@ TEST_CASE("With loads, springs, a source, a sink and a moving ball: the same bit
         write_state(folder / "state.hdf", state);
         auto continued = made(3);
         restore(continued, read_state<float>(folder / "state.hdf"));
-        go(continued, 500);
+        go(continued, end);
         const auto is = state_of(continued);
         CHECK(is.time == should_be.time);
         CHECK(is.tables == should_be.tables);
