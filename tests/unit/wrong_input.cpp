@@ -47,10 +47,10 @@ TEST_CASE("domains without an extent, a cell, or a number") {
         {{{0, 0}, {1, 1}, 1e-9}, "The domain has 1e+09 cells"},
         {{{0, 0}, {1, 1}, 1e-300}, "cells"},
     };
-    for (const auto& [domain, part] : all) {
-        const std::string said = message<parameter_error>([&, domain = domain] { Plane simulation(domain); });
+    for (const auto& each : all) {
+        const std::string said = message<parameter_error>([&] { Plane simulation(each.first); });
         CAPTURE(said);
-        CHECK(holds(said, part));
+        CHECK(holds(said, each.second));
     }
 }
 

@@ -41,8 +41,10 @@ void check_positions(std::size_t count, const Domain<D>& domain, const Position&
         if (id == no_particle) continue;
         ++particles;
         bool inside = true;
-        for (int a = 0; a < D; ++a)
-            inside = inside && position(i, a) >= S(domain.lower[a]) && position(i, a) <= S(domain.upper[a]);
+        for (int a = 0; a < D; ++a) {
+            const auto x = position(i, a);
+            inside = inside && x >= S(domain.lower[a]) && x <= S(domain.upper[a]);
+        }
         if (!inside) wrong.emplace_back(id, i);
     }
     if (wrong.empty()) return;

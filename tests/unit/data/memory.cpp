@@ -72,3 +72,10 @@ TEST_CASE("a number of bytes is given in full, and in the unit that is read at a
     CHECK(memory_limit() > 1e6);
     CHECK_NOTHROW(require_memory(0, "Nothing", ""));
 }
+
+TEST_CASE("a grid of distances with more nodes than a whole number counts is not taken for an empty one") {
+    DistanceNumbers<float, 3> grid;
+    grid.spacing = 1;
+    grid.nodes = {1 << 22, 1 << 21, 1 << 21};  // 2^64
+    CHECK(holds(message<parameter_error>([&] { grid.check(); }), "1.84467441e+19 nodes but 0 numbers"));
+}

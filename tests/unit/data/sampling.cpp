@@ -297,7 +297,7 @@ TEST_CASE("What cannot be filled is refused, with what to do") {
     SECTION("too many particles, said before memory is asked for") {
         CHECK(
             holds(message<parameter_error>([&] { sample_box(zero, one, {.spacing = 1e-2, .max_particles = 999999}); }),
-                  "about 1e+06 particles; at most 999999"));
+                  "about 1000000 particles; at most 999999"));
         CHECK_THROWS_AS(sample_sphere(zero, 1, {.spacing = 1e-200}), parameter_error);
         CHECK_THROWS_AS(sample_mesh(unit_cube(), {.spacing = 0.1, .max_particles = 999}), parameter_error);
         CHECK_NOTHROW(sample_mesh(unit_cube(), {.spacing = 0.1, .max_particles = 1001}));
