@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# examples/run.sh [OPTION...]: installs what is missing, builds the examples as build/examples/NAME and runs
-# 03_two_bunnies with the options (--help lists them). States and picture go to out/ unless --output says otherwise.
+# examples/run.sh [--all] [OPTION...]: installs what is missing, builds build/examples/03_two_bunnies and runs it with the
+# options (--help lists them). States and picture go to out/ unless --output says otherwise. --all builds all examples.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -9,11 +9,15 @@ source "$root/cmake/packages.sh"
 
 firn_install compiler cmake ninja eigen hdf5 cli11 png boost
 
-build=$root/build
+build=$root/build target=03_two_bunnies
+if [[ ${1-} == --all ]]; then
+    target=firn_examples
+    shift
+fi
 options=(-DCMAKE_BUILD_TYPE=Release -DFIRN_BUILD_EXAMPLES=ON -DFIRN_NATIVE=ON -DFIRN_WARNINGS_AS_ERRORS=OFF)
 if [[ ! -e $build/CMakeCache.txt ]]; then options+=(-DFIRN_BUILD_TESTS=OFF); fi
 cmake -S "$root" -B "$build" "${options[@]}"
-cmake --build "$build" --parallel "$(firn_jobs)" --target firn_examples
+cmake --build "$build" --parallel "$(firn_jobs)" --target "$target"
 
 output=(--output "$root/out")
 for argument in "$@"; do

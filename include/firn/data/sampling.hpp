@@ -9,6 +9,7 @@
 #include <firn/data/poisson_disk.hpp>
 #include <firn/data/samples.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -96,7 +97,8 @@ std::array<std::int64_t, D> lattice_counts(const Vec<double, D>& extent, const S
     for (int k = 0; k < D; ++k) {
         const double count = std::ceil(extent[k] / options.spacing);
         total *= count;
-        check_count(total, "lattice points to try in the box around the shape", 16 * double(options.max_particles));
+        check_count(total, "lattice points to try in the box around the shape",
+                    std::min(16 * double(options.max_particles), 0x1p62));
         counts[std::size_t(k)] = std::int64_t(count);
     }
     return counts;

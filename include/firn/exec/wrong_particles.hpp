@@ -60,8 +60,9 @@ public:
         bool left = false;
         for (int a = 0; a < D; ++a) {
             const S x = view_.position.at(slots_, a);
-            const bool beyond = !by_velocity || dt_ * std::abs(double(view_.velocity.at(slots_, a))) > cell_size_;
-            left = left || ((x <= lowest[a] || x >= highest[a]) && beyond);
+            const bool low = x <= lowest[a], high = x >= highest[a];
+            const double moved = dt_ * double(view_.velocity.at(slots_, a));
+            left = left || ((low || high) && (!by_velocity || (low ? -moved : moved) > cell_size_));
         }
         return left;
     }

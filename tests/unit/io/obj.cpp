@@ -108,6 +108,9 @@ TEST_CASE("Files that are no plain mesh are refused, with the line and what is w
     holds(refusal(cube_vertices + "f 1 2 x\n"), "index \"x\"");
     holds(refusal(cube_vertices + "f 1 2 99999999999999999999\n"), "index \"99999999999999999999\"");
     holds(refusal(cube_vertices + "f 1 2 -9\n"), "counts back by 9 vertices, of 8");
+    holds(refusal(cube_vertices + "f 1 2 -9223372036854775808\n"), "counts back by 9223372036854775808 vertices, of 8");
+    holds(refusal(cube_vertices + "f 1 2 9223372036854775807\n"),
+          "names vertex 9223372036854775807, but the file has 8");
     holds(refusal(cube_vertices + "f 1 2 2\n"), "names vertex 2 twice");
     holds(refusal(cube_vertices + "f 1 2 -7\n"), "names vertex 2 twice");
     holds(refusal(cube_vertices + "f 1 2 \\\n3\n"), "join the lines");
@@ -117,6 +120,14 @@ TEST_CASE("Files that are no plain mesh are refused, with the line and what is w
     CHECK_THROWS_AS(read_obj(folder.path() / "missing.obj"), io_error);
     CHECK_THROWS_AS(read_obj(folder.path()), io_error);
     CHECK_THROWS_AS(read_obj_points(folder.path() / "missing.obj"), io_error);
+    if (std::filesystem::is_character_file("/dev/zero")) CHECK_THROWS_AS(read_obj("/dev/zero"), io_error);
+
+    const auto cube = folder.path() / "cube.obj";
+    std::ofstream(cube) << cube_vertices << face;
+    memory_budget = 100;  // of 8 vertices the text alone is longer
+    CHECK_THROWS_AS(read_obj(cube), memory_error);
+    memory_budget = std::numeric_limits<double>::infinity();
+    CHECK_NOTHROW(read_obj(cube));
 }
 
 TEST_CASE("Bare points: written and read again to the last digits, in double and float, 2D and 3D") {

@@ -58,7 +58,6 @@ TEST_CASE("With loads, springs, a source, a sink and a moving ball: the same bit
     const auto state = state_of(stopped);
     write_state(folder / "state.hdf", state);
     restore(continued, read_state<float>(folder / "state.hdf"));
-    restore_parameters(continued.boundary, state, "boundary");
     for (int i = 0; i < 300; ++i) continued.step();
     const auto is = state_of(continued), should_be = state_of(whole);
     CHECK(is.time == should_be.time);

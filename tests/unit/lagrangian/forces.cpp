@@ -302,7 +302,7 @@ TEST_CASE("what blows up stops with the point, the step and the likely cause, an
     system.step(0.1);
     system.step(0.1);
     const auto before = system.points.position;
-    CHECK_THROWS_WITH(system.step(0.1), Catch::Contains("Point 2500") && Catch::Contains("step 2"));
+    CHECK_THROWS_WITH(system.step(0.1), Catch::Contains("point 2500") && Catch::Contains("step 2"));
     CHECK(std::memcmp(before.data(), system.points.position.data(), before.size() * sizeof(V)) == 0);
     CHECK(system.steps() == 2);
 }
@@ -323,6 +323,8 @@ TEST_CASE("bad points, pins and steps are refused, and nothing is added", "[lagr
     broken.positions[3][1] = nan;
     CHECK_THROWS_AS(system.add(broken, {}), parameter_error);
     CHECK(system.points.size() == 0);
+    CHECK(system.points.next_id() == 0);
+    CHECK(system.facets.empty());
     Springs<float, 3> springs;
     springs.add({0, 5}, {1, 1, 0});
     system.points.add({});
