@@ -5,6 +5,8 @@
 /// from which a simulation goes on or refuses to. What was damaged in memory and then written has a digest that is
 /// right and reaches all that restore() checks.
 #include <firn/io/obj.hpp>
+#include <firn/io/state_reader.hpp>
+#include <firn/io/state_writer.hpp>
 
 #include "small_run.hpp"
 #include "unit/io/example_state.hpp"
@@ -258,8 +260,7 @@ std::vector<Seed> state_seeds() {
     auto smooth = states::example<float>(3, 2000);
     for (auto& field : smooth.fields) std::fill(field.values.begin(), field.values.end(), 1.0F);
     add(smooth, {.compression = 1});
-    auto run = small_run::begun();
-    add(firn::state_of(run));
+    add(small_run::begun());
     return seeds;
 }
 
@@ -296,8 +297,7 @@ long damage_state_files(long count) {
 }
 
 long damage_states(long count) {
-    auto run = small_run::begun();
-    const State whole = firn::state_of(run);
+    const State whole = small_run::begun();
     const auto path = place();
     const long wrong = count_outcomes("states in memory", count, [&](long i, Counts& counts) {
         Damage damage{std::uint64_t(i)};

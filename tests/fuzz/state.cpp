@@ -1,5 +1,8 @@
 /// \file Any bytes as a state: one whose parts fit, which can be written and read again, and from which a simulation
 /// goes on; or a typed error.
+#include <firn/io/state_reader.hpp>
+#include <firn/io/state_writer.hpp>
+
 #include "fuzzed.hpp"
 #include "small_run.hpp"
 #include "unit/io/example_state.hpp"

@@ -1,10 +1,12 @@
 /// \file A program that uses xxHash itself, in each of its modes, is not disturbed by firn's copy, nor firn's by it.
 // "xxhash.h": xxHash under its own names, made by tests/CMakeLists.txt.
+// clang-format off: the order matters
 #define XXH_NAMESPACE program_
 #include "xxhash.h"
 
 #include "support/catch.hpp"
 #include <firn/io/states.hpp>
+// clang-format on
 
 #if defined(FIRN_XXH_INLINE_ALL) || defined(FIRN_XXH_VECTOR) || defined(FIRN_XXH3_64bits)
 #error "firn's copy leaves macros behind"
