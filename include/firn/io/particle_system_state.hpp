@@ -245,9 +245,16 @@ private:
 /// The state of a system as it is: its points and facets, and all that its steps go by besides what its program made:
 /// until when points live, what constraints tore, what emitters gave, the impulses of contacts; gravity [m/s²],
 /// damping [1/s], iterations, restitution and the boundary's parameters; names of policies.
+/// \throws particle_error  naming the first point that is not finite
 template <int D, std::floating_point S, class Integrator, class Boundary>
 State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
     const PointMasses<S, D>& points = system.points;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (!detail::is_finite(points.position[i]) || !detail::is_finite(points.velocity[i]))
+            throw particle_error(sentence("Point ", points.id[i], " is at ", detail::describe(points.position[i]),
+                                          " m and has velocity ", detail::describe(points.velocity[i]), " m/s at step ",
+                                          system.steps(),
+                                          "; no run can go on from there. Go on from the state before."));
     State<S> state = state_of(points, system.facets, system.time(), system.steps());
     state.fields.push_back({"inverse_mass", "1/kg", 1, {points.inverse_mass.begin(), points.inverse_mass.end()}});
     state.fields.push_back({"since", "s", 1, {points.since.begin(), points.since.end()}});

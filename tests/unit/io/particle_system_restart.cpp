@@ -236,4 +236,12 @@ TEST_CASE("Any number of a state, made any other, is taken over or refused, and 
     check(Fountain<Verlet>{});
 }
 
+TEST_CASE("A system that has gone wrong is not written", "[io][lagrangian]") {
+    ParticleSystem<2, double> system;
+    system.points.add({.position = {0.0, 0.0}});
+    system.points.add({.position = {1.0, 0.0}});
+    system.points.velocity[1][0] = std::numeric_limits<double>::quiet_NaN();
+    CHECK(test_support::holds(states::message<particle_error>([&] { state_of(system); }), "Point 1"));
+}
+
 }  // namespace particle_system_restart_tests

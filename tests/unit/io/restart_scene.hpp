@@ -1,9 +1,10 @@
 /// \file A run of any material, transfer and execution that is stopped half-way and goes on from its file with another
-/// number of threads: 500 steps give the bits of a run that was never stopped. A plain build tries every material,
-/// transfer and execution at least once; with FIRN_TEST_ALL every material meets every execution.
+/// number of threads: 500 steps (sanitized: 100) give the bits of a run that was never stopped. A plain build tries
+/// every material, transfer and execution at least once; with FIRN_TEST_ALL every material meets every execution.
 #pragma once
 
 #include "support/catch.hpp"
+#include "support/effort.hpp"
 #include <firn/firn.hpp>
 #include <firn/io/states.hpp>
 
@@ -28,14 +29,15 @@ void goes_on(const Material& material) {
         run->add(sample_box<2>({0.35, 0.0}, {0.6, 0.25}, {.spacing = spacing}), 1000);
         run->add(sample_box<2>({0.4, 0.3}, {0.65, 0.5}, {.spacing = spacing}), 1000, {0.3, -2.5});
     }
-    for (int i = 0; i < 500; ++i) whole.step();
-    for (int i = 0; i < 233; ++i) stopped.step();
+    const int before = test_support::fewer_if_sanitized(233, 40), after = test_support::fewer_if_sanitized(267, 60);
+    for (int i = 0; i < before + after; ++i) whole.step();
+    for (int i = 0; i < before; ++i) stopped.step();
     const states::Folder folder;
     const auto state = state_of(stopped);
     write_state(folder / "state.hdf", state);
     Run continued = made(3);
     restore(continued, read_state<typename Run::scalar_type>(folder / "state.hdf"));
-    for (int i = 0; i < 267; ++i) continued.step();
+    for (int i = 0; i < after; ++i) continued.step();
     const auto should_be = state_of(whole);
     CAPTURE(Material::name, Execution::name, Transfer::name);
     CHECK((state_of(continued) == should_be));  // too large to be printed
