@@ -69,6 +69,8 @@ void kill_many(int runs, std::uint64_t seed) {
     test_support::Random random(seed);
     Found found;
     for (int i = 0; i < runs; ++i) kill_one(int(random.uniform(1, 300)), found);
+    // Sanitized and beside other programs 300 ms can be too few for a first state.
+    for (int i = 0; i < 5 && found.acknowledged == 0; ++i) kill_one(4000, found);
     INFO(found.acknowledged << " states were acknowledged in " << runs << " runs");
     CHECK(found.lost == 0);
     CHECK(found.unreadable == 0);
