@@ -39,11 +39,6 @@ void check_series(const std::filesystem::path& folder, std::size_t count, std::s
     }
     std::set<std::string> found;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) found.insert(entry.path().filename());
-    const std::string unlisted = firn::detail::series_member("run", count);
-    if (found.contains(unlisted)) {
-        require(states::same_bits(firn::read_state<float>(folder / unlisted), at_time(double(count))), "it is whole");
-        others.insert(unlisted);
-    }
     for (const auto& name : found) require(others.contains(name), name + " is no file of the series");
     require(found == others, "no file is missing");
 }

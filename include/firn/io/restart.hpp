@@ -130,6 +130,7 @@ BlockPartition<D> partition_of(const State<T>& state) {
     const StateTable& slot_of = table(state.tables, "slot", 1);
     const StateTable& blocks = table(state.tables, "blocks", D + 2);
     std::vector<BlockRange<D>> ranges;
+    std::size_t placed = 0;
     for (std::size_t row = 0; row < blocks.values.size(); row += D + 2) {
         BlockRange<D> range{};
         for (std::size_t a = 0; a < std::size_t(D); ++a) {
@@ -142,13 +143,14 @@ BlockPartition<D> partition_of(const State<T>& state) {
         range.particles = std::size_t(blocks.values[row + D + 1]);
         if (!ranges.empty() && block_key<D>(range.block) <= block_key<D>(ranges.back().block))
             throw_damaged("table of blocks");
+        placed += range.particles;
         ranges.push_back(range);
     }
+    if (placed != n || slot_of.values.size() != n) throw_damaged("table of blocks");
     BlockPartition<D> partition = arrange<D>(ranges, colours_along_axis<Kernel>);
     for (std::size_t i = 0; i < ranges.size(); ++i)
         if (std::size_t(blocks.values[i * (D + 2) + D]) != partition.ranges[partition.by_block[i]].first_slot)
             throw_damaged("table of blocks");
-    if (partition.particles != n || slot_of.values.size() != n) throw_damaged("table of blocks");
     for (std::size_t i = 0; i < n; ++i) {
         const std::int64_t slot = slot_of.values[i];
         if (slot < 0 || slot >= std::int64_t(partition.slots()) || partition.order[std::size_t(slot)] != no_particle)
@@ -162,9 +164,10 @@ BlockPartition<D> partition_of(const State<T>& state) {
 }
 
 /// Gives particles, in the order of ids, the places and stresses that they had in the run that wrote the state.
-template <class S, int D, class MaterialState, class T>
+/// \param sorted  none has left the reach of its block
+template <class Kernel, class S, int D, class MaterialState, class T>
 void set_places(Particles<S, D, MaterialState>& particles, const BlockPartition<D>& partition,
-                const ParticlesOfState<S, D, MaterialState, T>& read) {
+                const ParticlesOfState<S, D, MaterialState, T>& read, bool sorted) {
     const std::size_t n = particles.size();
     const T *x = read.field("position", D), *place = read.field("place", D),
             *stress = read.field("kirchhoff_stress", D * D);
@@ -175,6 +178,11 @@ void set_places(Particles<S, D, MaterialState>& particles, const BlockPartition<
             particles.set_place(i, range.block, read.vector(place + i * D));
             particles.set_stress(i, read.matrix(stress + i * D * D));
         }
+    if (sorted)
+        for (std::size_t k = 0; k < n * D; ++k)
+            if (const S node = base_node<Kernel>(S(place[k]));
+                node < S(-allowed_drift) || node > S(block_size - 1 + allowed_drift))
+                throw_damaged("place of a particle in its block");
     const double fine = 1e-9 * particles.domain().cell_size;
     for (std::size_t i = 0; i < n; ++i)
         for (int a = 0; a < D; ++a) {
@@ -240,9 +248,9 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
     Transfer transfer = simulation.transfer;
     if (how != Restart::converted) {
         set.partition = detail::partition_of<Kernel, D>(state);
-        detail::set_places(set.particles, set.partition, read);
         set.report = {detail::parameter_values(state, "run", "signal_speed")[0],
                       detail::parameter_values(state, "run", "sort_needed")[0] != 0};
+        detail::set_places<Kernel>(set.particles, set.partition, read, !set.report.sort_needed);
         restore_parameters(boundary, state, "boundary");
         restore_parameters(transfer, state, "transfer");
     }

@@ -7,6 +7,7 @@
 #include <firn/simulation.hpp>
 #include <firn/version.hpp>
 
+#include <algorithm>
 #include <bit>
 #include <vector>
 
@@ -17,6 +18,13 @@ namespace detail {
 /// The slots of all particles in the order of their ids.
 template <class Particles>
 std::vector<std::uint32_t> slots_by_id(const Particles& particles, int threads) {
+    if (particles.next_id() / 8 > particles.size()) {  // few are left of those that there were
+        std::vector<std::uint32_t> slots;
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot)) slots.push_back(std::uint32_t(slot));
+        std::ranges::sort(slots, {}, [&](std::uint32_t slot) { return particles.id(slot); });
+        return slots;
+    }
     std::vector<std::uint32_t> slot_of(particles.next_id(), no_particle);
     for_chunks(particles.slots(), threads, [&](std::size_t first, std::size_t last) {
         for (std::size_t slot = first; slot < last; ++slot)

@@ -65,6 +65,8 @@ public:
         const std::string file = detail::series_member(name_, next_);
         std::vector<std::string> before;
         if (!has_written_) before = detail::series_members_on_disk(path(), name_);
+        std::error_code unknown;
+        const bool is_there = std::filesystem::exists(directory_ / file, unknown);
         StateOptions options = options_;
         if (options.complete_every > 0 && next_ % options.complete_every == 0) options.fields.clear();
         write_state(directory_ / file, state, options);
@@ -73,6 +75,8 @@ public:
             write_series(path(), entries_);
         } catch (...) {
             entries_.pop_back();
+            std::error_code ignored;  // a state of that name that some list knows stays
+            if (!is_there) std::filesystem::remove(directory_ / file, ignored);
             throw;
         }
         ++next_;

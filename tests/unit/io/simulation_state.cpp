@@ -75,6 +75,20 @@ TEST_CASE("A state says what it holds, in SI units, in the order of ids") {
     for (std::size_t i = 0; i < state.size(); ++i) CHECK(state.id[i] == std::int64_t(i));
 }
 
+TEST_CASE("Of few particles that are left of many, too, a state is in the order of ids and a run goes on") {
+    auto run = make_run<2, double, Coloured>(1);
+    scenes::add_two_blocks<2>(run, 0.25, 1.0 / 32);
+    for (int i = 0; i < 5; ++i) run.step();
+    const std::uint32_t all = run.particles().next_id();
+    run.remove_if([&](const Vec<double, 2>&, std::uint32_t id) { return id != 1 && id != 50 && id != all - 1; });
+    const auto state = state_of(run);
+    CHECK(state.id == std::vector<std::int64_t>{1, 50, all - 1});
+    auto continued = make_run<2, double, Coloured>(3);
+    restore(continued, state);
+    for (int i = 0; i < 20; ++i) run.step(), continued.step();
+    CHECK(scenes::hash(continued) == scenes::hash(run));
+}
+
 TEST_CASE("Where moving boundaries were is in a state to the bit, and comes back from it") {
     using Boundary = Together<Walls<float, 3>, Collider<Sphere<float, 3>>>;
     using Turning = Simulation<3, FixedCorotated<float>, Apic, MlsForce, QuadraticBSpline, Coloured, Boundary>;
