@@ -2,7 +2,8 @@
 ///
 ///     firn_output_cost [PARTICLES] [STEPS] [TURNS] [FOLDER]
 ///
-/// A line for each interval: the ratio of the median times, and what a state costs.
+/// A line for each interval: the ratios of the median times, by the clock and by the processors (of all threads: what
+/// other programs take from them is not in it).
 #include <firn/io/states.hpp>
 
 #include "scene.hpp"
@@ -11,6 +12,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 
 namespace {
 
@@ -34,30 +36,35 @@ int main(int count, char** words) {
     const auto begin = firn::state_of(simulation);
 
     const std::vector<int> intervals{0, 100, 10};  // steps a state; 0: none
-    std::vector<std::vector<double>> times(intervals.size());
+    std::vector<std::vector<double>> times(intervals.size()), of_processors(intervals.size());
+    firn::BackgroundSeries<float> series(folder, "cost");
     for (int turn = 0; turn <= turns; ++turn)
         for (std::size_t k = 0; k < intervals.size(); ++k) {
             firn::restore(simulation, begin);
-            firn::BackgroundSeries<float> series(folder, "cost");
-            double seconds = -now();
+            const double start = now();
+            const std::clock_t ticks = std::clock();
             for (int i = 1; i <= steps; ++i) {
                 simulation.step();
-                if (intervals[k] == 0 || i % intervals[k] != 0) continue;
+                if (intervals[k] == 0 || i % intervals[k] != intervals[k] / 2) continue;
                 auto state = series.spare();
                 firn::state_of(simulation, state);
                 series.write(std::move(state));
             }
-            // What is still being written when the steps are done would take its time from further steps.
+            // States lie in the middle of their intervals, so that what a state takes falls on steps; what is left to
+            // be written when they are done would have taken its time from further steps.
             series.finish();
-            seconds += now();
-            if (turn > 0) times[k].push_back(seconds);  // the first turn fetches memory
+            if (turn == 0) continue;  // fetches memory
+            times[k].push_back(now() - start);
+            of_processors[k].push_back(double(std::clock() - ticks) / CLOCKS_PER_SEC);
         }
-    const double without = median(times[0]);
-    std::printf("%zu particles, %d steps, %d turns: %.2f s without states\n", begin.size(), steps, turns, without);
-    for (std::size_t k = 1; k < intervals.size(); ++k) {
-        const double with = median(times[k]);
-        std::printf("a state every %3d steps: %.2f s, ratio %.3f, %.0f ms a state\n", intervals[k], with,
-                    with / without, 1000 * (with - without) * intervals[k] / steps);
+    std::printf("%zu particles, %d steps, %d turns\n", begin.size(), steps, turns);
+    for (std::size_t k = 0; k < intervals.size(); ++k) {
+        const double time = median(times[k]), work = median(of_processors[k]);
+        if (intervals[k] == 0)
+            std::printf("no states:                %6.2f s, processors %6.2f s\n", time, work);
+        else
+            std::printf("a state every %3d steps:  %6.2f s, processors %6.2f s: ratios %.3f, %.3f\n", intervals[k],
+                        time, work, time / median(times[0]), work / median(of_processors[0]));
     }
     std::filesystem::remove_all(folder);
 }
