@@ -3,7 +3,7 @@
 #include "support/catch.hpp"
 #include "support/message.hpp"
 #include <firn/firn.hpp>
-#include <firn/io/simulation_state.hpp>
+#include <firn/io/restart.hpp>
 
 using namespace firn;
 using test_support::holds;

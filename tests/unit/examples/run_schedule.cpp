@@ -13,7 +13,7 @@ struct Course {
     std::string said;
 
     /// \param failing  the step that throws, from 1; \param finishes  or finish() throws, too
-    Course(const std::filesystem::path& folder, int failing, bool finishes) {
+    Course(const std::filesystem::path& folder, int failing, bool finishes, const example::Begun& begun = {}) {
         example::Options options;
         options.name = "course";
         options.output = folder;
@@ -22,9 +22,9 @@ struct Course {
         std::streambuf* const out = std::cout.rdbuf(text.rdbuf());
         std::streambuf* const err = std::cerr.rdbuf(text.rdbuf());
         try {
-            int step = 0;
+            int step = int(begun.steps);
             example::run_schedule(
-                options, 1, [&] { calls.push_back("write"); },
+                options, 1, begun, [&] { calls.push_back("write"); },
                 [&] {
                     calls.push_back("finish");
                     if (!finishes) throw firn::io_error("the disk is full");
@@ -49,6 +49,16 @@ TEST_CASE("a step that throws: states are finished, the last is named, the error
     const Course course(folder.path(), 8, true);
     CHECK(course.calls == std::vector<std::string>{"write", "write", "write", "finish", "particle 7"});
     CHECK(course.said.find((folder.path() / "course_0002.hdf").string()) != std::string::npos);
+}
+
+TEST_CASE("a run that goes on writes no state at its start, and counts on", "[examples]") {
+    const TemporaryFolder folder;
+    const Course whole(folder.path(), 11, true, {5, 2});  // after step 5, with two states in the series
+    CHECK(whole.calls == std::vector<std::string>{"write", "write", "finish"});
+    CHECK(whole.said.find("4 states") != std::string::npos);
+    const Course failing(folder.path(), 8, true, {5, 2});
+    CHECK(failing.calls == std::vector<std::string>{"write", "finish", "particle 7"});
+    CHECK(failing.said.find((folder.path() / "course_0002.hdf").string()) != std::string::npos);
 }
 
 TEST_CASE("where the states cannot be finished that is said, and the step's error goes on", "[examples]") {

@@ -3,7 +3,7 @@
 #include "support/catch.hpp"
 #include <firn/data/sampling.hpp>
 #include <firn/field/damped.hpp>
-#include <firn/io/simulation_state.hpp>
+#include <firn/io/restart.hpp>
 #include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/net_forces.hpp>
 #include <firn/lagrangian/rope.hpp>
