@@ -220,10 +220,11 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
 }  // namespace detail
 
 /// Goes on from a state. The program makes the simulation as it did for the run that wrote it: the same policies,
-/// domain and material, loads, forces between particles, sources and sinks. Whether it has added particles does not
-/// matter: they are replaced. Taken from the state are particles and bodies, time and steps, the boundary with all its
-/// parameters (so that what moves is where it was), the transfer's parameters, gravity, fixed_time_step and
-/// most_steps_between_sorts; what shall be otherwise is set afterwards. The number of threads is the program's.
+/// domain and material, loads, forces between particles, sources and sinks. Particles that it has added are replaced;
+/// loads and forces name bodies, so they are added after these, or after the restart. Taken from the state are particles
+/// and bodies, time and steps, the boundary with all its parameters (so that what moves is where it was), the transfer's
+/// parameters, gravity, fixed_time_step and most_steps_between_sorts; what shall be otherwise is set afterwards. The
+/// number of threads is the program's.
 ///
 /// With several materials: once for each, with the states of one moment.
 /// With Restart::converted only particles with their ids, velocities and states are taken over, and time and steps; all
