@@ -32,6 +32,7 @@ struct WrongParticles {
 template <class View, class Material>
 class ParticleLook {
     using S = typename View::scalar_type;
+    using P = native_pack<S>;
     using State = typename View::state_type;
     static constexpr int D = View::dimension;
 
@@ -101,22 +102,25 @@ private:
         look("velocity", view_.velocity, D);
         for_state([&](const char* name, const auto& field, auto components) { look(name, field, components); });
         look("stress", view_.stress, symmetric_size<D>);
-        if (text.empty()) {
-            State state;
-            Vec<S, D> velocity;
-            for (int a = 0; a < D; ++a) velocity[a] = view_.velocity.at(slots_, a);
-            constexpr auto members = State::fields();
-            unroll<int(std::tuple_size_v<decltype(State::fields())>)>([&](auto f) {
-                auto* to = components(state.*(std::get<f>(members).member));
-                for (int k = 0;
-                     k < component_count<std::remove_cvref_t<decltype(state.*(std::get<f>(members).member))>>; ++k)
-                    to[k] = view_.state[f].at(slots_, k);
-            });
-            if (!std::isfinite(signal_speed(material_, velocity, view_.mass.at(slots_, 0), view_.volume.at(slots_, 0),
-                                            state, S(cell_size_))))
-                text = "not finite: the speed of waves in it";
-        }
+        if (text.empty() && !std::isfinite(double(lane_value(speed(lift<P>(material_)), 0))))
+            text = "not finite: the speed of waves in it";
         return text;
+    }
+
+    /// In lanes, in which every model is used; all of them alike.
+    template <class Lifted>
+    P speed(const Lifted& material) const {
+        material_state_t<Lifted, D> state;
+        constexpr auto members = decltype(state)::fields();
+        unroll<int(std::tuple_size_v<decltype(members)>)>([&](auto f) {
+            auto& member = state.*(std::get<f>(members).member);
+            for (int k = 0; k < component_count<std::remove_cvref_t<decltype(member)>>; ++k)
+                components(member)[k] = P(view_.state[f].at(slots_, k));
+        });
+        Vec<P, D> velocity;
+        for (int a = 0; a < D; ++a) velocity[a] = P(view_.velocity.at(slots_, a));
+        return signal_speed(material, velocity, P(view_.mass.at(slots_, 0)), P(view_.volume.at(slots_, 0)), state,
+                            P(S(cell_size_)));
     }
 
     /// ", J = 1" of the first matrix of the state, the deformation gradient; nothing where there is none.

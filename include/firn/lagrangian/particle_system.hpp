@@ -124,6 +124,7 @@ public:
 
     /// Takes out the points for which wanted(place) says so, with all that they are joined by.
     /// \return how many that were
+    /// \throws parameter_error  if a force or constraint joins a point that is not there: the system is then of no use
     template <class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
         const std::vector<std::uint32_t> new_place = points.remove_if(wanted);

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <firn/core/error.hpp>
+#include <firn/core/lanes.hpp>
 #include <firn/core/names.hpp>
+#include <firn/core/pack.hpp>
 #include <firn/material/concept.hpp>
 
 #include <cmath>
@@ -27,7 +29,9 @@ void check_material(const M& model) {
             one(double(value));
     });
     if constexpr (requires { model.check(); }) model.check();
-    const S speed = wave_speed(model, S(1), initial_state<D>(model));
+    using P = native_pack<S>;  // in which every model is used
+    const auto lifted = lift<P>(model);
+    const S speed = lane_value(wave_speed(lifted, P(1), initial_state<D>(lifted)), 0);
     if (!(speed >= S(0)) || !std::isfinite(speed))
         throw parameter_error(sentence("In the material ", name_of<M>(), ", with a density of 1, waves have the speed ",
                                        speed,

@@ -4,6 +4,8 @@
 #include <firn/firn.hpp>
 #include <firn/lagrangian/net_forces.hpp>
 
+namespace check_tests {
+
 using namespace firn;
 using test_support::holds;
 using test_support::message;
@@ -98,3 +100,5 @@ TEST_CASE("a simulation, and the stages by themselves, refuse such a model befor
     for (const double dt : {-1.0, not_a_number, infinity}) CHECK_THROWS_AS(step(dt, Elastic{}), parameter_error);
     CHECK_THROWS_AS(membranes_of(Net<3>{}, soft, 0.1), parameter_error);
 }
+
+}  // namespace check_tests

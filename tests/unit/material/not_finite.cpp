@@ -3,6 +3,8 @@
 #include "support/catch.hpp"
 #include <firn/firn.hpp>
 
+namespace not_finite_tests {
+
 using namespace firn;
 
 namespace {
@@ -57,3 +59,5 @@ TEMPLATE_TEST_CASE("a state that is not finite shows in what G2P sums up", "[mat
     check<2, TestType>();
     check<3, TestType>();
 }
+
+}  // namespace not_finite_tests
