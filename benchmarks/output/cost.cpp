@@ -9,7 +9,6 @@
 #include "scene.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -24,13 +23,10 @@ double median(std::vector<double> times) {
 }  // namespace
 
 int main(int count, char** words) {
-    const auto word = [&](int i, const char* otherwise) { return count > i ? words[i] : otherwise; };
+    const output::Words word{count, words};
     const int steps = std::atoi(word(2, "200")), turns = std::atoi(word(3, "5"));
     auto simulation = output::blocks(std::atof(word(1, "1e6")), 0);
     const std::filesystem::path folder = word(4, "output_cost");
-    const auto now = [] {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    };
     for (int i = 0; i < 20; ++i) simulation.step();
     // Every turn does the same steps again.
     const auto begin = firn::state_of(simulation);
@@ -41,7 +37,7 @@ int main(int count, char** words) {
     for (int turn = 0; turn <= turns; ++turn)
         for (std::size_t k = 0; k < intervals.size(); ++k) {
             firn::restore(simulation, begin);
-            const double start = now();
+            const double start = output::now();
             const std::clock_t ticks = std::clock();
             for (int i = 1; i <= steps; ++i) {
                 simulation.step();
@@ -54,7 +50,7 @@ int main(int count, char** words) {
             // be written when they are done would have taken its time from further steps.
             series.finish();
             if (turn == 0) continue;  // fetches memory
-            times[k].push_back(now() - start);
+            times[k].push_back(output::now() - start);
             of_processors[k].push_back(double(std::clock() - ticks) / CLOCKS_PER_SEC);
         }
     std::printf("%zu particles, %d steps, %d turns\n", begin.size(), steps, turns);

@@ -4,6 +4,8 @@
 
 #include <firn/firn.hpp>
 
+#include <chrono>
+
 namespace output {
 
 using Simulation = firn::Simulation<3, firn::FixedCorotated<float>>;
@@ -27,6 +29,18 @@ inline Simulation blocks(double particles, int threads) {
         simulation.add(firn::sample_box<3>(lower, lower + edge, {.spacing = h / 2}), 1000, velocity);
     }
     return simulation;
+}
+
+/// Arguments of a program, each with what stands for it where it is left out.
+struct Words {
+    int count;
+    char** words;
+    const char* operator()(int i, const char* otherwise) const { return count > i ? words[i] : otherwise; }
+};
+
+/// [s]
+inline double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 }  // namespace output

@@ -8,7 +8,6 @@
 #include "scene.hpp"
 #include <unistd.h>
 
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -29,13 +28,10 @@ constexpr int steps_a_state = 100, states_a_series = 10;
 }  // namespace
 
 int main(int count, char** words) {
-    const auto word = [&](int i, const char* otherwise) { return count > i ? words[i] : otherwise; };
+    const output::Words word{count, words};
     const double minutes = std::atof(word(1, "60"));
     auto simulation = output::blocks(std::atof(word(2, "1e6")), std::atoi(word(3, "0")));
     const std::filesystem::path folder = word(4, "soak");
-    const auto now = [] {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    };
 
     const auto first = simulation.totals();
     double pushing = 0;  // Σ m |v|: what momentum is measured by
@@ -48,8 +44,8 @@ int main(int count, char** words) {
     std::unique_ptr<firn::BackgroundSeries<float>> series;
     std::size_t states = 0;
     double early = 0;  // memory after the first minute
-    const double start = now();
-    for (int told = 0; now() - start < 60 * minutes;) {
+    const double start = output::now();
+    for (int told = 0; output::now() - start < 60 * minutes;) {
         if (simulation.steps() % (steps_a_state * states_a_series) == 0) {
             if (series) series->finish();
             series = std::make_unique<firn::BackgroundSeries<float>>(folder, "soak");  // replaces the one before
@@ -61,7 +57,7 @@ int main(int count, char** words) {
             ++states;
         }
         simulation.step();
-        if (now() - start < 60 * (told + 1)) continue;
+        if (output::now() - start < 60 * (told + 1)) continue;
         ++told;
         const auto all = simulation.totals();
         if (told == 1) early = resident();

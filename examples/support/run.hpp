@@ -123,11 +123,14 @@ public:
     /// Puts the simulation where its last states are, and goes on with their series.
     /// \throws firn::io_error  where there are none, or they are of another run
     Begun go_on(Simulation& simulation) {
+        std::vector<std::vector<firn::SeriesEntry>> states;
         std::size_t count = std::numeric_limits<std::size_t>::max();  // that all materials have
-        for (const auto& list : files_) count = std::min(count, firn::read_series(list).size());
-        if (count == 0) throw firn::io_error(firn::sentence("There is no state in ", files_[0], " to go on from."));
+        for (const auto& series : files_) {
+            states.push_back(states_to_go_on_from(series));
+            count = std::min(count, states.back().size());
+        }
         for_materials<Simulation>([&](auto i) {
-            const firn::SeriesEntry last = firn::read_series(files_[i])[count - 1];
+            const firn::SeriesEntry& last = states[i][count - 1];
             const auto file = files_[i].parent_path() / last.file;
             firn::restore<i>(simulation, firn::read_state<typename Simulation::scalar_type>(file));
             series_[i]->go_on_from(last.time);

@@ -43,9 +43,7 @@ void run(System& system, const Options& options, const Step& step, const Picture
     firn::BackgroundSeries<S> series(options.output, options.name);
     Begun begun;
     if (options.go_on) {
-        const auto list = firn::read_series(series.path());
-        if (list.empty())
-            throw firn::io_error(firn::sentence("There is no state in ", series.path(), " to go on from."));
+        const auto list = states_to_go_on_from(series.path());
         firn::restore(system, firn::read_state<S>(options.output / list.back().file));
         series.go_on_from(list.back().time);
         begun = {std::int64_t(system.steps()), int(list.size())};

@@ -7,6 +7,7 @@
 #include "support/progress.hpp"
 #include "support/renderer.hpp"
 #include <firn/io/interruption.hpp>
+#include <firn/io/series_file.hpp>
 
 #include <cstdint>
 #include <cstdio>
@@ -39,6 +40,14 @@ void say_last_states(int states, const Finish& finish, const std::vector<std::fi
         std::cerr << ' ' << name.substr(0, name.size() - std::string(".hdf.series").size()) << number;
     }
     std::cerr << std::endl;
+}
+
+/// The states of a series.
+/// \throws firn::io_error  where there are none to go on from
+inline std::vector<firn::SeriesEntry> states_to_go_on_from(const std::filesystem::path& series) {
+    auto states = firn::read_series(series);
+    if (states.empty()) throw firn::io_error(firn::sentence("There is no state in ", series, " to go on from."));
+    return states;
 }
 
 /// What of a run has been done before.

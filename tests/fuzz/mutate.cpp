@@ -138,7 +138,7 @@ private:
         value = f(value);
     }
     void of_shape(State& state) {
-        switch (below(6)) {
+        switch (below(8)) {
             case 0:
                 state.fields.erase(state.fields.begin() + std::ptrdiff_t(below(state.fields.size())));
                 break;

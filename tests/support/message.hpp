@@ -1,6 +1,8 @@
 /// \file What an exception says.
 #pragma once
 
+#include "support/catch.hpp"
+
 #include <string>
 
 namespace test_support {
@@ -17,5 +19,13 @@ std::string message(const F& f) {
 }
 
 inline bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// f throws an E that says `part`.
+template <class E, class F>
+void check_refused(const F& f, const std::string& part) {
+    const std::string said = message<E>(f);
+    CAPTURE(said);
+    CHECK(holds(said, part));
+}
 
 }  // namespace test_support

@@ -2,17 +2,17 @@
 /// likely cause, and refuses to go on or to be written.
 #include "support/catch.hpp"
 #include "support/message.hpp"
+#include "support/not_finite.hpp"
 #include <firn/firn.hpp>
 #include <firn/io/restart.hpp>
 
 using namespace firn;
 using test_support::holds;
+using test_support::infinity;
 using test_support::message;
+using test_support::not_a_number;
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 template <int D, class S, class Execution = Coloured>
 using Elastic = Simulation<D, FixedCorotated<S>, Apic, MlsForce, QuadraticBSpline, Execution>;

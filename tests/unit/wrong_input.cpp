@@ -2,17 +2,19 @@
 /// call goes on to work.
 #include "support/catch.hpp"
 #include "support/message.hpp"
+#include "support/not_finite.hpp"
 #include <firn/firn.hpp>
 #include <firn/lagrangian.hpp>
 
 using namespace firn;
+using test_support::check_refused;
 using test_support::holds;
+using test_support::infinity;
 using test_support::message;
+using test_support::not_a_number;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 using Plane = Simulation<2>;
 using V = Vec<double, 2>;
 
@@ -24,9 +26,7 @@ template <class Error, class Act>
 void refused(const Act& act, const std::string& part) {
     Plane simulation = plane();
     simulation.add(some(), 1000);
-    const std::string said = message<Error>([&] { act(simulation); });
-    CAPTURE(said);
-    CHECK(holds(said, part));
+    check_refused<Error>([&] { act(simulation); }, part);
     CHECK(simulation.particles().size() == some().positions.size());
 }
 
@@ -47,11 +47,7 @@ TEST_CASE("domains without an extent, a cell, or a number") {
         {{{0, 0}, {1, 1}, 1e-9}, "The domain has 1e+09 cells"},
         {{{0, 0}, {1, 1}, 1e-300}, "cells"},
     };
-    for (const auto& each : all) {
-        const std::string said = message<parameter_error>([&] { Plane simulation(each.first); });
-        CAPTURE(said);
-        CHECK(holds(said, each.second));
-    }
+    for (const auto& each : all) check_refused<parameter_error>([&] { Plane simulation(each.first); }, each.second);
 }
 
 TEST_CASE("bodies without mass, volume, particles, a place in the domain, or a finite velocity") {

@@ -30,7 +30,7 @@ struct PassReport {
     bool right = true;
 };
 
-[[noreturn]] inline void throw_wrong(const WrongParticles& wrong, const char* cause) {
+[[noreturn]] inline void throw_wrong(const WrongParticles& wrong, const std::string& cause) {
     throw particle_error(wrong.text() + " " + cause);
 }
 
@@ -306,8 +306,7 @@ G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>
             detail::wrong_particles<D>(view, partition, &grid.domain(), grid.domain().cell_size, material, dt),
             sentence("They come from a step of ", dt,
                      " s: compare it with the bound of the time step, and look for a force or a "
-                     "stiffness that is too large.")
-                .c_str());
+                     "stiffness that is too large."));
     return pass.report;
 }
 

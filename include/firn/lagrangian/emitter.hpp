@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/core/error.hpp>
+#include <firn/core/recurrence.hpp>
 #include <firn/data/mesh.hpp>
 #include <firn/data/random.hpp>
 #include <firn/lagrangian/point_masses.hpp>
@@ -79,7 +80,7 @@ struct Emitter {
         if (maximum == 0) throw parameter_error("An emitter's maximum is 0 particles; give 1 or more.");
     }
 
-    double time_of(std::uint64_t birth) const { return start + double(birth) / rate; }
+    double time_of(std::uint64_t birth) const { return recurrence().time_of(birth); }
 
     /// Number k as it is born.
     PointMass<D> born(std::uint64_t k) const {
@@ -110,17 +111,15 @@ struct Emitter {
     }
 
     /// Births that were due until `time` [s], it included, do not happen.
-    void skip(double time) {
-        if (const double most = due(time) * (1 - 1e-12); most > 2) births += std::uint64_t(most - 2);
-        while (is_due(births, time)) ++births;
-    }
+    void skip(double time) { births = recurrence().first_after(births, time); }
 
     /// Takes over what the same emitter has done until `time` [s] in another run.
     /// \param has_given  it has given all that was due then
     /// \throws parameter_error  if this emitter would not have done that; nothing has changed then
     void resume(const EmitterHistory& given, double time, bool has_given) {
-        const bool too_many = given.births > births && !is_due(given.births - 1, time);
-        if (given.births < births || too_many || (has_given && is_due(given.births, time)))
+        const detail::Recurrence schedule = recurrence();
+        const bool too_many = given.births > births && !schedule.is_due(given.births - 1, time);
+        if (given.births < births || too_many || (has_given && schedule.is_due(given.births, time)))
             throw parameter_error(sentence("The run that is to go on had ", given.births, " births due by ", time,
                                            " s of an emitter; one that gives ", rate, " a second from ", start,
                                            " s on has not so many. Add the same emitters in the same order."));
@@ -137,10 +136,11 @@ struct Emitter {
     /// \throws parameter_error  as check(), and as PointMasses::add()
     template <std::floating_point S>
     std::size_t give(PointMasses<S, D>& points, double time, const Vec<double, D>& acceleration = {}) {
-        if (!is_due(births, time)) return 0;
+        const detail::Recurrence schedule = recurrence();
+        if (!schedule.is_due(births, time)) return 0;
         check();
-        if (due(time) > double(no_particle))
-            throw parameter_error(sentence("An emitter of ", rate, " births a second owes ", due(time), " at ", time,
+        if (const double owed = schedule.due(births, time); owed > double(no_particle))
+            throw parameter_error(sentence("An emitter of ", rate, " births a second owes ", owed, " at ", time,
                                            " s; there are ids for ", no_particle,
                                            ". Take a lower rate, or let it start later."));
         std::priority_queue<double, std::vector<double>, std::greater<>> ends;  // of those alive, the next first
@@ -149,7 +149,7 @@ struct Emitter {
             for (const EmittedChild& child : children) ends.push(child.end);
         }
         const std::size_t before = points.size();
-        for (; is_due(births, time); ++births) {
+        for (; schedule.is_due(births, time); ++births) {
             const double birth = time_of(births), age = time - birth;
             while (!ends.empty() && ends.top() <= birth) ends.pop();
             if (ends.size() >= maximum) continue;
@@ -165,17 +165,7 @@ struct Emitter {
     }
 
 private:
-    /// How many births a step to `time` would see. \throws parameter_error  if they are more than can be counted
-    double due(double time) const {
-        const double all = std::floor((std::min(time, end) - start) * rate) + 1;
-        if (!(all < 0x1p53))
-            throw parameter_error(sentence("An emitter of ", rate, " births a second from ", start, " s on owes ", all,
-                                           " at ", time,
-                                           " s, more than can be counted. Take a lower rate, or let it "
-                                           "start later."));
-        return std::max(all - double(births), 0.0);
-    }
-    bool is_due(std::uint64_t birth, double time) const { return time_of(birth) <= time && time_of(birth) <= end; }
+    detail::Recurrence recurrence() const { return {"An emitter", "births", rate, start, end}; }
 
     /// Both lists are in the order of ids.
     template <std::floating_point S>

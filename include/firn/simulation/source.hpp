@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/core/error.hpp>
+#include <firn/core/recurrence.hpp>
 #include <firn/data/samples.hpp>
 
 #include <algorithm>
@@ -55,23 +56,15 @@ struct Source {
                 sentence("The lifespan of a source's particles is ", lifespan, " s; it must be positive."));
     }
 
-    double time_of(std::uint64_t burst) const { return start + double(burst) / rate; }
+    double time_of(std::uint64_t burst) const { return recurrence().time_of(burst); }
     /// How many bursts a step to `time` would give. \throws parameter_error  if they are more than can be counted
-    double due(double time) const {
-        const double all = std::floor((std::min(time, end) - start) * rate) + 1;
-        if (!(all < 0x1p53))
-            throw parameter_error(sentence("A source of ", rate, " bursts a second from ", start, " s on owes ", all,
-                                           " at ", time,
-                                           " s, more than can be counted. Take a lower rate, or let it "
-                                           "start later."));
-        return std::max(all - double(bursts), 0.0);
-    }
-    bool is_due(double time) const { return time_of(bursts) <= time && time_of(bursts) <= end; }
+    double due(double time) const { return recurrence().due(bursts, time); }
+    bool is_due(double time) const { return recurrence().is_due(bursts, time); }
     /// Those due until `time`, it included, are not given: they have been, or the source was not there.
-    void skip(double time) {
-        if (const double most = due(time) * (1 - 1e-12); most > 2) bursts += std::uint64_t(most - 2);
-        while (is_due(time)) ++bursts;
-    }
+    void skip(double time) { bursts = recurrence().first_after(bursts, time); }
+
+private:
+    detail::Recurrence recurrence() const { return {"A source", "bursts", rate, start, end}; }
 };
 
 /// Takes out every particle that is in a box after a step.

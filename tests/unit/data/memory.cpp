@@ -10,6 +10,7 @@
 
 #include "meshes.hpp"
 using namespace firn;
+using test_support::check_refused;
 using test_support::holds;
 using test_support::message;
 
@@ -18,10 +19,8 @@ namespace {
 /// The message has the number of bytes, and there are no other kinds of it.
 template <class F>
 void refused(const F& f, const std::string& bytes) {
-    const std::string text = message<memory_error>(f);
-    CAPTURE(text);
-    CHECK(holds(text, bytes));
-    CHECK(holds(text, "of memory; there are at most "));
+    check_refused<memory_error>(f, bytes);
+    check_refused<memory_error>(f, "of memory; there are at most ");
 }
 
 /// For as long as this lives the program allows itself no more.

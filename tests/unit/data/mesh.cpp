@@ -1,6 +1,7 @@
 /// \file firn/data/mesh.hpp: checks, volumes and placing of closed meshes.
 #include "support/catch.hpp"
 #include "support/message.hpp"
+#include "support/not_finite.hpp"
 #include <firn/data/mesh.hpp>
 
 #include "meshes.hpp"
@@ -11,11 +12,8 @@
 using namespace firn;
 using test_support::holds;
 using test_support::message;
+using test_support::not_a_number;
 using namespace test_meshes;
-
-namespace {
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-}  // namespace
 
 TEST_CASE("Volume by the divergence theorem: a box exactly, its reverse negative, a sphere within its facets' error") {
     CHECK(signed_volume(unit_cube()) == Approx(1).epsilon(1e-15));

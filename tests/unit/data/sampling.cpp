@@ -1,6 +1,7 @@
 /// \file firn/data/{random,samples,poisson_disk,sampling}.hpp: how shapes are filled, and that it repeats bit for bit.
 #include "support/catch.hpp"
 #include "support/message.hpp"
+#include "support/not_finite.hpp"
 #include <firn/data/sampling.hpp>
 #include <firn/io/obj.hpp>
 
@@ -14,12 +15,12 @@
 using namespace firn;
 using test_support::holds;
 using test_support::message;
+using test_support::not_a_number;
 using namespace test_meshes;
 
 namespace sampling_tests {
 namespace {
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double pi = std::numbers::pi;
 
 template <int D>

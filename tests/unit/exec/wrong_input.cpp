@@ -1,16 +1,16 @@
 /// \file What the stages are given by a foreign program that is of no use.
 #include "support/catch.hpp"
 #include "support/message.hpp"
+#include "support/not_finite.hpp"
 #include <firn/firn.hpp>
 
 using namespace firn;
 using test_support::holds;
+using test_support::infinity;
 using test_support::message;
+using test_support::not_a_number;
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 /// Three particles of a program that keeps all in one array.
 struct Program {

@@ -2,16 +2,16 @@
 /// point, which step, and the likely cause.
 #include "support/catch.hpp"
 #include "support/message.hpp"
+#include "support/not_finite.hpp"
 #include <firn/lagrangian.hpp>
 
 using namespace firn;
 using test_support::holds;
+using test_support::infinity;
 using test_support::message;
+using test_support::not_a_number;
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 using System = ParticleSystem<3, float>;
 

@@ -1,6 +1,7 @@
 /// \file Cloth and ropes: what links what, closed formulas of counts, masses, refusals.
 #include "support/catch.hpp"
 #include "support/message.hpp"
+#include "support/not_finite.hpp"
 #include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/rope.hpp>
 
@@ -12,6 +13,7 @@
 using namespace firn;
 using test_support::holds;
 using test_support::message;
+using test_support::not_a_number;
 
 namespace cloth_tests {
 
@@ -38,8 +40,6 @@ double least_length(const Net<D>& net) {
 }
 
 double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 

@@ -1,6 +1,7 @@
 /// \file Emitters: when and where particles are born, what they know of the step's size, how long they live.
 #include "support/catch.hpp"
 #include "support/message.hpp"
+#include "support/not_finite.hpp"
 #include <firn/lagrangian/emitter.hpp>
 
 #include <set>
@@ -8,6 +9,7 @@
 using namespace firn;
 using test_support::holds;
 using test_support::message;
+using test_support::not_a_number;
 
 namespace emitter_tests {
 
@@ -193,7 +195,6 @@ TEST_CASE("An emitter that cannot be is refused before it gives anything") {
         CHECK(points.size() == 0);
         return text;
     };
-    constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
     CHECK(holds(refusal([](auto& e) { e.rate = 1e300 * 1e300; }), "rate"));
     CHECK(holds(refusal([](auto& e) { e.direction = {}; }), "direction"));
     CHECK(holds(refusal([](auto& e) { e.position[1] = not_a_number; }), "give finite metres"));

@@ -1,6 +1,7 @@
 /// \file Models whose parameters were given directly, and are of no use: refused before the first step.
 #include "support/catch.hpp"
 #include "support/message.hpp"
+#include "support/not_finite.hpp"
 #include <firn/firn.hpp>
 #include <firn/lagrangian/net_forces.hpp>
 
@@ -8,12 +9,11 @@ namespace check_tests {
 
 using namespace firn;
 using test_support::holds;
+using test_support::infinity;
 using test_support::message;
+using test_support::not_a_number;
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 /// Sets one parameter after the other to numbers that it must not have.
 /// \param wrong  of each parameter, in their order, besides NaN and infinities

@@ -2,18 +2,18 @@
 /// and the bound of its wave speed against the acoustic tensor.
 #include "support/catch.hpp"
 #include "support/csv.hpp"
+#include "support/not_finite.hpp"
 #include "support/random_numbers.hpp"
 #include <firn/material/fixed_corotated.hpp>
 
 #include <limits>
 
 using namespace firn;
+using test_support::infinity;
+using test_support::not_a_number;
 using test_support::Random;
 
 namespace {
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 template <class S, int D>
 double largest(const Mat<S, D>& a) {
