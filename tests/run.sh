@@ -66,10 +66,10 @@ test_stage() {
 
 # logged NAME COMMAND...: runs it; what it prints goes into build/wgsl/NAME.log.
 logged() {
-    local log=$root/build/wgsl/$1.log status=0
+    local log=$root/build/wgsl/$1.log status=0 start=$SECONDS
     shift
     "$@" >"$log" 2>&1 || status=$?
-    printf '\n== ended with %d: %s\n' "$status" "$*" >>"$log"
+    printf '\n== ended with %d after %d s: %s\n' "$status" "$((SECONDS - start))" "$*" >>"$log"
 }
 
 # counted NAME: prints the log and adds to passed and failed what it closes with, "N passed, N failed" or node's "# pass N",
@@ -85,7 +85,7 @@ counted() {
             good=$((good + BASH_REMATCH[1]))
         elif [[ $line =~ ^\#\ fail\ ([0-9]+)$ ]]; then
             bad=$((bad + BASH_REMATCH[1]))
-        elif [[ $line =~ ^==\ ended\ with\ ([0-9]+): ]]; then
+        elif [[ $line =~ ^==\ ended\ with\ ([0-9]+)\ after ]]; then
             status=${BASH_REMATCH[1]}
         fi
     done <"$log"
@@ -187,9 +187,10 @@ fi
 stage 'AddressSanitizer and UndefinedBehaviorSanitizer' tests-asan "$sanitized" "$labels" "${sanitizer[@]}" \
     "${second[@]}" ${fuzzers[@]+"${fuzzers[@]}"} -DFIRN_SANITIZE=address,undefined \
     -DFIRN_TEST_PART="$([[ $full == yes ]] && echo all || echo memory)"
-stage 'portable build: determinism, examples' "tests-$where" 'firn_determinism_tests firn_examples firn_wgsl_programs' \
-    'determinism|example' "${portable[@]}" "${second[@]}" ${webgpu[@]+"${webgpu[@]}"} \
-    -DFIRN_EXAMPLES="$([[ $full == yes ]] && echo '.*' || echo '01|05|06|10|12')"
+stage 'portable build: behaviour, determinism, examples' "tests-$where" \
+    'firn_unit_tests firn_determinism_tests firn_examples firn_wgsl_programs' 'unit|determinism|example' \
+    "${portable[@]}" "${second[@]}" ${webgpu[@]+"${webgpu[@]}"} -DFIRN_TEST_PART=behaviour \
+    -DFIRN_EXAMPLES="$([[ $full == yes ]] && echo '.*' || echo '01|05|06|12')"
 wgsl_stage "tests-$where"
 
 if [[ $full == yes ]]; then

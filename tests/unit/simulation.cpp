@@ -31,7 +31,7 @@ TEMPLATE_TEST_CASE("Free fall is that of symplectic Euler, y0 + v0 t − ½ g t 
     for_particles(simulation, [&](std::size_t slot) {
         before[simulation.particles().id(slot)] = double(simulation.particles().position(slot)[1]);
     });
-    const int steps = test_support::fewer_if_sanitized(500, 100);
+    const int steps = test_support::fewer_if_slow(500, 100);
     for (int i = 0; i < steps; ++i) simulation.step();
     const double t = steps * 4e-4, expected = 0.5 * t - 0.5 * 9.81 * t * (t + 4e-4);
     double worst = 0;
@@ -68,7 +68,7 @@ TEST_CASE("Particles are sorted every so many steps that the user allows, and on
 
 TEST_CASE("No particle drifts farther from the block it was sorted into than the colours allow") {
     Simulation<2> simulation(unit_box<2>(1.0 / 64), FixedCorotated<float>::from_young_poisson(1e5, 0.3));
-    scenes::add_two_blocks<2>(simulation, 0.3, test_support::fewer_if_sanitized(1.0 / 128, 1.0 / 48));
+    scenes::add_two_blocks<2>(simulation, 0.3, test_support::fewer_if_slow(1.0 / 128, 1.0 / 48));
     std::size_t beyond_block = 0, sorted = 0;
     std::vector<std::uint32_t> order;
     for (int i = 0; i < 300; ++i) {
@@ -163,7 +163,7 @@ TEST_CASE("The bound of the time step is stable, and three times it is not") {
         simulation.warn = [](const std::string&) {};
         scenes::add_two_blocks<3>(simulation, 0.25, 1.0 / 32);
         float fastest = 0;
-        for (int i = 0; i < 400; ++i) {
+        for (int i = 0; i < test_support::fewer_if_slow(400, 150); ++i) {
             set_time_step(simulation);
             simulation.step();
         }
@@ -245,7 +245,7 @@ TEST_CASE("The three executions agree on a collision") {
             unit_box<3>(1.0 / 16), FixedCorotated<double>::from_young_poisson(1e5, 0.3), execution);
         simulation.fixed_time_step = 4e-4;
         scenes::add_two_blocks<3>(simulation, 0.25, 1.0 / 32);
-        for (int i = 0; i < test_support::fewer_if_sanitized(250, 40); ++i) simulation.step();
+        for (int i = 0; i < test_support::fewer_if_slow(250, 40); ++i) simulation.step();
         std::vector<Vec<double, 3>> positions(simulation.particles().size());
         for_particles(simulation, [&](std::size_t slot) {
             positions[simulation.particles().id(slot)] = simulation.particles().position(slot);
@@ -267,6 +267,7 @@ TEST_CASE("The three executions agree on a collision") {
 
 TEST_CASE("In the far corner of 4096^3 cells a slow body moves to the bit as it does near the origin") {
     const double speed = 1e-4, dt = 1e-3;  // cells a step; h = 1 m
+    const int steps = test_support::fewer_if_slow(500, 150);
     const auto run = [&](double corner) {
         Simulation<3> simulation({{0.0, 0.0, 0.0}, {4096.0, 4096.0, 4096.0}, 1.0},
                                  FixedCorotated<float>::from_young_poisson(1e3, 0.3));
@@ -279,7 +280,7 @@ TEST_CASE("In the far corner of 4096^3 cells a slow body moves to the bit as it 
         for_particles(simulation, [&](std::size_t slot) {
             at_first[simulation.particles().id(slot)] = simulation.particles().exact_position(slot);
         });
-        for (int i = 0; i < 500; ++i) simulation.step();
+        for (int i = 0; i < steps; ++i) simulation.step();
         for_particles(simulation, [&](std::size_t slot) {
             const std::uint32_t id = simulation.particles().id(slot);
             moved[id] = simulation.particles().exact_position(slot) - at_first[id];
@@ -293,7 +294,7 @@ TEST_CASE("In the far corner of 4096^3 cells a slow body moves to the bit as it 
             CHECK(near[i][a] == far[i][a]);
             // A step of 1e-4 is rounded to the resolution of a place, 2^-21 beyond 4 and 2^-22 below: by 0.24 % at
             // most.
-            CHECK(std::abs(std::abs(far[i][a]) - 500 * speed) < 500 * 0x1p-22 * 1.01);
+            CHECK(std::abs(std::abs(far[i][a]) - steps * speed) < steps * 0x1p-22 * 1.01);
         }
 }
 

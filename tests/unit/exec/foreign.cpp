@@ -35,7 +35,7 @@ void step(const ForeignParticles<S, D>& view, std::size_t count, const Domain<D>
 TEMPLATE_TEST_CASE("A foreign program's particles move as firn's own do", "", float, double) {
     using S = TestType;
     const Domain<3> domain{{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}, 1.0 / 16};
-    const double side = test_support::fewer_if_sanitized(0.3, 0.15);
+    const double side = test_support::fewer_if_slow(0.3, 0.15);
     const auto samples = sample_box<3>({0.3, 0.02, 0.3}, {0.3 + side, 0.3, 0.3 + side}, {.spacing = 1.0 / 32});
     Simulation<3, FixedCorotated<S>> own(domain, FixedCorotated<S>::from_young_poisson(1e3, 0.3));
     own.add(samples, 10.0, {0.3, -1.0, 0.2});
@@ -68,7 +68,7 @@ TEMPLATE_TEST_CASE("A foreign program's particles move as firn's own do", "", fl
                                       Span::scalars(&first.mass, stride),
                                       Span::scalars(&first.volume, stride),
                                       {Span::template matrices<3>(&first.F[0][0], true, stride)}};
-    const int steps = test_support::fewer_if_sanitized(100, 40);
+    const int steps = test_support::fewer_if_slow(100, 40);
     step<S, 3>(view, theirs.size(), domain, steps);
     for (int i = 0; i < steps; ++i) own.step();
 

@@ -1,6 +1,7 @@
 /// \file The narrowest and the widest kernel give the same bits for any number of threads. (The quadratic one:
 /// determinism/.)
 #include "support/by_definition.hpp"
+#include "support/effort.hpp"
 
 using namespace firn;
 using by_definition::Case;
@@ -22,7 +23,7 @@ TEMPLATE_TEST_CASE(
         if (has_inertia<typename TestType::Kernel>)
             simulation.add(sample_box<D>(Vec<double, D>::filled(0.05), Vec<double, D>::filled(0.95), {.spacing = 0.15}),
                            1000);
-        for (int i = 0; i < 60; ++i) simulation.step();
+        for (int i = 0; i < test_support::fewer_if_slow(60, 20); ++i) simulation.step();
         CHECK(simulation.report().signal_speed < 30);  // 12 m/s of waves, and what fell
         return scenes::hash(simulation);
     };

@@ -7,9 +7,9 @@ using namespace firn;
 
 namespace {
 
-using test_support::fewer_if_sanitized;
-constexpr double spacing = fewer_if_sanitized(1.0 / 64, 1.0 / 32), time_step = fewer_if_sanitized(5e-4, 1e-3);
-constexpr int steps = fewer_if_sanitized(400, 140);
+using test_support::fewer_if_slow;
+constexpr double spacing = fewer_if_slow(1.0 / 64, 1.0 / 32), time_step = fewer_if_slow(5e-4, 1e-3);
+constexpr int steps = fewer_if_slow(400, 140);
 
 /// A strip that is periodic along the first axis (and in 3D along the last).
 template <int D>

@@ -58,7 +58,7 @@ void two_sets_are_one() {
     // Sorting rounds the places of particles that are now counted from another block: it has to come at the same steps.
     one.most_steps_between_sorts = two.most_steps_between_sorts = 1;
     REQUIRE(one.stable_time_step() == two.stable_time_step());
-    for (int step = 0; step < test_support::fewer_if_sanitized(60, 12); ++step) {
+    for (int step = 0; step < test_support::fewer_if_slow(60, 12); ++step) {
         one.step();
         two.step();
     }
@@ -109,10 +109,10 @@ TEST_CASE("two materials push each other: momentum passes from one to the other,
 
 TEST_CASE("several materials: the same bits for any number of threads") {
     Mixture one = mixture(1);
-    for (int step = 0; step < test_support::fewer_if_sanitized(100, 20); ++step) one.step();
+    for (int step = 0; step < test_support::fewer_if_slow(100, 20); ++step) one.step();
     for (const int threads : {2, 3, 4, 7}) {
         Mixture many = mixture(threads);
-        for (int step = 0; step < test_support::fewer_if_sanitized(100, 20); ++step) many.step();
+        for (int step = 0; step < test_support::fewer_if_slow(100, 20); ++step) many.step();
         REQUIRE(numbers<0>(many) == numbers<0>(one));
         REQUIRE(numbers<1>(many) == numbers<1>(one));
     }

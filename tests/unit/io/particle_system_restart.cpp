@@ -13,7 +13,7 @@ using namespace point_systems;
 namespace particle_system_restart_tests {
 namespace {
 
-constexpr int before = test_support::fewer_if_sanitized(200, 40), after = test_support::fewer_if_sanitized(300, 20);
+constexpr int before = test_support::fewer_if_slow(200, 40), after = test_support::fewer_if_slow(300, 20);
 
 /// Restoring says why it does not, and leaves the system as it was.
 template <class System, class S>
@@ -171,7 +171,7 @@ TEST_CASE("Any number of a state, made any other, is taken over or refused, and 
                                       INT32_MAX, UINT32_MAX, INT64_MAX, INT64_MIN, 0x7ff8LL << 48};
         const double real[] = {-1, -0.0, 0.5, 1e-320, 1e30, 1e300, INFINITY, NAN};
         int taken_over = 0, refused = 0;
-        for (int k = 0; k < test_support::fewer_if_sanitized(600, 80); ++k) {
+        for (int k = 0; k < test_support::fewer_if_slow(600, 80); ++k) {
             auto other = state;
             const auto change_whole = [&](auto& values) {
                 if (values.empty()) return;

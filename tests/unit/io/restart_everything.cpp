@@ -56,7 +56,7 @@ TEST_CASE("With loads, springs, a source, a sink and a moving ball: the same bit
     const auto go = [](auto& run, std::uint64_t to) {
         while (run.steps() < to) run.step();
     };
-    const std::uint64_t end = test_support::fewer_if_sanitized(500, 260);
+    const std::uint64_t end = test_support::fewer_if_slow(500, 260);
     go(whole, end);
     const auto should_be = state_of(whole);
     const states::Folder folder;

@@ -29,7 +29,7 @@ void goes_on(const Material& material) {
         run->add(sample_box<2>({0.35, 0.0}, {0.6, 0.25}, {.spacing = spacing}), 1000);
         run->add(sample_box<2>({0.4, 0.3}, {0.65, 0.5}, {.spacing = spacing}), 1000, {0.3, -2.5});
     }
-    const int before = test_support::fewer_if_sanitized(233, 40), after = test_support::fewer_if_sanitized(267, 60);
+    const int before = test_support::fewer_if_slow(233, 40), after = test_support::fewer_if_slow(267, 60);
     for (int i = 0; i < before + after; ++i) whole.step();
     for (int i = 0; i < before; ++i) stopped.step();
     const states::Folder folder;

@@ -23,7 +23,7 @@ Run<D, S, Execution> make_run(int threads) {
 
 template <int D, class S, class Execution>
 void check_continuation() {
-    const int before = test_support::fewer_if_sanitized(137, 11), after = test_support::fewer_if_sanitized(200, 14);
+    const int before = test_support::fewer_if_slow(137, 11), after = test_support::fewer_if_slow(200, 14);
     const states::Folder folder;
     auto whole = make_run<D, S, Execution>(1);
     scenes::add_two_blocks<D>(whole, 0.25, 1.0 / 32);
