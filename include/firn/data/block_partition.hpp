@@ -5,7 +5,6 @@
 #include <firn/data/field.hpp>
 
 #include <algorithm>
-#include <compare>
 #include <vector>
 
 namespace firn {
@@ -115,11 +114,13 @@ inline constexpr std::size_t sparse_particles = 24;
 
 template <int D>
 struct BlockPartition {
-    std::vector<BlockRange<D>> ranges;    ///< dense blocks by block, then sparse ones by colour, cube and block
+    std::vector<BlockRange<D>> ranges;    ///< dense blocks by block, then sparse ones by phase, cube and block
     std::vector<BlockGroup> groups;       ///< in the order of their ranges
     std::vector<std::uint32_t> by_block;  ///< numbers of ranges, sorted by block
-    /// Numbers of groups, a colour each: first those of the dense blocks, then those of the cubes of sparse ones.
-    std::vector<std::vector<std::uint32_t>> colours;
+    /// Numbers of groups in the order of the phases in which they are scattered: no two of a phase ever share a node,
+    /// and of any two groups that share one, it is always the same that comes first.
+    std::vector<std::uint32_t> by_phase;
+    std::vector<std::size_t> phase_ends;  ///< in by_phase
     std::vector<std::uint32_t>
         order;  ///< particle of each slot (its id, once particles lie in this order), or no_particle
     std::size_t particles = 0;
@@ -128,64 +129,6 @@ struct BlockPartition {
 
     std::size_t slots() const { return order.size(); }
 };
-
-/// Groups and slots for blocks of which only the counts of particles are known; the order is empty.
-/// \param sorted  by block, each once, with at least one particle
-/// \param dense_colours  along an axis, those of the dense blocks. \see colours_along_axis
-template <int D>
-BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_colours) {
-    struct Place {
-        std::uint64_t colour, cube;  // 0 for dense blocks: they stay in the order of blocks
-        std::uint32_t number;        // in `sorted`
-        auto operator<=>(const Place&) const = default;
-    };
-    const auto is_sparse = [](const BlockRange<D>& range) { return range.particles <= sparse_particles; };
-    const auto cube_of = [](BlockCoordinate<D> block) {
-        for (int& coordinate : block) coordinate >>= 1;
-        return block;
-    };
-    std::vector<Place> dense, sparse;
-    for (std::uint32_t i = 0; i < sorted.size(); ++i) {
-        if (is_sparse(sorted[i])) {
-            const BlockCoordinate<D> cube = cube_of(sorted[i].block);
-            sparse.push_back({block_colour<D>(cube, 2), block_key<D>(cube), i});
-        } else {
-            dense.push_back({0, 0, i});
-        }
-    }
-    std::sort(sparse.begin(), sparse.end());
-
-    BlockPartition<D> partition;
-    const std::size_t n = std::size_t(dense_colours), of_dense = D == 2 ? n * n : n * n * n;
-    partition.colours.resize(of_dense + (1 << D));
-    partition.ranges.reserve(sorted.size());
-    partition.by_block.resize(sorted.size());
-    std::size_t slots = 0;
-    const auto add_group = [&](const Place* first, const Place* last, std::size_t colour) {
-        BlockGroup group{std::uint32_t(partition.ranges.size()), std::uint32_t(last - first), slots, 0,
-                         is_sparse(sorted[first->number])};
-        for (const Place* place = first; place != last; ++place) {
-            partition.by_block[place->number] = std::uint32_t(partition.ranges.size());
-            partition.ranges.push_back(sorted[place->number]);
-            partition.ranges.back().first_slot = slots + group.particles;
-            group.particles += sorted[place->number].particles;
-        }
-        slots += group.packs() * pack_size;
-        partition.particles += group.particles;
-        partition.colours[colour].push_back(std::uint32_t(partition.groups.size()));
-        partition.groups.push_back(group);
-    };
-    for (const Place& place : dense)
-        add_group(&place, &place + 1, block_colour<D>(sorted[place.number].block, dense_colours));
-    for (const Place *first = sparse.data(), *end = first + sparse.size(); first != end;) {
-        const Place* last = first;
-        while (last != end && last->colour == first->colour && last->cube == first->cube) ++last;
-        add_group(first, last, of_dense + first->colour);
-        first = last;
-    }
-    partition.order.assign(slots, no_particle);
-    return partition;
-}
 
 /// The kernel's base node along one axis, and the fractional position f = x/h − base.
 /// \param x  position from the domain's lower corner, in cells

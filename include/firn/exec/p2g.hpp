@@ -68,13 +68,13 @@ void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View
     });
 }
 
-/// All groups, colour after colour: no two threads ever add to one node, and every node is added to in one order.
+/// All groups, phase after phase: no two threads ever add to one node, and every node is added to in one order.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, double dt, int threads,
                       const Sums& sums, typename Sums::number* nodes) {
     const Positions<View> positions(grid.domain());
     const ParticleReader<View> reader(set.view, grid.domain(), dt);
-    for_groups_by_colour(set.partition, threads, [&](const BlockGroup& group, int) {
+    for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int) {
         const GroupPlaces<View> places(set.view, set.partition, group, positions);
         if (group.sparse)
             scatter_to_arena<2, Kernel, Transfer, Force>(reader, places, set.partition, group, grid, sums, nodes);

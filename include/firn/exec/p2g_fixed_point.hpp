@@ -53,7 +53,7 @@ public:
         const S quanta = S(mass_quanta());
         const Positions<View> positions(grid_.domain());
         const ParticleReader<View> reader(set.view, grid_.domain(), dt_);
-        for_groups_by_colour(set.partition, threads_, [&](const BlockGroup& group, int thread) {
+        for_groups_by_phase(set.partition, threads_, [&](const BlockGroup& group, int thread) {
             const GroupPlaces<View> places(set.view, set.partition, group, positions);
             P momentum_per_mass = P(0), gradient_per_mass = P(0);
             for (std::size_t slot = 0; slot < group.particles; slot += lanes) {

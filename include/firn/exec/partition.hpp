@@ -1,13 +1,14 @@
 /// \file Sorting particles into blocks: a stable counting sort, parallel, the same order for any number of threads.
 #pragma once
 
+#include <firn/data/arrange.hpp>
 #include <firn/data/block_numbers.hpp>
-#include <firn/data/block_partition.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/exec/parallel.hpp>
 
 #include <algorithm>
+#include <numeric>
 
 namespace firn {
 
@@ -149,13 +150,14 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
         });
 }
 
-/// Calls body(group, thread) for all groups, colour after colour; those of one colour share no node.
+/// Calls body(group, thread) for all groups, phase after phase; those of one phase share no node.
 template <int D, class Body>
-void for_groups_by_colour(const BlockPartition<D>& partition, int threads, const Body& body) {
-    std::vector<std::size_t> counts(partition.colours.size());
-    for (std::size_t c = 0; c < counts.size(); ++c) counts[c] = partition.colours[c].size();
-    parallel_phases(counts, threads, [&](std::size_t colour, std::size_t i, int thread) {
-        body(partition.groups[partition.colours[colour][i]], thread);
+void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const Body& body) {
+    const std::vector<std::size_t>& ends = partition.phase_ends;
+    std::vector<std::size_t> counts(ends.size());
+    std::adjacent_difference(ends.begin(), ends.end(), counts.begin());
+    parallel_phases(counts, threads, [&](std::size_t phase, std::size_t i, int thread) {
+        body(partition.groups[partition.by_phase[ends[phase] - counts[phase] + i]], thread);
     });
 }
 

@@ -79,36 +79,84 @@ TEST_CASE("Groups are whole packs of one block, or of the sparse blocks of one c
               block_key<3>(partition.ranges[partition.by_block[i]].block));
 }
 
-TEMPLATE_TEST_CASE("The nodes of two groups of one colour never overlap, and every group has a colour", "", Linear,
+namespace {
+
+/// The blocks that a group may have along an axis, the first and the last.
+std::pair<int, int> extent(const BlockPartition<3>& partition, const BlockGroup& group, std::size_t axis) {
+    const int block = partition.ranges[group.first_range].block[axis];
+    return group.sparse ? std::pair{block & ~1, block | 1} : std::pair{block, block};
+}
+
+/// Each group reaches `allowed_drift` cells below its blocks and support − 1 + drift above.
+template <class Kernel>
+bool share_nodes(const BlockPartition<3>& partition, const BlockGroup& one, const BlockGroup& other) {
+    int distance = 0;  // in blocks, between the closest of the two
+    for (std::size_t a = 0; a < 3; ++a) {
+        const auto [low, high] = extent(partition, one, a);
+        const auto [other_low, other_high] = extent(partition, other, a);
+        distance = std::max({distance, other_low - high, low - other_high});
+    }
+    return (distance - 1) * block_size < Kernel::support - 1 + 2 * allowed_drift;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("The nodes of two groups of one phase never overlap, and every group has a phase", "", Linear,
                    QuadraticBSpline, CubicBSpline) {
     auto cloud = cloud_and_spray<float, 3>(20000);
     for (float& x : cloud.x) x = (x + 0.2f) * 2 - 0.249f;  // more blocks, some at negative coordinates
     cloud.domain.upper = Vec<double, 3>::filled(2);
     const auto partition = partition_particles<TestType>(cloud.view(), cloud.size(), cloud.domain, 1);
-    std::set<std::uint32_t> seen;
-    for (const auto& colour : partition.colours)
-        for (const std::uint32_t g : colour) {
-            CHECK(seen.insert(g).second);
-            for (const std::uint32_t other : colour) {
-                if (other == g) continue;
-                int distance = 0;  // in blocks, between the closest of the two
-                for (std::size_t a = 0; a < 3; ++a) {
-                    const auto extent = [&](std::uint32_t group) {
-                        const BlockGroup& of = partition.groups[group];
-                        const int block = partition.ranges[of.first_range].block[a];
-                        return of.sparse ? std::pair{block & ~1, block | 1} : std::pair{block, block};
-                    };
-                    const auto [low, high] = extent(g);
-                    const auto [other_low, other_high] = extent(other);
-                    distance = std::max({distance, other_low - high, low - other_high});
-                }
-                // Each reaches `allowed_drift` cells below its blocks and support − 1 + drift above.
-                CHECK((distance - 1) * block_size >= TestType::support - 1 + 2 * allowed_drift);
-            }
-        }
+    std::set<std::uint32_t> seen(partition.by_phase.begin(), partition.by_phase.end());
     CHECK(seen.size() == partition.groups.size());
-    // As many colours as that takes, not one more: parity, but for the dense blocks of the cubic kernel.
-    CHECK(partition.colours.size() == (TestType::support == 4 ? 27 + 8 : 8 + 8));
+    CHECK(partition.by_phase.size() == partition.groups.size());
+    std::size_t first = 0;
+    for (const std::size_t last : partition.phase_ends) {
+        for (std::size_t i = first; i < last; ++i)
+            for (std::size_t k = i + 1; k < last; ++k)
+                CHECK(!share_nodes<TestType>(partition, partition.groups[partition.by_phase[i]],
+                                             partition.groups[partition.by_phase[k]]));
+        first = last;
+    }
+    CHECK(first == partition.by_phase.size());
+    // As many phases as that takes, not one more: parity, but for the dense blocks of the cubic kernel.
+    CHECK(partition.phase_ends.size() == (TestType::support == 4 ? 27 + 8 : 8 + 8));
+}
+
+TEST_CASE(
+    "Much spray is scattered band by band; of two groups that share nodes the even one comes first all the same") {
+    // Every second block of 42 × 40 × 14, some at negative coordinates: 20 or 21 cubes along an axis.
+    std::vector<BlockRange<3>> blocks;
+    for (int i = -3; i < 39; ++i)
+        for (int j = -1; j < 39; ++j)
+            for (int k = 0; k < 14; ++k)
+                if ((i + j + k) % 2 == 0) blocks.push_back({{i, j, k}, 0, 3});
+    const BlockPartition<3> partition = arrange<3>(blocks, colours_along_axis<QuadraticBSpline>);
+    CHECK(partition.phase_ends.size() > 3 * 8);
+    CHECK(partition.groups.size() / partition.phase_ends.size() >= cubes_of_phase / 2);
+
+    std::vector<std::size_t> turn(partition.groups.size()), phase(turn.size());
+    std::size_t at = 0;
+    for (std::size_t p = 0; p < partition.phase_ends.size(); ++p)
+        for (; at < partition.phase_ends[p]; ++at) {
+            turn[partition.by_phase[at]] = at;
+            phase[partition.by_phase[at]] = p;
+        }
+    CHECK(at == turn.size());
+    std::size_t pairs = 0, wrong = 0;
+    const auto colour = [&](std::size_t g) {
+        BlockCoordinate<3> cube{};
+        for (std::size_t a = 0; a < 3; ++a) cube[a] = extent(partition, partition.groups[g], a).first >> 1;
+        return block_colour<3>(cube, 2);
+    };
+    for (std::size_t g = 0; g < turn.size(); ++g)
+        for (std::size_t k = 0; k < g; ++k) {
+            if (!share_nodes<QuadraticBSpline>(partition, partition.groups[g], partition.groups[k])) continue;
+            ++pairs;
+            wrong += std::size_t(phase[g] == phase[k] || (colour(g) < colour(k)) != (turn[g] < turn[k]));
+        }
+    CHECK(pairs > 10 * turn.size());
+    CHECK(wrong == 0);
 }
 
 TEST_CASE("The order is the same for any number of threads") {
@@ -117,7 +165,8 @@ TEST_CASE("The order is the same for any number of threads") {
     for (int threads : {2, 3, 7}) {
         const auto many = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, threads);
         CHECK(many.order == one.order);
-        CHECK(many.colours == one.colours);
+        CHECK(many.by_phase == one.by_phase);
+        CHECK(many.phase_ends == one.phase_ends);
     }
 }
 

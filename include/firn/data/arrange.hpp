@@ -1,0 +1,121 @@
+/// \file How particles are laid out by their blocks, and in which phases their groups are scattered.
+#pragma once
+
+#include <firn/data/block_partition.hpp>
+
+#include <algorithm>
+#include <compare>
+
+namespace firn {
+
+/// Cubes of sparse blocks that a phase has at least, on average: with more, their nodes leave the cache before the next
+/// phase comes to them; with fewer, threads wait for each other too often.
+inline constexpr std::size_t cubes_of_phase = 64;
+
+/// When cubes of sparse blocks are scattered. Colours alone would pass through all of the grid once for each; here
+/// phases go through space, a band of cubes after the other, and find most nodes in the cache. Of two cubes side by
+/// side along an axis the even one comes first, as with colours, so that sums are the same: an odd cube goes with the
+/// band of the later of its neighbours.
+template <int D>
+class Waves {
+public:
+    /// \param cubes  those with particles, each once
+    explicit Waves(const std::vector<BlockCoordinate<D>>& cubes) {
+        shift_.fill(one_band);
+        std::size_t bands = cubes.size() / (cubes_of_phase << D);  // that there may be
+        for (std::size_t a = 0; a + 1 < D && bands > 1; ++a) {
+            const auto [low, high] = std::minmax_element(
+                cubes.begin(), cubes.end(), [a](const auto& one, const auto& other) { return one[a] < other[a]; });
+            const auto count = [&, first = pair((*low)[a]), last = pair((*high)[a])] {
+                return std::size_t((last >> shift_[a]) - (first >> shift_[a]) + 1);
+            };
+            for (shift_[a] = 0; count() > bands;) ++shift_[a];
+            bands /= count();
+        }
+    }
+    /// Cubes of the same number never overlap; those of lower numbers come first.
+    std::uint64_t phase(const BlockCoordinate<D>& cube) const {
+        BlockCoordinate<D> turn{};
+        for (std::size_t a = 0; a < D; ++a) turn[a] = 2 * (pair(cube[a]) >> shift_[a]) + (cube[a] & 1);
+        return block_key<D>(turn);
+    }
+
+private:
+    static constexpr int one_band = 30;
+    /// The number of an even cube and of the odd one before it.
+    static int pair(int coordinate) { return (coordinate + 1) >> 1; }
+
+    std::array<int, std::size_t(D)> shift_;
+};
+
+/// Groups and slots for blocks of which only the counts of particles are known; the order is empty.
+/// \param sorted  by block, each once, with at least one particle
+/// \param dense_colours  along an axis, those of the dense blocks. \see colours_along_axis
+template <int D>
+BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_colours) {
+    BlockPartition<D> partition;
+    partition.ranges.reserve(sorted.size());
+    partition.by_block.resize(sorted.size());
+    std::size_t slots = 0;
+    /// \param number_of  in `sorted`
+    const auto add_group = [&](std::size_t blocks, bool sparse, const auto& number_of) {
+        BlockGroup group{std::uint32_t(partition.ranges.size()), std::uint32_t(blocks), slots, 0, sparse};
+        for (std::size_t k = 0; k < blocks; ++k) {
+            const std::uint32_t number = number_of(k);
+            partition.by_block[number] = std::uint32_t(partition.ranges.size());
+            partition.ranges.push_back(sorted[number]);
+            partition.ranges.back().first_slot = slots + group.particles;
+            group.particles += sorted[number].particles;
+        }
+        slots += group.packs() * pack_size;
+        partition.particles += group.particles;
+        partition.groups.push_back(group);
+        return std::uint32_t(partition.groups.size() - 1);
+    };
+    auto add_to_phase = [&, last = ~std::uint64_t(0)](std::uint64_t phase, std::uint32_t group) mutable {
+        if (phase != last) partition.phase_ends.emplace_back();
+        last = phase;
+        partition.by_phase.push_back(group);
+        partition.phase_ends.back() = partition.by_phase.size();
+    };
+
+    struct Numbered {
+        std::uint64_t key;
+        std::uint32_t number;
+        auto operator<=>(const Numbered&) const = default;
+    };
+    std::vector<Numbered> dense, sparse;  // groups by colour; blocks by cube
+    for (std::uint32_t i = 0; i < sorted.size(); ++i) {
+        BlockCoordinate<D> block = sorted[i].block;
+        if (sorted[i].particles > sparse_particles) {
+            dense.push_back(
+                {block_colour<D>(block, dense_colours), add_group(1, false, [i](std::size_t) { return i; })});
+        } else {
+            for (int& coordinate : block) coordinate >>= 1;
+            sparse.push_back({block_key<D>(block), i});
+        }
+    }
+    std::sort(dense.begin(), dense.end());
+    for (const Numbered& group : dense) add_to_phase(group.key, group.number);
+
+    std::sort(sparse.begin(), sparse.end());
+    std::vector<BlockCoordinate<D>> cubes;
+    std::vector<Numbered> by_phase;  // first blocks of cubes in `sparse`
+    for (std::uint32_t i = 0; i < sparse.size(); ++i)
+        if (i == 0 || sparse[i].key != sparse[i - 1].key) {
+            cubes.push_back(block_of_key<D>(sparse[i].key));
+            by_phase.push_back({0, i});
+        }
+    const Waves<D> waves(cubes);
+    for (std::size_t c = 0; c < cubes.size(); ++c) by_phase[c].key = waves.phase(cubes[c]);
+    std::sort(by_phase.begin(), by_phase.end());
+    for (const auto& [phase, first] : by_phase) {
+        std::size_t last = first;
+        while (last < sparse.size() && sparse[last].key == sparse[first].key) ++last;
+        add_to_phase(phase, add_group(last - first, true, [&](std::size_t k) { return sparse[first + k].number; }));
+    }
+    partition.order.assign(slots, no_particle);
+    return partition;
+}
+
+}  // namespace firn
