@@ -95,10 +95,10 @@ counted() {
 }
 
 # Emitted programs under two compilers, Tint and naga, on a software GPU; integers and particles against the CPU's. The
-# software GPU works with one thread, so what Dawn runs goes beside what others run.
+# software GPU works with one thread, so two lanes go beside each other, which take about as long.
 wgsl_stage() { # FOLDER CASES_OPTION...
     local start=$SECONDS tests=$root/tests/wgsl build=$root/build/wgsl programs=$root/build/$1 validate=--pairwise log
-    local of_dawn=(host tint tint_refuses dawn) of_others=(serve naga naga_refuses page deno)
+    local lane=(host tint tint_refuses dawn naga_refuses deno) other_lane=(serve naga page)
     shift
     if [[ $full == yes ]]; then validate=--validate; fi
     printf '\n== WGSL on a software GPU\n'
@@ -119,15 +119,15 @@ wgsl_stage() { # FOLDER CASES_OPTION...
         if [[ $full == yes ]] || ((i % 2 == 0)); then dawn_cases+=("${cases[i]}"); fi
         if [[ $full == yes ]] || ((i % 2 == 1)); then deno_cases+=("${cases[i]}"); fi
     done
-    if ((${#webgpu[@]})); then of_dawn+=(host_in_c++); fi
+    if ((${#webgpu[@]})); then lane+=(host_in_c++); fi
     if ((jobs > 1)); then
-        wgsl_lane "${of_dawn[@]}" &
-        wgsl_lane "${of_others[@]}"
+        wgsl_lane "${lane[@]}" &
+        wgsl_lane "${other_lane[@]}"
         wait "$!"
     else
-        wgsl_lane "${of_dawn[@]}" "${of_others[@]}"
+        wgsl_lane "${lane[@]}" "${other_lane[@]}"
     fi
-    for log in "${of_dawn[@]}" "${of_others[@]}"; do counted "$log"; done
+    for log in "${lane[@]}" "${other_lane[@]}"; do counted "$log"; done
     echo "== WGSL: $((SECONDS - start)) s"
 }
 
