@@ -8,8 +8,8 @@
 
 namespace firn {
 
-/// Cubes of sparse blocks that a phase has at least, on average: with more, their nodes leave the cache before the next
-/// phase comes to them; with fewer, threads wait for each other too often.
+/// About so many cubes of sparse blocks, or more, are in a phase: with many more, their nodes leave the cache before
+/// the next phase comes to them; with fewer, threads wait for each other too often.
 inline constexpr std::size_t cubes_of_phase = 64;
 
 /// When cubes of sparse blocks are scattered. Colours alone would pass through all of the grid once for each; here
