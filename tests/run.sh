@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # tests/run.sh [--full]: installs what is missing, clang 19 too where apt offers it, builds firn's tests, runs them: each
-# unit test once, sanitized or as users compile, and pairwise combinations.
+# unit test once, sanitized, as users compile, or not optimised, and pairwise combinations.
 #   --full   every test in every build and every combination, the long tests (AArch64 among them), all tests with clang
 #            19, ThreadSanitizer, and the benchmarks
 # FIRN_JOBS=N limits how many compilers and tests run at once.

@@ -7,7 +7,6 @@
 using namespace firn;
 using test_support::check_refused;
 using test_support::infinity;
-using test_support::message;
 using test_support::not_a_number;
 
 namespace {
