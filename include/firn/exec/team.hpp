@@ -1,11 +1,13 @@
 /// \file The threads among which loops are shared out: firn's own, or, with FIRN_OPENMP_THREADS, OpenMP's.
 ///
-/// A phase of a loop is cut into chunks. A thread takes a ticket for a chunk, runs it and takes the next one; whoever
-/// finishes the last chunk of a phase opens the next phase. So a phase ends when its chunks are done, not when all
-/// threads have arrived: only who holds a chunk is waited for, and the caller alone can do all of them. Where another
-/// program holds a processor, a thread that does not get to run costs no more than the chunk it may hold.
+/// A phase of a loop is cut into chunks, and each thread has a share of them that follow one another: the same part of
+/// what lies in memory, in every loop, so that it stays in that processor's cache. A thread takes a chunk from the
+/// front of its share, runs it and takes the next one, or, when its share is empty, one from the back of another's;
+/// whoever finishes the last chunk of a phase opens the next phase. So a phase ends when its chunks are done, not when
+/// all threads have arrived: only who holds a chunk is waited for, and the caller alone can do all of them. Where
+/// another program holds a processor, a thread that does not get to run costs no more than the chunk it may hold.
 ///
-/// A thread that finds no ticket looks for a few microseconds and then sleeps; so does the caller, which leaves its
+/// A thread that finds no chunk looks for a few microseconds and then sleeps; so does the caller, which leaves its
 /// processor to a thread that holds a chunk and waits for one.
 #pragma once
 
@@ -51,8 +53,9 @@ public:
     ~Team() {
         stop_ = true;
         for (Seat* seat = caller_.next; seat; seat = seat->next) wake(*seat);
-        for (Seat* seat = caller_.next; seat; delete std::exchange(seat, seat->next))
+        for (Seat* seat = caller_.next; seat; seat = seat->next)
             if (seat->worker.joinable()) seat->worker.join();
+        for (Seat* seat = caller_.next; seat;) delete std::exchange(seat, seat->next);
     }
 
     /// The process it was made in: fork() copies a team, but not its threads.
@@ -62,20 +65,42 @@ public:
     /// Throws the first exception of a chunk once all is quiet; chunks not begun by then are left out.
     void run(const PhasedLoop& loop, int threads) {
         loop_ = loop;
+        const std::size_t largest = *std::max_element(loop.counts.begin(), loop.counts.end());
+        loop_.grain = std::max(loop.grain, largest / Share::most_chunks + 1);
         std::size_t most = 0;
-        for (std::size_t phase = 0; phase < loop.counts.size(); ++phase) most = std::max(most, loop.chunks(phase));
-        threads_ = std::min<std::uint64_t>({std::uint64_t(threads), most, most_threads});
+        for (std::size_t phase = 0; phase < loop.counts.size(); ++phase) most = std::max(most, loop_.chunks(phase));
+        threads_ = std::min<std::uint64_t>({std::uint64_t(threads), most, Share::most_threads});
         seat_threads();
         failed_ = over_ = false;
         phase_ = 0;
-        open_phase();
+        if (open_phase()) let_go();
         on_team();
         if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
     }
 
 private:
+    /// What a thread has left to run, in one word.
+    struct Share {
+        static constexpr int bits = 22;
+        static constexpr std::uint64_t most_chunks = (std::uint64_t(1) << bits) - 1, most_threads = 0xffff;
+        std::uint64_t first, last;  ///< first ≤ chunk < last
+        std::uint64_t threads;      ///< how many may take part
+        std::uint64_t phase;        ///< of all that the team had, modulo 16
+
+        explicit Share(std::uint64_t word)
+            : first(word & most_chunks),
+              last(word >> bits & most_chunks),
+              threads(word >> 2 * bits & most_threads),
+              phase(word >> (2 * bits + 16)) {}
+        Share(std::uint64_t from, std::uint64_t to, std::uint64_t of, std::uint64_t number)
+            : first(from), last(to), threads(of), phase(number % 16) {}
+        std::uint64_t word() const { return phase << (2 * bits + 16) | threads << 2 * bits | last << bits | first; }
+        bool offers(std::uint64_t thread) const { return first < last && thread < threads; }
+    };
+
     /// A thread's place in the team.
     struct alignas(64) Seat {
+        std::atomic<std::uint64_t> share = 0;
         std::uint64_t thread = 0;
         std::atomic<Seat*> next = nullptr;
         std::atomic<bool> asleep = false;
@@ -84,7 +109,7 @@ private:
         std::thread worker;
     };
 
-    /// Makes seats for threads_ threads. Fewer do as well: there may be no more threads to be had.
+    /// Makes seats for threads_ threads. Fewer do as well, and threads_ is lowered: there may be no more to be had.
     void seat_threads() {
         Seat* last = &caller_;
         for (std::uint64_t thread = 1; thread < threads_; ++thread, last = last->next) {
@@ -96,6 +121,7 @@ private:
                 seat->worker = std::thread([this, seat] { work(*seat, stop_); });
             } catch (const std::exception&) {
                 delete seat;
+                threads_ = thread;
                 return;
             }
 #endif
@@ -120,12 +146,7 @@ private:
     /// Runs chunks until there are none and `enough` is set.
     void work(Seat& seat, const std::atomic<bool>& enough) {
         for (int looked = 0;;) {
-            std::uint64_t tickets = tickets_;
-            if (offers(tickets, seat)) {
-                // Nothing read before this is used after it, so it matters not if the tickets are another loop's by
-                // now.
-                if (!tickets_.compare_exchange_weak(tickets, tickets - 1)) continue;
-                run_chunk(chunks_ - std::size_t(tickets & most_tickets), int(seat.thread));
+            if (take(seat, seat) || take_from_others(seat)) {
                 looked = 0;
             } else if (enough) {
                 return;
@@ -138,8 +159,33 @@ private:
             }
         }
     }
-    static bool offers(std::uint64_t tickets, const Seat& seat) {
-        return (tickets & most_tickets) != 0 && seat.thread < tickets >> ticket_bits;
+    /// Runs one chunk of a seat's share, if there is one: the first of its own, the last of another's. Nothing read
+    /// before it is taken is used after that, so it matters not if the share is another loop's by then.
+    bool take(Seat& from, const Seat& seat) {
+        std::uint64_t word = from.share;
+        for (;;) {
+            Share share(word);
+            if (!is_offered(share, from, seat)) return false;
+            const std::uint64_t chunk = &from == &seat ? share.first++ : --share.last;
+            if (from.share.compare_exchange_weak(word, share.word())) {
+                run_chunk(std::size_t(chunk), int(seat.thread));
+                return true;
+            }
+        }
+    }
+    bool take_from_others(const Seat& seat) {
+        for (Seat* other = &caller_; other; other = other->next)
+            if (other != &seat && take(*other, seat)) return true;
+        return false;
+    }
+    /// Others' chunks are not, before all have their share: whose loop it is, mine may come in a moment.
+    bool is_offered(const Share& share, const Seat& from, const Seat& seat) const {
+        return share.offers(seat.thread) && (&from == &seat || share.phase == given_out_);
+    }
+    bool is_any_offered(const Seat& seat) const {
+        for (const Seat* from = &caller_; from; from = from->next)
+            if (is_offered(Share(from->share), *from, seat)) return true;
+        return false;
     }
 
     void run_chunk(std::size_t chunk, int thread) {
@@ -151,37 +197,50 @@ private:
                 if (!failed_.exchange(true)) failure_ = std::current_exception();
             }
         }
-        if (unfinished_.fetch_sub(1) == 1) {
+        let_go();
+    }
+
+    /// Of a chunk, or of a phase that was held while it was given out. The last one opens the next phase.
+    void let_go() {
+        while (unfinished_.fetch_sub(1) == 1) {
             ++phase_;
-            open_phase();
+            if (!open_phase()) return;
         }
     }
 
-    /// Called while no chunk is left or held: the loop is the calling thread's alone until it hands out tickets.
-    void open_phase() {
+    /// Gives out the next phase that has chunks, and holds it; false if there is none. Called while nothing of a phase
+    /// is left or held: the loop is the calling thread's alone until it has given out a share.
+    bool open_phase() {
         for (; phase_ < loop_.counts.size() && !failed_; ++phase_) {
             const std::size_t chunks = loop_.chunks(phase_);
             if (chunks == 0) continue;
             const std::uint64_t threads = std::min<std::uint64_t>(threads_, chunks);
-            chunks_ = chunks;
-            unfinished_ = chunks;
-            tickets_ = threads << ticket_bits | chunks;
-            // From here on the phase, even the loop, may be over at any time; the seats remain.
-            for (Seat* seat = &caller_; seat && seat->thread < threads; seat = seat->next) wake(*seat);
-            return;
+            const auto for_seats = [&](const auto& f) {
+                for (Seat* seat = &caller_; seat && seat->thread < threads; seat = seat->next) f(*seat);
+            };
+            unfinished_ = chunks + 1;
+            ++phases_;
+            for_seats([&](Seat& seat) {
+                const std::uint64_t k = seat.thread;
+                seat.share = Share(chunks * k / threads, chunks * (k + 1) / threads, threads, phases_).word();
+            });
+            given_out_ = phases_ % 16;
+            for_seats(wake);
+            return true;
         }
         over_ = true;
         wake(caller_);
 #ifdef FIRN_OPENMP_THREADS
         for (Seat* seat = caller_.next; seat; seat = seat->next) wake(*seat);
 #endif
+        return false;
     }
 
     /// Who sleeps says so first and looks once more; who has something to offer offers it first and then looks who
     /// sleeps. In the one order of all these accesses (std::memory_order_seq_cst) one of the two sees the other.
     void sleep(Seat& seat, const std::atomic<bool>& enough) {
         seat.asleep = true;
-        if (offers(tickets_, seat) || enough) {
+        if (is_any_offered(seat) || enough) {
             seat.asleep = false;
             return;
         }
@@ -206,17 +265,14 @@ private:
 #endif
     }
 
-    static constexpr int patience = 100;  ///< looks at the tickets before a thread sleeps: 2 to 5 µs
-    static constexpr int ticket_bits = 48;
-    static constexpr std::uint64_t most_tickets = (std::uint64_t(1) << ticket_bits) - 1;
-    static constexpr std::uint64_t most_threads = (std::uint64_t(1) << (64 - ticket_bits)) - 1;
+    static constexpr int patience = 400;  ///< looks at the shares before a thread sleeps: 10 to 20 µs
 
-    /// Tickets left in the phase; in the bits above them, how many threads may take them.
-    alignas(64) std::atomic<std::uint64_t> tickets_ = 0;
-    alignas(64) std::atomic<std::size_t> unfinished_ = 0;  ///< chunks of the phase
+    alignas(64) std::atomic<std::size_t> unfinished_ = 0;   ///< chunks of the phase, and who gives it out
+    alignas(64) std::atomic<std::uint64_t> given_out_ = 0;  ///< the phase, modulo 16, of which all have their share
     alignas(64) PhasedLoop loop_;
+    std::uint64_t phases_ = 0;  ///< of all loops, up to this one
     std::uint64_t threads_ = 0;
-    std::size_t phase_ = 0, chunks_ = 0;
+    std::size_t phase_ = 0;
     std::exception_ptr failure_;
     std::atomic<bool> failed_ = false, over_ = false, stop_ = false;
     const pid_t process_ = ::getpid();
