@@ -8,7 +8,9 @@ namespace firn {
 /// f applied N times: state → f(state) → … On a CPU it is unrolled, so that the state stays in registers.
 template <int N, class State, class F>
 FIRN_INLINE constexpr State repeat(State state, F&& f) {
-    if constexpr (requires { record_repeat<N>(state, f); }) {
+    if constexpr (N == 0) {
+        return state;
+    } else if constexpr (requires { record_repeat<N>(state, f); }) {
         return record_repeat<N>(state, f);
     } else {
         unroll<N>([&](auto) FIRN_LAMBDA { state = f(state); });
