@@ -43,11 +43,13 @@ struct BlockedSpan {
     FIRN_INLINE void store(const Slots& slots, int component, const P& value) const {
         value.store(at(slots.first, component));
     }
-    /// Calls the numbers of the pack that begins at `slot` into the cache.
+    /// Calls the numbers of the pack that begins at `slot` into the cache. \tparam Components  of the span
+    template <int Components>
     FIRN_INLINE void prefetch(std::size_t slot) const {
-        const char* pack = reinterpret_cast<const char*>(at(slot, 0));
-        for (int line = 0; line < components * int(pack_size * sizeof(S) / 64); ++line)
-            __builtin_prefetch(pack + 64 * line);
+        const S* pack = data + slot * std::size_t(Components);
+        constexpr int per_line = int(64 / sizeof(S));
+        unroll<Components * pack_size / per_line>([&](auto line)
+                                                      FIRN_LAMBDA { __builtin_prefetch(pack + per_line * line); });
     }
     FIRN_INLINE S& at(const Slots& slots, int component) const { return *at(slots.first, component); }
     FIRN_INLINE S* at(std::size_t slot, int component) const {
@@ -110,6 +112,7 @@ struct StridedSpan {
         for (int l = 0; l < scalar_traits<P>::lanes; ++l)
             if (slots.index[l] != no_particle) particle(slots.index[l], component) = value[l];
     }
+    template <int>
     FIRN_INLINE void prefetch(std::size_t) const {}  // these lie anywhere
     FIRN_INLINE S& at(const Slots& slots, int component) const { return particle(slots.index[0], component); }
     FIRN_INLINE S& particle(std::size_t i, int component) const {

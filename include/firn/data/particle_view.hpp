@@ -46,8 +46,19 @@ struct ParticleView {
     /// Calls the pack that begins at `slot` into the cache, all but the material's state.
     template <bool Affine>
     FIRN_INLINE void prefetch(std::size_t slot) const {
-        for (const Field* field : {&position, &velocity, &stress, &mass, &volume}) field->prefetch(slot);
-        if constexpr (Affine) affine.prefetch(slot);
+        position.template prefetch<D>(slot);
+        velocity.template prefetch<D>(slot);
+        stress.template prefetch<symmetric_size<D>>(slot);
+        mass.template prefetch<1>(slot);
+        volume.template prefetch<1>(slot);
+        if constexpr (Affine) affine.template prefetch<D * D>(slot);
+    }
+    FIRN_INLINE void prefetch_state(std::size_t slot) const {
+        constexpr auto members = State::fields();
+        unroll<int(state_field_count<State>)>([&](auto f) FIRN_LAMBDA {
+            using Number = std::remove_cvref_t<decltype(std::declval<State>().*(std::get<f>(members).member))>;
+            state[f].template prefetch<component_count<Number>>(slot);
+        });
     }
 };
 

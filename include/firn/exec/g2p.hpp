@@ -109,7 +109,7 @@ private:
     FIRN_INLINE void update_group(const BlockGroup& group, Seen& seen) const {
         const GroupPlaces<View> places(view_, partition_, group, positions_);
         const BlocksOfSlots<S, D>& blocks = places.blocks();
-        const ArenaBox<D> box = places.template box<Kernel>(group.packs());
+        const ArenaBox<D> box = places.template box<Kernel, Blocks>(group.packs());
         const BlocksAround<D, Blocks> around(grid_, partition_, group);
         using Nodes = GroupNodes<Kernel, S, D, Blocks>;
         const Nodes nodes(grid_.nodes(0), around, box);
@@ -131,7 +131,7 @@ private:
     /// Calls the particles of the pack that begins at `slot` into the cache, also those numbers that are only written.
     FIRN_INLINE void prefetch(std::size_t slot) const {
         view_.template prefetch<Transfer::affine>(slot);
-        for (const auto& field : view_.state) field.prefetch(slot);
+        view_.prefetch_state(slot);
     }
 
     /// \param block   lower corner of the particle's block [cells];  \param offset  from its centre node [cells]
@@ -145,20 +145,17 @@ private:
 
         LiftedState state = load_state<LiftedState>(view.state, slots);
         state = updated(material_, state, taken.velocity_gradient, P(dt_));
-        const Mat<P, D> stress = stress_of(material_, state, taken.velocity_gradient);
         store_state(view.state, slots, state);
-        store_symmetric(view.stress, slots, stress);
         if constexpr (Transfer::affine)
             unroll<D * D>([&](auto k) FIRN_LAMBDA { view.affine.store(slots, k, taken.affine.m[k]); });
 
         // A sum that is finite exactly if all its numbers are (they are far from overflow, or wrong already).
-        P sum = sum_of_stress<Lifted>(stress);
         const Vec<P, D> lowest = positions_.lowest(block), highest = positions_.highest(block);
         const Vec<P, D> position = load_vector<P, D>(view.position, slots);
         const auto v = velocities(view, slots, taken, before);
         const auto move = moved_by(v.motion, P(per_velocity_), position, lowest, highest);
         const Vec<P, D> new_position = select(real, move.position, position);
-        sum = sum + select(move.outside <= P(positions_.cell()), P(0), P(std::numeric_limits<S>::infinity()));
+        P sum = select(move.outside <= P(positions_.cell()), P(0), P(std::numeric_limits<S>::infinity()));
         unroll<D>([&](auto a) FIRN_LAMBDA {
             sum = sum + v.velocity.v[a];
             view.position.store(slots, a, new_position.v[a]);
@@ -167,8 +164,13 @@ private:
         seen.stray = seen.stray | (real & strays<Kernel>(positions_.in_block(new_position, block)));
         const P volume = view.volume.template load<P>(slots, 0);
         const P speed = signal_speed(material_, v.velocity, mass, volume, state, P(h_));
-        seen.rightness = seen.rightness + select(real, (sum + speed) * P(0), P(0));
         seen.speed = max(seen.speed, speed);
+
+        // Last, since stresses are long chains of operations: what waits for them does not stand in the way of others.
+        const Mat<P, D> stress = stress_of(material_, state, taken.velocity_gradient);
+        store_symmetric(view.stress, slots, stress);
+        sum = sum + sum_of_stress<Lifted>(stress) + speed;
+        seen.rightness = seen.rightness + select(real, sum * P(0), P(0));
     }
 
     /// What the particles keep, and what moves them.

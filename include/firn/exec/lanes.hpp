@@ -7,6 +7,9 @@
 #include <firn/exec/transpose.hpp>
 #include <firn/kernel/concept.hpp>
 
+#include <algorithm>
+#include <limits>
+
 namespace firn {
 
 /// Which nodes of an arena particles reach, both ends included.
@@ -300,24 +303,28 @@ public:
         return positions_.in_block(load_vector<P, D>(view_.position, slots(slot)), blocks_.template lower<P>(slot));
     }
 
-    /// The nodes that the group's particles reach, in the arena of its cube of blocks.
-    template <class Kernel>
+    /// The nodes that the group's particles reach, in the arena of its cube of blocks, `Blocks` along each axis.
+    template <class Kernel, int Blocks>
     FIRN_INLINE ArenaBox<D> box(std::size_t packs) const {
         using P = native_pack<S>;
-        constexpr int lanes = scalar_traits<P>::lanes;
-        Vec<P, D> low, high;
-        for (std::size_t slot = 0; slot < packs * pack_size; slot += lanes) {
-            const Vec<P, D> node = locate<Kernel>(position<P>(slot)).node + blocks_.template in_cube<P>(slot);
+        constexpr S far = std::numeric_limits<S>::max();
+        Vec<P, D> low = Vec<P, D>::filled(P(far)), high = -low;
+        for (std::size_t slot = 0; slot < packs * pack_size; slot += scalar_traits<P>::lanes) {
+            const Vec<P, D> x = position<P>(slot) + blocks_.template in_cube<P>(slot);
             unroll<D>([&](auto a) FIRN_LAMBDA {
-                low.v[a] = slot == 0 ? node.v[a] : min(low.v[a], node.v[a]);
-                high.v[a] = slot == 0 ? node.v[a] : max(high.v[a], node.v[a]);
+                low.v[a] = min(low.v[a], x.v[a]);  // what is not a number is left out: it reaches wrong nodes anyway
+                high.v[a] = max(high.v[a], x.v[a]);
             });
         }
         ArenaBox<D> box;
-        for (int a = 0; a < D; ++a) {
-            box.first[a] = -int(reduce_max(-low[a]));
-            box.last[a] = int(reduce_max(high[a])) + Kernel::support - 1;
-        }
+        const auto node = [](S x) {
+            const S last = S(Blocks * block_size - 1 + 2 * allowed_drift);
+            return int(std::clamp(base_node<Kernel>(x) + S(allowed_drift), S(0), last));
+        };
+        unroll<D>([&](auto a) {
+            box.first[a] = node(-reduce_max(-low.v[a]));
+            box.last[a] = node(reduce_max(high.v[a])) + Kernel::support - 1;
+        });
         return box;
     }
 

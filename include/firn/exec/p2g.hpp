@@ -53,7 +53,7 @@ void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View
     using Number = typename Sums::number;
     using GroupArena = Arena<Kernel, Number, D, Blocks>;
     using Rows = ArenaRows<Sums, Kernel, S, D, GroupArena::n>;
-    const ArenaBox<D> box = places.template box<Kernel>(group.packs());
+    const ArenaBox<D> box = places.template box<Kernel, Blocks>(group.packs());
     GroupArena arena;
     arena.clear(box);
     for_packs<Kernel, Transfer, Force>(

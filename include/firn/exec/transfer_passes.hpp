@@ -46,8 +46,8 @@ void gather_velocities(const ParticleSet<View>& set, const SparseGrid<S, D>& gri
     parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
         const BlockGroup& group = set.partition.groups[g];
         const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        const ArenaBox<D> box = places.template box<Kernel>(group.packs());
         const auto gather = [&](auto blocks) {
+            const ArenaBox<D> box = places.template box<Kernel, blocks>(group.packs());
             const BlocksAround<D, blocks> around(grid, set.partition, group);
             const GroupNodes<Kernel, S, D, blocks> nodes(grid.nodes(0), around, box);
             PackSums<Kernel, false, false, S, D> sums;
