@@ -93,8 +93,12 @@ def scenes():
 def executions():
     _, numbers = load("results.json")
     names = dict.fromkeys(name.split("/")[2] for name in numbers if name.startswith("step/two_cubes/"))
-    return numbers and table(["two cubes", "1 thread", "2 threads", "2 / 1"],
-                             [[f"`{name}`", *rates(numbers, "two_cubes", name)] for name in names])
+    rows = [[f"`{name}`", *rates(numbers, "two_cubes", name)] for name in names if name != "apart"]
+    one, apart = steps(numbers, "two_cubes", "coloured", 1), steps(numbers, "two_cubes", "apart", 2)
+    if one and apart:
+        rows.append(["two scenes at once, one a thread", "", number(results.rate(apart)),
+                     f"{results.rate(apart) / results.rate(one):.2f}"])
+    return numbers and table(["two cubes", "1 thread", "2 threads", "2 / 1"], rows)
 
 
 def corner():
