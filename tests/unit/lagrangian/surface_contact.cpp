@@ -211,7 +211,7 @@ TEST_CASE("surface contact: moving and turning colliders carry points along", "[
                                      .contact = Contact::stick,
                                      .position = {{1, 0}},
                                      .linear_velocity = {{2, 0}},
-                                     .angular_velocity = {4}};
+                                     .angular_velocity = 4};
     auto points = one({{1, 0.39}}, {{-7, 5}});
     meet_surfaces(points, ball, 1);
     CHECK(norm(points.velocity[0] - Vec<double, 2>{{2 - 4 * 0.39, 0}}) < 1e-14);
