@@ -57,6 +57,7 @@ public:
             const GroupPlaces<View> places(set.view, set.partition, group, positions);
             P momentum_per_mass = P(0), gradient_per_mass = P(0);
             for (std::size_t slot = 0; slot < group.particles; slot += lanes) {
+                if (slot % pack_size == 0) reader.template prefetch<Transfer>(group.first_slot + slot + pack_size);
                 const Vec<P, D> position = places.template position<P>(slot);
                 const auto record = reader.template record<Kernel, Transfer, Force>(places.slots(slot),
                                                                                     locate<Kernel>(position).fraction);
