@@ -105,7 +105,7 @@ namespace detail {
 ///
 /// Its error e becomes K e³, K ≤ 36/λ² where left_stretch() uses the root (f′ = 8Δ ≥ λ³), and near 3.4/λ² for a
 /// rotation. So where the last of the first steps was shorter than ∛ε λ / 5, the error is below ε λ / 3: that is enough
-/// for strains up to a half. Lanes that come from farther take two steps more.
+/// for strains up to 0.45. Lanes that come from farther take two steps more.
 template <class S>
 FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
     constexpr bool single = sizeof(value_type_t<S>) == 4;
