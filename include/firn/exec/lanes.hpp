@@ -310,7 +310,10 @@ public:
         constexpr S far = std::numeric_limits<S>::max();
         Vec<P, D> low = Vec<P, D>::filled(P(far)), high = -low;
         for (std::size_t slot = 0; slot < packs * pack_size; slot += scalar_traits<P>::lanes) {
-            const Vec<P, D> x = position<P>(slot) + blocks_.template in_cube<P>(slot);
+            Vec<P, D> x = position<P>(slot);
+            // Of one block's particles the outermost have the outermost nodes. Not so of several blocks': the sum of a
+            // position and its block's corner may be rounded to the next cell.
+            if constexpr (Blocks > 1) x = locate<Kernel>(x).node + blocks_.template in_cube<P>(slot);
             unroll<D>([&](auto a) FIRN_LAMBDA {
                 low.v[a] = min(low.v[a], x.v[a]);  // what is not a number is left out: it reaches wrong nodes anyway
                 high.v[a] = max(high.v[a], x.v[a]);
@@ -318,6 +321,7 @@ public:
         }
         ArenaBox<D> box;
         const auto node = [](S x) {
+            if (Blocks > 1) return int(x);
             const S last = S(Blocks * block_size - 1 + 2 * allowed_drift);
             return int(std::clamp(base_node<Kernel>(x) + S(allowed_drift), S(0), last));
         };

@@ -188,4 +188,29 @@ TEST_CASE("Particles at rest and without stress have a mass scale of their own")
         if (i % 4 != 3) CHECK(grid[i] == 0);
 }
 
+TEST_CASE("The nodes around a group are those of the cell that its particle is in, not of the next by rounding",
+          "[exec]") {
+    // Nodes left out are neither cleared nor read from the grid. The particle is alone in its group, which begins at
+    // the block before its own, and has moved by half a cell since it was sorted: 4 + 0.49999997 would be 4.5.
+    const Domain<3> domain{{0.0, 0.0, 0.0}, {16.0, 16.0, 16.0}, 1.0};
+    for (int axis = 0; axis < 3; ++axis) {
+        CAPTURE(axis);
+        Particles<float, 3> particles(domain);
+        particles.push_back({5.0, 5.0, 5.0}, {{1, 2, 3}}, 1.0f, 1.0f);
+        const auto partition = sort_particles<QuadraticBSpline>(particles);
+        REQUIRE(partition.groups.size() == 1);
+        const BlockGroup& group = partition.groups[0];
+        REQUIRE(group.sparse);
+        const auto view = particles.view();
+        *view.position.at(group.first_slot, axis) = std::nextafter(0.5f, 0.0f);
+        const Positions<Particles<float, 3>::View> positions(domain);
+        const auto box = GroupPlaces(view, partition, group, positions).box<QuadraticBSpline, 2>(group.packs());
+        for (int a = 0; a < 3; ++a) {
+            // Base node −1, or 0, of the second block; the arena begins one node before the first.
+            CHECK(box.first[a] == (a == axis ? 4 : 5));
+            CHECK(box.last[a] >= (a == axis ? 6 : 7));
+        }
+    }
+}
+
 }  // namespace p2g_tests
