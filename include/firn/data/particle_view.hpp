@@ -53,6 +53,7 @@ struct ParticleView {
         volume.template prefetch<1>(slot);
         if constexpr (Affine) affine.template prefetch<D * D>(slot);
     }
+    /// The same for the material's state.
     FIRN_INLINE void prefetch_state(std::size_t slot) const {
         constexpr auto members = State::fields();
         unroll<int(state_field_count<State>)>([&](auto f) FIRN_LAMBDA {

@@ -85,7 +85,7 @@ private:
         static constexpr std::uint64_t most_chunks = (std::uint64_t(1) << bits) - 1, most_threads = 0xffff;
         std::uint64_t first, last;  ///< first ≤ chunk < last
         std::uint64_t threads;      ///< how many may take part
-        std::uint64_t phase;        ///< of all that the team had, modulo 16
+        std::uint64_t phase;        ///< its number, below 16
 
         explicit Share(std::uint64_t word)
             : first(word & most_chunks),
@@ -93,7 +93,7 @@ private:
               threads(word >> 2 * bits & most_threads),
               phase(word >> (2 * bits + 16)) {}
         Share(std::uint64_t from, std::uint64_t to, std::uint64_t of, std::uint64_t number)
-            : first(from), last(to), threads(of), phase(number % 16) {}
+            : first(from), last(to), threads(of), phase(number) {}
         std::uint64_t word() const { return phase << (2 * bits + 16) | threads << 2 * bits | last << bits | first; }
         bool offers(std::uint64_t thread) const { return first < last && thread < threads; }
     };
@@ -219,12 +219,12 @@ private:
                 for (Seat* seat = &caller_; seat && seat->thread < threads; seat = seat->next) f(*seat);
             };
             unfinished_ = chunks + 1;
-            ++phases_;
+            number_ = (number_ + 1) % 16;
             for_seats([&](Seat& seat) {
                 const std::uint64_t k = seat.thread;
-                seat.share = Share(chunks * k / threads, chunks * (k + 1) / threads, threads, phases_).word();
+                seat.share = Share(chunks * k / threads, chunks * (k + 1) / threads, threads, number_).word();
             });
-            given_out_ = phases_ % 16;
+            given_out_ = number_;
             for_seats(wake);
             return true;
         }
@@ -268,9 +268,9 @@ private:
     static constexpr int patience = 200;  ///< looks at the shares before a thread sleeps: 5 to 10 µs
 
     alignas(64) std::atomic<std::size_t> unfinished_ = 0;   ///< chunks of the phase, and who gives it out
-    alignas(64) std::atomic<std::uint64_t> given_out_ = 0;  ///< the phase, modulo 16, of which all have their share
+    alignas(64) std::atomic<std::uint64_t> given_out_ = 0;  ///< the phase of which all have their share
     alignas(64) PhasedLoop loop_;
-    std::uint64_t phases_ = 0;  ///< of all loops, up to this one
+    std::uint64_t number_ = 0;  ///< of this phase among all of all loops, modulo 16
     std::uint64_t threads_ = 0;
     std::size_t phase_ = 0;
     std::exception_ptr failure_;
