@@ -18,7 +18,6 @@ export { FirnError, gridOf, requiredLimits };
 
 const format = 1; // of the manifest
 const noParticle = 0xffffffff;
-const largestMassExponent = 20; // the largest mass becomes 2^20 to 2^21 quanta
 const arrayTypes = { f32: Float32Array, i32: Int32Array, u32: Uint32Array };
 
 /** Fetches a program's manifest and code from the folder at `url`. */
@@ -202,7 +201,7 @@ export class Simulation {
 
     /**
      * Writes particles' components by name: an array of particles * count numbers each, all of particle 0 first.
-     * `position` [m] stands for place and corner; `mass` [kg] also sets the uniform mass_quanta.
+     * `position` [m] stands for place and corner.
      */
     write({ position, ...values }) {
         if (position) Object.assign(values, this.#split(position));
@@ -217,9 +216,6 @@ export class Simulation {
                 this.device.queue.writeBuffer(gpu, 4 * (row + c) * this.capacity, one);
             }
         }
-        const largest = (values.mass ?? []).reduce((a, b) => Math.max(a, b), 0);
-        if (largest > 0 && this.manifest.uniforms.fields.some(({ name }) => name === 'mass_quanta'))
-            this.set('mass_quanta', 2 ** (largestMassExponent - Math.floor(Math.log2(Math.fround(largest)))));
     }
 
     #box() {

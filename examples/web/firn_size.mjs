@@ -25,7 +25,7 @@ export function extents(manifest, { capacity, nodes }) {
     if (nodes?.length !== manifest.dimension || !nodes.every(good))
         throw new FirnError(`nodes must be ${manifest.dimension} positive multiples of ${blockWidth}, not ${nodes}.`);
     const node = product(nodes), block = node / blockWidth ** manifest.dimension;
-    return { particle: capacity, node, cell: node, block, axis_node: nodes.reduce((a, b) => a + b, 0), program: 1 };
+    return { particle: capacity, node, block, axis_node: nodes.reduce((a, b) => a + b, 0), program: 1 };
 }
 
 /** Bytes of each binding, by number. Names that share a binding share a buffer. */

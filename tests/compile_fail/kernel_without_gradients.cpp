@@ -5,7 +5,7 @@
 struct Hat {
     static constexpr int support = 2;
     static constexpr double base_shift = 0;
-    static constexpr std::array<double, 3> largest_weight{1, 1, 1};
+    static constexpr std::array<double, 2> largest_weight{1, 1};
     static constexpr double largest_gradient = 1;
     static constexpr double courant_limit = 1;
 

@@ -9,6 +9,7 @@
 #include <firn/core/scalar.hpp>
 
 #include <cstring>
+#include <limits>
 
 #ifdef __SSE2__
 #include <immintrin.h>
@@ -138,6 +139,11 @@ struct pack {
         return p;
     }
     FIRN_INLINE void store(T* to) const { std::memcpy(to, &lanes, sizeof lanes); }
+    /// Numbers without a fraction, that fit.
+    FIRN_INLINE void store(integer* to) const {
+        const mask_vector whole = __builtin_convertvector(lanes, mask_vector);
+        std::memcpy(to, &whole, sizeof whole);
+    }
 
     FIRN_INLINE friend pack operator+(pack a, pack b) { return {a.lanes + b.lanes}; }
     FIRN_INLINE friend pack operator-(pack a, pack b) { return {a.lanes - b.lanes}; }
@@ -164,7 +170,7 @@ struct pack {
     /// Bit l: whether lane l is set. Of 32 lanes at most.
     FIRN_INLINE friend std::uint32_t lane_bits(mask m) { return detail::sign_bits<T, N>(m.bits); }
     FIRN_INLINE friend pack sqrt(pack a) { return {detail::sqrt_of_lanes<T>(a.lanes)}; }
-    FIRN_INLINE friend pack abs(pack a) { return select(a < pack(0), -a, a); }
+    FIRN_INLINE friend pack abs(pack a) { return {vector(mask_vector(a.lanes) & std::numeric_limits<integer>::max())}; }
     // The digits of each lane, see core/bits.hpp.
     FIRN_INLINE friend pack power_of_two(pack n) { return {detail::bits::power_of_two<T, mask_vector>(n.lanes)}; }
     FIRN_INLINE friend pack exponent_of(pack a) { return {detail::bits::exponent_of<T, mask_vector>(a.lanes)}; }

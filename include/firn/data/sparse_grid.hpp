@@ -5,6 +5,8 @@
 #include <firn/data/memory.hpp>
 
 #include <algorithm>
+#include <array>
+#include <optional>
 #include <span>
 #include <type_traits>
 
@@ -67,6 +69,9 @@ public:
         scratch_.resize(std::max(scratch_.size(), blocks_.size() * std::size_t(block_nodes<D>) * sizeof(T)));
         return reinterpret_cast<T*>(scratch_.data());
     }
+
+    /// What a stage found and tries first the next time: it saves time, and never changes a result.
+    std::optional<std::array<S, 2>> guess;
 
     /// Exchanges the numbers of all nodes with those of layer k = 1, 2, …: further numbers of the same nodes, which are
     /// there from the first exchange on. What a layer holds is lost when the grid is activated anew.

@@ -34,11 +34,11 @@ FixedPointScale<S> fixed_point_scale(const FixedPointLoad<S>& load, std::optiona
     constexpr double integer_max = double(std::numeric_limits<Integer>::max() >> (sizeof(Integer) == 8 ? 1 : 0));
     const FixedPointBound<S> bound = fixed_point_bound<Kernel, D>(load);
     if (!std::isfinite(bound.momentum) || !std::isfinite(bound.mass))
-        throw overflow_error(
-            sentence("The momentum that a node may receive is not finite (largest speed of a particle and "
-                     "its stress: ",
-                     load.momentum_per_mass,
-                     " m/s). The simulation has blown up: reduce the time step, or look at the initial state."));
+        throw overflow_error(sentence(
+            "The mass or the momentum that a node may receive is not finite (the largest that a particle has: ",
+            load.mass, " kg, ", load.momentum,
+            " kg m/s, its stress included). The simulation has blown up: reduce the time step, or look at the "
+            "initial state."));
     if (double(bound.contributions) >= integer_max / 2)
         throw overflow_error(sentence("Up to ", bound.contributions,
                                       " particles may add to one node: too many for integers of ", 8 * sizeof(Integer),

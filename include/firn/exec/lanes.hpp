@@ -19,8 +19,8 @@ struct ArenaBox {
 };
 
 /// Rows of nodes of a cube of blocks and its surroundings: contiguous, with compile-time strides.
-/// \tparam Number  of floating point, or an integer for fixed-point sums
-template <class Kernel, class Number, int D, int Blocks>
+/// \tparam Number  of floating point, or an integer for fixed-point sums;  \tparam Width  how many of them a node has
+template <class Kernel, class Number, int D, int Blocks, int Width = node_width>
 struct Arena {
     static constexpr int n = arena_size<Kernel, Blocks>;
     static constexpr int blocks = Blocks + 2;  ///< along an axis, those around it included
@@ -30,13 +30,13 @@ struct Arena {
                   "firn: two groups of one colour never touch one node");
     static_assert(n + block_size - allowed_drift <= blocks * block_size);
 
-    alignas(64) Number node[(line_count * n + 4) * node_width];  // rows of a whole register may reach over the end
+    alignas(64) Number node[(line_count * n + 4) * Width];  // rows of a whole register may reach over the end
 
     /// Zeros the lines of a box.
     FIRN_INLINE void clear(const ArenaBox<D>& box) {
-        for_lines(box, [&](int line, int, int)
-                           FIRN_LAMBDA { std::fill_n(node + line * n * node_width, n * node_width, Number(0)); });
-        std::fill_n(node + line_count * n * node_width, 4 * node_width, Number(0));
+        for_lines(box,
+                  [&](int line, int, int) FIRN_LAMBDA { std::fill_n(node + line * n * Width, n * Width, Number(0)); });
+        std::fill_n(node + line_count * n * Width, 4 * Width, Number(0));
     }
 
     /// Calls f(number in the arena, numbers in the grid, count) for runs of nodes that are neighbours in both and hold
@@ -52,9 +52,9 @@ struct Arena {
                 constexpr int place = b * block_size + first - before;  // in the line
                 const std::uint32_t block = of_block[outer_block * blocks + b];
                 if (place > box.last[D - 1] || place + last - first <= box.first[D - 1] || block == no_block) return;
-                N* run = nodes + (block * std::size_t(block_nodes<D>) + std::size_t(outer_node * block_size + first)) *
-                                     node_width;
-                f((line * n + place) * node_width, run, std::integral_constant<int, last - first>{});
+                N* run = nodes +
+                         (block * std::size_t(block_nodes<D>) + std::size_t(outer_node * block_size + first)) * Width;
+                f((line * n + place) * Width, run, std::integral_constant<int, last - first>{});
             });
         });
     }
@@ -359,9 +359,7 @@ struct PackWeights {
         const Vec<P, D> node = place.node + block;
         P corner_node = node.v[0];
         unroll<D - 1>([&](auto a) FIRN_LAMBDA { corner_node = corner_node * P(S(n)) + node.v[a + 1]; });
-        const typename P::mask_vector index =
-            __builtin_convertvector((corner_node * P(node_width)).lanes, typename P::mask_vector);
-        std::memcpy(corner + lane, &index, sizeof index);
+        (corner_node * P(node_width)).store(corner + lane);
         unroll<D>([&](auto a) FIRN_LAMBDA {
             put(a, Kernel::weights(place.fraction.v[a]), lane, leading[a < D - 1 ? int(a) : 0], last);
             if constexpr (Gradients)

@@ -56,12 +56,16 @@ void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View
     const ArenaBox<D> box = places.template box<Kernel, Blocks>(group.packs());
     GroupArena arena;
     arena.clear(box);
+    typename Sums::template Counts<Kernel, D, Blocks> counts(box);
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, GroupArena::n, sums, [&](const auto& records, std::size_t, int used) FIRN_LAMBDA {
-            records.template scatter<rows_fit<typename Rows::Row, lines_of_particle<Kernel, D>>>(
-                0, used, [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node, corner); });
+            if (counts.fits(sums))
+                records.template scatter<rows_fit<typename Rows::Row, lines_of_particle<Kernel, D>>>(
+                    0, used, [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node, corner); });
+            counts.add(records.weights.corner, used);
         });
     const BlocksAround<D, Blocks> around(grid, partition, group);
+    counts.add_to_grid(sums, around.data(), box);
     GroupArena::for_runs(nodes, around.data(), box, [&](int from, Number* to, auto count) FIRN_LAMBDA {
         using Run = exact_row<S, count>;
         (Sums::template load<Run>(to) + Sums::template load<Run>(arena.node + from)).store(to);
@@ -74,12 +78,13 @@ void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid
                       const Sums& sums, typename Sums::number* nodes) {
     const Positions<View> positions(grid.domain());
     const ParticleReader<View> reader(set.view, grid.domain(), dt);
-    for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int) {
+    for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int thread) {
         const GroupPlaces<View> places(set.view, set.partition, group, positions);
+        const auto& mine = sums.of_thread(thread);
         if (group.sparse)
-            scatter_to_arena<2, Kernel, Transfer, Force>(reader, places, set.partition, group, grid, sums, nodes);
+            scatter_to_arena<2, Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
         else
-            scatter_to_arena<1, Kernel, Transfer, Force>(reader, places, set.partition, group, grid, sums, nodes);
+            scatter_to_arena<1, Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
     });
 }
 

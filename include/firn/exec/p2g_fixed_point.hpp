@@ -4,130 +4,94 @@
 #include <firn/exec/fixed_point.hpp>
 #include <firn/exec/p2g.hpp>
 
+#include <array>
+#include <cstring>
+
 namespace firn {
 
 namespace detail {
 
-/// Mass, in quanta rounded up, and number of the particles in one cell.
-struct CellLoad {
-    using vector [[gnu::vector_size(16)]] = std::uint64_t;
-    vector mass_and_count;
-};
-
-/// The load that the fixed-point scale is chosen from, over one set of particles after the other.
-template <std::floating_point S, int D>
-class LoadSums {
-public:
+/// Integers that one thread at a time adds to, and what the scale must be chosen from, seen on the way. So a scale can
+/// be tried before it is known: it mostly is the last step's, and particles are read once. If it was another, the sums
+/// are worthless, as is any number that did not fit.
+template <class Kernel, class Force, class Integer, std::floating_point S>
+struct MeasuredSums : IntegerSums<Integer, S> {
     using P = native_pack<S>;
-    static constexpr int lanes = scalar_traits<P>::lanes;
 
-    LoadSums(SparseGrid<S, D>& grid, double dt, int threads)
-        : grid_(grid),
-          cells_(grid.template scratch<CellLoad>()),
-          dt_(dt),
-          threads_(threads),
-          of_thread_(std::size_t(threads)) {
-        clear(cells_, 1, grid, threads);
-    }
-
-    template <class View>
-    void see_mass(const ParticleSet<View>& set) {
-        parallel_for(
-            set.partition.slots() / pack_size, threads_,
-            [&](std::size_t pack, int thread) {
-                P mass = P(0);
-                for (int lane = 0; lane < pack_size; lane += lanes) {
-                    const std::size_t slot = pack * pack_size + std::size_t(lane);
-                    const Slots slots{slot, set.partition.order.data() + slot};
-                    mass = max(mass, set.view.mass.template load_or_zero<P>(slots, 0));
-                }
-                S& largest = of_thread_[std::size_t(thread)].mass;
-                largest = std::max(largest, reduce_max(mass));
-            },
-            256);
-    }
-
-    /// After see_mass() of all sets.
-    template <class Kernel, class Transfer, class Force, class View>
-    void add(const ParticleSet<View>& set) {
-        const S quanta = S(mass_quanta());
-        const Positions<View> positions(grid_.domain());
-        const ParticleReader<View> reader(set.view, grid_.domain(), dt_);
-        for_groups_by_phase(set.partition, threads_, [&](const BlockGroup& group, int thread) {
-            const GroupPlaces<View> places(set.view, set.partition, group, positions);
-            P momentum_per_mass = P(0), gradient_per_mass = P(0);
-            for (std::size_t slot = 0; slot < group.particles; slot += lanes) {
-                if (slot % pack_size == 0) reader.template prefetch<Transfer>(group.first_slot + slot + pack_size);
-                const Vec<P, D> position = places.template position<P>(slot);
-                const auto record = reader.template record<Kernel, Transfer, Force>(places.slots(slot),
-                                                                                    locate<Kernel>(position).fraction);
-                const FixedPointLoad<P> load = load_of<Kernel, Force>(record);
-                momentum_per_mass = max(momentum_per_mass, load.momentum_per_mass);
-                gradient_per_mass = max(gradient_per_mass, load.gradient_per_mass);
-
-                P node = P(0);
-                unroll<D>([&](auto a) FIRN_LAMBDA {
-                    constexpr int last = arena_size<Kernel> - 1;
-                    const P cell = floor(position.v[a]) + P(allowed_drift);
-                    node =
-                        node * P(arena_size<Kernel>) + select(cell > P(0), select(cell < P(last), cell, P(last)), P(0));
-                });
-                const P mass = -floor(-record.mass * P(quanta));  // rounded up
-                const std::size_t end = std::min<std::size_t>(lanes, group.particles - slot);
-                for (std::size_t l = 0; l < end; ++l) {
-                    const std::size_t cell = ArenaNodes<Kernel, D>::in_grid(
-                        grid_.neighbours(set.partition, places.blocks().range(slot + l)), std::ptrdiff_t(node[int(l)]));
-                    cells_[cell].mass_and_count += CellLoad::vector{std::uint64_t(mass[int(l)]), 1};
-                }
-            }
-            Largest& largest = of_thread_[std::size_t(thread)];
-            largest.momentum_per_mass = std::max(largest.momentum_per_mass, reduce_max(momentum_per_mass));
-            largest.gradient_per_mass = std::max(largest.gradient_per_mass, reduce_max(gradient_per_mass));
-        });
-    }
-
-    /// Of all sets that were added.
-    FixedPointLoad<S> load() {
-        constexpr std::size_t per_block = std::size_t(block_nodes<D>);
-        parallel_for(
-            grid_.block_count(), threads_,
-            [&](std::size_t b, int thread) {
-                CellLoad& largest = of_thread_[std::size_t(thread)].cell;
-                for (std::size_t i = b * per_block; i < (b + 1) * per_block; ++i)
-                    for (int k = 0; k < 2; ++k)
-                        largest.mass_and_count[k] = std::max(largest.mass_and_count[k], cells_[i].mass_and_count[k]);
-            },
-            64);
-        const S quanta = S(mass_quanta());
-        FixedPointLoad<S> load;
-        for (const Largest& largest : of_thread_) {
-            load.momentum_per_mass = std::max(load.momentum_per_mass, largest.momentum_per_mass);
-            load.gradient_per_mass = std::max(load.gradient_per_mass, largest.gradient_per_mass);
-            load.cell_mass = std::max(load.cell_mass, S(largest.cell.mass_and_count[0]) / quanta);
-            load.cell_particles = std::max(load.cell_particles, S(largest.cell.mass_and_count[1]));
-        }
-        return load;
-    }
-
-private:
-    struct alignas(64) Largest {
-        S mass = 0, momentum_per_mass = 0, gradient_per_mass = 0;
-        CellLoad cell{};
+    /// By one thread.
+    struct alignas(64) Seen {
+        FixedPointLoad<P> load;
+        P largest = P(0);  ///< in quanta, of a pack
+        std::uint32_t particles = 0;
+        bool all_fitted = true;
     };
 
-    /// Those of one particle fit 22 bits.
-    double mass_quanta() const {
-        S largest = 0;
-        for (const Largest& of_one : of_thread_) largest = std::max(largest, of_one.mass);
-        return firn::mass_quanta(double(largest));
-    }
+    /// Counts a group's particles by base node where the counts are in the cache, then in the grid.
+    template <class K, int D, int Blocks>
+    class Counts {
+    public:
+        FIRN_INLINE explicit Counts(const ArenaBox<D>& box) { counts_.clear(box); }
 
-    SparseGrid<S, D>& grid_;
-    CellLoad* cells_;  // a cell each, named by its lower node
-    double dt_;
-    int threads_;
-    std::vector<Largest> of_thread_;
+        /// Whether the pack may be scattered.
+        FIRN_INLINE bool fits(const MeasuredSums& sums) const {
+            Seen& seen = *sums.seen;
+            const bool fits = sums.scatters && !any(seen.largest > P(S(std::numeric_limits<Integer>::max() / 2)));
+            seen.all_fitted = seen.all_fitted && fits;
+            seen.largest = P(0);
+            return fits;
+        }
+
+        template <class Index>
+        FIRN_INLINE void add(const Index* corner, int used) {
+            for (int l = 0; l < used; ++l) ++counts_.node[std::size_t(corner[l]) / node_width];
+        }
+
+        FIRN_INLINE void add_to_grid(const MeasuredSums& sums, const std::uint32_t* around,
+                                     const ArenaBox<D>& box) const {
+            Arena::for_runs(sums.counts, around, box, [&](int from, std::uint32_t* to, auto count) FIRN_LAMBDA {
+                unroll<count>([&](auto i) FIRN_LAMBDA { to[i] += counts_.node[from + i]; });
+            });
+        }
+
+    private:
+        using Arena = firn::Arena<K, std::uint32_t, D, Blocks, 1>;
+        Arena counts_;
+    };
+
+    Seen* seen;
+    std::uint32_t* counts;  ///< of particles, by base node
+    bool scatters;          ///< or only measures
+
+    MeasuredSums(const FixedPointScale<S>& scale, Seen* of_threads, std::uint32_t* particles_by_node, bool scatter)
+        : IntegerSums<Integer, S>(scale), seen(of_threads), counts(particles_by_node), scatters(scatter) {}
+
+    MeasuredSums of_thread(int thread) const { return {this->scale, seen + thread, counts, scatters}; }
+
+    template <int D>
+    FIRN_INLINE P2GRecord<P, D> operator()(const P2GRecord<P, D>& record) const {
+        const FixedPointLoad<P> load = load_of<Kernel, Force>(record);
+        seen->load = larger(seen->load, load);
+        const P momentum = load.momentum + load.gradient * P(S(Kernel::largest_gradient));
+        seen->largest = max(seen->largest, max(momentum * P(this->scale.momentum), load.mass * P(this->scale.mass)));
+        return IntegerSums<Integer, S>::operator()(record);
+    }
 };
+
+/// What all threads have seen.
+template <class Seen, std::floating_point S, int D>
+FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* counts, const SparseGrid<S, D>& grid) {
+    constexpr std::size_t per_block = std::size_t(block_nodes<D>);
+    const auto most = [&](std::size_t b, int thread) {
+        std::uint32_t& particles = threads[std::size_t(thread)].particles;
+        particles = std::max(particles, *std::max_element(counts + b * per_block, counts + (b + 1) * per_block));
+    };
+    parallel_for(grid.block_count(), int(threads.size()), most, 64);
+    FixedPointLoad<S> load;
+    for (const Seen& seen : threads)
+        load = larger(load, {reduce_max(seen.load.momentum), reduce_max(seen.load.gradient), reduce_max(seen.load.mass),
+                             S(seen.particles)});
+    return load;
+}
 
 }  // namespace detail
 
@@ -139,39 +103,58 @@ void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, doub
          const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
     const int threads = thread_count(execution.threads);
-    detail::LoadSums<S, D> load(grid, dt, threads);
-    (load.see_mass(sets), ...);
-    (load.template add<Kernel, Transfer, Force>(sets), ...);
-    const FixedPointScale<S> scale =
-        fixed_point_scale<Kernel, D, Integer>(load.load(), execution.momentum_scale, execution.mass_scale);
-
     constexpr std::size_t numbers = std::size_t(block_nodes<D> * node_width);
-    using Node = std::array<Integer, node_width>;
-    Integer* sums = grid.template scratch<Node>()->data();
-    detail::clear(sums, node_width, grid, threads);
+    constexpr std::size_t sums_bytes = node_width * sizeof(Integer), count_bytes = sizeof(std::uint32_t);
+    std::byte* memory = grid.template scratch<std::array<std::byte, sums_bytes + count_bytes>>()->data();
+    auto* sums = reinterpret_cast<Integer*>(memory);
+    auto* counts =
+        reinterpret_cast<std::uint32_t*>(memory + grid.block_count() * std::size_t(block_nodes<D>) * sums_bytes);
 
-    if constexpr (How == Adding::coloured) {
-        const IntegerSums<Integer, S> integers(scale);
-        (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, integers, sums), ...);
-    } else {
-        const AtomicSums<Integer, S> atomic(scale);
-        const auto scatter = [&](const auto& set) {
-            parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
-                detail::scatter_group<Kernel, Transfer, Force>(set, set.partition.groups[g], grid, dt, atomic, sums);
-            });
-        };
-        (scatter(sets), ...);
+    // The scale that was right the last time, or only a look at the particles.
+    using Measured = detail::MeasuredSums<Kernel, Force, Integer, S>;
+    const bool tries = How == Adding::coloured && grid.guess;
+    const std::array<S, 2> tried = tries ? *grid.guess : std::array{S(1), S(1)};
+    std::vector<typename Measured::Seen> seen{std::size_t(threads)};
+    detail::clear(counts, 1, grid, threads);
+    detail::clear(sums, node_width, grid, threads);
+    const Measured measured({tried[0], tried[1]}, seen.data(), counts, tries);
+    (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, measured, sums), ...);
+    const FixedPointScale<S> scale = fixed_point_scale<Kernel, D, Integer>(
+        detail::load_of_all(seen, counts, grid), execution.momentum_scale, execution.mass_scale);
+    const bool was_right = tries && tried == std::array{scale.momentum, scale.mass} &&
+                           std::all_of(seen.begin(), seen.end(), [](const auto& s) { return s.all_fitted; });
+    grid.guess = {scale.momentum, scale.mass};
+
+    if (!was_right) {
+        if (tries) detail::clear(sums, node_width, grid, threads);
+        if constexpr (How == Adding::coloured) {
+            const IntegerSums<Integer, S> integers(scale);
+            (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, integers, sums), ...);
+        } else {
+            const AtomicSums<Integer, S> atomic(scale);
+            const auto scatter = [&](const auto& set) {
+                parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
+                    detail::scatter_group<Kernel, Transfer, Force>(set, set.partition.groups[g], grid, dt, atomic,
+                                                                   sums);
+                });
+            };
+            (scatter(sets), ...);
+        }
     }
 
     const double momentum_quantum = 1 / double(scale.momentum), mass_quantum = 1 / double(scale.mass);
+    using Integers [[gnu::vector_size(node_width * sizeof(Integer))]] = Integer;
+    using Doubles [[gnu::vector_size(node_width * sizeof(double))]] = double;
+    using Floats [[gnu::vector_size(node_width * sizeof(S))]] = S;
+    const Doubles quantum{momentum_quantum, momentum_quantum, momentum_quantum, mass_quantum};
     const auto convert = [&](std::size_t b, int) {
         for (std::size_t i = b * numbers; i < (b + 1) * numbers; i += node_width) {
-            const bool filled = sums[i + node_mass] >= fewest_mass_quanta;
-            S* to = grid.nodes(0) + i;
-            for (int c = 0; c < node_width; ++c) {
-                const double quantum = c == node_mass ? mass_quantum : momentum_quantum;
-                to[c] = filled ? S(double(sums[i + std::size_t(c)]) * quantum) : S(0);
-            }
+            Integers sum;
+            std::memcpy(&sum, sums + i, sizeof sum);
+            const Integers mass = __builtin_shufflevector(sum, sum, node_mass, node_mass, node_mass, node_mass);
+            sum &= mass >= fewest_mass_quanta;
+            const Floats to = __builtin_convertvector(__builtin_convertvector(sum, Doubles) * quantum, Floats);
+            std::memcpy(grid.nodes(0) + i, &to, sizeof to);
         }
     };
     parallel_for(grid.block_count(), threads, convert, 16);

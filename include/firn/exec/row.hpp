@@ -110,7 +110,14 @@ struct node_register {
         return r;
     }
 
-    FIRN_INLINE friend node_register operator+(node_register a, node_register b) { return {a.v + b.v}; }
+    FIRN_INLINE friend node_register operator+(node_register a, node_register b) {
+        if constexpr (std::is_integral_v<S>) {
+            using wraps [[gnu::vector_size(N * sizeof(S))]] = std::make_unsigned_t<S>;
+            return {vector(wraps(a.v) + wraps(b.v))};
+        } else {
+            return {a.v + b.v};
+        }
+    }
     FIRN_INLINE friend node_register operator-(node_register a, node_register b) { return {a.v - b.v}; }
     FIRN_INLINE friend node_register operator*(node_register a, node_register b) { return {rounded_product(a.v, b.v)}; }
     /// a + b c, in one operation where the target has it and the compiler is allowed to use it (-ffp-contract).

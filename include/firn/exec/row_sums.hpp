@@ -10,13 +10,30 @@
 
 namespace firn {
 
+/// For sums that need not know what they are made of. \see MeasuredSums
+struct Unmeasured {
+    template <class Kernel, int D, int Blocks>
+    struct Counts {
+        FIRN_INLINE explicit Counts(const ArenaBox<D>&) {}
+        template <class Sums>
+        FIRN_INLINE bool fits(const Sums&) const {
+            return true;
+        }
+        template <class Index>
+        FIRN_INLINE void add(const Index*, int) const {}
+        template <class Sums>
+        FIRN_INLINE void add_to_grid(const Sums&, const std::uint32_t*, const ArenaBox<D>&) const {}
+    };
+};
+
 template <std::floating_point S>
-struct FloatSums {
+struct FloatSums : Unmeasured {
     using number = S;
     template <class Row>
     using sum = Row;
     static constexpr bool costly = false;  ///< if a sum of one cell's particles shall be made before it is stored
 
+    const FloatSums& of_thread(int) const { return *this; }
     /// A record in the unit of the sums.
     template <class Record>
     FIRN_INLINE const Record& operator()(const Record& record) const {
@@ -39,7 +56,7 @@ struct FloatSums {
 
 /// Integers that one thread at a time adds to.
 template <class Integer, std::floating_point S>
-struct IntegerSums {
+struct IntegerSums : Unmeasured {
     using number = Integer;
     template <class Row>
     using sum = typename Row::template of<Integer>;
@@ -47,6 +64,7 @@ struct IntegerSums {
     FixedPointScale<S> scale;
 
     explicit IntegerSums(const FixedPointScale<S>& quanta_per_unit) : scale(quanta_per_unit) {}
+    const IntegerSums& of_thread(int) const { return *this; }
 
     /// A record in quanta.
     template <class P, int D>

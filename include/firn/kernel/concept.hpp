@@ -31,11 +31,11 @@ template <class K>
 concept has_inertia = requires {
     { K::inverse_inertia } -> std::convertible_to<double>;
 };
-/// largest_weight[c]: the most that a particle in the c-th of the support + 1 cells around a node gives to it;
-/// largest_gradient[c] likewise for |gradient|. The bound of the fixed-point scale comes from them.
+/// largest_weight[k]: the most that a particle gives to node k of those that it touches; largest_gradient: the largest
+/// |gradient| of any of them. The bound of the fixed-point scale comes from them.
 template <class K>
 concept has_bounds = requires {
-    { K::largest_weight } -> std::convertible_to<std::array<double, std::size_t(K::support + 1)>>;
+    { K::largest_weight } -> std::convertible_to<std::array<double, std::size_t(K::support)>>;
     { K::largest_gradient } -> std::convertible_to<double>;
 };
 

@@ -18,7 +18,7 @@ struct Linear {
     static constexpr int support = 2;
     static constexpr double base_shift = 0;
     /// A node at 1 of three cells [0,1), [1,2), [2,3): N(0), N(0), 0.
-    static constexpr std::array<double, 3> largest_weight{1, 1, 0};
+    static constexpr std::array<double, 2> largest_weight{1, 1};
     static constexpr double largest_gradient = 1;
     /// In matter without gaps ω² = (2 − 2 cos θ) c²/h², 4 at θ = π: 1. Half of it, because a node at the border of
     /// matter that only has the weight f of one particle moves with ω² = c²/h² / (f (1 − f)): none is stable for every

@@ -1,11 +1,11 @@
 /// \file The scale of fixed-point sums, from a bound of what any node can receive.
 ///
 /// A particle gives node i at most N_i q + |∇N_i| g in any component a, with q = |p_a| + (max |o|) Σ_b |A_ab| and
-/// g = Σ_b |G_ab|. Let M be the largest mass in a cell, w_c the kernel's largest weight for a particle in the c-th cell
-/// around a node, W = Σ w_c. Then a node's mass is at most Wᴰ M, and its momentum at most
-///     Wᴰ M max(q/m)  +  D (K + 1) γ Wᴰ⁻¹ M max(g/m)
-/// (γ the kernel's largest gradient, K its support). With n the most particles around a node and B the bound, a scale
-/// of 2^⌊log2((max − n)/B)⌋ makes every sum of rounded numbers fit.
+/// g = Σ_b |G_ab|. Let n be the most particles that have one base node, K the kernel's support, γ its largest gradient,
+/// W the sum of the largest weights of its nodes. Then a node's mass is at most Wᴰ n max m, and its momentum at most
+///     Wᴰ n max q  +  D K γ Wᴰ⁻¹ n max g
+/// At most Kᴰ n particles reach a node: with B the bound, a scale of 2^⌊log2((max − Kᴰ n)/B)⌋ makes every sum of
+/// rounded numbers fit.
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -23,14 +23,20 @@ struct FixedPointScale {
     S mass;      ///< quanta per kg
 };
 
-/// What the particles are, as far as the bound needs it. Maxima and integer sums: the same for any order.
+/// What the particles are, as far as the bound needs it. Maxima and counts: the same for any order.
 template <class S>
 struct FixedPointLoad {
-    S momentum_per_mass = S(0);  ///< max q/m [m/s]
-    S gradient_per_mass = S(0);  ///< max g/m [m/s]
-    S cell_mass = S(0);          ///< M, rounded up [kg]
-    S cell_particles = S(0);     ///< most particles in a cell
+    S momentum = S(0);   ///< max q [kg m/s]
+    S gradient = S(0);   ///< max g [kg m/s]
+    S mass = S(0);       ///< max m [kg]
+    S particles = S(0);  ///< n
 };
+
+template <class S>
+FIRN_INLINE FixedPointLoad<S> larger(const FixedPointLoad<S>& a, const FixedPointLoad<S>& b) {
+    return {max(a.momentum, b.momentum), max(a.gradient, b.gradient), max(a.mass, b.mass),
+            max(a.particles, b.particles)};
+}
 
 /// What a node may receive.
 template <class S>
@@ -43,33 +49,37 @@ struct FixedPointBound {
 /// A node with less mass than this counts as empty: its velocity would be made of rounding errors.
 inline constexpr int fewest_mass_quanta = 64;
 
-/// The particle of the largest mass is that many quanta or up to twice as many where the masses in a cell are added up.
-inline constexpr int largest_mass_exponent = 20;
-
-/// Quanta per kg there; a power of two, so that scaling is exact.
-inline double mass_quanta(double largest_mass) { return std::exp2(largest_mass_exponent - std::ilogb(largest_mass)); }
-
 /// The largest |o|: how far a node of the support lies from the centre node, in cells.
 template <class Kernel>
 inline constexpr int largest_offset = Kernel::support - 1 - centre_node<Kernel>;
 
-/// max q/m and max g/m of one particle; 0 without mass. What is not a number becomes infinite.
+/// max q, max g and m of one particle; nothing without mass. What is not a number becomes infinite.
 template <class Kernel, class Force, scalar S, int D>
 FIRN_INLINE FixedPointLoad<S> load_of(const P2GRecord<S, D>& record) {
-    const auto real = record.mass > S(0);
-    const S per_mass = S(1) / select(real, record.mass, S(1));
+    const auto real = !(record.mass <= S(0));
     const S infinite = S(std::numeric_limits<value_type_t<S>>::infinity());
-    FixedPointLoad<S> load;
-    unroll<D>([&](auto a) FIRN_LAMBDA {
-        S momentum = abs(record.momentum.v[a]), gradient = S(0);
-        unroll<D>([&](auto b) FIRN_LAMBDA {
-            momentum = momentum + abs(record.affine(a, b)) * S(largest_offset<Kernel>);
-            if constexpr (Force::weight_gradients) gradient = gradient + abs(record.gradient(a, b));
+    const auto largest = [&](const auto& of_axis) FIRN_LAMBDA {
+        S most = of_axis(std::integral_constant<int, 0>{}), sum = most;
+        unroll<D - 1>([&](auto a) FIRN_LAMBDA {
+            const S other = of_axis(std::integral_constant<int, a + 1>{});
+            most = max(most, other);
+            sum = sum + other;  // tells if one of them is not a number
         });
-        const S q = momentum * per_mass, g = gradient * per_mass;
-        load.momentum_per_mass = max(load.momentum_per_mass, select(real, select(q <= infinite, q, infinite), S(0)));
-        load.gradient_per_mass = max(load.gradient_per_mass, select(real, select(g <= infinite, g, infinite), S(0)));
+        return select(real, select(sum <= infinite, most, infinite), S(0));
+    };
+    FixedPointLoad<S> load;
+    load.mass = select(record.mass <= infinite, record.mass, infinite);
+    load.momentum = largest([&](auto a) FIRN_LAMBDA {
+        S affine = abs(record.affine(a, 0));
+        unroll<D - 1>([&](auto b) FIRN_LAMBDA { affine = affine + abs(record.affine(a, b + 1)); });
+        return abs(record.momentum.v[a]) + affine * S(largest_offset<Kernel>);
     });
+    if constexpr (Force::weight_gradients)
+        load.gradient = largest([&](auto a) FIRN_LAMBDA {
+            S gradient = abs(record.gradient(a, 0));
+            unroll<D - 1>([&](auto b) FIRN_LAMBDA { gradient = gradient + abs(record.gradient(a, b + 1)); });
+            return gradient;
+        });
     return load;
 }
 
@@ -92,10 +102,11 @@ FIRN_INLINE FixedPointBound<S> fixed_point_bound(const FixedPointLoad<S>& load) 
         for (const double w : Kernel::largest_weight) sum += w;
         return sum;
     }();
-    constexpr double gradients = D * (Kernel::support + 1) * Kernel::largest_gradient * detail::power(W, D - 1);
-    const S mass = S(detail::power(W, D)) * load.cell_mass;
-    return {mass * load.momentum_per_mass + S(gradients) * load.cell_mass * load.gradient_per_mass, mass,
-            S(detail::power(Kernel::support + 1, D)) * load.cell_particles};
+    constexpr double gradients = D * Kernel::support * Kernel::largest_gradient * detail::power(W, D - 1);
+    const S& n = load.particles;
+    const S weights = S(detail::power(W, D)) * n;
+    return {weights * load.momentum + S(gradients) * n * load.gradient, weights * load.mass,
+            S(detail::power(Kernel::support, D)) * n};
 }
 
 /// The largest scales for which every sum stays below `integer_max`, for a finite bound; 1 where there is nothing.

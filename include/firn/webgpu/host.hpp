@@ -30,11 +30,11 @@ struct Status {
     std::uint32_t error;     ///< 0, or one more than the index into wgsl::error_sentences
     std::uint32_t particle;  ///< the first with the error, in the order of the inputs, or no_particle
     float signal_speed;      ///< the largest of a particle in the last step [m/s]
-    float momentum_per_mass, gradient_per_mass;  ///< as FixedPointLoad has them [m/s]
-    float cell_mass;                             ///< the largest mass in a cell [kg]
-    float cell_particles;                        ///< the most particles in a cell
-    float momentum_scale;                        ///< quanta per kg m/s
-    float mass_scale;                            ///< quanta per kg
+    float largest_momentum, largest_gradient;  ///< of a particle, as FixedPointLoad has them [kg m/s]
+    float largest_mass;                        ///< of a particle [kg]
+    float most_particles;                      ///< with one base node
+    float momentum_scale;                      ///< quanta per kg m/s
+    float mass_scale;                          ///< quanta per kg
 };
 
 namespace detail {
@@ -245,7 +245,6 @@ private:
         }
         for (const auto& [name, count] : {std::pair<const char*, std::uint64_t>{"particle", capacity_},
                                           {"node", all},
-                                          {"cell", all},
                                           {"block", blocks},
                                           {"block_workgroup", blocks},
                                           {"axis_node", along},

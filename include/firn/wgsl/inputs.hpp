@@ -93,15 +93,12 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     check_fits(program, count, inputs.nodes, limits);
     inputs.particles = std::uint32_t(count);
 
-    float largest_mass = 0;
-    for (const std::size_t slot : slots) largest_mass = std::max(largest_mass, particles.mass(slot));
     inputs.set("nodes", along);
     inputs.set("particles", {double(count)});
     inputs.set("capacity", {double(count)});
     inputs.set("cells", cells);
     inputs.set("cell_size", {domain.cell_size});
     set_time_step(inputs, dt, domain.cell_size);
-    if (largest_mass > 0) inputs.set("mass_quanta", {mass_quanta(double(largest_mass))});
 
     const auto fill = [&](const char* name, const auto& number) {
         const Buffer& buffer = program.buffer(name);

@@ -55,46 +55,40 @@ fn clear($INVOCATION) {
     }
     if (i >= node_count()) { return; }
     for (var k = 0u; k < 4u; k++) { atomicStore(&node_sums[4u * i + k], 0); }
-    for (var k = 0u; k < 3u; k++) { atomicStore(&cells[3u * i + k], 0u); }
+    atomicStore(&counts[i], 0u);
 }
 )";
 
 /// What the scale of the integers is chosen from.
 inline constexpr const char* measure = R"(
-var<workgroup> largest: array<atomic<u32>, 4>;
+var<workgroup> largest: array<atomic<u32>, 3>;
 
-/// Mass (in quanta, rounded up; low and high half) and number of the particles in each cell; largest q/m and g/m.
+/// The number of particles by base node; the largest q, g and m.
 @compute @workgroup_size($GROUP)
 fn measure($INVOCATION) {
     let i = invocation(group, groups, local);
     if (i < params.particles && !stopped()) {
         let place = load_place(i);
-        let record = record_of(load_particle(i), place - base_node_of(place));
+        let base = base_node_of(place);
+        let record = record_of(load_particle(i), place - base);
         let load = load_of(record);
-        atomicMax(&largest[0], bitcast<u32>(load.momentum_per_mass));
-        atomicMax(&largest[1], bitcast<u32>(load.gradient_per_mass));
-        let cell = node_index(nodes_from(floor(place) + load_corner(i)));
-        let quanta = u32(-floor(-record.mass * params.mass_quanta));
-        atomicAdd(&cells[3u * cell], quanta & 0xffffu);
-        atomicAdd(&cells[3u * cell + 1u], quanta >> 16u);
-        atomicAdd(&cells[3u * cell + 2u], 1u);
+        atomicMax(&largest[0], bitcast<u32>(load.momentum));
+        atomicMax(&largest[1], bitcast<u32>(load.gradient));
+        atomicMax(&largest[2], bitcast<u32>(load.mass));
+        atomicAdd(&counts[node_index(nodes_from(base + load_corner(i)))], 1u);
     }
     workgroupBarrier();
-    if (local < 2u) { atomicMax(&status[3u + local], atomicLoad(&largest[local])); }
+    if (local < 3u) { atomicMax(&status[3u + local], atomicLoad(&largest[local])); }
 }
 
 @compute @workgroup_size($GROUP)
-fn measure_cells($INVOCATION) {
+fn measure_counts($INVOCATION) {
     let i = invocation(group, groups, local);
     if (i < node_count() && !stopped()) {
-        let low = atomicLoad(&cells[3u * i]);
-        let high = atomicLoad(&cells[3u * i + 1u]) + (low >> 16u);
-        let mass = (f32(high) * 65536.0f + f32(low & 0xffffu)) / params.mass_quanta;
-        atomicMax(&largest[0], bitcast<u32>(mass));
-        atomicMax(&largest[1], bitcast<u32>(f32(atomicLoad(&cells[3u * i + 2u]))));
+        atomicMax(&largest[0], bitcast<u32>(f32(atomicLoad(&counts[i]))));
     }
     workgroupBarrier();
-    if (local < 2u) { atomicMax(&status[5u + local], atomicLoad(&largest[local])); }
+    if (local == 0u) { atomicMax(&status[6], atomicLoad(&largest[0])); }
 }
 
 /// The scales, or the error that no scale keeps the sums in range.

@@ -33,7 +33,7 @@ struct Component {
 struct Buffer {
     std::string name, type;
     int binding;
-    std::string per;  ///< "particle", "node", "cell", "block", "axis_node" or "program"
+    std::string per;  ///< "particle", "node", "block", "axis_node" or "program"
     int count;        ///< numbers for each of these
     std::vector<Component> components;
 };
@@ -113,7 +113,7 @@ private:
 };
 
 /// Numbers of the bindings.
-enum Binding { params, motion, affine, stress, state, constants, nodes, status, cells, coordinates, blocks, order };
+enum Binding { params, motion, affine, stress, state, constants, nodes, status, counts, coordinates, blocks, order };
 
 inline void add_buffers(Program& program, const Facts& facts, const std::vector<Component>& of_state) {
     const int D = facts.dimension, symmetric = D * (D + 1) / 2;
@@ -131,7 +131,7 @@ inline void add_buffers(Program& program, const Facts& facts, const std::vector<
     add("constants", "f32", constants, "particle", 2, {{"mass", 1, "kg"}, {"volume", 1, D == 3 ? "m^3" : "m^2"}});
     add("nodes", "i32", nodes, "node", node_width);
     add("status", "u32", status, "program", 16);
-    add("cells", "u32", cells, "cell", 3);
+    add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);
     add("blocks", "u32", blocks, "block", 2);
     add("order", "u32", order, "particle", 1, {{"order", 1, "1"}});
@@ -155,9 +155,9 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     Bindings first{{motion, true}, {stress, true}, {state, true}, {constants, false}, {status, true}};
     if (facts.rate_dependent) first.emplace_back(affine, true);
     add("initialise", "particle", size, first);
-    add("clear", "node", size, {{nodes, true}, {cells, true}, {status, true}});
-    add("measure", "particle", size, with(particle, {{cells, true}}));
-    add("measure_cells", "node", size, {{cells, true}, {status, true}});
+    add("clear", "node", size, {{nodes, true}, {counts, true}, {status, true}});
+    add("measure", "particle", size, with(particle, {{counts, true}}));
+    add("measure_counts", "node", size, {{counts, true}, {status, true}});
     add("choose_scale", "one_workgroup", 1, {{status, true}});
     add("p2g", "particle", size, with(particle, {{nodes, true}}));
     add("clear_blocks", "node", size, {{blocks, true}});

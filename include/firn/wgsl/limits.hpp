@@ -53,7 +53,7 @@ inline void check_fits(const Program& program, std::uint64_t particles, const st
             throw parameter_error(sentence("The buffer '", b.name, "' takes ", each, " bytes a particle and may have ",
                                            most, " bytes (", name, "): ", most / each, " particles fit, ", particles,
                                            " were given."));
-        if ((b.per == "node" || b.per == "cell") && all_nodes > most / each)
+        if (b.per == "node" && all_nodes > most / each)
             throw parameter_error(sentence("The buffer '", b.name, "' takes ", each, " bytes a node and may have ",
                                            most, " bytes (", name, "): ", most / each, " nodes fit, the grid has ",
                                            all_nodes, ". Use larger cells or a smaller domain."));

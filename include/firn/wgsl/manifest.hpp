@@ -8,10 +8,10 @@
 namespace firn::wgsl {
 
 /// The order of a program's entry points in a step; the second with P2G through workgroup memory.
-inline const std::vector<std::string> step_order{"clear",       "measure", "measure_cells", "choose_scale", "p2g",
+inline const std::vector<std::string> step_order{"clear",       "measure", "measure_counts", "choose_scale", "p2g",
                                                  "grid_update", "g2p"};
 inline const std::vector<std::string> sorted_step_order{
-    "clear",       "measure",         "measure_cells", "choose_scale", "clear_blocks", "count_blocks",
+    "clear",       "measure",         "measure_counts", "choose_scale", "clear_blocks", "count_blocks",
     "scan_blocks", "order_particles", "p2g_blocks",    "grid_update",  "g2p"};
 
 /// What status word 0 means, from 1 on.
@@ -101,8 +101,8 @@ inline std::string manifest(const Program& program) {
         json.key("step").array(step_order, text).key("step_sorted").array(sorted_step_order, text);
         json.key("status").object([&] {
             int word = 0;
-            for (const char* name : {"error", "particle", "signal_speed", "momentum_per_mass", "gradient_per_mass",
-                                     "cell_mass", "cell_particles", "momentum_scale", "mass_scale"})
+            for (const char* name : {"error", "particle", "signal_speed", "largest_momentum", "largest_gradient",
+                                     "largest_mass", "most_particles", "momentum_scale", "mass_scale"})
                 json.field(name, word++);
         });
         json.key("errors").object([&] {

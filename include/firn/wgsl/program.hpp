@@ -31,8 +31,6 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
     uniforms.add("time_step", "f32", "s", "dt", {0});
     uniforms.add("cell_size", "f32", "m", "h", {0});
     uniforms.add("place_per_velocity", "f32", "s/m", "dt / h, rounded once", {0});
-    uniforms.add("mass_quanta", "f32", "1/kg", "a power of two; the largest mass of a particle becomes 2^20 to 2^21",
-                 {0});
     uniforms.add("momentum_scale", "f32", "s/(kg m)", "quanta per momentum, a power of two; 0: chosen", {0});
     uniforms.add("mass_scale", "f32", "1/kg", "quanta per mass, a power of two; 0: chosen", {0});
 }

@@ -72,9 +72,9 @@ struct shape<FixedPointLoad<S>> : struct_shape<FixedPointLoad<S>, shape<FixedPoi
     using T = FixedPointLoad<S>;
     static std::string name() { return "FixedPointLoad"; }
     static constexpr auto members() {
-        return std::tuple{member{"momentum_per_mass", &T::momentum_per_mass},
-                          member{"gradient_per_mass", &T::gradient_per_mass}, member{"cell_mass", &T::cell_mass},
-                          member{"cell_particles", &T::cell_particles}};
+        return std::tuple{member{"momentum", &T::momentum},
+                          member{"gradient", &T::gradient}, member{"mass", &T::mass},
+                          member{"particles", &T::particles}};
     }
 };
 

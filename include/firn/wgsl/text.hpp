@@ -233,7 +233,7 @@ inline std::string declarations(const Program& program) {
     };
     for (const Buffer& b : program.buffers) {
         const bool is_read_only = b.binding == constants || b.binding == coordinates;
-        const bool is_atomic = b.binding == status || b.binding == cells || b.binding == blocks;
+        const bool is_atomic = b.binding == status || b.binding == counts || b.binding == blocks;
         if (b.binding == nodes) {
             declare("node_sums", b, "atomic<i32>", "read_write");
             declare("nodes", b, "vec4<i32>", "read_write");

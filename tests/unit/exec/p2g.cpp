@@ -1,6 +1,8 @@
 /// \file The executions of P2G make the same sums, conserve what they must, and refuse what would overflow.
 #include "support/by_definition.hpp"
 
+#include <map>
+
 using namespace firn;
 using by_definition::Case;
 using by_definition::difference;
@@ -147,9 +149,11 @@ TEST_CASE("The fixed-point scale fits the worst heap of particles and is not nee
         auto cloud = heap(count, 3.0f);
         const auto exact = numbers(scattered<C>(cloud, Serial{}));
         CHECK(difference(numbers(scattered<C>(cloud, FixedPoint<std::int32_t>{})), exact) < 1e-6);
+        CHECK(difference(numbers(scattered<C>(cloud, ColouredFixedPoint<std::int32_t>{})), exact) < 1e-6);
     }
-    // The bound of the docstring for a heap in one cell: W³ M (v + …), W = 1.75; nothing in the way but a power of two.
-    FixedPointLoad<double> load{3.0, 0.0, 10.0, 10};
+    // The bound of the docstring for ten particles with one base node: W³ n (q + …), W = 1.75; nothing in the way but a
+    // power of two.
+    FixedPointLoad<double> load{3.0, 0.0, 1.0, 10};
     const auto scale = fixed_point_scale<QuadraticBSpline, 3, std::int32_t>(load, {}, {});
     const double bound = 1.75 * 1.75 * 1.75 * 10.0;
     CHECK(scale.mass * bound < 0x1p31);
@@ -175,6 +179,88 @@ TEST_CASE(
     execution.momentum_scale = {};
     cloud.v[0] = std::numeric_limits<float>::infinity();
     REQUIRE_THROWS_AS(scattered<C>(cloud, execution), overflow_error);
+}
+
+TEMPLATE_TEST_CASE("What scale was right the last time makes no difference to fixed-point sums", "",
+                   (Case<float, 3, Apic, MlsForce>), (Case<float, 2, Pic, WeightGradientForce>)) {
+    // The scale is a function of the particles alone: a restarted run, whose grid knows of no last time, goes on to the
+    // bit. Too large a guess would overflow in the sums, or in one number already.
+    scenes::RandomCloud<float, TestType::D> cloud(3000);
+    const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 1);
+    const auto check = [&](auto execution) {
+        SparseGrid<float, TestType::D> grid(cloud.domain);
+        grid.activate(partition);
+        const auto bits = [&] {
+            p2g<QuadraticBSpline, typename TestType::Transfer, typename TestType::Force>(execution, cloud.view(),
+                                                                                         partition, grid, dt);
+            return numbers(grid);
+        };
+        const auto expected = bits();
+        const std::array<float, 2> right = *grid.guess;
+        CHECK(bits() == expected);
+        for (const float momentum : {0.5f, 1.0f, 2.0f, 64.0f, 0x1p40f})
+            for (const float mass : {0.5f, 1.0f, 2.0f, 64.0f, 0x1p40f}) {
+                CAPTURE(momentum, mass);
+                grid.guess = {right[0] * momentum, right[1] * mass};
+                CHECK(bits() == expected);
+                CHECK(*grid.guess == right);
+            }
+    };
+    check(ColouredFixedPoint<std::int32_t>{2});
+    check(ColouredFixedPoint<std::int64_t>{1});
+}
+
+TEMPLATE_TEST_CASE_SIG("The fixed-point scale is that of the fullest base node, wherever particles have drifted", "",
+                       ((int D), D), 2, 3) {
+    scenes::RandomCloud<float, D> cloud(2000);
+    const float h = float(cloud.domain.cell_size);
+    std::fill(cloud.mass.begin(), cloud.mass.end(), 0.75f);
+    for (std::size_t heap = 0; heap < 40; ++heap) {
+        // A hundred particles at the place of one, all sorted, and then moved by up to 0.9 cells.
+        auto moved = cloud;
+        for (std::size_t p = 0; p < 100; ++p)
+            std::copy_n(&cloud.x[std::size_t(D) * 40 * heap], D, &moved.x[std::size_t(D) * (p + 1)]);
+        const auto partition = partition_particles<QuadraticBSpline>(moved.view(), moved.size(), moved.domain, 1);
+        for (std::size_t a = 0; a < std::size_t(D); ++a) {
+            const float drift = 0.9f * h * float(2 * scenes::noise(std::size_t(D) * heap + a) - 1);
+            for (std::size_t p = 0; p < moved.size(); ++p) moved.x[std::size_t(D) * p + a] += drift;
+        }
+
+        std::map<std::array<int, std::size_t(D)>, int> counts;
+        for (std::size_t p = 0; p < moved.size(); ++p) {
+            std::array<int, std::size_t(D)> base;
+            for (std::size_t a = 0; a < std::size_t(D); ++a)
+                base[a] = int(std::floor((moved.x[std::size_t(D) * p + a] - float(moved.domain.lower[a])) / h - 0.5f));
+            ++counts[base];
+        }
+        FixedPointLoad<float> load;
+        load.mass = 0.75f;
+        for (const auto& [base, count] : counts) load.particles = std::max(load.particles, float(count));
+        REQUIRE(load.particles >= 100);
+
+        for (const int threads : {1, 3}) {
+            SparseGrid<float, D> grid(cloud.domain);
+            grid.activate(partition);
+            p2g<QuadraticBSpline, Pic, MlsForce>(ColouredFixedPoint<>{threads}, moved.view(), partition, grid, dt);
+            CHECK((*grid.guess)[1] == fixed_point_scale<QuadraticBSpline, D, std::int32_t>(load, {}, {}).mass);
+        }
+    }
+}
+
+TEST_CASE("A mass that has become not a number is reported by fixed-point sums, whatever was right the last time") {
+    scenes::RandomCloud<float, 3> cloud(100);
+    const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 1);
+    SparseGrid<float, 3> grid(cloud.domain);
+    grid.activate(partition);
+    const auto scatter = [&](auto execution) {
+        p2g<QuadraticBSpline, Apic, MlsForce>(execution, cloud.view(), partition, grid, dt);
+    };
+    scatter(ColouredFixedPoint<>{1});
+    cloud.mass[50] = std::numeric_limits<float>::quiet_NaN();
+    REQUIRE_THROWS_AS(scatter(ColouredFixedPoint<>{1}), overflow_error);
+    REQUIRE_THROWS_AS(scatter(FixedPoint<>{1}), overflow_error);
+    cloud.mass[50] = 1;
+    CHECK_NOTHROW(scatter(ColouredFixedPoint<>{1}));
 }
 
 TEST_CASE("Particles at rest and without stress have a mass scale of their own") {

@@ -90,19 +90,18 @@ TEMPLATE_TEST_CASE("a node's weight, and a spline's slope, is continuous where a
 TEMPLATE_TEST_CASE("largest_weight and largest_gradient are reached and not exceeded", "[kernel][bounds]", Linear,
                    QuadraticBSpline, CubicBSpline) {
     using K = TestType;
-    constexpr int cells = K::support + 1;
     double gradient = 0;
-    for (int cell = 0; cell < cells; ++cell) {
+    for (std::size_t node = 0; node < K::support; ++node) {
         double weight = 0;
         for (int place = 0; place <= 4 * places; ++place) {
-            // Particles of the cell, its upper end excluded.
-            const double u = cell - cells / 2 + double(place) / (4 * places) * (1 - 1e-12);
-            weight = std::max(weight, of_node<K>(u, false));
-            gradient = std::max(gradient, std::abs(of_node<K>(u, true)));
+            // All places of one base node, the upper end excluded.
+            const double f = K::base_shift + double(place) / (4 * places) * (1 - 1e-12);
+            weight = std::max(weight, K::weights(f)[node]);
+            gradient = std::max(gradient, std::abs(K::gradients(f)[node]));
         }
-        CAPTURE(cell);
-        CHECK(weight <= K::largest_weight[std::size_t(cell)] * (1 + 4e-16));
-        CHECK(weight >= K::largest_weight[std::size_t(cell)] - 1e-9);
+        CAPTURE(node);
+        CHECK(weight <= K::largest_weight[node] * (1 + 4e-16));
+        CHECK(weight >= K::largest_weight[node] - 1e-9);
     }
     CHECK(gradient <= K::largest_gradient * (1 + 4e-16));
     CHECK(gradient >= K::largest_gradient - 1e-9);
