@@ -34,11 +34,11 @@ struct MeasuredSums : IntegerSums<Integer, S> {
 
         /// Whether the pack may be scattered.
         FIRN_INLINE bool fits(const MeasuredSums& sums) const {
-            Seen& seen = *sums.seen;
-            const bool fits = sums.scatters && !any(seen.largest > P(S(std::numeric_limits<Integer>::max() / 2)));
-            seen.all_fitted = seen.all_fitted && fits;
-            seen.largest = P(0);
-            return fits;
+            Seen& pack = *sums.seen;
+            const bool fit = sums.scatters && !any(pack.largest > P(S(std::numeric_limits<Integer>::max() / 2)));
+            pack.all_fitted = pack.all_fitted && fit;
+            pack.largest = P(0);
+            return fit;
         }
 
         template <class Index>
@@ -62,8 +62,9 @@ struct MeasuredSums : IntegerSums<Integer, S> {
     std::uint32_t* counts;  ///< of particles, by base node
     bool scatters;          ///< or only measures
 
-    MeasuredSums(const FixedPointScale<S>& scale, Seen* of_threads, std::uint32_t* particles_by_node, bool scatter)
-        : IntegerSums<Integer, S>(scale), seen(of_threads), counts(particles_by_node), scatters(scatter) {}
+    MeasuredSums(const FixedPointScale<S>& quanta_per_unit, Seen* of_threads, std::uint32_t* particles_by_node,
+                 bool scatter)
+        : IntegerSums<Integer, S>(quanta_per_unit), seen(of_threads), counts(particles_by_node), scatters(scatter) {}
 
     MeasuredSums of_thread(int thread) const { return {this->scale, seen + thread, counts, scatters}; }
 
@@ -93,6 +94,27 @@ FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* c
     return load;
 }
 
+/// Sums in quanta to numbers of the grid's nodes; those of too little mass become empty.
+template <class Integer, std::floating_point S, int D>
+void to_nodes(const Integer* sums, const FixedPointScale<S>& scale, SparseGrid<S, D>& grid, int threads) {
+    using Integers [[gnu::vector_size(node_width * sizeof(Integer))]] = Integer;
+    using Doubles [[gnu::vector_size(node_width * sizeof(double))]] = double;
+    using Floats [[gnu::vector_size(node_width * sizeof(S))]] = S;
+    const double momentum = 1 / double(scale.momentum), mass = 1 / double(scale.mass);
+    const Doubles quantum{momentum, momentum, momentum, mass};
+    constexpr std::size_t numbers = std::size_t(block_nodes<D> * node_width);
+    const auto convert = [&](std::size_t b, int) {
+        for (std::size_t i = b * numbers; i < (b + 1) * numbers; i += node_width) {
+            Integers sum;
+            std::memcpy(&sum, sums + i, sizeof sum);
+            sum &= __builtin_shufflevector(sum, sum, node_mass, node_mass, node_mass, node_mass) >= fewest_mass_quanta;
+            const Floats to = __builtin_convertvector(__builtin_convertvector(sum, Doubles) * quantum, Floats);
+            std::memcpy(grid.nodes(0) + i, &to, sizeof to);
+        }
+    };
+    parallel_for(grid.block_count(), threads, convert, 16);
+}
+
 }  // namespace detail
 
 /// \copydoc p2g
@@ -103,20 +125,19 @@ void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, doub
          const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
     const int threads = thread_count(execution.threads);
-    constexpr std::size_t numbers = std::size_t(block_nodes<D> * node_width);
-    constexpr std::size_t sums_bytes = node_width * sizeof(Integer), count_bytes = sizeof(std::uint32_t);
-    std::byte* memory = grid.template scratch<std::array<std::byte, sums_bytes + count_bytes>>()->data();
-    auto* sums = reinterpret_cast<Integer*>(memory);
-    auto* counts =
-        reinterpret_cast<std::uint32_t*>(memory + grid.block_count() * std::size_t(block_nodes<D>) * sums_bytes);
+    // Of all nodes the sums, then the counts.
+    using OfNode = std::array<std::byte, node_width * sizeof(Integer) + sizeof(std::uint32_t)>;
+    OfNode* const memory = grid.template scratch<OfNode>();
+    auto* const sums = reinterpret_cast<Integer*>(memory);
+    auto* const counts =
+        reinterpret_cast<std::uint32_t*>(sums + grid.block_count() * std::size_t(block_nodes<D> * node_width));
+    detail::clear(memory, 1, grid, threads);
 
     // The scale that was right the last time, or only a look at the particles.
     using Measured = detail::MeasuredSums<Kernel, Force, Integer, S>;
     const bool tries = How == Adding::coloured && grid.guess;
     const std::array<S, 2> tried = tries ? *grid.guess : std::array{S(1), S(1)};
     std::vector<typename Measured::Seen> seen{std::size_t(threads)};
-    detail::clear(counts, 1, grid, threads);
-    detail::clear(sums, node_width, grid, threads);
     const Measured measured({tried[0], tried[1]}, seen.data(), counts, tries);
     (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, measured, sums), ...);
     const FixedPointScale<S> scale = fixed_point_scale<Kernel, D, Integer>(
@@ -142,22 +163,7 @@ void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, doub
         }
     }
 
-    const double momentum_quantum = 1 / double(scale.momentum), mass_quantum = 1 / double(scale.mass);
-    using Integers [[gnu::vector_size(node_width * sizeof(Integer))]] = Integer;
-    using Doubles [[gnu::vector_size(node_width * sizeof(double))]] = double;
-    using Floats [[gnu::vector_size(node_width * sizeof(S))]] = S;
-    const Doubles quantum{momentum_quantum, momentum_quantum, momentum_quantum, mass_quantum};
-    const auto convert = [&](std::size_t b, int) {
-        for (std::size_t i = b * numbers; i < (b + 1) * numbers; i += node_width) {
-            Integers sum;
-            std::memcpy(&sum, sums + i, sizeof sum);
-            const Integers mass = __builtin_shufflevector(sum, sum, node_mass, node_mass, node_mass, node_mass);
-            sum &= mass >= fewest_mass_quanta;
-            const Floats to = __builtin_convertvector(__builtin_convertvector(sum, Doubles) * quantum, Floats);
-            std::memcpy(grid.nodes(0) + i, &to, sizeof to);
-        }
-    };
-    parallel_for(grid.block_count(), threads, convert, 16);
+    detail::to_nodes(sums, scale, grid, threads);
 }
 
 }  // namespace firn

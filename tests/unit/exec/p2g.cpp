@@ -230,7 +230,8 @@ TEMPLATE_TEST_CASE_SIG("The fixed-point scale is that of the fullest base node, 
         for (std::size_t p = 0; p < moved.size(); ++p) {
             std::array<int, std::size_t(D)> base;
             for (std::size_t a = 0; a < std::size_t(D); ++a)
-                base[a] = int(std::floor((moved.x[std::size_t(D) * p + a] - float(moved.domain.lower[a])) / h - 0.5f));
+                base[a] =
+                    int(std::floor((moved.x[std::size_t(D) * p + a] - float(moved.domain.lower[int(a)])) / h - 0.5f));
             ++counts[base];
         }
         FixedPointLoad<float> load;
