@@ -242,12 +242,12 @@ void write_broken(const std::filesystem::path& root) {
     };
     constexpr Mistake mistakes[] = {
         {"every/undeclared.wgsl", "base_node_of(place)", "base_nodes_of(place)"},
-        {"every/type.wgsl", "let quanta = u32(", "let quanta = f32("},
+        {"every/type.wgsl", "bitcast<u32>(load.mass)", "load.mass"},
         {"every/semicolon.wgsl", "workgroupBarrier();", "workgroupBarrier()"},
         {"every/no_binding.wgsl", "@group(0) @binding(7) ", ""},
         {"tint/plain_add.wgsl", "atomicAdd(&node_sums[4u * node + c], q[c]);", "node_sums[4u * node + c] += q[c];"},
-        {"tint/barrier_in_a_branch.wgsl", "    workgroupBarrier();\n    if (local < 2u)",
-         "    if (i < 7u) { workgroupBarrier(); }\n    if (local < 2u)"},
+        {"tint/barrier_in_a_branch.wgsl", "    workgroupBarrier();\n    if (local < 3u)",
+         "    if (i < 7u) { workgroupBarrier(); }\n    if (local < 3u)"},
         {"tint/bare_read.wgsl", "atomicLoad(&status[0]) != 0u", "status[0] != 0u"}};
     const std::string good = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 3>(
                                  FixedCorotated<float>{}, Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {}))

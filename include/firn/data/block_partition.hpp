@@ -106,6 +106,8 @@ struct BlockGroup {
     bool sparse;
 
     std::size_t packs() const { return (particles + pack_size - 1) / pack_size; }
+    /// So few particles reach fewer nodes than an arena of the cube would hold: they go to the grid directly.
+    bool is_spray() const { return sparse && particles <= 64; }
 };
 
 /// A block with no more particles than this is sparse: packs of its own would be mostly padding, and an arena of its

@@ -134,11 +134,15 @@ private:
         neighbours_.resize(rows * neighbour_count);
         for (const BlockPartition<D>* partition : partitions) find_neighbours(*partition);
         const std::size_t numbers = blocks_.size() * std::size_t(block_nodes<D> * node_width);
-        if (numbers > nodes_.capacity())
+        if (numbers > nodes_.capacity()) {
+            const std::size_t room = numbers + numbers / 8;  // for matter that spreads out
             require_memory(
-                double(numbers) * sizeof(S),
+                double(room) * sizeof(S),
                 sentence("A grid of ", blocks_.size(), " blocks of ", block_nodes<D>, " nodes around matter"),
                 "Take larger cells, or fewer particles that lie far apart.");
+            nodes_ = {};  // before there is more: nothing of it is needed
+            nodes_.reserve(room);
+        }
         nodes_.resize(numbers);
         for (auto& layer : layers_) layer.clear();
     }

@@ -76,10 +76,15 @@ public:
     void operator()(std::size_t g, G2PThreadReport& report) const {
         const BlockGroup& group = partition_.groups[g];
         Seen seen;
-        if (group.sparse)
-            update_group<2>(group, seen);
+        const GroupPlaces<View> places(view_, partition_, group, positions_);
+        if (group.is_spray())
+            update_group(places, group, seen, [&](const S* nodes) FIRN_LAMBDA {
+                return NodesInGrid<Kernel, S, D>(nodes, grid_, partition_);
+            });
+        else if (group.sparse)
+            update_by_arena<2>(places, group, seen);
         else
-            update_group<1>(group, seen);
+            update_by_arena<1>(places, group, seen);
         report.signal_speed = std::max(report.signal_speed, double(reduce_max(seen.speed)));
         report.sort_needed = report.sort_needed || any(seen.stray);
         report.right = report.right && !any(!(seen.rightness == P(0)));
@@ -88,10 +93,6 @@ public:
 private:
     static constexpr bool blended = blends_velocities<Transfer>;
     /// In place of what only blending schemes gather.
-    struct NoNodes {
-        template <class... Any>
-        FIRN_INLINE explicit NoNodes(const Any&...) {}
-    };
     struct NoSums {
         struct Lanes {
             Vec<P, D> velocity;
@@ -106,15 +107,25 @@ private:
     };
 
     template <int Blocks>
-    FIRN_INLINE void update_group(const BlockGroup& group, Seen& seen) const {
-        const GroupPlaces<View> places(view_, partition_, group, positions_);
-        const BlocksOfSlots<S, D>& blocks = places.blocks();
+    FIRN_INLINE void update_by_arena(const GroupPlaces<View>& places, const BlockGroup& group, Seen& seen) const {
         const ArenaBox<D> box = places.template box<Kernel, Blocks>(group.packs());
         const BlocksAround<D, Blocks> around(grid_, partition_, group);
-        using Nodes = GroupNodes<Kernel, S, D, Blocks>;
-        const Nodes nodes(grid_.nodes(0), around, box);
-        using NodesBefore = std::conditional_t<blended, Nodes, NoNodes>;
-        const NodesBefore nodes_before(blended ? grid_.layer(1) : nullptr, around, box);
+        update_group(places, group, seen,
+                     [&](const S* nodes) FIRN_LAMBDA { return GroupNodes<Kernel, S, D, Blocks>(nodes, around, box); });
+    }
+
+    /// \param nodes_of  nodes_of(numbers of the grid): what sums are gathered from
+    template <class NodesOf>
+    FIRN_INLINE void update_group(const GroupPlaces<View>& places, const BlockGroup& group, Seen& seen,
+                                  const NodesOf& nodes_of) const {
+        const BlocksOfSlots<S, D>& blocks = places.blocks();
+        const auto nodes = nodes_of(grid_.nodes(0));
+        const auto nodes_before = [&]() FIRN_LAMBDA {
+            if constexpr (blended)
+                return nodes_of(grid_.layer(1));
+            else
+                return 0;
+        }();
 
         TransferSums<Kernel, Transfer, Force, S, D> sums;
         std::conditional_t<blended, PackSums<Kernel, false, false, S, D>, NoSums> before;

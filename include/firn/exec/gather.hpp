@@ -167,4 +167,35 @@ private:
     Arena<Kernel, S, D, Blocks> arena_;
 };
 
+/// The same where few particles are: nodes are gathered from the grid where they lie, a register each.
+template <class Kernel, std::floating_point S, int D>
+class NodesInGrid {
+public:
+    /// \param nodes  of the whole grid, or one of its layers
+    FIRN_INLINE NodesInGrid(const S* nodes, const SparseGrid<S, D>& grid, const BlockPartition<D>& partition)
+        : nodes_(nodes), grid_(grid), partition_(partition) {}
+
+    template <class Sums, class View>
+    FIRN_INLINE void gather(Sums& sums, const GroupPlaces<View>& places, std::size_t slot) const {
+        using P = native_pack<S>;
+        for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
+            sums.locate(lane, places.template position<P>(slot + std::size_t(lane)), Vec<P, D>::zero(), n);
+        sums.gather([&](int l, auto line) FIRN_LAMBDA {
+            const std::uint32_t* neighbours =
+                grid_.neighbours(partition_, places.blocks().range(slot + std::size_t(l)));
+            const std::ptrdiff_t first = sums.weights.corner[l] / node_width + line_begin<Kernel, D, n>(line);
+            return portable_row<S, Kernel::support>::of_nodes([&](auto k) FIRN_LAMBDA {
+                const std::size_t node = ArenaNodes<Kernel, D>::in_grid(neighbours, first + k);
+                return quad<S>::load(nodes_ + node * node_width);
+            });
+        });
+    }
+
+private:
+    static constexpr int n = arena_size<Kernel>;
+    const S* nodes_;
+    const SparseGrid<S, D>& grid_;
+    const BlockPartition<D>& partition_;
+};
+
 }  // namespace firn

@@ -35,6 +35,11 @@ void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View
         reader, places, group, arena_size<Kernel>, sums,
         [&](const auto& records, std::size_t slot, int used) FIRN_LAMBDA {
             const auto range_of = [&](int l) { return places.blocks().range(slot + std::size_t(l)); };
+            if constexpr (Sums::measured)
+                for (int l = 0; l < used; ++l)
+                    sums.count(ArenaNodes<Kernel, D>::in_grid(grid.neighbours(partition, range_of(l)),
+                                                              records.weights.corner[l] / node_width));
+            if (!sums.fits()) return;
             for (int first = 0, last = 1; first < used; first = last++) {
                 while (last < used && range_of(last) == range_of(first)) ++last;
                 const std::uint32_t* neighbours = grid.neighbours(partition, range_of(first));
@@ -59,7 +64,7 @@ void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View
     typename Sums::template Counts<Kernel, D, Blocks> counts(box);
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, GroupArena::n, sums, [&](const auto& records, std::size_t, int used) FIRN_LAMBDA {
-            if (counts.fits(sums))
+            if (sums.fits())
                 records.template scatter<rows_fit<typename Rows::Row, lines_of_particle<Kernel, D>>>(
                     0, used, [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node, corner); });
             counts.add(records.weights.corner, used);
@@ -81,7 +86,9 @@ void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid
     for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int thread) {
         const GroupPlaces<View> places(set.view, set.partition, group, positions);
         const auto& mine = sums.of_thread(thread);
-        if (group.sparse)
+        if (group.is_spray())
+            scatter_to_nodes<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
+        else if (group.sparse)
             scatter_to_arena<2, Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
         else
             scatter_to_arena<1, Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);

@@ -32,15 +32,6 @@ struct MeasuredSums : IntegerSums<Integer, S> {
     public:
         FIRN_INLINE explicit Counts(const ArenaBox<D>& box) { counts_.clear(box); }
 
-        /// Whether the pack may be scattered.
-        FIRN_INLINE bool fits(const MeasuredSums& sums) const {
-            Seen& pack = *sums.seen;
-            const bool fit = sums.scatters && !any(pack.largest > P(S(std::numeric_limits<Integer>::max() / 2)));
-            pack.all_fitted = pack.all_fitted && fit;
-            pack.largest = P(0);
-            return fit;
-        }
-
         template <class Index>
         FIRN_INLINE void add(const Index* corner, int used) {
             for (int l = 0; l < used; ++l) ++counts_.node[std::size_t(corner[l]) / node_width];
@@ -66,6 +57,8 @@ struct MeasuredSums : IntegerSums<Integer, S> {
                  bool scatter)
         : IntegerSums<Integer, S>(quanta_per_unit), seen(of_threads), counts(particles_by_node), scatters(scatter) {}
 
+    static constexpr bool measured = true;
+
     MeasuredSums of_thread(int thread) const { return {this->scale, seen + thread, counts, scatters}; }
 
     template <int D>
@@ -76,6 +69,15 @@ struct MeasuredSums : IntegerSums<Integer, S> {
         seen->largest = max(seen->largest, max(momentum * P(this->scale.momentum), load.mass * P(this->scale.mass)));
         return IntegerSums<Integer, S>::operator()(record);
     }
+    /// Whether the pack seen last may be scattered.
+    FIRN_INLINE bool fits() const {
+        const bool fit = scatters && !any(seen->largest > P(S(std::numeric_limits<Integer>::max() / 2)));
+        seen->all_fitted = seen->all_fitted && fit;
+        seen->largest = P(0);
+        return fit;
+    }
+    /// One particle at a node of the grid.
+    FIRN_INLINE void count(std::size_t node) const { ++counts[node]; }
 };
 
 /// What all threads have seen.

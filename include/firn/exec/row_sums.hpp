@@ -12,13 +12,12 @@ namespace firn {
 
 /// For sums that need not know what they are made of. \see MeasuredSums
 struct Unmeasured {
+    static constexpr bool measured = false;
+    FIRN_INLINE static bool fits() { return true; }
+
     template <class Kernel, int D, int Blocks>
     struct Counts {
         FIRN_INLINE explicit Counts(const ArenaBox<D>&) {}
-        template <class Sums>
-        FIRN_INLINE bool fits(const Sums&) const {
-            return true;
-        }
         template <class Index>
         FIRN_INLINE void add(const Index*, int) const {}
         template <class Sums>

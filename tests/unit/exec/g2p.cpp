@@ -2,6 +2,7 @@
 #include "support/by_definition.hpp"
 
 using namespace firn;
+using by_definition::Kind;
 
 namespace {
 
@@ -13,19 +14,14 @@ namespace {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE_SIG("G2P interpolates by definition, for dense blocks and for cubes of sparse ones", "",
+TEMPLATE_TEST_CASE_SIG("G2P interpolates by definition, for dense blocks, cubes of sparse ones and spray", "",
                        ((class S, int D), S, D), (float, 3), (double, 2)) {
-    const std::size_t count = GENERATE(std::size_t(300), std::size_t(4000));
-    scenes::RandomCloud<S, D> cloud(count);
+    const Kind kind = GENERATE(Kind::dense, Kind::cube, Kind::spray);
+    scenes::RandomCloud<S, D> cloud(by_definition::particles_of<D>(kind));
     for (std::size_t i = 0; i < cloud.F.size(); ++i) cloud.F[i] = S(i % (D * D) % (D + 1) == 0);
     const auto view = cloud.view();
     const auto partition = partition_particles<QuadraticBSpline>(view, cloud.size(), cloud.domain, 1);
-    std::size_t sparse = 0;
-    for (const BlockGroup& group : partition.groups) sparse += std::size_t(group.sparse);
-    if (count < 1000)
-        REQUIRE(sparse > 0);
-    else
-        REQUIRE(partition.groups.size() > sparse);
+    REQUIRE(by_definition::has(partition, kind));
     SparseGrid<S, D> grid(cloud.domain);
     grid.activate(partition);
     for (std::size_t i = 0; i < grid.block_count() * std::size_t(block_nodes<D> * node_width); ++i)
