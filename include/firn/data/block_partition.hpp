@@ -97,6 +97,10 @@ struct BlockRange {
     std::size_t particles;  ///< from first_slot on
 };
 
+/// Sparse blocks that have no more than this together are spray: an arena for them would hold mostly nodes that no
+/// particle reaches, so they scatter to the grid and gather from it where its nodes lie.
+inline constexpr std::size_t spray_particles = 64;
+
 /// What one thread works through at once: the particles of one block; or those of all the sparse blocks in a cube of
 /// 2^D blocks, which share packs. The rest of the last pack is padding.
 struct BlockGroup {
@@ -106,8 +110,7 @@ struct BlockGroup {
     bool sparse;
 
     std::size_t packs() const { return (particles + pack_size - 1) / pack_size; }
-    /// So few particles reach fewer nodes than an arena of the cube would hold: they go to the grid directly.
-    bool is_spray() const { return sparse && particles <= 64; }
+    bool is_spray() const { return sparse && particles <= spray_particles; }
 };
 
 /// A block with no more particles than this is sparse: packs of its own would be mostly padding, and an arena of its
