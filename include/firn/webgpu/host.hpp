@@ -27,9 +27,9 @@ inline constexpr std::uint32_t no_particle = 0xffffffff;
 
 /// How the steps went: the words of the buffer "status". The load and the scales are those of the last step.
 struct Status {
-    std::uint32_t error;     ///< 0, or one more than the index into wgsl::error_sentences
-    std::uint32_t particle;  ///< the first with the error, in the order of the inputs, or no_particle
-    float signal_speed;      ///< the largest of a particle in the last step [m/s]
+    std::uint32_t error;                       ///< 0, or one more than the index into wgsl::error_sentences
+    std::uint32_t particle;                    ///< the first with the error, in the order of the inputs, or no_particle
+    float signal_speed;                        ///< the largest of a particle in the last step [m/s]
     float largest_momentum, largest_gradient;  ///< of a particle, as FixedPointLoad has them [kg m/s]
     float largest_mass;                        ///< of a particle [kg]
     float most_particles;                      ///< with one base node

@@ -12,7 +12,7 @@ inline const std::vector<std::string> step_order{"clear",       "measure", "meas
                                                  "grid_update", "g2p"};
 inline const std::vector<std::string> sorted_step_order{
     "clear",       "measure",         "measure_counts", "choose_scale", "clear_blocks", "count_blocks",
-    "scan_blocks", "order_particles", "p2g_blocks",    "grid_update",  "g2p"};
+    "scan_blocks", "order_particles", "p2g_blocks",     "grid_update",  "g2p"};
 
 /// What status word 0 means, from 1 on.
 inline const std::vector<std::string> error_sentences{

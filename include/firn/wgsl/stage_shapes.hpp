@@ -72,8 +72,7 @@ struct shape<FixedPointLoad<S>> : struct_shape<FixedPointLoad<S>, shape<FixedPoi
     using T = FixedPointLoad<S>;
     static std::string name() { return "FixedPointLoad"; }
     static constexpr auto members() {
-        return std::tuple{member{"momentum", &T::momentum},
-                          member{"gradient", &T::gradient}, member{"mass", &T::mass},
+        return std::tuple{member{"momentum", &T::momentum}, member{"gradient", &T::gradient}, member{"mass", &T::mass},
                           member{"particles", &T::particles}};
     }
 };
