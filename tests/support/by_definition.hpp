@@ -18,23 +18,6 @@ struct Case {
     using Kernel = Kernel_;
 };
 
-/// Every kind of group is worked through in its own way.
-enum class Kind { dense, cube, spray };
-
-/// So many that a RandomCloud has groups of a kind.
-template <int D>
-std::size_t particles_of(Kind kind) {
-    if (kind == Kind::dense) return 4000;
-    if (kind == Kind::cube) return D == 2 ? 450 : 1500;
-    return D == 2 ? 60 : 200;
-}
-template <int D>
-bool has(const BlockPartition<D>& partition, Kind kind) {
-    return std::any_of(partition.groups.begin(), partition.groups.end(), [&](const BlockGroup& group) {
-        return kind == (group.is_spray() ? Kind::spray : group.sparse ? Kind::cube : Kind::dense);
-    });
-}
-
 /// A node as a particle at x sees it.
 template <int D>
 struct Node {

@@ -57,6 +57,23 @@ struct RandomCloud {
     }
 };
 
+/// Every kind of group is worked through in its own way.
+enum class Kind { dense, cube, spray };
+
+/// So many that a RandomCloud has groups of a kind.
+template <int D>
+std::size_t particles_of(Kind kind) {
+    if (kind == Kind::dense) return 4000;
+    if (kind == Kind::cube) return D == 2 ? 450 : 1500;
+    return D == 2 ? 60 : 200;
+}
+template <int D>
+bool has(const firn::BlockPartition<D>& partition, Kind kind) {
+    return std::any_of(partition.groups.begin(), partition.groups.end(), [&](const firn::BlockGroup& group) {
+        return kind == (group.is_spray() ? Kind::spray : group.sparse ? Kind::cube : Kind::dense);
+    });
+}
+
 /// Two blocks of matter that fly at each other and turn: contact, drift over block borders, re-sorting.
 template <int D, class Simulation>
 void add_two_blocks(Simulation& simulation, double side = 0.3, double spacing = 1.0 / 64) {

@@ -179,20 +179,19 @@ public:
     FIRN_INLINE void gather(Sums& sums, const GroupPlaces<View>& places, std::size_t slot) const {
         using P = native_pack<S>;
         for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
-            sums.locate(lane, places.template position<P>(slot + std::size_t(lane)), Vec<P, D>::zero(), n);
+            sums.locate(lane, places.template position<P>(slot + std::size_t(lane)), Vec<P, D>::zero(),
+                        arena_size<Kernel>);
         sums.gather([&](int l, auto line) FIRN_LAMBDA {
             const std::uint32_t* neighbours =
                 grid_.neighbours(partition_, places.blocks().range(slot + std::size_t(l)));
-            const std::ptrdiff_t first = sums.weights.corner[l] / node_width + line_begin<Kernel, D, n>(line);
             return portable_row<S, Kernel::support>::of_nodes([&](auto k) FIRN_LAMBDA {
-                const std::size_t node = ArenaNodes<Kernel, D>::in_grid(neighbours, first + k);
+                const std::size_t node = ArenaNodes<Kernel, D>::in_grid(neighbours, sums.weights.corner[l], line, k);
                 return quad<S>::load(nodes_ + node * node_width);
             });
         });
     }
 
 private:
-    static constexpr int n = arena_size<Kernel>;
     const S* nodes_;
     const SparseGrid<S, D>& grid_;
     const BlockPartition<D>& partition_;

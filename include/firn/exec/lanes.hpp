@@ -77,13 +77,25 @@ private:
     }
 };
 
+/// Lines of nodes, one row each, that a particle reaches.
+template <class Kernel, int D>
+inline constexpr int lines_of_particle = D == 2 ? Kernel::support : Kernel::support * Kernel::support;
+
+/// Where line `line` begins, in nodes of an arena of n a line, from the particle's base node on.
+template <class Kernel, int D, int n>
+FIRN_INLINE constexpr std::ptrdiff_t line_begin(int line) {
+    constexpr int K = Kernel::support;
+    return (D == 2 ? line : line / K * n + line % K) * n;
+}
+
 /// Where in the grid a node of a block's arena is, whether the arena is filled or not.
 template <class Kernel, int D>
 class ArenaNodes {
 public:
-    /// Its place in the grid, in nodes.
-    FIRN_INLINE static std::size_t in_grid(const std::uint32_t* neighbours, std::ptrdiff_t node) {
-        const Place place = places[std::size_t(node)];
+    /// Node k of line `line` of those that a particle reaches: its place in the grid, in nodes.
+    /// \param corner  the number, in the arena, of the first number of the particle's base node
+    FIRN_INLINE static std::size_t in_grid(const std::uint32_t* neighbours, std::ptrdiff_t corner, int line, int k) {
+        const Place place = places[std::size_t(corner / node_width + line_begin<Kernel, D, n>(line) + k)];
         return std::size_t(neighbours[place.neighbour]) * std::size_t(block_nodes<D>) + place.node;
     }
 
@@ -106,17 +118,6 @@ private:
         return table;
     }();
 };
-
-/// Lines of nodes, one row each, that a particle reaches.
-template <class Kernel, int D>
-inline constexpr int lines_of_particle = D == 2 ? Kernel::support : Kernel::support * Kernel::support;
-
-/// Where line `line` begins, in nodes of an arena of n a line, from the particle's base node on.
-template <class Kernel, int D, int n>
-FIRN_INLINE constexpr std::ptrdiff_t line_begin(int line) {
-    constexpr int K = Kernel::support;
-    return (D == 2 ? line : line / K * n + line % K) * n;
-}
 
 /// The blocks that the slots of a group belong to.
 template <std::floating_point S, int D>

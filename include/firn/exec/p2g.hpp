@@ -38,7 +38,7 @@ void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View
             if constexpr (Sums::measured)
                 for (int l = 0; l < used; ++l)
                     sums.count(ArenaNodes<Kernel, D>::in_grid(grid.neighbours(partition, range_of(l)),
-                                                              records.weights.corner[l] / node_width));
+                                                              records.weights.corner[l], 0, 0));
             if (!sums.fits()) return;
             for (int first = 0, last = 1; first < used; first = last++) {
                 while (last < used && range_of(last) == range_of(first)) ++last;

@@ -139,8 +139,7 @@ public:
 
     FIRN_INLINE GridRows(typename Sums::number* nodes, const std::uint32_t* neighbours, std::ptrdiff_t corner) {
         unroll<lines * K>([&](auto i) FIRN_LAMBDA {
-            const std::ptrdiff_t node = corner / node_width + line_begin<Kernel, D, arena_size<Kernel>>(i / K) + i % K;
-            node_[i] = nodes + ArenaNodes<Kernel, D>::in_grid(neighbours, node) * node_width;
+            node_[i] = nodes + ArenaNodes<Kernel, D>::in_grid(neighbours, corner, i / K, i % K) * node_width;
         });
     }
     FIRN_INLINE Sum load(int line) const {

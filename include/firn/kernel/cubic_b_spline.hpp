@@ -12,7 +12,7 @@ struct CubicBSpline {
     static constexpr int support = 4;
     static constexpr double base_shift = 1;
     static constexpr double inverse_inertia = 3;
-    /// A node at 2 of five cells [0,1), …, [4,5): N(1), N(0), N(0), N(1), 0.
+    /// The inner nodes are up to 1 away, the outer ones 1 and more: N(1), N(0), N(0), N(1).
     static constexpr std::array<double, 4> largest_weight{1.0 / 6, 2.0 / 3, 2.0 / 3, 1.0 / 6};
     static constexpr double largest_gradient = 2.0 / 3;  ///< at |u| = ⅔
     /// ω² = (1 − x)(16 + 13 x + x²)/15 c²/h² with x = cos θ, at worst at x = √15 − 4.

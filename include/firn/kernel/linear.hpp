@@ -17,7 +17,7 @@ struct Linear {
     static constexpr const char* name = "linear";
     static constexpr int support = 2;
     static constexpr double base_shift = 0;
-    /// A node at 1 of three cells [0,1), [1,2), [2,3): N(0), N(0), 0.
+    /// Both nodes: N(0).
     static constexpr std::array<double, 2> largest_weight{1, 1};
     static constexpr double largest_gradient = 1;
     /// In matter without gaps ω² = (2 − 2 cos θ) c²/h², 4 at θ = π: 1. Half of it, because a node at the border of

@@ -11,7 +11,7 @@ struct QuadraticBSpline {
     static constexpr int support = 3;
     static constexpr double base_shift = 0.5;
     static constexpr double inverse_inertia = 4;
-    /// A node at 2 of four cells [0,1), …, [3,4): |u| ≥ 1, ≥ 0, ≥ 0, ≥ 1 gives at most N(1), N(0), N(0), N(1).
+    /// The middle node is never farther than ½, the outer ones never nearer: N(½), N(0), N(½).
     static constexpr std::array<double, 3> largest_weight{0.5, 0.75, 0.5};
     static constexpr double largest_gradient = 1;
     /// ω² = (2 − 2x)(2 + x)/3 c²/h² with x = cos θ, 1.5 at x = −½.

@@ -2,7 +2,7 @@
 #include "support/by_definition.hpp"
 
 using namespace firn;
-using by_definition::Kind;
+using scenes::Kind;
 
 namespace {
 
@@ -17,11 +17,11 @@ namespace {
 TEMPLATE_TEST_CASE_SIG("G2P interpolates by definition, for dense blocks, cubes of sparse ones and spray", "",
                        ((class S, int D), S, D), (float, 3), (double, 2)) {
     const Kind kind = GENERATE(Kind::dense, Kind::cube, Kind::spray);
-    scenes::RandomCloud<S, D> cloud(by_definition::particles_of<D>(kind));
+    scenes::RandomCloud<S, D> cloud(scenes::particles_of<D>(kind));
     for (std::size_t i = 0; i < cloud.F.size(); ++i) cloud.F[i] = S(i % (D * D) % (D + 1) == 0);
     const auto view = cloud.view();
     const auto partition = partition_particles<QuadraticBSpline>(view, cloud.size(), cloud.domain, 1);
-    REQUIRE(by_definition::has(partition, kind));
+    REQUIRE(scenes::has(partition, kind));
     SparseGrid<S, D> grid(cloud.domain);
     grid.activate(partition);
     for (std::size_t i = 0; i < grid.block_count() * std::size_t(block_nodes<D> * node_width); ++i)

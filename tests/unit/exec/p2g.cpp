@@ -6,8 +6,8 @@
 using namespace firn;
 using by_definition::Case;
 using by_definition::difference;
-using by_definition::Kind;
 using by_definition::numbers;
+using scenes::Kind;
 
 namespace p2g_tests {
 namespace {
@@ -31,7 +31,7 @@ TEMPLATE_TEST_CASE("P2G is the sum that the papers define, in every execution", 
                    (Case<double, 2, Pic, MlsForce>), (Case<float, 2, Apic, WeightGradientForce>)) {
     using S = typename TestType::S;
     const Kind kind = GENERATE(Kind::dense, Kind::cube, Kind::spray);
-    scenes::RandomCloud<S, TestType::D> cloud(by_definition::particles_of<TestType::D>(kind));
+    scenes::RandomCloud<S, TestType::D> cloud(scenes::particles_of<TestType::D>(kind));
     const auto serial = scattered<TestType>(cloud, Serial{});
     const auto expected = by_definition::p2g<TestType>(cloud, serial, dt);
     // Rounding: some hundred additions a node at most; the position in cells is rounded in S, too.
@@ -48,9 +48,9 @@ TEMPLATE_TEST_CASE("P2G is the sum that the papers define, in every execution", 
 TEMPLATE_TEST_CASE("P2G reaches every node of particles that have drifted up to a cell since they were sorted", "",
                    (Case<double, 3, Apic, WeightGradientForce>), (Case<double, 2, Pic, MlsForce>)) {
     const Kind kind = GENERATE(Kind::dense, Kind::cube, Kind::spray);
-    scenes::RandomCloud<double, TestType::D> cloud(by_definition::particles_of<TestType::D>(kind));
+    scenes::RandomCloud<double, TestType::D> cloud(scenes::particles_of<TestType::D>(kind));
     const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 1);
-    REQUIRE(by_definition::has(partition, kind));
+    REQUIRE(scenes::has(partition, kind));
     for (std::size_t i = 0; i < cloud.x.size(); ++i)
         cloud.x[i] += 0.999 * cloud.domain.cell_size * (2 * scenes::noise(i) - 1);
     const auto check = [&](auto execution) {
