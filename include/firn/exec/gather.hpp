@@ -82,7 +82,7 @@ private:
             unroll<K>([&](auto k) FIRN_LAMBDA {
                 constexpr std::integral_constant<int, line + (D == 3 && a == 0 ? K : 1) * k> next{};
                 if constexpr (a == 0)
-                    parts[k].value = row_of_line(next);
+                    parts[k].value = k + 1 < K ? row_of_line(next) : row_of_line(next).held();  // used twice
                 else
                     parts[k] = self(std::integral_constant<int, a - 1>{}, next, self);
                 w[k] = Number::fill(&weights.leading[a][k][l]);
@@ -143,12 +143,10 @@ public:
     /// \param nodes  of the whole grid, or one of its layers
     FIRN_INLINE GroupNodes(const S* nodes, const BlocksAround<D, Blocks>& around, const ArenaBox<D>& box) {
         arena_.clear(box);
-        Arena<Kernel, S, D, Blocks>::for_runs(
-            nodes, around.data(), box, [&](int to, const S* from, auto count) FIRN_LAMBDA {
-                unroll<count>([&](auto k) FIRN_LAMBDA {
-                    quad<S>::load(from + k * node_width).store(arena_.node + to + k * node_width);
-                });
-            });
+        Arena<Kernel, S, D, Blocks>::for_runs(nodes, around.data(), box,
+                                              [&](int to, const S* from, auto count) FIRN_LAMBDA {
+                                                  exact_row<S, count>::load(from).store(arena_.node + to);
+                                              });
     }
     /// The sums of the pack that begins at `slot` of the group.
     template <class Sums, class View>

@@ -55,6 +55,15 @@ struct node_register {
         return r;
     }
     FIRN_INLINE void store(S* to) const { std::memcpy(to, &v, sizeof v); }
+    /// The same, in a register: g++ would read it from memory once more for every use. Most rows lie across two cache
+    /// lines, and reading them is what a gather waits for.
+    FIRN_INLINE node_register held() const {
+        vector r = v;
+#ifdef FIRN_WIDE_ROWS
+        asm("" : "+v"(r));
+#endif
+        return {r};
+    }
 
     /// One number everywhere.
     FIRN_INLINE static node_register fill(const S* from) { return {*from - vector{}}; }
@@ -168,6 +177,7 @@ struct row_of {
         first.store(to);
         rest.store(to + width);
     }
+    FIRN_INLINE row_of held() const { return {first.held(), rest.held()}; }
     /// The same four numbers in every node.
     FIRN_INLINE static row_of repeat(const S* from) { return {Number::repeat(from), Rest::repeat(from)}; }
     /// Node k holds from[k] four times. \param from  four numbers; those beyond node K − 1 are zero
@@ -224,6 +234,7 @@ struct row_of<S, 0, W> {
     static constexpr int width = W, registers = 0;
     FIRN_INLINE static row_of load(const S*) { return {}; }
     FIRN_INLINE void store(S*) const {}
+    FIRN_INLINE row_of held() const { return {}; }
     FIRN_INLINE static row_of repeat(const S*) { return {}; }
     FIRN_INLINE static row_of spread(const S*) { return {}; }
     template <int, class F>
