@@ -29,6 +29,9 @@ public:
     S get(std::size_t field, std::size_t slot, int component) const {
         return numbers_[offset_[field] + place(slot, components_[field]) + std::size_t(component * pack_size)];
     }
+    const S* pack(std::size_t field, std::size_t slot) const {
+        return numbers_.data() + offset_[field] + place(slot, components_[field]);
+    }
     S& at(std::size_t field, std::size_t slot, int component) {
         return numbers_[offset_[field] + place(slot, components_[field]) + std::size_t(component * pack_size)];
     }
@@ -183,6 +186,8 @@ public:
     /// The block that the position counts from, and the position from there, in cells.
     BlockCoordinate<D> block(std::size_t slot) const { return block_of_key<D>(blocks_[block_[slot]]); }
     Vec<S, D> place(std::size_t slot) const { return vector(of_position, slot); }
+    /// place(slot) of sixteen slots, the first of which a pack begins with: [axis][lane].
+    const S* places_of_pack(std::size_t slot) const { return fields_.pack(of_position, slot); }
     std::uint64_t block_key_of(std::size_t slot) const { return blocks_[block_[slot]]; }
     Vec<S, D> velocity(std::size_t slot) const { return vector(of_velocity, slot); }
     Mat<S, D> affine(std::size_t slot) const { return matrix(of_affine, slot); }

@@ -12,34 +12,46 @@
 
 namespace firn {
 
-/// A block, and a cell in it: where a particle's base node is.
-struct BlockCell {
-    std::uint64_t block;  ///< its key
-    std::uint8_t cell;    ///< its number in the block, last axis fastest
+/// Where the base nodes of up to sixteen particles are.
+struct BlockCells {
+    std::uint64_t block[pack_size];  ///< keys
+    std::uint8_t cell[pack_size];    ///< numbers in the block, first axis fastest: see find_cells
 };
 
-/// \param base  the base node, counted from the lower corner of the block whose key is `origin`
+/// Cells are numbered along the first axis first: the rows of nodes of one cell and the next, which lie along the last
+/// axis, then begin at the same places. P2G reads what it has just stored, and a processor hands on at once only what
+/// is read as it was stored.
+/// \param base    the base nodes, counted from the lower corners of blocks
+/// \param origin  the keys of these blocks
 template <std::floating_point S, int D>
-FIRN_INLINE BlockCell block_cell(const Vec<S, D>& base, std::uint64_t origin) {
-    int cell = 0;
-    unroll<D>([&](auto a) FIRN_LAMBDA {
-        const int node = int(base.v[a]);
-        origin += std::uint64_t(std::int64_t(node >> 2)) << 21 * (D - 1 - a);
-        cell = cell * block_size + (node & (block_size - 1));
-    });
-    return {origin, std::uint8_t(cell)};
+FIRN_INLINE void find_cells(const S (&base)[D][pack_size], const std::uint64_t (&origin)[pack_size], BlockCells& to) {
+    for (int l = 0; l < pack_size; ++l) {
+        std::uint64_t block = origin[l];
+        int cell = 0;
+        for (int a = 0; a < D; ++a) {
+            const int node = int(base[a][l]);
+            block += std::uint64_t(std::int64_t(node >> 2)) << 21 * (D - 1 - a);
+            cell |= (node & (block_size - 1)) << 2 * a;
+        }
+        to.block[l] = block;
+        to.cell[l] = std::uint8_t(cell);
+    }
 }
 
 /// Sorts particles by block, then by cell, and gathers blocks into groups. Nothing is moved: the result is an order.
 /// \param colours     of dense blocks along an axis. \see colours_along_axis
 /// \param candidates  number of places to look at
 /// \param is_particle is_particle(i): does place i hold a particle (or padding) ?
-/// \param place_of    place_of(i) → BlockCell
-template <int D, class IsParticle, class PlaceOf>
+/// \param cells_of    cells_of(i, count, cells) finds those of `count` ≤ pack_size places from i on, a multiple of
+///                    pack_size
+template <int D, class IsParticle, class CellsOf>
 BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads, const IsParticle& is_particle,
-                               const PlaceOf& place_of) {
+                               const CellsOf& cells_of) {
     threads = int(std::min<std::size_t>(std::size_t(thread_count(threads)), candidates / 4096 + 1));
-    const auto first_of = [&](std::size_t t) { return candidates * t / std::size_t(threads); };
+    const auto first_of = [&](std::size_t t) {
+        if (t == std::size_t(threads)) return candidates;
+        return candidates * t / std::size_t(threads) / pack_size * pack_size;
+    };
 
     struct Met {  // by one thread
         BlockNumbers blocks;
@@ -51,14 +63,25 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
     std::vector<std::uint8_t> cell_of(candidates);
     parallel_for(std::size_t(threads), threads, [&](std::size_t t, int) {
         Met& mine = met[t];
-        for (std::size_t i = first_of(t), end = first_of(t + 1); i < end; ++i) {
-            if (!is_particle(i)) continue;
-            const BlockCell place = place_of(i);
-            const std::uint32_t number = mine.blocks.number(place.block);
-            if (number == mine.counts.size()) mine.counts.push_back(0);
-            ++mine.counts[number];
-            number_of[i] = number;
-            cell_of[i] = place.cell;
+        std::uint64_t block = 0;  // of the last particle: neighbours in memory mostly share it
+        std::uint32_t number = 0;
+        std::size_t* particles = nullptr;
+        for (std::size_t first = first_of(t), end = first_of(t + 1); first < end; first += pack_size) {
+            BlockCells cells;
+            const std::size_t count = std::min<std::size_t>(pack_size, end - first);
+            cells_of(first, count, cells);
+            std::copy_n(cells.cell, count, cell_of.data() + first);
+            for (std::size_t l = 0; l < count; ++l) {
+                if (!is_particle(first + l)) continue;
+                if (!particles || cells.block[l] != block) {
+                    block = cells.block[l];
+                    number = mine.blocks.number(block);
+                    if (number == mine.counts.size()) mine.counts.push_back(0);
+                    particles = &mine.counts[number];
+                }
+                ++*particles;
+                number_of[first + l] = number;
+            }
         }
     });
 
@@ -88,8 +111,9 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
         }
     std::vector<std::uint32_t> by_block(partition.order.size());
     parallel_for(std::size_t(threads), threads, [&](std::size_t t, int) {
+        std::size_t* const next = met[t].counts.data();
         for (std::size_t i = first_of(t), end = first_of(t + 1); i < end; ++i)
-            if (number_of[i] != no_particle) by_block[met[t].counts[number_of[i]]++] = std::uint32_t(i);
+            if (number_of[i] != no_particle) by_block[next[number_of[i]]++] = std::uint32_t(i);
     });
 
     const auto sort_by_cell = [&](std::size_t r, int) {
@@ -118,12 +142,19 @@ BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, i
                                            periodic_multiple * colours_along_axis<Kernel>, "."));
     return partition_by<D>(
         colours_along_axis<Kernel>, particles.slots(), threads, [&](std::size_t i) { return particles.is_particle(i); },
-        [&](std::size_t i) {
-            Vec<S, D> base = particles.place(i);
-            for (int a = 0; a < D; ++a) base[a] = base_node<Kernel>(base[a]);
-            BlockCell place = block_cell(base, particles.block_key_of(i));
-            if (periodic) place.block = wrapped_key(domain, place.block);
-            return place;
+        [&](std::size_t first, std::size_t count, BlockCells& cells) {
+            using P = native_pack<S>;
+            S base[D][pack_size];
+            std::uint64_t origin[pack_size];
+            const S* places = particles.places_of_pack(first);
+            for (int a = 0; a < D; ++a)
+                for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
+                    base_node<Kernel>(P::load(places + a * pack_size + lane)).store(base[a] + lane);
+            for (std::size_t l = 0; l < count; ++l)
+                origin[l] = particles.is_particle(first + l) ? particles.block_key_of(first + l) : 0;
+            find_cells<S, D>(base, origin, cells);
+            if (periodic)
+                for (std::uint64_t& block : cells.block) block = wrapped_key(domain, block);
         });
 }
 
@@ -142,11 +173,15 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
     const S per_cell = S(1 / domain.cell_size);
     return partition_by<D>(
         colours_along_axis<Kernel>, count, threads, [](std::size_t) { return true; },
-        [&](std::size_t i) {
-            Vec<S, D> base{};
-            for (int a = 0; a < D; ++a)
-                base[a] = base_node<Kernel>((view.position.particle(i, a) - S(domain.lower[a])) * per_cell);
-            return block_cell(base, block_key<D>({}));
+        [&](std::size_t first, std::size_t count, BlockCells& cells) {
+            S base[D][pack_size] = {};
+            std::uint64_t origin[pack_size];
+            std::fill_n(origin, pack_size, block_key<D>({}));
+            for (std::size_t l = 0; l < count; ++l)
+                for (int a = 0; a < D; ++a)
+                    base[a][l] =
+                        base_node<Kernel>((view.position.particle(first + l, a) - S(domain.lower[a])) * per_cell);
+            find_cells<S, D>(base, origin, cells);
         });
 }
 

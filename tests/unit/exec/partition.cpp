@@ -37,7 +37,7 @@ TEMPLATE_TEST_CASE("Every particle lies once in the range of its block, by cell,
                 const TestType cells = (cloud.x[3 * p + a] - TestType(-0.25)) * TestType(1 / 0.05);
                 const int node = int(std::floor(cells - TestType(0.5)));
                 CHECK(node >> 2 == range.block[a]);
-                cell = cell * 4 + (node & 3);
+                cell += (node & 3) << 2 * a;
             }
             CHECK(std::pair{cell, p} > before);
             before = {cell, p};
@@ -168,6 +168,17 @@ TEST_CASE("The order is the same for any number of threads") {
         CHECK(many.by_phase == one.by_phase);
         CHECK(many.phase_ends == one.phase_ends);
     }
+}
+
+TEST_CASE("Room that no particle has been put into is sorted as if it were not there") {
+    Particles<float, 3> particles({{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}, 0.1});
+    particles.reserve(100);
+    CHECK(sort_particles<QuadraticBSpline>(particles).slots() == 0);
+    particles.reserve(100);
+    particles.push_back({0.5, 0.5, 0.5}, {}, 1, 1);
+    std::vector<std::uint32_t> order(pack_size, no_particle);
+    order[0] = 0;
+    CHECK(sort_particles<QuadraticBSpline>(particles).order == order);
 }
 
 TEST_CASE("Particles that are not finite or outside are refused, by number, count and place") {
