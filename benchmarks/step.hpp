@@ -50,33 +50,37 @@ inline std::vector<int> thread_counts() {
     return counts;
 }
 
+/// Puts what was measured into the counters. \param particle_steps  how many were timed
+inline void report(benchmark::State& state, double particle_steps, const Stopwatch& watch) {
+    state.counters["particle_steps_per_second"] = particle_steps / watch.seconds();
+    state.counters["particle_steps_per_cpu_second"] = particle_steps / watch.cpu_seconds();
+}
+
 /// Times the steps of what make() gives, a pointer to something that has step(). Returns it as it is at the end, when
-/// the rate is in the counters.
+/// the rate is in the counters. \param particles  of all that make() gives
 template <class Make>
-auto time_steps(benchmark::State& state, std::size_t particles, int steps_before, int steps_of_scene,
-                const Make& make) {
-    // Large scenes: so many steps that sorting has its share, even if Google Benchmark asks for one.
-    const int least_steps = quick() ? 10 : 20;
+auto time_steps(benchmark::State& state, const Steps& steps, std::size_t particles, const Make& make) {
+    const int least = quick() ? 10 : steps.least;
     auto simulation = make();
     Stopwatch watch;
     int step = 0, timed = 0;
-    for (; step < steps_before; ++step) simulation->step();
+    for (; step < steps.before; ++step) simulation->step();
     const auto timed_step = [&] {
         watch.run([&] { simulation->step(); });
         ++step, ++timed;
     };
     for (auto _ : state) {
-        if (step == steps_before + steps_of_scene) {
+        if (step == steps.before + steps.all) {
             state.PauseTiming();
             simulation = nullptr;  // before the next takes memory
             simulation = make();
-            for (step = 0; step < steps_before; ++step) simulation->step();
+            for (step = 0; step < steps.before; ++step) simulation->step();
             state.ResumeTiming();
         }
         timed_step();
     }
-    while (timed < least_steps) timed_step();
-    state.counters["particle_steps_per_second"] = double(particles) * timed / watch.seconds();
+    while (timed < least) timed_step();
+    report(state, double(particles) * timed, watch);
     return simulation;
 }
 
@@ -105,7 +109,7 @@ benchmark::internal::Benchmark* add_step(const std::string& scene_name, Scene<D>
                    using Simulation = Elastic<D, S, Transfer, Execution>;
                    const PeakMemory memory;
                    const Scene<D> scene = make_scene();
-                   const auto simulation = time_steps(state, scene.size(), scene.steps_before, scene.steps,
+                   const auto simulation = time_steps(state, scene.steps, scene.size(),
                                                       [&] { return make_simulation<Simulation>(scene, execution); });
                    const double count = double(scene.size());
                    state.counters["particles"] = count;

@@ -31,7 +31,8 @@ template <class Simulation, class Add>
 void add_cubes(const std::string& name, const typename Simulation::material_type& material, const Add& add) {
     benchmark::RegisterBenchmark(("step/cubes/" + name + "/threads:1").c_str(), [material,
                                                                                  add](benchmark::State& state) {
-        scenes::time_steps(state, 4 * 35'937, 20, 200, [&] { return four_cubes<Simulation>(material, add); });
+        scenes::time_steps(state, {.before = 20, .all = 200}, 4 * 35'937,
+                           [&] { return four_cubes<Simulation>(material, add); });
     })->Unit(benchmark::kMillisecond);
 }
 

@@ -71,7 +71,7 @@ Scene<3> splash() {
     scene.matter = {box({250 * h, 250 * h, 250 * h}, {276 * h, 276 * h, 276 * h}, h / 2)};
     scene.matter[0].spin = 150;
     scene.matter[0].jostle = 3;
-    scene.steps_before = 100;
+    scene.steps.before = 100;
     return scene;
 }
 
@@ -133,7 +133,7 @@ benchmark::internal::Benchmark* add(const std::string& name, Scene<3> (*make)(),
 }
 
 const bool registered = [] {
-    for (const int threads : scenes::thread_counts()) add("two_cubes", cubes_of<144'054>, threads);
+    for (const int threads : scenes::thread_counts()) add("two_cubes", scenes::all_of_two_cubes, threads);
     for (const int threads : {1, 2}) {
         add("two_cubes_8k", cubes_of<8'000>, threads);
         add("two_cubes_10k", cubes_of<10'000>, threads);
@@ -143,7 +143,6 @@ const bool registered = [] {
             add("two_cubes_8m", cubes_of<8'000'000>, threads);
             add("two_cubes_16m", cubes_of<16'000'000>, threads);
         }
-        add("two_cubes_late", scenes::two_cubes_late<3>, threads);
         add("bunnies", bunnies, threads);
         add("dense_block", dense_block, threads);
         add("thin_sheet", thin_sheet, threads);

@@ -4,8 +4,8 @@
 namespace {
 
 template <class Execution>
-void add(const Execution& execution, int threads) {
-    scenes::add_step<float, firn::Apic>("two_cubes", +[] { return scenes::two_cubes<3>(); }, execution, threads);
+void add(const Execution& execution, int threads, scenes::Scene<3> (*make)() = +[] { return scenes::two_cubes<3>(); }) {
+    scenes::add_step<float, firn::Apic>("two_cubes", make, execution, threads);
 }
 
 /// The scene twice, side by side, a thread each: all that two threads can be over one on this machine.
@@ -27,14 +27,13 @@ private:
 const bool registered = [] {
     benchmark::RegisterBenchmark("step/two_cubes/apart/threads:2", [](benchmark::State& state) {
         const auto scene = scenes::two_cubes<3>();
-        scenes::time_steps(state, 2 * scene.size(), scene.steps_before, scene.steps,
-                           [] { return std::make_unique<Apart>(); });
+        scenes::time_steps(state, scene.steps, 2 * scene.size(), [] { return std::make_unique<Apart>(); });
     })->Unit(benchmark::kMillisecond);
-    add(firn::Serial{}, 1);
+    add(firn::Serial{}, 1, scenes::all_of_two_cubes);
     for (const int threads : {1, 2}) {
         add(firn::FixedPoint<std::int32_t>{threads}, threads);
         add(firn::FixedPoint<std::int64_t>{threads}, threads);
-        add(firn::ColouredFixedPoint<std::int32_t>{threads}, threads);
+        add(firn::ColouredFixedPoint<std::int32_t>{threads}, threads, scenes::all_of_two_cubes);
         add(firn::ColouredFixedPoint<std::int64_t>{threads}, threads);
     }
     return true;
