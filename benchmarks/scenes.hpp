@@ -150,8 +150,8 @@ Scene<D> two_cubes(std::size_t particles = 144'054) {
     return scene;
 }
 
-/// The same, all of its steps timed: from before the cubes touch until they are strained, which not all code does not
-/// mind.
+/// The same, all of its steps timed, from before the cubes touch until they are strained: code that decomposes F may
+/// become slower on the way.
 inline Scene<3> all_of_two_cubes() {
     Scene<3> scene = two_cubes<3>();
     scene.steps.least = scene.steps.all;

@@ -111,9 +111,9 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
         }
     std::vector<std::uint32_t> by_block(partition.order.size());
     parallel_for(std::size_t(threads), threads, [&](std::size_t t, int) {
-        std::size_t* const next = met[t].counts.data();
+        std::size_t* const slot = met[t].counts.data();
         for (std::size_t i = first_of(t), end = first_of(t + 1); i < end; ++i)
-            if (number_of[i] != no_particle) by_block[next[number_of[i]]++] = std::uint32_t(i);
+            if (number_of[i] != no_particle) by_block[slot[number_of[i]]++] = std::uint32_t(i);
     });
 
     const auto sort_by_cell = [&](std::size_t r, int) {
@@ -173,11 +173,11 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
     const S per_cell = S(1 / domain.cell_size);
     return partition_by<D>(
         colours_along_axis<Kernel>, count, threads, [](std::size_t) { return true; },
-        [&](std::size_t first, std::size_t count, BlockCells& cells) {
+        [&](std::size_t first, std::size_t used, BlockCells& cells) {
             S base[D][pack_size] = {};
             std::uint64_t origin[pack_size];
             std::fill_n(origin, pack_size, block_key<D>({}));
-            for (std::size_t l = 0; l < count; ++l)
+            for (std::size_t l = 0; l < used; ++l)
                 for (int a = 0; a < D; ++a)
                     base[a][l] =
                         base_node<Kernel>((view.position.particle(first + l, a) - S(domain.lower[a])) * per_cell);
