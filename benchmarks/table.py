@@ -90,6 +90,21 @@ def scenes():
                            "grid, bytes a particle"], rows)
 
 
+def materials():
+    _, numbers = load("results.json")
+    times = {name.split("/")[2]: 1e9 / of["particle_steps_per_second"] for name, of in numbers.items()
+             if name.startswith("step/cubes/")}
+    if not times:
+        return None
+    mixed = times.pop("four")
+    rows = [[f"`{name}`", number(1e3 / time), number(time), f"{time / times['fixed_corotated']:.2f}"]
+            for name, time in sorted(times.items(), key=lambda item: item[1])]
+    mean = sum(times[name] for name in ("fixed_corotated", "fluid", "sand", "snow")) / 4
+    rows.append(["a cube each of `fixed_corotated`, `fluid`, `sand`, `snow`", number(1e3 / mixed), number(mixed),
+                 f"{mixed / mean:.2f} of the cubes' mean"])
+    return table(["material", "M particle-steps/s", "ns a particle", "of fixed corotated"], rows)
+
+
 def executions():
     _, numbers = load("results.json")
     names = dict.fromkeys(name.split("/")[2] for name in numbers if name.startswith("step/two_cubes/"))
@@ -175,7 +190,7 @@ def compile_time():
                  [[name, f"{taken['cpu']:.1f}", f"{taken['wall']:.1f}"] for name, taken in of["seconds"].items()])
 
 
-tables = [machine, ratio, sizes, scenes, executions, corner, stages, roof, held_core, taichi, compile_time]
+tables = [machine, ratio, sizes, scenes, materials, executions, corner, stages, roof, held_core, taichi, compile_time]
 
 
 def main():
