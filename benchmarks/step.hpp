@@ -113,7 +113,8 @@ benchmark::internal::Benchmark* add_step(const std::string& scene_name, Scene<D>
                                                       [&] { return make_simulation<Simulation>(scene, execution); });
                    const double count = double(scene.size());
                    state.counters["particles"] = count;
-                   state.counters["bytes_per_particle"] = double(simulation->particles().bytes()) / count;
+                   const std::size_t order = simulation->partition().order.capacity() * sizeof(std::uint32_t);
+                   state.counters["bytes_per_particle"] = double(simulation->particles().bytes() + order) / count;
                    state.counters["grid_bytes_per_particle"] = double(simulation->grid().bytes()) / count;
                    if (const double peak = memory.peak(); peak > 0) state.counters["peak_resident_bytes"] = peak;
                })

@@ -35,6 +35,11 @@ public:
     S& at(std::size_t field, std::size_t slot, int component) {
         return numbers_[offset_[field] + place(slot, components_[field]) + std::size_t(component * pack_size)];
     }
+    /// Memory that holds nothing until the next permute(): the widest field's worth.
+    std::byte* room() {
+        const std::size_t end = offset_.back() + slots_ * std::size_t(components_.back());
+        return reinterpret_cast<std::byte*>(numbers_.data() + (room_at_end_ ? end : 0));
+    }
     std::size_t bytes() const { return numbers_.capacity() * sizeof(S); }
     std::size_t bytes_for(std::size_t slots) const { return needed(slots) * sizeof(S); }
 
@@ -118,7 +123,8 @@ private:
 
 /// What the material's state, the transfers and the grid need of every particle.
 /// Bytes a particle in float, 3D, elastic: x 12 and the number of its block 4, v 12, C 36, τ 24, F 36, m 4, V0 4, id 4
-/// = 136 (and padding, 1–3 % of dense matter); the partition adds 4 and sorting one field's worth of scratch, 36.
+/// = 136 (and padding, 1–3 % of dense matter); sorting moves fields through one field's worth of room, 36,
+/// and the partition adds 4.
 template <std::floating_point S, int D, class State = ElasticState<S, D>>
 class Particles {
 public:
@@ -252,42 +258,46 @@ public:
         return view;
     }
 
+    /// Memory that holds nothing until particles are moved: at least D² numbers a slot.
+    std::byte* room() { return fields_.room(); }
+
     /// Moves all particles into the order of the partition, whose order then names ids.
     /// \param loop  loop(n, body) calls body(i) for 0 ≤ i < n
     template <class Loop>
     void reorder(BlockPartition<D>& partition, const Loop& loop) {
-        const std::vector<std::uint32_t>& order = partition.order;
+        std::vector<std::uint32_t>& order = partition.order;
+        for (std::vector<std::uint32_t>* of_slots : {&id_, &block_})
+            if (of_slots->capacity() < order.size()) of_slots->reserve(order.size() + order.size() / 64);
         fields_.permute(order, loop);
 
-        std::vector<std::uint32_t> ids(order.size()), blocks(order.size());
         loop(partition.groups.size(), [&](std::size_t g) {
             const BlockGroup& group = partition.groups[g];
-            for (std::size_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
-                const BlockRange<D>& range = partition.ranges[r];
-                const std::uint64_t key = block_key<D>(range.block);
-                for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) {
-                    ids[slot] = id_[order[slot]];
-                    blocks[slot] = std::uint32_t(r);
-                    const std::uint64_t old_key = blocks_[block_[order[slot]]];
-                    if (old_key == key) continue;
-                    const BlockCoordinate<D> old = block_of_key<D>(old_key);
-                    for (std::size_t a = 0; a < std::size_t(D); ++a)
-                        fields_.at(of_position, slot, int(a)) +=
-                            S(block_size * block_distance(domain_, int(a), old[a], range.block[a]));
-                }
-            }
-            const std::uint32_t last = group.first_range + group.ranges - 1;
-            const std::size_t end = group.first_slot + group.packs() * pack_size;
-            for (std::size_t slot = group.first_slot + group.particles; slot < end; ++slot) {
-                ids[slot] = no_particle;
-                blocks[slot] = last;
-                make_padding(slot);
-            }
+            for_slots(partition, group, [&](std::size_t slot, std::size_t r) {
+                const BlockCoordinate<D>& block = partition.ranges[r].block;
+                const std::uint64_t old_key = blocks_[block_[order[slot]]];
+                order[slot] = id_[order[slot]];
+                if (old_key == block_key<D>(block)) return;
+                const BlockCoordinate<D> old = block_of_key<D>(old_key);
+                for (std::size_t a = 0; a < std::size_t(D); ++a)
+                    fields_.at(of_position, slot, int(a)) +=
+                        S(block_size * block_distance(domain_, int(a), old[a], block[a]));
+            });
+            for_padding(group, [&](std::size_t slot) { make_padding(slot); });
         });
-        id_.swap(ids);
-        block_.swap(blocks);
-        partition.order = id_;
-        end_ = id_.size();
+        id_.resize(order.size());
+        block_.resize(order.size());
+        loop(partition.groups.size(), [&](std::size_t g) {
+            const BlockGroup& group = partition.groups[g];
+            for_slots(partition, group, [&](std::size_t slot, std::size_t r) {
+                id_[slot] = order[slot];
+                block_[slot] = std::uint32_t(r);
+            });
+            for_padding(group, [&](std::size_t slot) {
+                id_[slot] = no_particle;
+                block_[slot] = group.first_range + group.ranges - 1;
+            });
+        });
+        end_ = order.size();
         blocks_.resize(partition.ranges.size());
         for (std::size_t r = 0; r < blocks_.size(); ++r) blocks_[r] = block_key<D>(partition.ranges[r].block);
     }
@@ -309,6 +319,19 @@ private:
             all.push_back(component_count<Member>);
         });
         return all;
+    }
+    /// body(slot, number of its range) for the particles of a group.
+    template <class Body>
+    static void for_slots(const BlockPartition<D>& partition, const BlockGroup& group, const Body& body) {
+        for (std::size_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
+            const BlockRange<D>& range = partition.ranges[r];
+            for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) body(slot, r);
+        }
+    }
+    /// body(slot) for the rest of a group's last pack.
+    template <class Body>
+    static void for_padding(const BlockGroup& group, const Body& body) {
+        for (std::size_t i = group.particles; i < group.packs() * pack_size; ++i) body(group.first_slot + i);
     }
     /// \throws memory_error  if there is not enough for so many
     void grow(std::size_t slots) {

@@ -8,6 +8,7 @@
 #include <firn/exec/parallel.hpp>
 
 #include <algorithm>
+#include <memory>
 #include <numeric>
 
 namespace firn {
@@ -38,15 +39,19 @@ FIRN_INLINE void find_cells(const S (&base)[D][pack_size], const std::uint64_t (
     }
 }
 
+/// Bytes that partition_by writes for each place.
+inline constexpr std::size_t sort_room = 2 * sizeof(std::uint32_t) + sizeof(std::uint8_t);
+
 /// Sorts particles by block, then by cell, and gathers blocks into groups. Nothing is moved: the result is an order.
 /// \param colours     of dense blocks along an axis. \see colours_along_axis
 /// \param candidates  number of places to look at
+/// \param room        sort_room bytes a place, aligned as std::uint32_t, that nobody else uses
 /// \param is_particle is_particle(i): does place i hold a particle (or padding) ?
 /// \param cells_of    cells_of(i, count, cells) finds those of `count` ≤ pack_size places from i on, a multiple of
 ///                    pack_size
 template <int D, class IsParticle, class CellsOf>
-BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads, const IsParticle& is_particle,
-                               const CellsOf& cells_of) {
+BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads, std::byte* room,
+                               const IsParticle& is_particle, const CellsOf& cells_of) {
     threads = int(std::min<std::size_t>(std::size_t(thread_count(threads)), candidates / 4096 + 1));
     const auto first_of = [&](std::size_t t) {
         if (t == std::size_t(threads)) return candidates;
@@ -55,12 +60,13 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
 
     struct Met {  // by one thread
         BlockNumbers blocks;
-        std::vector<std::size_t> counts;  // of particles, a block each; then the next slot of each
+        std::vector<std::size_t> counts;  // of particles, a block each; then where the next of each goes
         std::vector<std::uint32_t> range;
     };
     std::vector<Met> met{std::size_t(threads)};
-    std::vector<std::uint32_t> number_of(candidates, no_particle);
-    std::vector<std::uint8_t> cell_of(candidates);
+    auto* const number_of = reinterpret_cast<std::uint32_t*>(room);  // of blocks; no_particle
+    std::uint32_t* const by_block = number_of + candidates;
+    auto* const cell_of = reinterpret_cast<std::uint8_t*>(by_block + candidates);
     parallel_for(std::size_t(threads), threads, [&](std::size_t t, int) {
         Met& mine = met[t];
         std::uint64_t block = 0;  // of the last particle: neighbours in memory mostly share it
@@ -70,9 +76,12 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
             BlockCells cells;
             const std::size_t count = std::min<std::size_t>(pack_size, end - first);
             cells_of(first, count, cells);
-            std::copy_n(cells.cell, count, cell_of.data() + first);
+            std::copy_n(cells.cell, count, cell_of + first);
             for (std::size_t l = 0; l < count; ++l) {
-                if (!is_particle(first + l)) continue;
+                if (!is_particle(first + l)) {
+                    number_of[first + l] = no_particle;
+                    continue;
+                }
                 if (!particles || cells.block[l] != block) {
                     block = cells.block[l];
                     number = mine.blocks.number(block);
@@ -100,8 +109,10 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
     BlockPartition<D> partition = arrange<D>(sorted, colours);
 
     // Within a range, thread t's particles follow those of thread t − 1: the order of a serial stable sort.
-    std::vector<std::size_t> next(keys.size());
-    for (std::size_t r = 0; r < keys.size(); ++r) next[r] = partition.ranges[r].first_slot;
+    std::vector<std::size_t> first_place(keys.size()), next;  // in by_block
+    for (std::size_t r = 1; r < keys.size(); ++r)
+        first_place[r] = first_place[r - 1] + partition.ranges[r - 1].particles;
+    next = first_place;
     for (Met& m : met)
         for (std::size_t n = 0; n < m.blocks.size(); ++n) {
             std::size_t& place = next[partition.by_block[m.range[n]]];
@@ -109,16 +120,15 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
             place += m.counts[n];
             m.counts[n] = begin;
         }
-    std::vector<std::uint32_t> by_block(partition.order.size());
     parallel_for(std::size_t(threads), threads, [&](std::size_t t, int) {
-        std::size_t* const slot = met[t].counts.data();
+        std::size_t* const place = met[t].counts.data();
         for (std::size_t i = first_of(t), end = first_of(t + 1); i < end; ++i)
-            if (number_of[i] != no_particle) by_block[slot[number_of[i]]++] = std::uint32_t(i);
+            if (number_of[i] != no_particle) by_block[place[number_of[i]]++] = std::uint32_t(i);
     });
 
     const auto sort_by_cell = [&](std::size_t r, int) {
         const BlockRange<D>& range = partition.ranges[r];
-        const std::uint32_t* from = by_block.data() + range.first_slot;
+        const std::uint32_t* from = by_block + first_place[r];
         std::uint32_t* to = partition.order.data() + range.first_slot;
         std::uint32_t first[block_nodes<D> + 1] = {};
         for (std::size_t i = 0; i < range.particles; ++i) ++first[cell_of[from[i]] + 1];
@@ -130,8 +140,9 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
 }
 
 /// For firn's own particles.
+/// \param room  \see partition_by
 template <class Kernel, std::floating_point S, int D, class State>
-BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads = 0) {
+BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads, std::byte* room) {
     const Domain<D>& domain = particles.domain();
     const bool periodic = is_periodic(domain);
     for (int a = 0; a < D; ++a)
@@ -141,7 +152,8 @@ BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, i
                                            " their number must be a multiple of ",
                                            periodic_multiple * colours_along_axis<Kernel>, "."));
     return partition_by<D>(
-        colours_along_axis<Kernel>, particles.slots(), threads, [&](std::size_t i) { return particles.is_particle(i); },
+        colours_along_axis<Kernel>, particles.slots(), threads, room,
+        [&](std::size_t i) { return particles.is_particle(i); },
         [&](std::size_t first, std::size_t count, BlockCells& cells) {
             using P = native_pack<S>;
             S base[D][pack_size];
@@ -158,6 +170,12 @@ BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, i
         });
 }
 
+template <class Kernel, std::floating_point S, int D, class State>
+BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads = 0) {
+    const auto room = std::make_unique_for_overwrite<std::byte[]>(particles.slots() * sort_room);
+    return partition_particles<Kernel>(particles, threads, room.get());
+}
+
 /// For a foreign program's particles.
 /// \throws particle_error for a position that is not finite or lies outside the domain, and for masses that are not
 ///         positive, where the view has masses (listed by index)
@@ -171,8 +189,9 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
     check_positions<S, D>(count, domain, [&](std::size_t i, int a) { return view.position.particle(i, a); });
     if (view.mass.data) check_masses<S>(count, [&](std::size_t i) { return view.mass.particle(i, 0); });
     const S per_cell = S(1 / domain.cell_size);
+    const auto room = std::make_unique_for_overwrite<std::byte[]>(count * sort_room);
     return partition_by<D>(
-        colours_along_axis<Kernel>, count, threads, [](std::size_t) { return true; },
+        colours_along_axis<Kernel>, count, threads, room.get(), [](std::size_t) { return true; },
         [&](std::size_t first, std::size_t used, BlockCells& cells) {
             S base[D][pack_size] = {};
             std::uint64_t origin[pack_size];
@@ -199,7 +218,8 @@ void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const 
 /// Sorts firn's own particles and moves them into that order.
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> sort_particles(Particles<S, D, State>& particles, int threads = 0) {
-    BlockPartition<D> partition = partition_particles<Kernel>(particles, threads);
+    static_assert(D * D * sizeof(S) >= sort_room);
+    BlockPartition<D> partition = partition_particles<Kernel>(particles, threads, particles.room());
     particles.reorder(partition, [&](std::size_t n, const auto& body) {
         parallel_for(n, thread_count(threads), [&](std::size_t i, int) { body(i); }, 64);
     });

@@ -181,6 +181,21 @@ TEST_CASE("Room that no particle has been put into is sorted as if it were not t
     CHECK(sort_particles<QuadraticBSpline>(particles).order == order);
 }
 
+TEST_CASE("An elastic particle of dense matter takes at most 200 bytes, what sorting needs included") {
+    Particles<float, 3> particles({{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}, 1.0 / 32});
+    const auto x = sample_box<3>({0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}, {.spacing = 1.0 / 64}).positions;
+    particles.reserve(x.size());
+    for (const auto& at : x) particles.push_back(at, {}, 1, 1);
+    for (int sorts = 1; sorts < 6; ++sorts) {
+        const auto partition = sort_particles<QuadraticBSpline>(particles);
+        CHECK(particles.bytes() + partition.order.capacity() * sizeof(std::uint32_t) <= 200 * x.size());
+        const double cells = sorts / 32.0;  // somewhere else: other blocks, other padding
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot))
+                particles.set_position(slot, x[particles.id(slot)] + Vec<double, 3>{cells, cells, cells});
+    }
+}
+
 TEST_CASE("Particles that are not finite or outside are refused, by number, count and place") {
     scenes::RandomCloud<float, 2> cloud(100);
     const auto partition = [&] {
