@@ -9,7 +9,6 @@
 #include <firn/boundary/walls.hpp>
 #include <firn/core/config.hpp>
 #include <firn/core/dual.hpp>
-#include <firn/core/eigen.hpp>
 #include <firn/core/error.hpp>
 #include <firn/core/lanes.hpp>
 #include <firn/core/pack.hpp>

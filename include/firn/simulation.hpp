@@ -270,7 +270,7 @@ public:
     }
 
     /// One step of the fixed time step, or of the bound.
-    void step() { step(gravity); }
+    void step();
 
     /// \param acceleration  a field a(x) [m/s²] in place of gravity: callable with Vec<P, D> for any scalar P, or a
     /// vector
@@ -280,7 +280,7 @@ public:
     }
 
     /// Steps until `duration` [s] has passed; the last step is shortened to end there.
-    void advance(double duration) { advance(duration, gravity); }
+    void advance(double duration);
     template <class Acceleration>
     void advance(double duration, const Acceleration& acceleration) {
         if (!(duration >= 0) || !std::isfinite(duration))
@@ -426,26 +426,7 @@ private:
 
     /// Makes ready for a step particles that were added or changed by hand.
     /// \throws particle_error  if a step has failed half-way, or particles are not as they must be
-    void prepare() {
-        if (is_spoiled_)
-            throw particle_error(sentence("Step ", steps_,
-                                          " failed and has left particles that are of no use, neither for a step nor "
-                                          "for a state. Go on from the last state that was written: restore()."));
-        if (steps_ == 0) for_sets([&](auto& set) { set.give(time_); });
-        bool changed = false;
-        double fastest = 0;
-        for_sets([&](auto& set) {
-            changed = changed || !set.prepared;
-            if (!set.prepared) prepare(set);
-            if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
-        });
-        if (!changed) return;
-        if (!std::isfinite(fastest) || (!(fastest > 0) && !is_waiting() && !has_forces())) {
-            for_sets([](auto& set) { set.prepared = false; });
-            throw_at_rest(fastest);
-        }
-        activate();
-    }
+    void prepare();
     template <class Set>
     void prepare(Set& set) {
         const auto& particles = set.particles;
@@ -529,5 +510,40 @@ private:
     std::uint64_t steps_ = 0;
     bool is_spoiled_ = false;  // by a step that failed half-way
 };
+
+// What takes long to compile is defined out of the class, and so not inline: where a program declares a simulation
+// `extern template class`, its other files do not compile it again.
+
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::step() {
+    step(gravity);
+}
+
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::advance(double duration) {
+    advance(duration, gravity);
+}
+
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prepare() {
+    if (is_spoiled_)
+        throw particle_error(sentence("Step ", steps_,
+                                      " failed and has left particles that are of no use, neither for a step nor "
+                                      "for a state. Go on from the last state that was written: restore()."));
+    if (steps_ == 0) for_sets([&](auto& set) { set.give(time_); });
+    bool changed = false;
+    double fastest = 0;
+    for_sets([&](auto& set) {
+        changed = changed || !set.prepared;
+        if (!set.prepared) prepare(set);
+        if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
+    });
+    if (!changed) return;
+    if (!std::isfinite(fastest) || (!(fastest > 0) && !is_waiting() && !has_forces())) {
+        for_sets([](auto& set) { set.prepared = false; });
+        throw_at_rest(fastest);
+    }
+    activate();
+}
 
 }  // namespace firn
