@@ -1,4 +1,4 @@
-/// \file All of firn that needs only Eigen (and uses OpenMP where it is enabled). States in HDF5: firn/io.
+/// \file All of firn that needs no library (and uses OpenMP where it is enabled). Eigen: core/eigen.hpp. HDF5: firn/io.
 #pragma once
 
 #include <firn/boundary/boundary_list.hpp>
