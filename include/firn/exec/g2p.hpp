@@ -155,7 +155,14 @@ private:
         const auto real = mass > P(0);
 
         LiftedState state = load_state<LiftedState>(view.state, slots);
-        state = updated(material_, state, taken.velocity_gradient, P(dt_));
+        Mat<P, D> stress;
+        if constexpr (has_returned_with_stress<Lifted, D>) {
+            const auto returned = material_.returned_with_stress(followed(state, taken.velocity_gradient, P(dt_)));
+            state = returned.state;
+            stress = returned.stress;
+        } else {
+            state = updated(material_, state, taken.velocity_gradient, P(dt_));
+        }
         store_state(view.state, slots, state);
         if constexpr (Transfer::affine)
             unroll<D * D>([&](auto k) FIRN_LAMBDA { view.affine.store(slots, k, taken.affine.m[k]); });
@@ -178,7 +185,8 @@ private:
         seen.speed = max(seen.speed, speed);
 
         // Last, since stresses are long chains of operations: what waits for them does not stand in the way of others.
-        const Mat<P, D> stress = stress_of(material_, state, taken.velocity_gradient);
+        if constexpr (!has_returned_with_stress<Lifted, D>)
+            stress = stress_of(material_, state, taken.velocity_gradient);
         store_symmetric(view.stress, slots, stress);
         sum = sum + sum_of_stress<Lifted>(stress) + speed;
         seen.rightness = seen.rightness + select(real, sum * P(0), P(0));

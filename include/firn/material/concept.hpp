@@ -6,6 +6,8 @@
 ///     energy_density(F or state)             elastic energy [J/m³ of undeformed volume]
 ///     returned(trial)                        the state<D> of a trial state: a plastic return mapping, after F has
 ///                                            followed the flow
+///     returned_with_stress(trial)            returned(trial) and its Kirchhoff stress, a StateAndStress, where the two
+///                                            are cheaper together
 ///     updated(state, velocity_gradient, dt)  in place of F following the flow and returned()
 ///     kirchhoff_stress(state, velocity_gradient)  a stress [Pa] that depends on the rate, too
 ///     diffusivity(density, state)            of momentum by viscosity [m²/s], for the bound of the time step
@@ -57,6 +59,13 @@ struct material_state<M, D> {
 };
 }  // namespace detail
 
+/// A particle's state, and the Kirchhoff stress in it.
+template <class State, class S, int D>
+struct StateAndStress {
+    State state;
+    Mat<S, D> stress;  ///< τ [Pa]
+};
+
 /// What a particle of material M keeps: ElasticState, or M::state<D> where the model has one of its own.
 template <class M, int D>
 using material_state_t = typename detail::material_state<M, D>::type;
@@ -101,6 +110,12 @@ concept has_diffusivity =
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
         { m.diffusivity(density, state) } -> std::same_as<material_scalar_t<M>>;
     };
+/// The state after a return mapping and its stress from one member function. A wrapper has updated() of its own.
+template <class M, int D>
+concept has_returned_with_stress =
+    requires(const M m, const material_state_t<M, D> trial) { m.returned_with_stress(trial); } &&
+    !requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient,
+              const material_scalar_t<M> dt) { m.updated(state, velocity_gradient, dt); };
 // clang-format on
 
 /// A constitutive model in D dimensions.

@@ -71,7 +71,10 @@ struct Hencky {
     /// τ [Pa]
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
-        const HenckyStrain<S, D> hencky = hencky_strain(F);
+        return stress_of_strain(hencky_strain(F));
+    }
+    template <int D>
+    FIRN_INLINE Mat<S, D> stress_of_strain(const HenckyStrain<S, D>& hencky) const {
         const S pressure = lambda * sum_of(hencky.strain);
         return spectral(hencky.directions, hencky.strain * (mu + mu) + Vec<S, D>::filled(pressure));
     }

@@ -122,7 +122,7 @@ struct Sand {
     /// deviator onto the cone, by δγ = ‖dev ε‖ + α (D λ + 2 μ)/(2 μ) Σ ε if that is positive, and v_c = 0. What opened
     /// at the tip must close before sand bears pressure again. Nothing changes, to the bit, where v_c = 0 and δγ ≤ 0.
     template <int D>
-    FIRN_INLINE state<D> returned(const state<D>& trial) const {
+    FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
         const HenckyStrain<S, D> hencky = hencky_strain(trial.F);
         const Vec<S, D> strain = hencky.strain + Vec<S, D>::filled(trial.volume_gain * S(1. / D));
         const S volumetric = named("volumetric", sum_of(strain));
@@ -136,13 +136,18 @@ struct Sand {
         const S kept = S(1) - select(slips, slip, S(0)) / select(S(0) < shear, shear, S(1));
         const Vec<S, D> on_cone = deviator * kept + Vec<S, D>::filled(volumetric * S(1. / D));
         const Vec<S, D> after = select(at_tip, Vec<S, D>::zero(), on_cone);
-        const auto opened = !(trial.volume_gain == S(0));
+        const auto returns = at_tip | slips | !(trial.volume_gain == S(0));
 
         state<D> sand;
-        sand.F = select(at_tip | slips | opened, returned_to(trial.F, hencky, after), trial.F);
+        sand.F = select(returns, returned_to(trial.F, hencky, after), trial.F);
         sand.volume_gain = select(at_tip, volumetric, S(0));
         sand.plastic_strain = trial.plastic_strain + select(at_tip, norm(strain), select(slips, slip, S(0)));
-        return sand;
+        return {sand, elastic().stress_of_strain(
+                          HenckyStrain<S, D>{hencky.directions, select(returns, after, hencky.strain)})};
+    }
+    template <int D>
+    FIRN_INLINE state<D> returned(const state<D>& trial) const {
+        return returned_with_stress(trial).state;
     }
 };
 

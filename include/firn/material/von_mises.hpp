@@ -76,7 +76,7 @@ struct VonMises {
     /// dev ε′ = dev ε (1 − Δγ/‖dev ε‖), Δγ = f / (2μ + ⅔ H), f = 2μ ‖dev ε‖ − √⅔ (σ_Y + H α); α′ = α + √⅔ Δγ.
     /// Volume is kept. Where f ≤ 0 nothing changes, to the bit.
     template <int D>
-    FIRN_INLINE state<D> returned(const state<D>& trial) const {
+    FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
         constexpr double root_two_thirds = 0.81649658092772603273;
         const HenckyStrain<S, D> hencky = hencky_strain(trial.F);
         const Vec<S, D> mean = Vec<S, D>::filled(sum_of(hencky.strain) * S(1. / D));
@@ -88,10 +88,16 @@ struct VonMises {
         const S slip = select(yields, excess, S(0)) / (mu + mu + S(2. / 3) * hardening);
 
         const S kept = S(1) - slip / select(yields, shear, S(1));
+        const Vec<S, D> after = deviator * kept + mean;
         state<D> solid;
-        solid.F = select(yields, returned_to(trial.F, hencky, deviator * kept + mean), trial.F);
+        solid.F = select(yields, returned_to(trial.F, hencky, after), trial.F);
         solid.plastic_strain = trial.plastic_strain + S(root_two_thirds) * slip;
-        return solid;
+        return {solid, elastic().stress_of_strain(
+                           HenckyStrain<S, D>{hencky.directions, select(yields, after, hencky.strain)})};
+    }
+    template <int D>
+    FIRN_INLINE state<D> returned(const state<D>& trial) const {
+        return returned_with_stress(trial).state;
     }
 
 private:
