@@ -17,6 +17,8 @@
 #include <firn/core/parameters.hpp>
 #include <firn/core/tensor.hpp>
 
+#include <type_traits>
+
 namespace firn {
 
 /// The state of a particle of a model that needs nothing but the deformation gradient.
@@ -70,6 +72,12 @@ struct StateAndStress {
 template <class M, int D>
 using material_state_t = typename detail::material_state<M, D>::type;
 
+namespace detail {
+/// The class that declares a member function.
+template <class M, class Result, class... Arguments>
+std::type_identity<M> owner(Result (M::*)(Arguments...) const);
+}  // namespace detail
+
 // clang-format off
 /// τ = J σ [Pa] from the deformation gradient, or from the model's own state.
 template <class M, int D>
@@ -110,11 +118,13 @@ concept has_diffusivity =
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
         { m.diffusivity(density, state) } -> std::same_as<material_scalar_t<M>>;
     };
-/// The state after a return mapping and its stress from one member function. A wrapper has updated() of its own.
+/// The state after a return mapping and its stress from one member function, of the model itself: one that inherits it
+/// may have another stress.
 template <class M, int D>
 concept has_returned_with_stress =
-    requires(const M m, const material_state_t<M, D> trial) { m.returned_with_stress(trial); } &&
-    !requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient,
+    requires {
+        { detail::owner(&M::template returned_with_stress<D>) } -> std::same_as<std::type_identity<M>>;
+    } && !requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient,
               const material_scalar_t<M> dt) { m.updated(state, velocity_gradient, dt); };
 // clang-format on
 
