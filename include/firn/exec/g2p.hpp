@@ -157,9 +157,9 @@ private:
         LiftedState state = load_state<LiftedState>(view.state, slots);
         Mat<P, D> stress;
         if constexpr (has_returned_with_stress<Lifted, D>) {
-            const auto returned = material_.returned_with_stress(followed(state, taken.velocity_gradient, P(dt_)));
-            state = returned.state;
-            stress = returned.stress;
+            const auto after = updated_with_stress(material_, state, taken.velocity_gradient, P(dt_));
+            state = after.state;
+            stress = after.stress;
         } else {
             state = updated(material_, state, taken.velocity_gradient, P(dt_));
         }

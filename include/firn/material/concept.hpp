@@ -193,6 +193,14 @@ FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& v
     }
 }
 
+/// The same and the stress in that state, where the model gives both at once.
+template <class M, class State, scalar S, int D>
+    requires has_returned_with_stress<M, D>
+FIRN_INLINE StateAndStress<State, S, D> updated_with_stress(const M& model, const State& state,
+                                                            const Mat<S, D>& velocity_gradient, const S& dt) {
+    return model.returned_with_stress(followed(state, velocity_gradient, dt));
+}
+
 /// τ [Pa]; of a rate-dependent model the part of a body at rest.
 template <class M, class State>
 FIRN_INLINE auto kirchhoff_stress(const M& model, const State& state) {

@@ -199,10 +199,18 @@ void add_material(Module& module, const Material& material) {
     using State = material_state_t<with_scalar_t<Material, R>, D>;
     const std::string of_material = std::string(Material::name) + ", ";
     const auto model = [&] { return detail::with_uniforms(material, "material"); };
-    module.function<State, Mat<R, D>>("updated", of_material + "its state after a step", {"state", "velocity_gradient"},
-                                      [&](const State& state, const Mat<R, D>& velocity_gradient) {
-                                          return updated(model(), state, velocity_gradient, detail::time_step());
-                                      });
+    if constexpr (has_returned_with_stress<with_scalar_t<Material, R>, D>)
+        module.function<State, Mat<R, D>>(
+            "updated_with_stress", of_material + "its state after a step and the Kirchhoff stress [Pa] in it",
+            {"state", "velocity_gradient"}, [&](const State& state, const Mat<R, D>& velocity_gradient) {
+                return updated_with_stress(model(), state, velocity_gradient, detail::time_step());
+            });
+    else
+        module.function<State, Mat<R, D>>("updated", of_material + "its state after a step",
+                                          {"state", "velocity_gradient"},
+                                          [&](const State& state, const Mat<R, D>& velocity_gradient) {
+                                              return updated(model(), state, velocity_gradient, detail::time_step());
+                                          });
     if constexpr (has_rate_dependent_stress<with_scalar_t<Material, R>, D>)
         module.function<State, Mat<R, D>>("kirchhoff_stress", of_material + "Kirchhoff stress [Pa]",
                                           {"state", "velocity_gradient"},

@@ -270,8 +270,7 @@ fn g2p($INVOCATION) {
         let base = base_node_of(place);
         let fraction = place - base;
         let taken = take_from_grid(gather(nodes_from(base + corner), fraction), fraction);
-        let state = updated(load_state(i), taken.velocity_gradient);
-        let stress = kirchhoff_stress(state$AT_RATE);
+        $UPDATE
         let moved = moved_by(taken.velocity, place, corner);
         let speed = signal_speed(taken.velocity, load_mass(i), load_volume(i), state);
         if (is_finite($STRESS_SUM + speed) && moved.outside <= 1.0f) {

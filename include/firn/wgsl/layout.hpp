@@ -76,6 +76,7 @@ struct Facts {
     bool affine, weight_gradients;  ///< of the transfer, of the forces
     bool sum_gradients;             ///< whether G2P needs the gradients of the weights; where forces do, it does
     bool rate_dependent;            ///< the material's stress
+    bool stress_with_state;         ///< the material gives both at once
     int workgroup_size;
 };
 

@@ -78,6 +78,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       Force::weight_gradients,
                       g2p_needs_gradient<Kernel, Transfer, Force>,
                       has_rate_dependent_stress<Material, D>,
+                      has_returned_with_stress<Material, D>,
                       workgroup_size};
 
     Program program;

@@ -1,6 +1,7 @@
 /// \file The records of the stages as structs of WGSL.
 #pragma once
 
+#include <firn/material/concept.hpp>
 #include <firn/stage/fixed_point.hpp>
 #include <firn/stage/g2p.hpp>
 #include <firn/stage/p2g.hpp>
@@ -56,6 +57,14 @@ struct shape<G2PResult<S, D>> : struct_shape<G2PResult<S, D>, shape<G2PResult<S,
         return std::tuple{member{"velocity", &T::velocity}, member{"affine", &T::affine},
                           member{"velocity_gradient", &T::velocity_gradient}};
     }
+};
+
+template <class State, class S, int D>
+struct shape<StateAndStress<State, S, D>>
+    : struct_shape<StateAndStress<State, S, D>, shape<StateAndStress<State, S, D>>> {
+    using T = StateAndStress<State, S, D>;
+    static std::string name() { return "StateAndStress"; }
+    static constexpr auto members() { return std::tuple{member{"state", &T::state}, member{"stress", &T::stress}}; }
 };
 
 template <class S, int D>

@@ -161,6 +161,16 @@ private:
         return text;
     }
 
+    /// `state` and `stress` after the step.
+    std::string update() const {
+        const std::string arguments = "(load_state(i), taken.velocity_gradient);";
+        if (facts_.stress_with_state)
+            return "let after = updated_with_stress" + arguments + indented(2) + "let state = after.state;" +
+                   indented(2) + "let stress = after.stress;";
+        const std::string rate = facts_.rate_dependent ? ", taken.velocity_gradient" : "";
+        return "let state = updated" + arguments + indented(2) + "let stress = kirchhoff_stress(state" + rate + ");";
+    }
+
     std::string filled(const char* text, Names names = {}) const {
         const int D = D_;
         const auto along = [&](int a) { return arena_along(a); };
@@ -202,7 +212,7 @@ private:
             {"AXES", D == 2 ? "xy" : "xyz"},
             {"STRESS_SUM", listed(
                                D, [](int a) { return "stress[" + std::to_string(a) + "]." + axis(a); }, " + ")},
-            {"AT_RATE", facts_.rate_dependent ? ", taken.velocity_gradient" : ""},
+            {"UPDATE", update()},
             {"AT_FIRST_RATE", facts_.rate_dependent ? facts_.affine ? ", load_affine(i)" : ", " + no_matrix(D) : ""},
             {"STORE_AFFINE", facts_.affine ? "store_affine(i, taken.affine);" : ""},
             {"VEC", vec("f32")},
