@@ -35,17 +35,20 @@ void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View
         reader, places, group, arena_size<Kernel>, sums,
         [&](const auto& records, std::size_t slot, int used) FIRN_LAMBDA {
             const auto range_of = [&](int l) { return places.blocks().range(slot + std::size_t(l)); };
-            if constexpr (Sums::measured)
-                for (int l = 0; l < used; ++l)
-                    sums.count(ArenaNodes<Kernel, D>::in_grid(grid.neighbours(partition, range_of(l)),
-                                                              records.weights.corner[l], 0, 0));
-            if (!sums.fits()) return;
+            const bool fits = sums.fits();
             for (int first = 0, last = 1; first < used; first = last++) {
                 while (last < used && range_of(last) == range_of(first)) ++last;
                 const std::uint32_t* neighbours = grid.neighbours(partition, range_of(first));
-                records.template scatter<Sums::costly>(first, last, [&](std::ptrdiff_t corner) FIRN_LAMBDA {
+                const auto rows_at = [&](std::ptrdiff_t corner) FIRN_LAMBDA {
                     return GridRows<Sums, Kernel, S, D>(nodes, neighbours, corner);
-                });
+                };
+                const auto count = [&](std::ptrdiff_t corner, int particles) FIRN_LAMBDA {
+                    sums.count(ArenaNodes<Kernel, D>::in_grid(neighbours, corner, 0, 0), particles);
+                };
+                if (fits)
+                    records.template scatter<Sums::costly>(first, last, rows_at, count);
+                else
+                    records.count(first, last, count);
             }
         });
 }
@@ -64,10 +67,12 @@ void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View
     typename Sums::template Counts<Kernel, D, Blocks> counts(box);
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, GroupArena::n, sums, [&](const auto& records, std::size_t, int used) FIRN_LAMBDA {
+            const auto count = [&](std::ptrdiff_t corner, int particles) FIRN_LAMBDA { counts.add(corner, particles); };
             if (sums.fits())
                 records.template scatter<rows_fit<typename Rows::Row, lines_of_particle<Kernel, D>>>(
-                    0, used, [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node, corner); });
-            counts.add(records.weights.corner, used);
+                    0, used, [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node, corner); }, count);
+            else
+                records.count(0, used, count);
         });
     const BlocksAround<D, Blocks> around(grid, partition, group);
     counts.add_to_grid(sums, around.data(), box);

@@ -32,9 +32,8 @@ struct MeasuredSums : IntegerSums<Integer, S> {
     public:
         FIRN_INLINE explicit Counts(const ArenaBox<D>& box) { counts_.clear(box); }
 
-        template <class Index>
-        FIRN_INLINE void add(const Index* corner, int used) {
-            for (int l = 0; l < used; ++l) ++counts_.node[std::size_t(corner[l]) / node_width];
+        FIRN_INLINE void add(std::ptrdiff_t corner, int particles) {
+            counts_.node[std::size_t(corner) / node_width] += std::uint32_t(particles);
         }
 
         FIRN_INLINE void add_to_grid(const MeasuredSums& sums, const std::uint32_t* around,
@@ -57,8 +56,6 @@ struct MeasuredSums : IntegerSums<Integer, S> {
                  bool scatter)
         : IntegerSums<Integer, S>(quanta_per_unit), seen(of_threads), counts(particles_by_node), scatters(scatter) {}
 
-    static constexpr bool measured = true;
-
     MeasuredSums of_thread(int thread) const { return {this->scale, seen + thread, counts, scatters}; }
 
     template <int D>
@@ -76,19 +73,21 @@ struct MeasuredSums : IntegerSums<Integer, S> {
         seen->largest = P(0);
         return fit;
     }
-    /// One particle at a node of the grid.
-    FIRN_INLINE void count(std::size_t node) const { ++counts[node]; }
+    /// Particles whose base node is this one of the grid.
+    FIRN_INLINE void count(std::size_t node, int particles) const { counts[node] += std::uint32_t(particles); }
 };
 
 /// What all threads have seen.
 template <class Seen, std::floating_point S, int D>
 FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* counts, const SparseGrid<S, D>& grid) {
     constexpr std::size_t per_block = std::size_t(block_nodes<D>);
-    const auto most = [&](std::size_t b, int thread) {
+    const auto look = [&](std::size_t b, int thread) {
+        std::uint32_t most = 0;
+        for (std::size_t i = b * per_block; i < (b + 1) * per_block; ++i) most = std::max(most, counts[i]);
         std::uint32_t& particles = threads[std::size_t(thread)].particles;
-        particles = std::max(particles, *std::max_element(counts + b * per_block, counts + (b + 1) * per_block));
+        particles = std::max(particles, most);
     };
-    parallel_for(grid.block_count(), int(threads.size()), most, 64);
+    parallel_for(grid.block_count(), int(threads.size()), look, 64);
     FixedPointLoad<S> load;
     for (const Seen& seen : threads)
         load = larger(load, {reduce_max(seen.load.momentum), reduce_max(seen.load.gradient), reduce_max(seen.load.mass),
@@ -99,18 +98,23 @@ FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* c
 /// Sums in quanta to numbers of the grid's nodes; those of too little mass become empty.
 template <class Integer, std::floating_point S, int D>
 void to_nodes(const Integer* sums, const FixedPointScale<S>& scale, SparseGrid<S, D>& grid, int threads) {
-    using Integers [[gnu::vector_size(node_width * sizeof(Integer))]] = Integer;
-    using Doubles [[gnu::vector_size(node_width * sizeof(double))]] = double;
-    using Floats [[gnu::vector_size(node_width * sizeof(S))]] = S;
-    const double momentum = 1 / double(scale.momentum), mass = 1 / double(scale.mass);
-    const Doubles quantum{momentum, momentum, momentum, mass};
+    constexpr int together = 4 * node_width, m = node_mass;
+    // Rounded once, to S: a float holds fewer digits than an integer, but a double all of one of 32 bits.
+    using Real = std::conditional_t<sizeof(Integer) == 4, S, double>;
+    using Integers [[gnu::vector_size(together * sizeof(Integer))]] = Integer;
+    using Reals [[gnu::vector_size(together * sizeof(Real))]] = Real;
+    using Floats [[gnu::vector_size(together * sizeof(S))]] = S;
+    const Real momentum = 1 / Real(scale.momentum), mass = 1 / Real(scale.mass);
+    Reals quantum;
+    for (int i = 0; i < together; ++i) quantum[i] = i % node_width == node_mass ? mass : momentum;
     constexpr std::size_t numbers = std::size_t(block_nodes<D> * node_width);
     const auto convert = [&](std::size_t b, int) {
-        for (std::size_t i = b * numbers; i < (b + 1) * numbers; i += node_width) {
+        for (std::size_t i = b * numbers; i < (b + 1) * numbers; i += together) {
             Integers sum;
             std::memcpy(&sum, sums + i, sizeof sum);
-            sum &= __builtin_shufflevector(sum, sum, node_mass, node_mass, node_mass, node_mass) >= fewest_mass_quanta;
-            const Floats to = __builtin_convertvector(__builtin_convertvector(sum, Doubles) * quantum, Floats);
+            sum &= __builtin_shufflevector(sum, sum, m, m, m, m, m + 4, m + 4, m + 4, m + 4, m + 8, m + 8, m + 8, m + 8,
+                                           m + 12, m + 12, m + 12, m + 12) >= fewest_mass_quanta;
+            const Floats to = __builtin_convertvector(__builtin_convertvector(sum, Reals) * quantum, Floats);
             std::memcpy(grid.nodes(0) + i, &to, sizeof to);
         }
     };

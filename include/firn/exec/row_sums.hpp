@@ -12,14 +12,13 @@ namespace firn {
 
 /// For sums that need not know what they are made of. \see MeasuredSums
 struct Unmeasured {
-    static constexpr bool measured = false;
-    FIRN_INLINE static bool fits() { return true; }
+    FIRN_INLINE static constexpr bool fits() { return true; }
+    FIRN_INLINE static void count(std::size_t, int) {}
 
     template <class Kernel, int D, int Blocks>
     struct Counts {
         FIRN_INLINE explicit Counts(const ArenaBox<D>&) {}
-        template <class Index>
-        FIRN_INLINE void add(const Index*, int) const {}
+        FIRN_INLINE void add(std::ptrdiff_t, int) const {}
         template <class Sums>
         FIRN_INLINE void add_to_grid(const Sums&, const std::uint32_t*, const ArenaBox<D>&) const {}
     };

@@ -85,14 +85,16 @@ struct PackRecords {
 
     /// Adds up the rows that the particles of lanes [first, last) reach.
     /// \param rows_at  rows_at(corner): where they are added up. \see ArenaRows, GridRows
+    /// \param count    count(corner, particles): told of all of them
     /// \tparam Held  whether sums are made of each cell's particles before they are stored. The same additions in the
     ///               same order: it only matters how long sums stay in registers.
-    template <bool Held, class RowsAt>
-    FIRN_INLINE void scatter(int first, int last, const RowsAt& rows_at) const {
+    template <bool Held, class RowsAt, class Count>
+    FIRN_INLINE void scatter(int first, int last, const RowsAt& rows_at, const Count& count) const {
         using Row = typename decltype(rows_at(0))::Row;
         for (int l = first; l < last;) {
             const std::ptrdiff_t corner = weights.corner[l];
             const auto rows = rows_at(corner);
+            const int begin = l;
             if constexpr (Held) {
                 decltype(rows.load(0)) sums[lines];
                 unroll<lines>([&](auto line) FIRN_LAMBDA { sums[line] = rows.load(line); });
@@ -106,7 +108,13 @@ struct PackRecords {
                                      FIRN_LAMBDA { rows.store(line, rows.plus(rows.load(line), row...)); });
                 ++l;
             }
+            count(corner, l - begin);
         }
+    }
+    /// Only counts them.
+    template <class Count>
+    FIRN_INLINE void count(int first, int last, const Count& count) const {
+        for (int l = first; l < last; ++l) count(weights.corner[l], 1);
     }
 
 private:
