@@ -35,7 +35,7 @@ struct FixedPoint {
                               : (sizeof(Integer) == 4 ? "coloured_fixed_point" : "coloured_fixed_point_64");
     int threads = 0;  ///< 0: as many as thread_count() says
     /// Quanta per kg m/s and per kg, powers of two. Not given: the largest for which no sum can overflow.
-    /// A given scale that could overflow is refused with overflow_error before anything is added.
+    /// A given scale that could overflow is refused with overflow_error.
     std::optional<double> momentum_scale{}, mass_scale{};
 };
 template <class Integer = std::int32_t>

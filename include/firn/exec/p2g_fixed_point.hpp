@@ -77,6 +77,26 @@ struct MeasuredSums : IntegerSums<Integer, S> {
     FIRN_INLINE void count(std::size_t node, int particles) const { counts[node] += std::uint32_t(particles); }
 };
 
+/// Memory for the sums of all nodes, and for the number of particles that have each as their base node.
+template <class Integer>
+struct GridIntegers {
+    Integer* sums;
+    std::uint32_t* counts;
+};
+
+/// Sums lie where the nodes' numbers will, if they are as large.
+template <class Integer, std::floating_point S, int D>
+GridIntegers<Integer> integers_of(SparseGrid<S, D>& grid) {
+    if constexpr (sizeof(Integer) == sizeof(S)) {
+        return {reinterpret_cast<Integer*>(grid.nodes(0)), grid.template scratch<std::uint32_t>()};
+    } else {
+        using OfNode = std::array<std::byte, node_width * sizeof(Integer) + sizeof(std::uint32_t)>;
+        auto* const sums = reinterpret_cast<Integer*>(grid.template scratch<OfNode>());
+        const std::size_t numbers = grid.block_count() * std::size_t(block_nodes<D> * node_width);
+        return {sums, reinterpret_cast<std::uint32_t*>(sums + numbers)};
+    }
+}
+
 /// What all threads have seen.
 template <class Seen, std::floating_point S, int D>
 FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* counts, const SparseGrid<S, D>& grid) {
@@ -95,11 +115,11 @@ FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* c
     return load;
 }
 
-/// Sums in quanta to numbers of the grid's nodes; those of too little mass become empty.
+/// Sums in quanta to numbers of the grid's nodes, maybe in the same memory; those of too little mass become empty.
 template <class Integer, std::floating_point S, int D>
 void to_nodes(const Integer* sums, const FixedPointScale<S>& scale, SparseGrid<S, D>& grid, int threads) {
     constexpr int together = 4 * node_width, m = node_mass;
-    // Rounded once, to S: a float holds fewer digits than an integer, but a double all of one of 32 bits.
+    // Scales are powers of two: an integer of 32 bits is rounded once, by the conversion.
     using Real = std::conditional_t<sizeof(Integer) == 4, S, double>;
     using Integers [[gnu::vector_size(together * sizeof(Integer))]] = Integer;
     using Reals [[gnu::vector_size(together * sizeof(Real))]] = Real;
@@ -124,30 +144,34 @@ void to_nodes(const Integer* sums, const FixedPointScale<S>& scale, SparseGrid<S
 }  // namespace detail
 
 /// \copydoc p2g
-/// \throws overflow_error before anything is added, if a sum could leave the range of Integer
+/// \throws overflow_error  if a sum could leave the range of Integer; the grid is empty then
 template <class Kernel, class Transfer, class Force, class Integer, Adding How, std::floating_point S, int D,
           class... Views>
 void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, double dt,
          const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
     const int threads = thread_count(execution.threads);
-    // Of all nodes the sums, then the counts.
-    using OfNode = std::array<std::byte, node_width * sizeof(Integer) + sizeof(std::uint32_t)>;
-    OfNode* const memory = grid.template scratch<OfNode>();
-    auto* const sums = reinterpret_cast<Integer*>(memory);
-    auto* const counts =
-        reinterpret_cast<std::uint32_t*>(sums + grid.block_count() * std::size_t(block_nodes<D> * node_width));
-    detail::clear(memory, 1, grid, threads);
+    const detail::GridIntegers<Integer> integers = detail::integers_of<Integer>(grid);
+    Integer* const sums = integers.sums;
+    detail::clear(sums, node_width, grid, threads);
+    detail::clear(integers.counts, 1, grid, threads);
 
     // The scale that was right the last time, or only a look at the particles.
     using Measured = detail::MeasuredSums<Kernel, Force, Integer, S>;
     const bool tries = How == Adding::coloured && grid.guess;
     const std::array<S, 2> tried = tries ? *grid.guess : std::array{S(1), S(1)};
     std::vector<typename Measured::Seen> seen{std::size_t(threads)};
-    const Measured measured({tried[0], tried[1]}, seen.data(), counts, tries);
+    const Measured measured({tried[0], tried[1]}, seen.data(), integers.counts, tries);
     (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, measured, sums), ...);
-    const FixedPointScale<S> scale = fixed_point_scale<Kernel, D, Integer>(
-        detail::load_of_all(seen, counts, grid), execution.momentum_scale, execution.mass_scale);
+    const FixedPointLoad<S> load = detail::load_of_all(seen, integers.counts, grid);
+    const FixedPointScale<S> scale = [&] {
+        try {
+            return fixed_point_scale<Kernel, D, Integer>(load, execution.momentum_scale, execution.mass_scale);
+        } catch (...) {
+            detail::clear(grid.nodes(0), node_width, grid, threads);
+            throw;
+        }
+    }();
     const bool was_right = tries && tried == std::array{scale.momentum, scale.mass} &&
                            std::all_of(seen.begin(), seen.end(), [](const auto& s) { return s.all_fitted; });
     grid.guess = {scale.momentum, scale.mass};
@@ -155,8 +179,8 @@ void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, doub
     if (!was_right) {
         if (tries) detail::clear(sums, node_width, grid, threads);
         if constexpr (How == Adding::coloured) {
-            const IntegerSums<Integer, S> integers(scale);
-            (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, integers, sums), ...);
+            const IntegerSums<Integer, S> right(scale);
+            (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, right, sums), ...);
         } else {
             const AtomicSums<Integer, S> atomic(scale);
             const auto scatter = [&](const auto& set) {

@@ -166,8 +166,7 @@ TEST_CASE("The fixed-point scale fits the worst heap of particles and is not nee
     CHECK(scale.momentum * 3 * bound > 0x1p29);
 }
 
-TEST_CASE(
-    "A fixed-point scale that could overflow is refused before anything is added, and the sentence says what fits") {
+TEST_CASE("A fixed-point scale that could overflow is refused, and the sentence says what fits") {
     using C = Case<float, 3, Apic, MlsForce>;
     auto cloud = heap(1000, 3.0f);
     FixedPoint<std::int32_t> execution;
@@ -183,6 +182,25 @@ TEST_CASE(
     execution.momentum_scale = {};
     cloud.v[0] = std::numeric_limits<float>::infinity();
     REQUIRE_THROWS_AS(scattered<C>(cloud, execution), overflow_error);
+}
+
+TEMPLATE_TEST_CASE("What a refused fixed-point P2G leaves is an empty grid, not its integers", "",
+                   FixedPoint<std::int32_t>, ColouredFixedPoint<std::int32_t>, ColouredFixedPoint<std::int64_t>) {
+    auto cloud = heap(1000, 3.0f);
+    const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 1);
+    SparseGrid<float, 3> grid(cloud.domain);
+    grid.activate(partition);
+    TestType execution{2};
+    const auto add = [&] {
+        p2g<QuadraticBSpline, Apic, MlsForce>(execution, cloud.view(), partition, grid, dt);
+        return numbers(grid);
+    };
+    const auto sums = add();
+    execution.mass_scale = 0x1p62;
+    REQUIRE_THROWS_AS(add(), overflow_error);
+    CHECK(numbers(grid) == std::vector<double>(sums.size()));
+    execution.mass_scale = {};
+    CHECK(add() == sums);
 }
 
 TEMPLATE_TEST_CASE("What scale was right the last time makes no difference to fixed-point sums", "",
