@@ -118,14 +118,21 @@ concept has_diffusivity =
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
         { m.diffusivity(density, state) } -> std::same_as<material_scalar_t<M>>;
     };
+/// The state after a step in a flow of that velocity gradient [1/s], the model's own way.
+template <class M, int D>
+concept has_updated =
+    requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient,
+             const material_scalar_t<M> dt) { m.updated(state, velocity_gradient, dt); };
+/// A plastic return mapping.
+template <class M, int D>
+concept has_returned = requires(const M m, const material_state_t<M, D> trial) { m.returned(trial); };
 /// The state after a return mapping and its stress from one member function, of the model itself: one that inherits it
 /// may have another stress.
 template <class M, int D>
 concept has_returned_with_stress =
     requires {
         { detail::owner(&M::template returned_with_stress<D>) } -> std::same_as<std::type_identity<M>>;
-    } && !requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient,
-              const material_scalar_t<M> dt) { m.updated(state, velocity_gradient, dt); };
+    } && !has_updated<M, D>;
 // clang-format on
 
 /// A constitutive model in D dimensions.

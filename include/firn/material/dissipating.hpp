@@ -26,6 +26,8 @@ struct Dissipating : Model {
 
     template <int D>
     struct state : material_state_t<Model, D> {
+        static_assert(!has_updated<Model, D>, "firn: Dissipating takes models with a return mapping");
+
         S dissipated = S(0);  ///< [J/m³]
 
         static constexpr auto fields() {
@@ -39,12 +41,29 @@ struct Dissipating : Model {
         return {firn::initial_state<D>(static_cast<const Model&>(*this)), S(0)};
     }
     template <int D>
-    FIRN_INLINE state<D> updated(const state<D>& before, const Mat<S, D>& velocity_gradient, const S& dt) const {
+    FIRN_INLINE state<D> returned(const state<D>& trial) const {
+        return loss(trial, returned_by(static_cast<const Model&>(*this), base(trial)));
+    }
+    template <int D>
+        requires has_returned_with_stress<Model, D>
+    FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
+        const auto mapped = Model::returned_with_stress(base(trial));
+        return {loss(trial, mapped.state), mapped.stress};
+    }
+
+private:
+    template <int D>
+    using Base = material_state_t<Model, D>;
+    template <int D>
+    FIRN_INLINE static const Base<D>& base(const state<D>& particle) {
+        return particle;
+    }
+    /// The state after the return mapping, and what it took.
+    template <int D>
+    FIRN_INLINE state<D> loss(const state<D>& trial, const Base<D>& after) const {
         const Model& model = *this;
-        const material_state_t<Model, D>& from = before;
-        const material_state_t<Model, D> trial = followed(from, velocity_gradient, dt);
-        const material_state_t<Model, D> after = returned_by(model, trial);
-        return {after, before.dissipated + (firn::energy_density(model, trial) - firn::energy_density(model, after))};
+        return {after,
+                trial.dissipated + (firn::energy_density(model, base(trial)) - firn::energy_density(model, after))};
     }
 };
 

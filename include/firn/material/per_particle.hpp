@@ -89,9 +89,25 @@ public:
     }
 
     template <int D>
+        requires has_updated<Model, D>
     FIRN_INLINE state<D> updated(const state<D>& before, const Mat<S, D>& velocity_gradient, const S& dt) const {
         state<D> after = before;
-        static_cast<Base<D>&>(after) = firn::updated(of(before), base(before), velocity_gradient, dt);
+        static_cast<Base<D>&>(after) = of(before).updated(base(before), velocity_gradient, dt);
+        return after;
+    }
+    template <int D>
+        requires has_returned<Model, D>
+    FIRN_INLINE state<D> returned(const state<D>& trial) const {
+        state<D> after = trial;
+        static_cast<Base<D>&>(after) = of(trial).returned(base(trial));
+        return after;
+    }
+    template <int D>
+        requires has_returned_with_stress<Model, D>
+    FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
+        const auto mapped = of(trial).returned_with_stress(base(trial));
+        StateAndStress<state<D>, S, D> after{trial, mapped.stress};
+        static_cast<Base<D>&>(after.state) = mapped.state;
         return after;
     }
     template <int D>

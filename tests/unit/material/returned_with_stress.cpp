@@ -73,11 +73,51 @@ void check_g2p(const M& model) {
     CHECK(flowed > particles.size() / 4);
 }
 
+/// Wrapped, a model returns the same states with the same stresses, to the bit; where its mu is the particle's own, as
+/// a model of that mu does.
+template <int D, class M>
+void check_wrapped(const M& model) {
+    using S = material_scalar_t<M>;
+    M softer = model;
+    softer.mu /= 2;
+    PerParticle<M, "mu"> varied;
+    Dissipating<M> counted;
+    static_cast<M&>(varied) = static_cast<M&>(counted) = model;
+    Random random(8);
+    S dissipated = 0;
+    for (int i = 0; i < 300; ++i) {
+        const State<M, D> state = trial<M, D>(random, i);
+        State<PerParticle<M, "mu">, D> of_varied{state, {softer.mu}};
+        State<Dissipating<M>, D> of_counted{state, S(3)};
+        const auto after = varied.returned_with_stress(of_varied);
+        of<"mu">(of_varied) = model.mu;
+        const auto own = varied.returned_with_stress(of_varied);
+        const auto expected = softer.returned_with_stress(state);
+        const auto and_lost = counted.returned_with_stress(of_counted);
+        const auto of_model = model.returned_with_stress(state);
+        CAPTURE(i);
+        for (int k = 0; k < D * D; ++k) {
+            CHECK(after.state.F.m[k] == expected.state.F.m[k]);
+            CHECK(after.stress.m[k] == expected.stress.m[k]);
+            CHECK(own.stress.m[k] == of_model.stress.m[k]);
+            CHECK(and_lost.state.F.m[k] == of_model.state.F.m[k]);
+            CHECK(and_lost.stress.m[k] == of_model.stress.m[k]);
+        }
+        CHECK(after.state.plastic_strain == expected.state.plastic_strain);
+        CHECK(of<"mu">(after.state) == softer.mu);
+        CHECK(and_lost.state.dissipated == S(3) + (model.energy_density(state) - model.energy_density(of_model.state)));
+        CHECK(and_lost.state.dissipated == counted.returned(of_counted).dissipated);
+        dissipated += and_lost.state.dissipated - 3;
+    }
+    CHECK(dissipated > 0);
+}
+
 /// Its stress is not that of dry sand.
-struct Wet : Sand<float> {
+template <scalar S>
+struct Wet : Sand<S> {
     template <int D>
-    Mat<float, D> kirchhoff_stress(const state<D>& sand) const {
-        return Sand::kirchhoff_stress(sand) + Mat<float, D>::identity();
+    Mat<S, D> kirchhoff_stress(const typename Sand<S>::template state<D>& sand) const {
+        return Sand<S>::kirchhoff_stress(sand) + Mat<S, D>::identity();
     }
 };
 
@@ -96,12 +136,24 @@ TEMPLATE_TEST_CASE("The stress that comes with a return is that of the state", "
 TEST_CASE("G2P stores the stress of the states it stores, where both come at once") {
     check_g2p(Sand<float>{});
     check_g2p(VonMises<float>::from_properties({.yield_stress = 2e3}));
+    check_g2p(PerParticle<Sand<float>, "mu">{});
+    check_g2p(Dissipating<Sand<float>>{});
+}
+
+TEMPLATE_TEST_CASE("A wrapped model, too, gives state and stress at once", "", float, double) {
+    using S = TestType;
+    check_wrapped<3>(Sand<S>{});
+    check_wrapped<2>(Sand<S>{});
+    check_wrapped<3>(VonMises<S>::from_properties({.yield_stress = 2e3}));
 }
 
 TEST_CASE("Only the model that defines state and stress at once is asked for them, not one that inherits from it") {
     STATIC_REQUIRE(has_returned_with_stress<Sand<float>, 3>);
-    STATIC_REQUIRE(!has_returned_with_stress<Wet, 3>);
-    STATIC_REQUIRE(!has_returned_with_stress<Dissipating<Sand<float>>, 3>);
-    STATIC_REQUIRE(!has_returned_with_stress<PerParticle<Sand<float>, "mu">, 3>);
+    STATIC_REQUIRE(!has_returned_with_stress<Wet<float>, 3>);
     STATIC_REQUIRE(!has_returned_with_stress<Snow<float>, 3>);
+    STATIC_REQUIRE(has_returned_with_stress<Dissipating<Sand<float>>, 3>);
+    STATIC_REQUIRE(has_returned_with_stress<PerParticle<Sand<float>, "mu">, 3>);
+    STATIC_REQUIRE(has_returned_with_stress<Dissipating<PerParticle<Sand<float>, "mu">>, 3>);
+    STATIC_REQUIRE(!has_returned_with_stress<Dissipating<Wet<float>>, 3>);
+    STATIC_REQUIRE(!has_returned_with_stress<PerParticle<Snow<float>, "mu">, 3>);
 }
