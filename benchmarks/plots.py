@@ -35,7 +35,7 @@ class Measured:
         found = [(of["particles"], of["particles"] / of["particle_steps_per_second"])
                  for name, of in self.numbers.items()
                  if name.startswith("step/two_cubes") and name.endswith(f"/coloured/threads:{threads}")
-                 and not any(word in name for word in ("pic", "2d", "double"))]
+                 and not any(word in name for word in ("pic", "2d", "double", "portable"))]
         return sorted(found)
 
     def arithmetic_roof(self, threads):

@@ -21,7 +21,7 @@ def rows(numbers):
 def main():
     repetitions = int(sys.argv[1]) if len(sys.argv) > 1 else 9
     context, numbers = results.run(
-        "^step/two_cubes/(baseline|serial|coloured|coloured_fixed_point)/", results.folder / "ratio.json",
+        "^step/two_cubes(_portable)?/(baseline|serial|coloured|coloured_fixed_point)/", results.folder / "ratio.json",
         f"--benchmark_repetitions={repetitions}", "--benchmark_enable_random_interleaving=true")
     print(results.machine(context))
     print(f"{'':<42} {'M/s':>8} {'ratio':>8} {'by CPU time':>12}")
