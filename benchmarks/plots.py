@@ -4,6 +4,7 @@
 Roofs: roof/fma over the operations of a particle-step (counted by running the stages with a counting scalar), and
 roof/stream over the bytes that it must read and write.
 """
+import re
 import sys
 from pathlib import Path
 
@@ -34,8 +35,7 @@ class Measured:
         """(particles, seconds a step) of the two cubes by size, rising."""
         found = [(of["particles"], of["particles"] / of["particle_steps_per_second"])
                  for name, of in self.numbers.items()
-                 if name.startswith("step/two_cubes") and name.endswith(f"/coloured/threads:{threads}")
-                 and not any(word in name for word in ("pic", "2d", "double", "portable"))]
+                 if re.fullmatch(rf"step/two_cubes(_\d+[km]?)?/coloured/threads:{threads}", name)]
         return sorted(found)
 
     def arithmetic_roof(self, threads):

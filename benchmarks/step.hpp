@@ -94,19 +94,20 @@ std::unique_ptr<Simulation> make_simulation(const Scene<D>& scene, const Executi
     return made;
 }
 
-template <int D, class S, class Transfer, class Execution>
-using Elastic =
-    firn::Simulation<D, firn::FixedCorotated<S>, Transfer, firn::MlsForce, firn::QuadraticBSpline, Execution>;
+template <int D, class S, class Transfer, class Execution, class Force = firn::MlsForce,
+          class Kernel = firn::QuadraticBSpline>
+using Elastic = firn::Simulation<D, firn::FixedCorotated<S>, Transfer, Force, Kernel, Execution>;
 
 /// Registers step/SCENE/EXECUTION/threads:N, for a simulation of the given policies.
-template <class S, class Transfer, class Execution, int D>
+template <class S, class Transfer, class Force = firn::MlsForce, class Kernel = firn::QuadraticBSpline, class Execution,
+          int D>
 benchmark::internal::Benchmark* add_step(const std::string& scene_name, Scene<D> (*make_scene)(),
                                          const Execution& execution, int threads) {
     const std::string name = "step/" + scene_name + "/" + Execution::name + "/threads:" + std::to_string(threads);
     return benchmark::RegisterBenchmark(
                name.c_str(),
                [make_scene, execution](benchmark::State& state) {
-                   using Simulation = Elastic<D, S, Transfer, Execution>;
+                   using Simulation = Elastic<D, S, Transfer, Execution, Force, Kernel>;
                    const PeakMemory memory;
                    const Scene<D> scene = make_scene();
                    const auto simulation = time_steps(state, scene.steps, scene.size(),
@@ -122,10 +123,11 @@ benchmark::internal::Benchmark* add_step(const std::string& scene_name, Scene<D>
 }
 
 /// Registers step/SCENE/coloured/threads:N for the two cubes (in 2D: squares) with other policies.
-template <class S, class Transfer, int D>
+template <class S, class Transfer, int D, class Force = firn::MlsForce, class Kernel = firn::QuadraticBSpline>
 bool add_two_cubes(const char* scene_name) {
     for (const int threads : {1, 2})
-        add_step<S, Transfer>(scene_name, +[] { return two_cubes<D>(); }, firn::Coloured{threads}, threads);
+        add_step<S, Transfer, Force, Kernel>(
+            scene_name, +[] { return two_cubes<D>(); }, firn::Coloured{threads}, threads);
     return true;
 }
 

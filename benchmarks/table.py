@@ -82,7 +82,8 @@ def scenes():
     _, numbers = load("results.json")
     rows = []
     for scene in ("bunnies", "dense_block", "thin_sheet", "splash", "disorder_solid", "disorder_sheet", "spray_11",
-                  "spray_4", "two_cubes_pic", "two_cubes_2d", "two_cubes_double"):
+                  "spray_4", "two_cubes_pic", "two_cubes_flip", "two_cubes_fmpm", "two_cubes_gradient",
+                  "two_cubes_cubic", "two_cubes_2d", "two_cubes_double"):
         if of := steps(numbers, scene, "coloured", 1):
             rows.append([f"`{scene}`", f"{int(of['particles']):,}", *rates(numbers, scene),
                          number(of["bytes_per_particle"]), number(of["grid_bytes_per_particle"])])
