@@ -138,10 +138,10 @@ public:
     std::size_t size() const { return size_; }
     std::size_t slots() const { return id_.size(); }
 
-    /// Makes room for this many particles.
+    /// Makes room for this many particles, and the padding that sorting adds to dense matter.
     void reserve(std::size_t count) {
         const std::size_t needed = (end_ - size_ + count + pack_size - 1) / pack_size * pack_size;
-        if (needed > slots()) grow(needed);
+        if (needed > slots()) grow(needed + needed / 32 / pack_size * pack_size, count);
     }
 
     /// The id of the next particle: no id is given out twice.
@@ -152,7 +152,11 @@ public:
     void push_back(const Vec<double, D>& x, const Vec<S, D>& v, S mass, S volume, const State& state = {}) {
         if (next_id_ == no_particle)
             throw parameter_error(sentence("All ", no_particle, " ids of particles have been given out."));
-        if (end_ == slots()) grow(std::max<std::size_t>(4 * pack_size, slots() + slots() / 2 / pack_size * pack_size));
+        if (end_ == slots()) {
+            const std::size_t more =
+                std::max<std::size_t>(4 * pack_size, slots() + slots() / 2 / pack_size * pack_size);
+            grow(more, more);
+        }
         const std::size_t slot = end_++;
         set_position(slot, x);
         set_velocity(slot, v);
@@ -334,10 +338,10 @@ private:
         for (std::size_t i = group.particles; i < group.packs() * pack_size; ++i) body(group.first_slot + i);
     }
     /// \throws memory_error  if there is not enough for so many
-    void grow(std::size_t slots) {
+    void grow(std::size_t slots, std::size_t particles) {
         require_memory(
             double(fields_.bytes()) + double(fields_.bytes_for(slots)) + double(slots) * 2 * sizeof(std::uint32_t),
-            sentence("Room for ", slots, " particles"), "Take fewer: a larger spacing, a smaller body.");
+            sentence("Room for ", particles, " particles"), "Take fewer: a larger spacing, a smaller body.");
         fields_.grow(slots);
         id_.resize(slots, no_particle);
         block_.resize(slots, 0);
