@@ -5,6 +5,8 @@
 #include <firn/exec/gather.hpp>
 #include <firn/exec/scatter.hpp>
 
+#include <numeric>
+
 using namespace firn;
 
 namespace {
@@ -222,11 +224,18 @@ TEMPLATE_TEST_CASE("P2G and G2P of a pack have the same bits in every form of ro
         const RandomRecords<Kernel, S, D> particles(random);
         PackRecords<Kernel, Force, S, D> records;
         records.template fill<Apic>(particles, particles, 0, arena_size<Kernel>, Sums{});
+        std::vector<int> at_corner(count), told;
+        records.count(0, pack_size, [&](std::ptrdiff_t corner, int n) { at_corner[std::size_t(corner)] += n; });
+        REQUIRE(std::accumulate(at_corner.begin(), at_corner.end(), 0) == pack_size);
+        const auto tell = [&](std::ptrdiff_t corner, int n) { told[std::size_t(corner)] += n; };
         const auto scattered = [&]<class Row, bool held>(std::type_identity<Row>, std::bool_constant<held>) {
             std::array<S, count> arena{};
-            records.template scatter<held>(0, pack_size, [&](std::ptrdiff_t corner) {
+            const auto rows_at = [&](std::ptrdiff_t corner) {
                 return RowsInForm<Sums, Kernel, S, D, Row>{arena.data() + corner};
-            });
+            };
+            told.assign(count, 0);
+            records.template scatter<held>(0, pack_size, rows_at, tell);
+            CHECK(told == at_corner);
             return bits(arena);
         };
         using Portable = std::type_identity<portable_row<S, K>>;
@@ -240,9 +249,12 @@ TEMPLATE_TEST_CASE("P2G and G2P of a pack have the same bits in every form of ro
         records.template fill<Apic>(particles, particles, 0, arena_size<Kernel>, quanta);
         const auto counted = [&]<class Row, bool held>(std::type_identity<Row>, std::bool_constant<held>) {
             std::vector<std::int32_t> arena(count);
-            records.template scatter<held>(0, pack_size, [&](std::ptrdiff_t corner) {
+            const auto rows_at = [&](std::ptrdiff_t corner) {
                 return RowsInForm<IntegerSums<std::int32_t, S>, Kernel, S, D, Row>{arena.data() + corner};
-            });
+            };
+            told.assign(count, 0);
+            records.template scatter<held>(0, pack_size, rows_at, tell);
+            CHECK(told == at_corner);
             return arena;
         };
         const auto integers = counted(Portable{}, std::true_type{});
