@@ -17,10 +17,11 @@ std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<st
     SparseGrid<float, D> grid(simulation.domain());
     grid.activate(simulation.partition());
     auto particles = simulation.particles();
-    p2g<Kernel, Transfer, Force>(simulation.execution, particles.view(), simulation.partition(), grid,
-                                 simulation.fixed_time_step);
+    detail::sum_in_quanta<Kernel, Transfer, Force>(
+        simulation.execution, grid, simulation.fixed_time_step,
+        ParticleSet<decltype(particles.view())>{particles.view(), simulation.partition()});
     using Node = std::array<std::int32_t, node_width>;
-    const Node* sums = grid.template scratch<Node>();
+    const std::int32_t* sums = detail::integers_of<std::int32_t>(grid).sums;
     std::size_t all = 1;
     for (const std::uint32_t n : nodes) all *= n;
     std::vector<std::int32_t> dense(all * node_width);
@@ -33,7 +34,9 @@ std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<st
                 inside = inside && along >= 0 && along < int(nodes[std::size_t(a)]);
                 at = at * nodes[std::size_t(a)] + std::size_t(along);
             }
-            const Node& node = sums[b * std::size_t(block_nodes<D>) + std::size_t(i)];
+            Node node;
+            std::copy_n(sums + (b * std::size_t(block_nodes<D>) + std::size_t(i)) * node_width, node_width,
+                        node.begin());
             if (inside)
                 std::copy(node.begin(), node.end(), dense.begin() + std::ptrdiff_t(at * node_width));
             else if (node != Node{})

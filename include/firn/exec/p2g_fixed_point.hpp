@@ -141,6 +141,56 @@ void to_nodes(const Integer* sums, const FixedPointScale<S>& scale, SparseGrid<S
     parallel_for(grid.block_count(), threads, convert, 16);
 }
 
+/// P2G as far as the sums in quanta, which are then where integers_of() says. \returns their scale
+/// \throws overflow_error  if a sum could leave the range of Integer; the grid is empty then
+template <class Kernel, class Transfer, class Force, class Integer, Adding How, std::floating_point S, int D,
+          class... Views>
+FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, double dt,
+                                 const ParticleSet<Views>&... sets) {
+    const int threads = thread_count(execution.threads);
+    const GridIntegers<Integer> integers = integers_of<Integer>(grid);
+    Integer* const sums = integers.sums;
+    clear(sums, node_width, grid, threads);
+    clear(integers.counts, 1, grid, threads);
+
+    // The scale that was right the last time, or only a look at the particles.
+    using Measured = MeasuredSums<Kernel, Force, Integer, S>;
+    const bool tries = How == Adding::coloured && grid.guess;
+    const std::array<S, 2> tried = tries ? *grid.guess : std::array{S(1), S(1)};
+    std::vector<typename Measured::Seen> seen{std::size_t(threads)};
+    const Measured measured({tried[0], tried[1]}, seen.data(), integers.counts, tries);
+    (scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, measured, sums), ...);
+    const FixedPointLoad<S> load = load_of_all(seen, integers.counts, grid);
+    const FixedPointScale<S> scale = [&] {
+        try {
+            return fixed_point_scale<Kernel, D, Integer>(load, execution.momentum_scale, execution.mass_scale);
+        } catch (...) {
+            clear(grid.nodes(0), node_width, grid, threads);
+            throw;
+        }
+    }();
+    const bool was_right = tries && tried == std::array{scale.momentum, scale.mass} &&
+                           std::all_of(seen.begin(), seen.end(), [](const auto& s) { return s.all_fitted; });
+    grid.guess = {scale.momentum, scale.mass};
+
+    if (!was_right) {
+        if (tries) clear(sums, node_width, grid, threads);
+        if constexpr (How == Adding::coloured) {
+            const IntegerSums<Integer, S> right(scale);
+            (scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, right, sums), ...);
+        } else {
+            const AtomicSums<Integer, S> atomic(scale);
+            const auto scatter = [&](const auto& set) {
+                parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
+                    scatter_group<Kernel, Transfer, Force>(set, set.partition.groups[g], grid, dt, atomic, sums);
+                });
+            };
+            (scatter(sets), ...);
+        }
+    }
+    return scale;
+}
+
 }  // namespace detail
 
 /// \copydoc p2g
@@ -150,50 +200,8 @@ template <class Kernel, class Transfer, class Force, class Integer, Adding How, 
 void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, double dt,
          const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
-    const int threads = thread_count(execution.threads);
-    const detail::GridIntegers<Integer> integers = detail::integers_of<Integer>(grid);
-    Integer* const sums = integers.sums;
-    detail::clear(sums, node_width, grid, threads);
-    detail::clear(integers.counts, 1, grid, threads);
-
-    // The scale that was right the last time, or only a look at the particles.
-    using Measured = detail::MeasuredSums<Kernel, Force, Integer, S>;
-    const bool tries = How == Adding::coloured && grid.guess;
-    const std::array<S, 2> tried = tries ? *grid.guess : std::array{S(1), S(1)};
-    std::vector<typename Measured::Seen> seen{std::size_t(threads)};
-    const Measured measured({tried[0], tried[1]}, seen.data(), integers.counts, tries);
-    (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, measured, sums), ...);
-    const FixedPointLoad<S> load = detail::load_of_all(seen, integers.counts, grid);
-    const FixedPointScale<S> scale = [&] {
-        try {
-            return fixed_point_scale<Kernel, D, Integer>(load, execution.momentum_scale, execution.mass_scale);
-        } catch (...) {
-            detail::clear(grid.nodes(0), node_width, grid, threads);
-            throw;
-        }
-    }();
-    const bool was_right = tries && tried == std::array{scale.momentum, scale.mass} &&
-                           std::all_of(seen.begin(), seen.end(), [](const auto& s) { return s.all_fitted; });
-    grid.guess = {scale.momentum, scale.mass};
-
-    if (!was_right) {
-        if (tries) detail::clear(sums, node_width, grid, threads);
-        if constexpr (How == Adding::coloured) {
-            const IntegerSums<Integer, S> right(scale);
-            (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, right, sums), ...);
-        } else {
-            const AtomicSums<Integer, S> atomic(scale);
-            const auto scatter = [&](const auto& set) {
-                parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
-                    detail::scatter_group<Kernel, Transfer, Force>(set, set.partition.groups[g], grid, dt, atomic,
-                                                                   sums);
-                });
-            };
-            (scatter(sets), ...);
-        }
-    }
-
-    detail::to_nodes(sums, scale, grid, threads);
+    const FixedPointScale<S> scale = detail::sum_in_quanta<Kernel, Transfer, Force>(execution, grid, dt, sets...);
+    detail::to_nodes(detail::integers_of<Integer>(grid).sums, scale, grid, thread_count(execution.threads));
 }
 
 }  // namespace firn
