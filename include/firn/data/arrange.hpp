@@ -2,9 +2,9 @@
 #pragma once
 
 #include <firn/data/block_partition.hpp>
+#include <firn/data/key_sort.hpp>
 
 #include <algorithm>
-#include <compare>
 
 namespace firn {
 
@@ -79,12 +79,7 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
         partition.phase_ends.back() = partition.by_phase.size();
     };
 
-    struct Numbered {
-        std::uint64_t key;
-        std::uint32_t number;
-        auto operator<=>(const Numbered&) const = default;
-    };
-    std::vector<Numbered> dense, sparse;  // groups by colour; blocks by cube
+    std::vector<Keyed> dense, sparse;  // groups by colour; blocks by cube
     for (std::uint32_t i = 0; i < sorted.size(); ++i) {
         BlockCoordinate<D> block = sorted[i].block;
         if (sorted[i].particles > sparse_particles) {
@@ -95,12 +90,12 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
             sparse.push_back({block_key<D>(block), i});
         }
     }
-    std::sort(dense.begin(), dense.end());
-    for (const Numbered& group : dense) add_to_phase(group.key, group.number);
+    sort_by_key(dense);
+    for (const Keyed& group : dense) add_to_phase(group.key, group.number);
 
-    std::sort(sparse.begin(), sparse.end());
+    sort_by_key(sparse);
     std::vector<BlockCoordinate<D>> cubes;
-    std::vector<Numbered> by_phase;  // first blocks of cubes in `sparse`
+    std::vector<Keyed> by_phase;  // first blocks of cubes in `sparse`
     for (std::uint32_t i = 0; i < sparse.size(); ++i)
         if (i == 0 || sparse[i].key != sparse[i - 1].key) {
             cubes.push_back(block_of_key<D>(sparse[i].key));
@@ -108,7 +103,7 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
         }
     const Waves<D> waves(cubes);
     for (std::size_t c = 0; c < cubes.size(); ++c) by_phase[c].key = waves.phase(cubes[c]);
-    std::sort(by_phase.begin(), by_phase.end());
+    sort_by_key(by_phase);
     for (const auto& [phase, first] : by_phase) {
         std::size_t last = first;
         while (last < sparse.size() && sparse[last].key == sparse[first].key) ++last;

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <firn/data/block_partition.hpp>
+#include <firn/data/key_sort.hpp>
 #include <firn/data/memory.hpp>
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -148,23 +150,27 @@ private:
     }
 
     static void sort_each_once(std::vector<std::uint64_t>& keys) {
-        std::sort(keys.begin(), keys.end());
+        sort_by_key(keys, std::identity());
         keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     }
 
     /// Neighbours along the last axis are neighbours in the list; the others are found by walking along it.
     void find_neighbours(const BlockPartition<D>& partition) {
         if (is_periodic(domain_)) return look_up_neighbours(partition);
-        for (int line = 0; line < neighbour_count / 3; ++line) {
-            std::size_t b = 0;
-            for (const std::uint32_t r : partition.by_block) {
-                BlockCoordinate<D> block = partition.ranges[r].block;
-                block[D - 1] -= 1;
-                for (int a = D - 2, rest = line; a >= 0; --a, rest /= 3) block[std::size_t(a)] += rest % 3 - 1;
-                const std::uint64_t key = block_key<D>(block);
-                while (blocks_[b] < key) ++b;
-                const std::size_t first = (partition.first_row + r) * neighbour_count + std::size_t(line) * 3;
-                for (std::uint32_t n = 0; n < 3; ++n) neighbours_[first + n] = std::uint32_t(b) + n;
+        constexpr std::size_t lines = neighbour_count / 3;
+        std::array<std::uint64_t, lines> beside{};  // what leads to the key of each line's first neighbour
+        for (std::size_t line = 0; line < lines; ++line) {
+            beside[line] -= 1;
+            std::uint64_t rest = line;
+            for (int a = D - 2; a >= 0; --a, rest /= 3) beside[line] += (rest % 3 - 1) << 21 * (D - 1 - a);
+        }
+        std::array<std::uint32_t, lines> first{};  // its number
+        for (const std::uint32_t r : partition.by_block) {
+            const std::uint64_t key = block_key<D>(partition.ranges[r].block);
+            std::uint32_t* row = neighbours_.data() + (partition.first_row + r) * neighbour_count;
+            for (std::size_t line = 0; line < lines; ++line) {
+                while (blocks_[first[line]] < key + beside[line]) ++first[line];
+                for (std::uint32_t n = 0; n < 3; ++n) *row++ = first[line] + n;
             }
         }
     }
@@ -181,19 +187,19 @@ private:
     }
 
     /// All keys of a sorted list, and those one step below and above: sorted, each once.
-    static void grow(const std::vector<std::uint64_t>& keys, std::uint64_t step, std::vector<std::uint64_t>& grown) {
-        grown.clear();
-        grown.reserve(3 * keys.size());
-        std::size_t low = 0, middle = 0, high = 0;
-        while (high < keys.size()) {
-            std::uint64_t next = keys[high] + step;
-            if (middle < keys.size()) next = std::min(next, keys[middle]);
-            if (low < keys.size()) next = std::min(next, keys[low] - step);
-            grown.push_back(next);
-            low += low < keys.size() && keys[low] - step == next;
-            middle += middle < keys.size() && keys[middle] == next;
-            high += keys[high] + step == next;
+    static void grow(std::vector<std::uint64_t>& keys, std::uint64_t step, std::vector<std::uint64_t>& grown) {
+        grown.resize(3 * keys.size());
+        keys.push_back(~std::uint64_t(0));  // above all others, one step less, too
+        std::size_t low = 0, middle = 0, high = 0, count = 0;
+        while (high + 1 < keys.size()) {
+            const std::uint64_t below = keys[low] - step, same = keys[middle], above = keys[high] + step;
+            const std::uint64_t next = std::min(std::min(below, same), above);
+            grown[count++] = next;
+            low += below == next;
+            middle += same == next;
+            high += above == next;
         }
+        grown.resize(count);
     }
 
     Domain<D> domain_;

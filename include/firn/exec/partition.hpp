@@ -4,6 +4,7 @@
 #include <firn/data/arrange.hpp>
 #include <firn/data/block_numbers.hpp>
 #include <firn/data/check_particles.hpp>
+#include <firn/data/key_sort.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/exec/parallel.hpp>
 
@@ -15,27 +16,33 @@ namespace firn {
 
 /// Where the base nodes of up to sixteen particles are.
 struct BlockCells {
-    std::uint64_t block[pack_size];  ///< keys
-    std::uint8_t cell[pack_size];    ///< numbers in the block, first axis fastest: see find_cells
+    static constexpr int far = 27;
+
+    std::uint64_t origin[pack_size];  ///< keys of the blocks from whose lower corners they were counted
+    std::uint64_t block[pack_size];   ///< keys
+    std::uint8_t beside[pack_size];   ///< number of the block among the 3^D around its origin, or far
+    std::uint8_t cell[pack_size];     ///< numbers in the block, first axis fastest: see find_cells
 };
 
 /// Cells are numbered along the first axis first: the rows of nodes of one cell and the next, which lie along the last
 /// axis, then begin at the same places. P2G reads what it has just stored, and a processor hands on at once only what
 /// is read as it was stored.
-/// \param base    the base nodes, counted from the lower corners of blocks
-/// \param origin  the keys of these blocks
+/// \param base  the base nodes, counted from the lower corners of to.origin
 template <std::floating_point S, int D>
-FIRN_INLINE void find_cells(const S (&base)[D][pack_size], const std::uint64_t (&origin)[pack_size], BlockCells& to) {
-    for (int l = 0; l < pack_size; ++l) {
-        std::uint64_t block = origin[l];
-        int cell = 0;
-        for (int a = 0; a < D; ++a) {
-            const int node = int(base[a][l]);
-            block += std::uint64_t(std::int64_t(node >> 2)) << 21 * (D - 1 - a);
-            cell |= (node & (block_size - 1)) << 2 * a;
+FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
+    unsigned cell[pack_size] = {}, beside[pack_size] = {}, beyond[pack_size] = {};
+    std::copy_n(to.origin, pack_size, to.block);
+    for (int a = 0; a < D; ++a)
+        for (int l = 0; l < pack_size; ++l) {
+            const int node = int(base[a][l]), blocks = node >> 2;
+            cell[l] |= unsigned(node & (block_size - 1)) << 2 * a;
+            beside[l] = 3 * beside[l] + unsigned(blocks + 1);
+            beyond[l] |= unsigned(blocks + 1) > 2;
+            to.block[l] += std::uint64_t(std::int64_t(blocks)) << 21 * (D - 1 - a);
         }
-        to.block[l] = block;
-        to.cell[l] = std::uint8_t(cell);
+    for (int l = 0; l < pack_size; ++l) {
+        to.cell[l] = std::uint8_t(cell[l]);
+        to.beside[l] = std::uint8_t(beyond[l] ? BlockCells::far : beside[l]);
     }
 }
 
@@ -60,8 +67,8 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
 
     struct Met {  // by one thread
         BlockNumbers blocks;
-        std::vector<std::size_t> counts;  // of particles, a block each; then where the next of each goes
-        std::vector<std::uint32_t> range;
+        std::vector<std::size_t> counts;  // of particles, a block each
+        std::size_t first;                // of its blocks, among those of all threads
     };
     std::vector<Met> met{std::size_t(threads)};
     auto* const number_of = reinterpret_cast<std::uint32_t*>(room);  // of blocks; no_particle
@@ -69,9 +76,10 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
     auto* const cell_of = reinterpret_cast<std::uint8_t*>(by_block + candidates);
     parallel_for(std::size_t(threads), threads, [&](std::size_t t, int) {
         Met& mine = met[t];
-        std::uint64_t block = 0;  // of the last particle: neighbours in memory mostly share it
-        std::uint32_t number = 0;
-        std::size_t* particles = nullptr;
+        // Numbers of the blocks around one origin, which neighbours in memory mostly share; no_particle: not known yet.
+        std::array<std::uint32_t, BlockCells::far + 1> around;
+        around.fill(no_particle);
+        std::uint64_t origin = 0;
         for (std::size_t first = first_of(t), end = first_of(t + 1); first < end; first += pack_size) {
             BlockCells cells;
             const std::size_t count = std::min<std::size_t>(pack_size, end - first);
@@ -82,46 +90,49 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
                     number_of[first + l] = no_particle;
                     continue;
                 }
-                if (!particles || cells.block[l] != block) {
-                    block = cells.block[l];
-                    number = mine.blocks.number(block);
+                if (cells.origin[l] != origin) around.fill(no_particle);
+                origin = cells.origin[l];
+                std::uint32_t& number = around[cells.beside[l]];
+                if (number == no_particle || cells.beside[l] == BlockCells::far) {
+                    number = mine.blocks.number(cells.block[l]);
                     if (number == mine.counts.size()) mine.counts.push_back(0);
-                    particles = &mine.counts[number];
                 }
-                ++*particles;
+                ++mine.counts[number];
                 number_of[first + l] = number;
             }
         }
     });
 
-    std::vector<std::uint64_t> keys;
-    for (const Met& m : met) keys.insert(keys.end(), m.blocks.keys().begin(), m.blocks.keys().end());
-    std::sort(keys.begin(), keys.end());
-    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-    std::vector<BlockRange<D>> sorted(keys.size());
-    for (std::size_t k = 0; k < keys.size(); ++k) sorted[k] = {block_of_key<D>(keys[k]), 0, 0};
-    for (Met& m : met)
-        for (std::size_t n = 0; n < m.blocks.size(); ++n) {
-            const auto k = std::lower_bound(keys.begin(), keys.end(), m.blocks.key(n)) - keys.begin();
-            m.range.push_back(std::uint32_t(k));
-            sorted[std::size_t(k)].particles += m.counts[n];
-        }
+    std::vector<Keyed> blocks;        // of all threads
+    std::vector<std::size_t> places;  // their counts of particles; then where the next of each goes in by_block
+    for (Met& m : met) {
+        m.first = places.size();
+        for (const std::uint64_t key : m.blocks.keys()) blocks.push_back({key, std::uint32_t(blocks.size())});
+        places.insert(places.end(), m.counts.begin(), m.counts.end());
+    }
+    sort_by_key(blocks);
+    std::vector<BlockRange<D>> sorted;
+    std::vector<std::uint32_t> range_of(blocks.size());
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+        if (i == 0 || blocks[i].key != blocks[i - 1].key) sorted.push_back({block_of_key<D>(blocks[i].key), 0, 0});
+        sorted.back().particles += places[blocks[i].number];
+        range_of[blocks[i].number] = std::uint32_t(sorted.size() - 1);
+    }
     BlockPartition<D> partition = arrange<D>(sorted, colours);
 
     // Within a range, thread t's particles follow those of thread t − 1: the order of a serial stable sort.
-    std::vector<std::size_t> first_place(keys.size()), next;  // in by_block
-    for (std::size_t r = 1; r < keys.size(); ++r)
+    std::vector<std::size_t> first_place(sorted.size()), next;  // in by_block
+    for (std::size_t r = 1; r < sorted.size(); ++r)
         first_place[r] = first_place[r - 1] + partition.ranges[r - 1].particles;
     next = first_place;
-    for (Met& m : met)
-        for (std::size_t n = 0; n < m.blocks.size(); ++n) {
-            std::size_t& place = next[partition.by_block[m.range[n]]];
-            const std::size_t begin = place;
-            place += m.counts[n];
-            m.counts[n] = begin;
-        }
+    for (std::size_t n = 0; n < places.size(); ++n) {
+        std::size_t& place = next[partition.by_block[range_of[n]]];
+        const std::size_t begin = place;
+        place += places[n];
+        places[n] = begin;
+    }
     parallel_for(std::size_t(threads), threads, [&](std::size_t t, int) {
-        std::size_t* const place = met[t].counts.data();
+        std::size_t* const place = places.data() + met[t].first;
         for (std::size_t i = first_of(t), end = first_of(t + 1); i < end; ++i)
             if (number_of[i] != no_particle) by_block[place[number_of[i]]++] = std::uint32_t(i);
     });
@@ -157,14 +168,13 @@ BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, i
         [&](std::size_t first, std::size_t count, BlockCells& cells) {
             using P = native_pack<S>;
             S base[D][pack_size];
-            std::uint64_t origin[pack_size];
             const S* places = particles.places_of_pack(first);
             for (int a = 0; a < D; ++a)
                 for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
                     base_node<Kernel>(P::load(places + a * pack_size + lane)).store(base[a] + lane);
-            for (std::size_t l = 0; l < count; ++l)
-                origin[l] = particles.is_particle(first + l) ? particles.block_key_of(first + l) : 0;
-            find_cells<S, D>(base, origin, cells);
+            for (std::size_t l = 0; l < pack_size; ++l)
+                cells.origin[l] = l < count && particles.is_particle(first + l) ? particles.block_key_of(first + l) : 0;
+            find_cells<S, D>(base, cells);
             if (periodic)
                 for (std::uint64_t& block : cells.block) block = wrapped_key(domain, block);
         });
@@ -194,13 +204,12 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
         colours_along_axis<Kernel>, count, threads, room.get(), [](std::size_t) { return true; },
         [&](std::size_t first, std::size_t used, BlockCells& cells) {
             S base[D][pack_size] = {};
-            std::uint64_t origin[pack_size];
-            std::fill_n(origin, pack_size, block_key<D>({}));
+            std::fill_n(cells.origin, pack_size, block_key<D>({}));
             for (std::size_t l = 0; l < used; ++l)
                 for (int a = 0; a < D; ++a)
                     base[a][l] =
                         base_node<Kernel>((view.position.particle(first + l, a) - S(domain.lower[a])) * per_cell);
-            find_cells<S, D>(base, origin, cells);
+            find_cells<S, D>(base, cells);
         });
 }
 

@@ -1,5 +1,6 @@
 /// \file Sorting by blocks: complete, stable, colour-safe, and the same for any number of threads.
 #include "support/catch.hpp"
+#include "support/random_numbers.hpp"
 #include "support/scenes.hpp"
 
 #include <set>
@@ -157,6 +158,41 @@ TEST_CASE(
         }
     CHECK(pairs > 10 * turn.size());
     CHECK(wrong == 0);
+}
+
+TEMPLATE_TEST_CASE_SIG("However far particles have gone from the block they were sorted into, they are found", "",
+                       ((int D), D), 2, 3) {
+    const Domain<D> domain{Vec<double, D>::zero(), Vec<double, D>::filled(1), 1.0 / 64};
+    Particles<double, D> particles(domain);
+    test_support::Random random(5);
+    for (int i = 0; i < 20'000; ++i) particles.push_back(random.vector<D>(0.2, 0.8), {}, 1, 1);
+    sort_particles<QuadraticBSpline>(particles);
+    for (const double cells : {0.3, 1.0, 4.0, 12.0}) {
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot)) {
+                const auto moved = random.vector<D>(-cells, cells);
+                for (int a = 0; a < D; ++a) *particles.view().position.at(slot, a) += moved[a];
+            }
+        const auto partition = partition_particles<QuadraticBSpline>(particles, 2);
+        std::vector<int> seen(particles.slots());
+        for (const auto& range : partition.ranges) {
+            std::pair<int, std::uint32_t> before{-1, 0};
+            for (std::size_t i = 0; i < range.particles; ++i) {
+                const std::uint32_t slot = partition.order[range.first_slot + i];
+                ++seen[slot];
+                int cell = 0;
+                for (int a = 0; a < D; ++a) {
+                    const int node = int(std::floor(64 * particles.exact_position(slot)[a] - 0.5));
+                    CHECK(node >> 2 == range.block[std::size_t(a)]);
+                    cell += (node & 3) << 2 * a;
+                }
+                CHECK(std::pair{cell, slot} > before);
+                before = {cell, slot};
+            }
+        }
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            CHECK(seen[slot] == int(particles.is_particle(slot)));
+    }
 }
 
 TEST_CASE("The order is the same for any number of threads") {
