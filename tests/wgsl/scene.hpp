@@ -35,8 +35,8 @@ std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<st
                 at = at * nodes[std::size_t(a)] + std::size_t(along);
             }
             Node node;
-            std::copy_n(sums + (b * std::size_t(block_nodes<D>) + std::size_t(i)) * node_width, node_width,
-                        node.begin());
+            std::memcpy(node.data(), sums + (b * std::size_t(block_nodes<D>) + std::size_t(i)) * node_width,
+                        sizeof node);
             if (inside)
                 std::copy(node.begin(), node.end(), dense.begin() + std::ptrdiff_t(at * node_width));
             else if (node != Node{})

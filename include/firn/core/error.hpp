@@ -54,7 +54,7 @@ struct usage_error : error {
 
 /// Joins its arguments into one sentence: `throw parameter_error(sentence("dt = ", dt, " s …"))`.
 template <class... Parts>
-std::string sentence(const Parts&... parts) {
+[[gnu::cold, gnu::noinline]] std::string sentence(const Parts&... parts) {
     std::ostringstream out;
     out.precision(9);
     (out << ... << parts);

@@ -84,7 +84,8 @@ struct GridIntegers {
     std::uint32_t* counts;
 };
 
-/// Sums lie where the nodes' numbers will, if they are as large.
+/// Sums lie where the nodes' numbers will, if they are as large. They are cleared, loaded and stored as bytes: memory of
+/// numbers holds them as well.
 template <class Integer, std::floating_point S, int D>
 GridIntegers<Integer> integers_of(SparseGrid<S, D>& grid) {
     if constexpr (sizeof(Integer) == sizeof(S)) {
