@@ -65,10 +65,10 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
         return candidates * t / std::size_t(threads) / pack_size * pack_size;
     };
 
-    struct Met {  // by one thread
+    struct alignas(64) Met {  // by one thread; no line of the cache is two threads'
         BlockNumbers blocks;
         std::vector<std::size_t> counts;  // of particles, a block each
-        std::size_t first;                // of its blocks, among those of all threads
+        std::size_t first = 0;            // of its blocks, among those of all threads
     };
     std::vector<Met> met{std::size_t(threads)};
     auto* const number_of = reinterpret_cast<std::uint32_t*>(room);  // of blocks; no_particle
