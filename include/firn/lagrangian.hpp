@@ -22,7 +22,6 @@
 #include <firn/lagrangian/particle_system.hpp>
 #include <firn/lagrangian/point_forces.hpp>
 #include <firn/lagrangian/point_masses.hpp>
-#include <firn/lagrangian/radix_sort.hpp>
 #include <firn/lagrangian/rope.hpp>
 #include <firn/lagrangian/soft_body.hpp>
 #include <firn/lagrangian/spring.hpp>

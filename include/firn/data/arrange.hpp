@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/data/block_partition.hpp>
-#include <firn/data/key_sort.hpp>
+#include <firn/data/radix_sort.hpp>
 
 #include <algorithm>
 
@@ -79,35 +79,36 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
         partition.phase_ends.back() = partition.by_phase.size();
     };
 
-    std::vector<Keyed> dense, sparse;  // groups by colour; blocks by cube
+    RadixSort<std::uint64_t> dense, sparse;  // groups by colour; blocks by cube
     for (std::uint32_t i = 0; i < sorted.size(); ++i) {
         BlockCoordinate<D> block = sorted[i].block;
         if (sorted[i].particles > sparse_particles) {
-            dense.push_back(
+            dense.items.push_back(
                 {block_colour<D>(block, dense_colours), add_group(1, false, [i](std::size_t) { return i; })});
         } else {
             for (int& coordinate : block) coordinate >>= 1;
-            sparse.push_back({block_key<D>(block), i});
+            sparse.items.push_back({block_key<D>(block), i});
         }
     }
-    sort_by_key(dense);
-    for (const Keyed& group : dense) add_to_phase(group.key, group.number);
+    dense.sort();
+    for (const auto& group : dense.items) add_to_phase(group.key, group.number);
 
-    sort_by_key(sparse);
+    sparse.sort();
+    const auto& by_cube = sparse.items;
     std::vector<BlockCoordinate<D>> cubes;
-    std::vector<Keyed> by_phase;  // first blocks of cubes in `sparse`
-    for (std::uint32_t i = 0; i < sparse.size(); ++i)
-        if (i == 0 || sparse[i].key != sparse[i - 1].key) {
-            cubes.push_back(block_of_key<D>(sparse[i].key));
-            by_phase.push_back({0, i});
+    RadixSort<std::uint64_t> by_phase;  // first blocks of cubes in by_cube
+    for (std::uint32_t i = 0; i < by_cube.size(); ++i)
+        if (i == 0 || by_cube[i].key != by_cube[i - 1].key) {
+            cubes.push_back(block_of_key<D>(by_cube[i].key));
+            by_phase.items.push_back({0, i});
         }
     const Waves<D> waves(cubes);
-    for (std::size_t c = 0; c < cubes.size(); ++c) by_phase[c].key = waves.phase(cubes[c]);
-    sort_by_key(by_phase);
-    for (const auto& [phase, first] : by_phase) {
+    for (std::size_t c = 0; c < cubes.size(); ++c) by_phase.items[c].key = waves.phase(cubes[c]);
+    by_phase.sort();
+    for (const auto& [phase, first] : by_phase.items) {
         std::size_t last = first;
-        while (last < sparse.size() && sparse[last].key == sparse[first].key) ++last;
-        add_to_phase(phase, add_group(last - first, true, [&](std::size_t k) { return sparse[first + k].number; }));
+        while (last < by_cube.size() && by_cube[last].key == by_cube[first].key) ++last;
+        add_to_phase(phase, add_group(last - first, true, [&](std::size_t k) { return by_cube[first + k].number; }));
     }
     partition.order.assign(slots, no_particle);
     return partition;

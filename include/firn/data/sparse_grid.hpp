@@ -2,12 +2,10 @@
 #pragma once
 
 #include <firn/data/block_partition.hpp>
-#include <firn/data/key_sort.hpp>
 #include <firn/data/memory.hpp>
 
 #include <algorithm>
 #include <array>
-#include <functional>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -150,7 +148,7 @@ private:
     }
 
     static void sort_each_once(std::vector<std::uint64_t>& keys) {
-        sort_by_key(keys, std::identity());
+        std::sort(keys.begin(), keys.end());
         keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     }
 

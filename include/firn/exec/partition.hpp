@@ -4,8 +4,8 @@
 #include <firn/data/arrange.hpp>
 #include <firn/data/block_numbers.hpp>
 #include <firn/data/check_particles.hpp>
-#include <firn/data/key_sort.hpp>
 #include <firn/data/particles.hpp>
+#include <firn/data/radix_sort.hpp>
 #include <firn/exec/parallel.hpp>
 
 #include <algorithm>
@@ -103,14 +103,16 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
         }
     });
 
-    std::vector<Keyed> blocks;        // of all threads
+    RadixSort<std::uint64_t> by_key;  // blocks of all threads
     std::vector<std::size_t> places;  // their counts of particles; then where the next of each goes in by_block
     for (Met& m : met) {
         m.first = places.size();
-        for (const std::uint64_t key : m.blocks.keys()) blocks.push_back({key, std::uint32_t(blocks.size())});
+        for (const std::uint64_t key : m.blocks.keys())
+            by_key.items.push_back({key, std::uint32_t(by_key.items.size())});
         places.insert(places.end(), m.counts.begin(), m.counts.end());
     }
-    sort_by_key(blocks);
+    by_key.sort();
+    const auto& blocks = by_key.items;
     std::vector<BlockRange<D>> sorted;
     std::vector<std::uint32_t> range_of(blocks.size());
     for (std::size_t i = 0; i < blocks.size(); ++i) {

@@ -8,8 +8,9 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/tensor.hpp>
+#include <firn/data/radix_sort.hpp>
+#include <firn/exec/parallel.hpp>
 #include <firn/lagrangian/point_masses.hpp>
-#include <firn/lagrangian/radix_sort.hpp>
 
 #include <algorithm>
 #include <array>
@@ -234,12 +235,16 @@ private:
             for (std::size_t i = first_of(p), end = first_of(p + 1); i < end; ++i)
                 if (points.radius[i] > 0) sorter.items[to++] = {Key(key_of(points.position[i])), std::uint32_t(i)};
         });
-        sorter.sort(int(std::bit_width(cells_)), threads);
+        const Key differ =
+            std::numeric_limits<Key>::max() >> (std::numeric_limits<Key>::digits - std::bit_width(cells_));
+        sorter.sort(differ, threads, [&](std::size_t n, const auto& body) {
+            parallel_for(n, threads, [&](std::size_t i, int) { body(i); });
+        });
         order_.resize(size_);
         radii_.resize(size_ + padding);
         for (auto& axis : coordinates_) axis.resize(size_ + padding);
         const auto copy = [&](std::size_t k, int) {
-            const std::uint32_t i = sorter.items[k].place;
+            const std::uint32_t i = sorter.items[k].number;
             order_[k] = i;
             radii_[k] = points.radius[i];
             for (int a = 0; a < D; ++a) coordinates_[std::size_t(a)][k] = points.position[i][a];

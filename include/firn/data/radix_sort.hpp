@@ -2,9 +2,9 @@
 #pragma once
 
 #include <firn/data/aligned.hpp>
-#include <firn/exec/parallel.hpp>
 
 #include <algorithm>
+#include <bit>
 #include <concepts>
 #include <cstdint>
 #include <vector>
@@ -14,28 +14,31 @@ namespace firn {
 template <std::unsigned_integral Key>
 struct Keyed {
     Key key;
-    std::uint32_t place;
+    std::uint32_t number;
 };
 
-/// Counting sorts by groups of bits, the lowest first. Keeps its memory for the next time.
+/// Counting sorts by groups of bits, the lowest first (Knuth, vol. 3, §5.2.5). Keeps its memory for the next time.
 template <std::unsigned_integral Key>
 class RadixSort {
 public:
     aligned_vector<Keyed<Key>> items;  ///< to be filled; then in order
 
-    /// \param bits  all keys are below 2^bits
-    void sort(int bits, int threads) {
-        constexpr int most_bits = 12;  // counters that stay in a core's own cache
-        const int passes = (bits + most_bits - 1) / most_bits;
+    /// \param differ  bits in which keys may differ
+    /// \param loop    loop(n, body) calls body(i) for 0 ≤ i < n on up to so many threads
+    template <class Loop>
+    void sort(Key differ, int threads, const Loop& loop) {
+        // So many that counters stay in a core's own cache, and are fewer than there is to count.
+        const int most_bits = std::clamp(int(std::bit_width(items.size())), 4, 12);
         const std::size_t n = items.size(), parts = std::min<std::size_t>(std::size_t(threads), n / 4096 + 1);
         const auto first = [&](std::size_t part) { return n * part / parts; };
         other_.resize(n);
-        for (int pass = 0, shift = 0; pass < passes; ++pass) {
-            const int width = (bits - shift + passes - pass - 1) / (passes - pass);
-            const std::size_t buckets = std::size_t(1) << width;
+        while (differ != 0) {
+            const int shift = std::countr_zero(differ);
+            const std::size_t buckets = std::size_t(1)
+                                        << std::min(most_bits, int(std::bit_width(Key(differ >> shift))));
             const auto bucket = [&](const Keyed<Key>& item) { return std::size_t(item.key >> shift) & (buckets - 1); };
             next_.assign(parts * buckets, 0);
-            parallel_for(parts, threads, [&](std::size_t part, int) {
+            loop(parts, [&](std::size_t part) {
                 std::uint32_t* const count = next_.data() + part * buckets;
                 for (std::size_t k = first(part), end = first(part + 1); k < end; ++k) ++count[bucket(items[k])];
             });
@@ -47,14 +50,20 @@ public:
                     at = sum;
                     sum += count;
                 }
-            parallel_for(parts, threads, [&](std::size_t part, int) {
+            loop(parts, [&](std::size_t part) {
                 std::uint32_t* const next = next_.data() + part * buckets;
                 for (std::size_t k = first(part), end = first(part + 1); k < end; ++k)
                     other_[next[bucket(items[k])]++] = items[k];
             });
             items.swap(other_);
-            shift += width;
+            differ &= Key(~(Key(buckets - 1) << shift));
         }
+    }
+    /// On the calling thread.
+    void sort() {
+        Key differ = 0;
+        for (const Keyed<Key>& item : items) differ |= item.key ^ items[0].key;
+        sort(differ, 1, [](std::size_t, const auto& body) { body(0); });
     }
 
 private:
