@@ -72,6 +72,9 @@ double position_of_place(const Domain<D>& domain, const BlockCoordinate<D>& bloc
     return domain.lower[axis] + domain.cell_size * (block_size * block[std::size_t(axis)] + place);
 }
 
+/// Sparse blocks are worked through by cubes of so many along an axis.
+inline constexpr int cube_blocks = 2;
+
 /// Nodes along one axis that the particles of a cube of Blocks^D blocks can touch until they are sorted again.
 template <class Kernel, int Blocks = 1>
 inline constexpr int arena_size = Blocks * block_size + 2 * allowed_drift + Kernel::support - 1;
@@ -101,8 +104,8 @@ struct BlockRange {
 /// particle reaches, so they scatter to the grid and gather from it where its nodes lie.
 inline constexpr std::size_t spray_particles = 64;
 
-/// What one thread works through at once: the particles of one block; or those of all the sparse blocks in a cube of
-/// 2^D blocks, which share packs. The rest of the last pack is padding.
+/// What one thread works through at once: the particles of one block; or those of all the sparse blocks in a cube,
+/// which share packs. The rest of the last pack is padding. \see cube_blocks
 struct BlockGroup {
     std::uint32_t first_range, ranges;
     std::size_t first_slot;  ///< a multiple of pack_size

@@ -22,7 +22,7 @@ namespace firn {
 namespace detail {
 
 /// "512 bytes", "3.5 GiB (3758096384 bytes)"
-inline std::string bytes_text(double bytes) {
+[[gnu::cold]] inline std::string bytes_text(double bytes) {
     std::ostringstream text;
     text.precision(bytes < 0x1p53 ? 16 : 6);
     text << bytes << " bytes";
@@ -43,7 +43,7 @@ inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity
 
 /// Bytes that this program can have at most: of the machine, of its control group, of its address space (`ulimit -v`),
 /// and memory_budget, the least; infinite where none of them is known.
-inline double memory_limit() {
+[[gnu::cold]] inline double memory_limit() {
     static const double of_machine = [] {
         double most = std::numeric_limits<double>::infinity();
 #if defined(_SC_PHYS_PAGES) && defined(_SC_PAGESIZE)

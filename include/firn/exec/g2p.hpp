@@ -75,16 +75,22 @@ public:
 
     void operator()(std::size_t g, G2PThreadReport& report) const {
         const BlockGroup& group = partition_.groups[g];
-        Seen seen;
         const GroupPlaces<View> places(view_, partition_, group, positions_);
-        if (group.is_spray())
-            update_group(places, group, seen, [&](const S* nodes) FIRN_LAMBDA {
-                return NodesInGrid<Kernel, S, D>(nodes, grid_, partition_);
-            });
-        else if (group.sparse)
-            update_by_arena<2>(places, group, seen);
-        else
-            update_by_arena<1>(places, group, seen);
+        const NodesOfGroup<Kernel, S, D, blended ? 2 : 1> nodes(grid_, partition_, group, places);
+        PackPlaces<Kernel, g2p_needs_gradient<Kernel, Transfer, Force>, S, D> pack;
+        TransferSums<Kernel, Transfer, Force, S, D> sums;
+        std::conditional_t<blended, PackSums<Kernel, false, false, S, D>, NoSums> before;
+        Seen seen;
+        for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
+            prefetch(group.first_slot + slot + pack_size);
+            nodes.locate(pack, places, slot);
+            nodes.template gather<0>(pack, sums, places, slot);
+            if constexpr (blended) nodes.template gather<1>(pack, before, places, slot);
+            for (int lane = 0; lane < pack_size; lane += lanes)
+                update(places.slots(slot + std::size_t(lane)),
+                       places.blocks().template lower<P>(slot + std::size_t(lane)), pack.offset(lane), sums.lanes(lane),
+                       before.lanes(lane).velocity, seen);
+        }
         report.signal_speed = std::max(report.signal_speed, double(reduce_max(seen.speed)));
         report.sort_needed = report.sort_needed || any(seen.stray);
         report.right = report.right && !any(!(seen.rightness == P(0)));
@@ -105,39 +111,6 @@ private:
         P rightness = P(0);  // 0, or NaN once a number was not finite
         mask_t<P> stray = P(1) < P(0);
     };
-
-    template <int Blocks>
-    FIRN_INLINE void update_by_arena(const GroupPlaces<View>& places, const BlockGroup& group, Seen& seen) const {
-        const ArenaBox<D> box = places.template box<Kernel, Blocks>(group.packs());
-        const BlocksAround<D, Blocks> around(grid_, partition_, group);
-        update_group(places, group, seen,
-                     [&](const S* nodes) FIRN_LAMBDA { return GroupNodes<Kernel, S, D, Blocks>(nodes, around, box); });
-    }
-
-    /// \param nodes_of  nodes_of(numbers of the grid): what sums are gathered from
-    template <class NodesOf>
-    FIRN_INLINE void update_group(const GroupPlaces<View>& places, const BlockGroup& group, Seen& seen,
-                                  const NodesOf& nodes_of) const {
-        const BlocksOfSlots<S, D>& blocks = places.blocks();
-        const auto nodes = nodes_of(grid_.nodes(0));
-        const auto nodes_before = [&]() FIRN_LAMBDA {
-            if constexpr (blended)
-                return nodes_of(grid_.layer(1));
-            else
-                return 0;
-        }();
-
-        TransferSums<Kernel, Transfer, Force, S, D> sums;
-        std::conditional_t<blended, PackSums<Kernel, false, false, S, D>, NoSums> before;
-        for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
-            prefetch(group.first_slot + slot + pack_size);
-            nodes.gather(sums, places, slot);
-            if constexpr (blended) nodes_before.gather(before, places, slot);
-            for (int lane = 0; lane < pack_size; lane += lanes)
-                update(places.slots(slot + std::size_t(lane)), blocks.template lower<P>(slot + std::size_t(lane)),
-                       sums.offset(lane), sums.lanes(lane), before.lanes(lane).velocity, seen);
-        }
-    }
 
     /// Calls the particles of the pack that begins at `slot` into the cache, also those numbers that are only written.
     FIRN_INLINE void prefetch(std::size_t slot) const {

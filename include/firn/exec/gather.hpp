@@ -6,15 +6,12 @@
 
 namespace firn {
 
-/// \tparam moments, gradients  which sums are made besides Σ N v
-template <class Kernel, bool moments, bool gradients, std::floating_point S, int D>
-struct PackSums {
-    static constexpr int quads = 1 + (moments ? D : 0) + (gradients ? D : 0);
-    static constexpr int K = Kernel::support;
+/// Where sixteen particles are among the nodes: what all their sums have in common.
+template <class Kernel, bool gradients, std::floating_point S, int D>
+struct PackPlaces {
     using P = native_pack<S>;
 
     PackWeights<Kernel, S, D, gradients> weights;
-    alignas(64) S value[quads][pack_size * 4];
     alignas(64) S from_centre_node[D][pack_size];  ///< [cells]
 
     /// Sets the particles of the lanes from `lane` on.
@@ -30,12 +27,22 @@ struct PackSums {
         unroll<D>([&](auto a) FIRN_LAMBDA { r.v[a] = P::load(from_centre_node[a] + lane); });
         return r;
     }
+};
+
+/// \tparam moments, gradients  which sums are made besides Σ N v
+template <class Kernel, bool moments, bool gradients, std::floating_point S, int D>
+struct PackSums {
+    static constexpr int quads = 1 + (moments ? D : 0) + (gradients ? D : 0);
+    static constexpr int K = Kernel::support;
+    using P = native_pack<S>;
+
+    alignas(64) S value[quads][pack_size * 4];
 
     /// Sums of all particles over the nodes that they reach.
     /// \param row_of_line  row_of_line(l, i): the row of line i of the nodes of lane l's particle, in any form.
     ///                     \see line_begin
-    template <class RowOfLine>
-    FIRN_INLINE void gather(const RowOfLine& row_of_line) {
+    template <class Weights, class RowOfLine>
+    FIRN_INLINE void gather(const Weights& weights, const RowOfLine& row_of_line) {
         using Row = std::remove_cvref_t<decltype(row_of_line(0, std::integral_constant<int, 0>{}))>;
         // Particles abreast have their quads beside each other.
         constexpr int abreast = rows_abreast<Row>;
@@ -44,9 +51,9 @@ struct PackSums {
             std::array<PartialSums<Row, D - 1, moments, gradients>, std::size_t(abreast)> rows;
             unroll<abreast>([&](auto i) FIRN_LAMBDA {
                 const int lane = l + i * (pack_size / abreast);
-                rows[i] = leading_sums(lane, [&](auto line) FIRN_LAMBDA { return row_of_line(lane, line); });
+                rows[i] = leading_sums(weights, lane, [&](auto line) FIRN_LAMBDA { return row_of_line(lane, line); });
             });
-            close_rows(quad_offset<P>(l), rows);
+            close_rows(weights, quad_offset<P>(l), rows);
         }
     }
 
@@ -71,8 +78,8 @@ struct PackSums {
 
 private:
     /// Along all axes but the last: a row of nodes remains.
-    template <class RowOfLine>
-    FIRN_INLINE auto leading_sums(int l, const RowOfLine& row_of_line) const {
+    template <class Weights, class RowOfLine>
+    FIRN_INLINE static auto leading_sums(const Weights& weights, int l, const RowOfLine& row_of_line) {
         using Row = std::remove_cvref_t<decltype(row_of_line(std::integral_constant<int, 0>{}))>;
         using Number = typename Row::Number;
         const auto close = [&](auto axis, auto line, const auto& self) FIRN_LAMBDA {
@@ -94,8 +101,9 @@ private:
     }
 
     /// Along the last axis, for the particles whose quads begin at q: rows fall into their nodes.
-    template <class Row, std::size_t N>
-    FIRN_INLINE void close_rows(int q, const std::array<PartialSums<Row, D - 1, moments, gradients>, N>& rows) {
+    template <class Weights, class Row, std::size_t N>
+    FIRN_INLINE void close_rows(const Weights& weights, int q,
+                                const std::array<PartialSums<Row, D - 1, moments, gradients>, N>& rows) {
         const auto split = [&](const auto& part) FIRN_LAMBDA {
             std::array<Row, N> of_each;
             unroll<int(N)>([&](auto i) FIRN_LAMBDA { of_each[i] = part(rows[i]); });
@@ -134,65 +142,72 @@ template <class Kernel, class Transfer, class Force, std::floating_point S, int 
 using TransferSums =
     PackSums<Kernel, g2p_needs_moment<Kernel, Transfer>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
 
-/// The nodes around a group in one place, to gather from.
-template <class Kernel, std::floating_point S, int D, int Blocks>
-class GroupNodes {
-public:
-    static constexpr int n = Arena<Kernel, S, D, Blocks>::n;
+/// What a group gathers from: the nodes around it, in one place; or, if it is spray, the grid, where they lie, a
+/// register each.
+/// \tparam Layers  of the grid, its nodes the first
+template <class Kernel, std::floating_point S, int D, int Layers>
+class NodesOfGroup {
+    using P = native_pack<S>;
 
-    /// \param nodes  of the whole grid, or one of its layers
-    FIRN_INLINE GroupNodes(const S* nodes, const BlocksAround<D, Blocks>& around, const ArenaBox<D>& box) {
-        arena_.clear(box);
-        Arena<Kernel, S, D, Blocks>::for_runs(nodes, around.data(), box,
-                                              [&](int to, const S* from, auto count) FIRN_LAMBDA {
-                                                  exact_row<S, count>::load(from).store(arena_.node + to);
-                                              });
+public:
+    template <class View>
+    FIRN_INLINE NodesOfGroup(const SparseGrid<S, D>& grid, const BlockPartition<D>& partition, const BlockGroup& group,
+                             const GroupPlaces<View>& places)
+        : grid_(grid), partition_(partition), is_spray_(group.is_spray()) {
+        for (std::size_t k = 0; k < Layers; ++k) numbers_[k] = k == 0 ? grid.nodes(0) : grid.layer(k);
+        if (is_spray_) return;
+        const BlocksAround<D> around(grid, partition, group);
+        const ArenaBox<D> box = places.template box<Kernel>(group);
+        for (std::size_t k = 0; k < Layers; ++k) {
+            arena_[k].clear(group, box);
+            arena_[k].for_runs(numbers_[k], around, box, [&](int to, const S* from, auto count) FIRN_LAMBDA {
+                exact_row<S, count>::load(from).store(arena_[k].node + to);
+            });
+        }
     }
-    /// The sums of the pack that begins at `slot` of the group.
-    template <class Sums, class View>
-    FIRN_INLINE void gather(Sums& sums, const GroupPlaces<View>& places, std::size_t slot) const {
-        using P = native_pack<S>;
-        for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
-            sums.locate(lane, places.template position<P>(slot + std::size_t(lane)),
-                        places.blocks().template in_cube<P>(slot + std::size_t(lane)), n);
-        sums.gather([&](int l, auto line) FIRN_LAMBDA {
-            return row<S, Kernel::support>::load(arena_.node + sums.weights.corner[l] +
-                                                 line_begin<Kernel, D, n>(line) * node_width);
-        });
+
+    /// Where the particles of the pack that begins at `slot` of the group are.
+    template <class Pack, class View>
+    FIRN_INLINE void locate(Pack& pack, const GroupPlaces<View>& places, std::size_t slot) const {
+        const int n = is_spray_ ? arena_size<Kernel> : arena_[0].n;
+        for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes, slot += scalar_traits<P>::lanes)
+            pack.locate(lane, places.template position<P>(slot), places.template block_in_arena<Kernel, P>(slot, n), n);
+    }
+    /// Their sums over the nodes' numbers of a layer.
+    template <int layer, class Pack, class Sums, class View>
+    FIRN_INLINE void gather(const Pack& pack, Sums& sums, const GroupPlaces<View>& places, std::size_t slot) const {
+        if (is_spray_)
+            gather_in_grid<layer>(pack, sums, places, slot);
+        else
+            gather_in_arena<layer>(pack, sums);
     }
 
 private:
-    Arena<Kernel, S, D, Blocks> arena_;
-};
-
-/// The same where few particles are: nodes are gathered from the grid where they lie, a register each.
-template <class Kernel, std::floating_point S, int D>
-class NodesInGrid {
-public:
-    /// \param nodes  of the whole grid, or one of its layers
-    FIRN_INLINE NodesInGrid(const S* nodes, const SparseGrid<S, D>& grid, const BlockPartition<D>& partition)
-        : nodes_(nodes), grid_(grid), partition_(partition) {}
-
-    template <class Sums, class View>
-    FIRN_INLINE void gather(Sums& sums, const GroupPlaces<View>& places, std::size_t slot) const {
-        using P = native_pack<S>;
-        for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
-            sums.locate(lane, places.template position<P>(slot + std::size_t(lane)), Vec<P, D>::zero(),
-                        arena_size<Kernel>);
-        sums.gather([&](int l, auto line) FIRN_LAMBDA {
+    template <int layer, class Pack, class Sums, class View>
+    FIRN_INLINE void gather_in_grid(const Pack& pack, Sums& sums, const GroupPlaces<View>& places,
+                                    std::size_t slot) const {
+        sums.gather(pack.weights, [&](int l, auto line) FIRN_LAMBDA {
             const std::uint32_t* neighbours =
                 grid_.neighbours(partition_, places.blocks().range(slot + std::size_t(l)));
             return portable_row<S, Kernel::support>::of_nodes([&](auto k) FIRN_LAMBDA {
-                const std::size_t node = ArenaNodes<Kernel, D>::in_grid(neighbours, sums.weights.corner[l], line, k);
-                return quad<S>::load(nodes_ + node * node_width);
+                const std::size_t node = ArenaNodes<Kernel, D>::in_grid(neighbours, pack.weights.corner[l], line, k);
+                return quad<S>::load(numbers_[layer] + node * node_width);
             });
         });
     }
+    template <int layer, class Pack, class Sums>
+    FIRN_INLINE void gather_in_arena(const Pack& pack, Sums& sums) const {
+        sums.gather(pack.weights, [&, n = arena_[layer].n](int l, auto line) FIRN_LAMBDA {
+            return row<S, Kernel::support>::load(arena_[layer].node + pack.weights.corner[l] +
+                                                 line_begin<Kernel, D>(line, n) * node_width);
+        });
+    }
 
-private:
-    const S* nodes_;
     const SparseGrid<S, D>& grid_;
     const BlockPartition<D>& partition_;
+    bool is_spray_;
+    const S* numbers_[Layers];
+    Arena<Kernel, S, D> arena_[Layers];
 };
 
 }  // namespace firn

@@ -25,11 +25,11 @@ FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
         return acceleration;
 }
 
-/// One block of nodes, a register of nodes at a time.
+/// One block of nodes, a register of nodes at a time. Not part of its caller, so that each kind has all registers.
 /// \param reactions  null, or where to add what each part of the boundary gives to matter
 template <std::floating_point S, int D, class Acceleration, class Boundary, class OfParts>
-FIRN_INLINE void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
-                              const Boundary& boundary, OfParts reactions) {
+[[gnu::noinline]] void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
+                                    const Boundary& boundary, OfParts reactions) {
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
     for (int from = 0; from < block_nodes<D>; from += lanes) {
@@ -59,12 +59,12 @@ FIRN_INLINE void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const
     }
 }
 
-template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary, class Wanted>
+/// \param reactions  null: nobody wants them
+template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
-                 const Boundary& boundary, Wanted reactions) {
+                 const Boundary& boundary, Reactions<D>* reactions) {
     static_assert(firn::boundary<Boundary, S, D>,
                   "firn: the boundary must offer velocity(x, v) and reaches(lower, upper)");
-    constexpr bool watched = !std::same_as<Wanted, std::nullptr_t>;
     check_step(dt);
     const double h = grid.domain().cell_size;
     const auto lifted = lift<native_pack<S>>(boundary);
@@ -72,7 +72,7 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
 
     std::vector<Reaction<D>> of_blocks;
     std::size_t parts = 0;
-    if constexpr (watched) {
+    if (reactions) {
         parts = std::size_t(part_count(boundary));
         reactions->parts.assign(parts, {});
         for (std::size_t k = 0; k < parts; ++k)
@@ -89,7 +89,7 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
         const Vec<S, D> first = cast<S>(low);
         if (!boundary.reaches(low, high)) {
             update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{}, nullptr);
-        } else if constexpr (watched) {
+        } else if (reactions) {
             Reaction<D>* const of_block = of_blocks.data() + b * parts;
             for (std::size_t k = 0; k < parts; ++k) of_block[k].about = reactions->parts[k].about;
             update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, of_block);
@@ -99,7 +99,7 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
     };
     parallel_for(grid.block_count(), thread_count(requested_threads(execution)), update, 16);
 
-    if constexpr (watched)
+    if (reactions)
         for (std::size_t i = 0; i < of_blocks.size(); ++i) reactions->parts[i % parts] += of_blocks[i];
 }
 
@@ -112,7 +112,7 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary) {
-    detail::update_grid(execution, grid, dt, acceleration, boundary, nullptr);
+    detail::update_grid(execution, grid, dt, acceleration, boundary, static_cast<Reactions<D>*>(nullptr));
 }
 
 /// The same, to the bit; and what the boundary gave to matter. \see Reactions

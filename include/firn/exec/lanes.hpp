@@ -18,52 +18,107 @@ struct ArenaBox {
     int first[D], last[D];
 };
 
-/// Rows of nodes of a cube of blocks and its surroundings: contiguous, with compile-time strides.
+/// Numbers of the blocks around the block or cube of a group, or no_block: those that the grid has around its ranges.
+template <int D>
+class BlocksAround {
+public:
+    template <class Grid>
+    BlocksAround(const Grid& grid, const BlockPartition<D>& partition, const BlockGroup& group) {
+        if (!group.sparse) {
+            blocks_ = grid.neighbours(partition, group.first_range);
+            return;
+        }
+        blocks_ = of_cube_;
+        std::fill(std::begin(of_cube_), std::end(of_cube_), no_block);
+        for (std::uint32_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
+            int corner = 0;
+            for (const int coordinate : partition.ranges[r].block) corner = corner * n + (coordinate & 1);
+            const std::uint32_t* neighbour = grid.neighbours(partition, r);
+            for (int line = 0; line < (D == 2 ? 3 : 9); ++line)
+                for (int k = 0; k < 3; ++k)
+                    of_cube_[corner + (D == 2 ? line : line / 3 * n + line % 3) * n + k] = *neighbour++;
+        }
+    }
+    BlocksAround(const BlocksAround&) = delete;
+    const std::uint32_t* data() const { return blocks_; }
+
+private:
+    static constexpr int n = cube_blocks + 2;
+    const std::uint32_t* blocks_;
+    std::uint32_t of_cube_[D == 2 ? n * n : n * n * n];
+};
+
+/// Nodes of an arena of n along each axis.
+template <int D>
+constexpr int arena_nodes(int n) {
+    return D == 2 ? n * n : n * n * n;
+}
+
+/// Rows of nodes of a group's block or cube of blocks and its surroundings: contiguous. One code serves both: a size
+/// that is known when compiled is not faster, and costs as much to compile once more.
 /// \tparam Number  of floating point, or an integer for fixed-point sums;  \tparam Width  how many of them a node has
-template <class Kernel, class Number, int D, int Blocks, int Width = node_width>
+template <class Kernel, class Number, int D, int Width = node_width>
 struct Arena {
-    static constexpr int n = arena_size<Kernel, Blocks>;
-    static constexpr int blocks = Blocks + 2;  ///< along an axis, those around it included
-    static constexpr int block_count = D == 2 ? blocks * blocks : blocks * blocks * blocks;
-    static constexpr int line_count = D == 2 ? n : n * n;
-    static_assert(n <= (Blocks == 1 ? colours_along_axis<Kernel> : 2 * Blocks) * block_size,
+    static constexpr int n_of_block = arena_size<Kernel>, n_of_cube = arena_size<Kernel, cube_blocks>;
+    static_assert(n_of_block <= colours_along_axis<Kernel> * block_size && n_of_cube <= 2 * cube_blocks * block_size,
                   "firn: two groups of one colour never touch one node");
-    static_assert(n + block_size - allowed_drift <= blocks * block_size);
 
-    alignas(64) Number node[(line_count * n + 4) * Width];  // rows of a whole register may reach over the end
+    int n;  ///< nodes along an axis
+    /// Rows of a whole register may reach over the end.
+    alignas(64) Number node[(arena_nodes<D>(n_of_cube) + 4) * Width];
 
-    /// Zeros the lines of a box.
-    FIRN_INLINE void clear(const ArenaBox<D>& box) {
-        for_lines(box,
-                  [&](int line, int, int) FIRN_LAMBDA { std::fill_n(node + line * n * Width, n * Width, Number(0)); });
-        std::fill_n(node + line_count * n * Width, 4 * Width, Number(0));
+    /// Makes it the group's, and zeros the lines of a box.
+    FIRN_INLINE void clear(const BlockGroup& group, const ArenaBox<D>& box) {
+        n = group.sparse ? n_of_cube : n_of_block;
+        if (group.sparse)
+            clear_lines<cube_blocks>(box);
+        else
+            clear_lines<1>(box);
+        std::fill_n(node + arena_nodes<D>(n) * Width, 4 * Width, Number(0));
     }
 
     /// Calls f(number in the arena, numbers in the grid, count) for runs of nodes that are neighbours in both and hold
     /// the box; the count of nodes is a compile-time constant.
-    /// \param nodes  of the whole grid;  \param of_block  numbers of the blocks around, or no_block
+    /// \param nodes  of the whole grid
     template <class N, class F>
-    FIRN_INLINE static void for_runs(N* nodes, const std::uint32_t* of_block, const ArenaBox<D>& box, const F& f) {
-        for_lines(box, [&](int line, int outer_block, int outer_node) FIRN_LAMBDA {
-            unroll<blocks>([&](auto b) FIRN_LAMBDA {
-                constexpr int first = b == 0 ? before : 0;
-                constexpr int last =
-                    b * block_size + block_size > before + n ? before + n - b * block_size : block_size;
-                constexpr int place = b * block_size + first - before;  // in the line
-                const std::uint32_t block = of_block[outer_block * blocks + b];
-                if (place > box.last[D - 1] || place + last - first <= box.first[D - 1] || block == no_block) return;
-                N* run = nodes +
-                         (block * std::size_t(block_nodes<D>) + std::size_t(outer_node * block_size + first)) * Width;
-                f((line * n + place) * Width, run, std::integral_constant<int, last - first>{});
-            });
-        });
+    FIRN_INLINE void for_runs(N* nodes, const BlocksAround<D>& around, const ArenaBox<D>& box, const F& f) const {
+        if (n == n_of_block)
+            for_runs_of<1>(nodes, around.data(), box, f);
+        else
+            for_runs_of<cube_blocks>(nodes, around.data(), box, f);
     }
 
 private:
     static constexpr int before = block_size - allowed_drift;  // nodes of the first block that the arena leaves out
 
+    template <int Blocks>
+    FIRN_INLINE void clear_lines(const ArenaBox<D>& box) {
+        constexpr int numbers = arena_size<Kernel, Blocks> * Width;
+        for_lines<Blocks>(
+            box, [&](int line, int, int) FIRN_LAMBDA { std::fill_n(node + line * numbers, numbers, Number(0)); });
+    }
+
+    /// \param of_block  numbers of the blocks around, or no_block
+    template <int Blocks, class N, class F>
+    FIRN_INLINE static void for_runs_of(N* nodes, const std::uint32_t* of_block, const ArenaBox<D>& box, const F& f) {
+        constexpr int size = arena_size<Kernel, Blocks>, blocks = Blocks + 2;
+        static_assert(size + before <= blocks * block_size);
+        for_lines<Blocks>(box, [&](int line, int outer_block, int outer_node) FIRN_LAMBDA {
+            unroll<blocks>([&](auto b) FIRN_LAMBDA {
+                constexpr int first = b == 0 ? before : 0;
+                constexpr int last = std::min(block_size, before + size - b * block_size);
+                constexpr int place = b * block_size + first - before;  // in the line
+                const std::uint32_t block = of_block[outer_block * blocks + b];
+                if (place > box.last[D - 1] || place + last - first <= box.first[D - 1] || block == no_block) return;
+                N* run = nodes +
+                         (block * std::size_t(block_nodes<D>) + std::size_t(outer_node * block_size + first)) * Width;
+                f((line * size + place) * Width, run, std::integral_constant<int, last - first>{});
+            });
+        });
+    }
+
     /// f(line, block and node in it along the leading axes)
-    template <class F>
+    template <int Blocks, class F>
     FIRN_INLINE static void for_lines(const ArenaBox<D>& box, const F& f) {
         for (int i = box.first[0]; i <= box.last[0]; ++i) {
             const int block = (i + before) / block_size, in_block = (i + before) % block_size;
@@ -71,7 +126,7 @@ private:
                 f(i, block, in_block);
             else
                 for (int j = box.first[1]; j <= box.last[1]; ++j)
-                    f(i * n + j, block * blocks + (j + before) / block_size,
+                    f(i * arena_size<Kernel, Blocks> + j, block * (Blocks + 2) + (j + before) / block_size,
                       in_block * block_size + (j + before) % block_size);
         }
     }
@@ -82,8 +137,8 @@ template <class Kernel, int D>
 inline constexpr int lines_of_particle = D == 2 ? Kernel::support : Kernel::support * Kernel::support;
 
 /// Where line `line` begins, in nodes of an arena of n a line, from the particle's base node on.
-template <class Kernel, int D, int n>
-FIRN_INLINE constexpr std::ptrdiff_t line_begin(int line) {
+template <class Kernel, int D>
+FIRN_INLINE constexpr std::ptrdiff_t line_begin(int line, std::ptrdiff_t n) {
     constexpr int K = Kernel::support;
     return (D == 2 ? line : line / K * n + line % K) * n;
 }
@@ -95,7 +150,7 @@ public:
     /// Node k of line `line` of those that a particle reaches: its place in the grid, in nodes.
     /// \param corner  the number, in the arena, of the first number of the particle's base node
     FIRN_INLINE static std::size_t in_grid(const std::uint32_t* neighbours, std::ptrdiff_t corner, int line, int k) {
-        const Place place = places[std::size_t(corner / node_width + line_begin<Kernel, D, n>(line) + k)];
+        const Place place = places[std::size_t(corner / node_width + line_begin<Kernel, D>(line, n) + k)];
         return std::size_t(neighbours[place.neighbour]) * std::size_t(block_nodes<D>) + place.node;
     }
 
@@ -163,36 +218,6 @@ private:
     Vec<S, D> origin_;
     alignas(64) S lower_[D][most_slots];
     std::uint32_t range_[most_slots];
-};
-
-/// Numbers of the blocks around the cube of a group, for its arena: those that the grid has around its ranges.
-template <int D, int Blocks>
-class BlocksAround {
-public:
-    template <class Grid>
-    BlocksAround(const Grid& grid, const BlockPartition<D>& partition, const BlockGroup& group) {
-        if constexpr (Blocks == 1) {
-            blocks_ = grid.neighbours(partition, group.first_range);
-        } else {
-            constexpr int n = Blocks + 2;
-            blocks_ = table_;
-            std::fill(std::begin(table_), std::end(table_), no_block);
-            for (std::uint32_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
-                int corner = 0;
-                for (const int coordinate : partition.ranges[r].block) corner = corner * n + (coordinate & 1);
-                const std::uint32_t* neighbour = grid.neighbours(partition, r);
-                for (int line = 0; line < (D == 2 ? 3 : 9); ++line)
-                    for (int k = 0; k < 3; ++k)
-                        table_[corner + (D == 2 ? line : line / 3 * n + line % 3) * n + k] = *neighbour++;
-            }
-        }
-    }
-    BlocksAround(const BlocksAround&) = delete;
-    const std::uint32_t* data() const { return blocks_; }
-
-private:
-    const std::uint32_t* blocks_;
-    std::uint32_t table_[Blocks == 1 ? 1 : (D == 2 ? 16 : 64)];
 };
 
 /// How positions are stored. In firn's own particles: in cells, from the lower corner of the particle's block, so that
@@ -304,26 +329,32 @@ public:
         return positions_.in_block(load_vector<P, D>(view_.position, slots(slot)), blocks_.template lower<P>(slot));
     }
 
-    /// The nodes that the group's particles reach, in the arena of its cube of blocks, `Blocks` along each axis.
-    template <class Kernel, int Blocks>
-    FIRN_INLINE ArenaBox<D> box(std::size_t packs) const {
+    /// Where the particles' blocks begin in an arena of n along each axis.
+    template <class Kernel, class P>
+    FIRN_INLINE Vec<P, D> block_in_arena(std::size_t slot, int n) const {
+        return n == arena_size<Kernel> ? Vec<P, D>::zero() : blocks_.template in_cube<P>(slot);
+    }
+
+    /// The nodes that the particles of the group reach, in its arena.
+    template <class Kernel>
+    FIRN_INLINE ArenaBox<D> box(const BlockGroup& group) const {
         using P = native_pack<S>;
         constexpr S far = std::numeric_limits<S>::max();
         Vec<P, D> low = Vec<P, D>::filled(P(far)), high = -low;
-        for (std::size_t slot = 0; slot < packs * pack_size; slot += scalar_traits<P>::lanes) {
+        for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += scalar_traits<P>::lanes) {
             Vec<P, D> x = position<P>(slot);
             // Of one block's particles the outermost have the outermost nodes. Not so of several blocks': the sum of a
             // position and its block's corner may be rounded to the next cell.
-            if constexpr (Blocks > 1) x = locate<Kernel>(x).node + blocks_.template in_cube<P>(slot);
+            if (group.sparse) x = locate<Kernel>(x).node + blocks_.template in_cube<P>(slot);
             unroll<D>([&](auto a) FIRN_LAMBDA {
                 low.v[a] = min(low.v[a], x.v[a]);  // what is not a number is left out: it reaches wrong nodes anyway
                 high.v[a] = max(high.v[a], x.v[a]);
             });
         }
         ArenaBox<D> box;
-        const auto node = [](S x) {
-            if (Blocks > 1) return int(x);
-            const S last = S(Blocks * block_size - 1 + 2 * allowed_drift);
+        const auto node = [&](S x) {
+            if (group.sparse) return int(x);
+            const S last = S(block_size - 1 + 2 * allowed_drift);
             return int(std::clamp(base_node<Kernel>(x) + S(allowed_drift), S(0), last));
         };
         unroll<D>([&](auto a) {

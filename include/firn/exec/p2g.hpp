@@ -27,11 +27,12 @@ FIRN_INLINE void for_packs(const ParticleReader<View>& reader, const GroupPlaces
     }
 }
 
-/// Scatters a group straight to the grid's nodes.
+/// Scatters a group straight to the grid's nodes. Like what follows not part of its caller, so that each has all
+/// registers.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
-void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
-                      const BlockPartition<D>& partition, const BlockGroup& group, const SparseGrid<S, D>& grid,
-                      const Sums& sums, typename Sums::number* nodes) {
+[[gnu::noinline]] void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
+                                        const BlockPartition<D>& partition, const BlockGroup& group,
+                                        const SparseGrid<S, D>& grid, const Sums& sums, typename Sums::number* nodes) {
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, arena_size<Kernel>, sums,
         [&](const auto& records, std::size_t slot, int used) FIRN_LAMBDA {
@@ -55,29 +56,30 @@ void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View
 }
 
 /// Scatters a group to an arena of the nodes around its cube of blocks, then adds that to the grid.
-template <int Blocks, class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
-void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
-                      const BlockPartition<D>& partition, const BlockGroup& group, const SparseGrid<S, D>& grid,
-                      const Sums& sums, typename Sums::number* nodes) {
+template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
+[[gnu::noinline]] void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
+                                        const BlockPartition<D>& partition, const BlockGroup& group,
+                                        const SparseGrid<S, D>& grid, const Sums& sums, typename Sums::number* nodes) {
     using Number = typename Sums::number;
-    using GroupArena = Arena<Kernel, Number, D, Blocks>;
-    using Rows = ArenaRows<Sums, Kernel, S, D, GroupArena::n>;
-    const ArenaBox<D> box = places.template box<Kernel, Blocks>(group.packs());
+    using GroupArena = Arena<Kernel, Number, D>;
+    using Rows = ArenaRows<Sums, Kernel, S, D>;
+    const ArenaBox<D> box = places.template box<Kernel>(group);
     GroupArena arena;
-    arena.clear(box);
-    typename Sums::template Counts<Kernel, D, Blocks> counts(box);
+    arena.clear(group, box);
+    const int n = arena.n;  // out of reach of the integers that are added to the arena
+    typename Sums::template Counts<Kernel, D> counts(group, box);
     for_packs<Kernel, Transfer, Force>(
-        reader, places, group, GroupArena::n, sums, [&](const auto& records, std::size_t, int used) FIRN_LAMBDA {
+        reader, places, group, n, sums, [&](const auto& records, std::size_t, int used) FIRN_LAMBDA {
             const auto count = [&](std::ptrdiff_t corner, int particles) FIRN_LAMBDA { counts.add(corner, particles); };
             if (sums.fits())
                 records.template scatter<rows_fit<typename Rows::Row, lines_of_particle<Kernel, D>>>(
-                    0, used, [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node, corner); }, count);
+                    0, used, [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node, n, corner); }, count);
             else
                 records.count(0, used, count);
         });
-    const BlocksAround<D, Blocks> around(grid, partition, group);
-    counts.add_to_grid(sums, around.data(), box);
-    GroupArena::for_runs(nodes, around.data(), box, [&](int from, Number* to, auto count) FIRN_LAMBDA {
+    const BlocksAround<D> around(grid, partition, group);
+    counts.add_to_grid(sums, around, box);
+    arena.for_runs(nodes, around, box, [&](int from, Number* to, auto count) FIRN_LAMBDA {
         using Run = exact_row<S, count>;
         (Sums::template load<Run>(to) + Sums::template load<Run>(arena.node + from)).store(to);
     });
@@ -94,10 +96,8 @@ void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid
         const auto& mine = sums.of_thread(thread);
         if (group.is_spray())
             scatter_to_nodes<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
-        else if (group.sparse)
-            scatter_to_arena<2, Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
         else
-            scatter_to_arena<1, Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
+            scatter_to_arena<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
     });
 }
 

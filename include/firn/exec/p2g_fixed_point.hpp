@@ -27,25 +27,24 @@ struct MeasuredSums : IntegerSums<Integer, S> {
     };
 
     /// Counts a group's particles by base node where the counts are in the cache, then in the grid.
-    template <class K, int D, int Blocks>
+    template <class K, int D>
     class Counts {
     public:
-        FIRN_INLINE explicit Counts(const ArenaBox<D>& box) { counts_.clear(box); }
+        FIRN_INLINE Counts(const BlockGroup& group, const ArenaBox<D>& box) { counts_.clear(group, box); }
 
         FIRN_INLINE void add(std::ptrdiff_t corner, int particles) {
             counts_.node[std::size_t(corner) / node_width] += std::uint32_t(particles);
         }
 
-        FIRN_INLINE void add_to_grid(const MeasuredSums& sums, const std::uint32_t* around,
+        FIRN_INLINE void add_to_grid(const MeasuredSums& sums, const BlocksAround<D>& around,
                                      const ArenaBox<D>& box) const {
-            Arena::for_runs(sums.counts, around, box, [&](int from, std::uint32_t* to, auto count) FIRN_LAMBDA {
+            counts_.for_runs(sums.counts, around, box, [&](int from, std::uint32_t* to, auto count) FIRN_LAMBDA {
                 unroll<count>([&](auto i) FIRN_LAMBDA { to[i] += counts_.node[from + i]; });
             });
         }
 
     private:
-        using Arena = firn::Arena<K, std::uint32_t, D, Blocks, 1>;
-        Arena counts_;
+        Arena<K, std::uint32_t, D, 1> counts_;
     };
 
     Seen* seen;
@@ -84,8 +83,8 @@ struct GridIntegers {
     std::uint32_t* counts;
 };
 
-/// Sums lie where the nodes' numbers will, if they are as large. They are cleared, loaded and stored as bytes: memory of
-/// numbers holds them as well.
+/// Sums lie where the nodes' numbers will, if they are as large. They are cleared, loaded and stored as bytes: memory
+/// of numbers holds them as well.
 template <class Integer, std::floating_point S, int D>
 GridIntegers<Integer> integers_of(SparseGrid<S, D>& grid) {
     if constexpr (sizeof(Integer) == sizeof(S)) {

@@ -15,12 +15,12 @@ struct Unmeasured {
     FIRN_INLINE static constexpr bool fits() { return true; }
     FIRN_INLINE static void count(std::size_t, int) {}
 
-    template <class Kernel, int D, int Blocks>
+    template <class Kernel, int D>
     struct Counts {
-        FIRN_INLINE explicit Counts(const ArenaBox<D>&) {}
+        FIRN_INLINE Counts(const BlockGroup&, const ArenaBox<D>&) {}
         FIRN_INLINE void add(std::ptrdiff_t, int) const {}
         template <class Sums>
-        FIRN_INLINE void add_to_grid(const Sums&, const std::uint32_t*, const ArenaBox<D>&) const {}
+        FIRN_INLINE void add_to_grid(const Sums&, const BlocksAround<D>&, const ArenaBox<D>&) const {}
     };
 };
 
@@ -102,28 +102,31 @@ struct AtomicSums : IntegerSums<Integer, S> {
     }
 };
 
-/// The rows of one particle, in an arena of n nodes a line. In registers that suit the target.
-template <class Sums, class Kernel, std::floating_point S, int D, int n>
+/// The rows of one particle, in an arena. In registers that suit the target.
+template <class Sums, class Kernel, std::floating_point S, int D>
 class ArenaRows {
 public:
     using Row = row<S, Kernel::support>;
     using Sum = typename Sums::template sum<Row>;
 
+    /// \param n       nodes a line of the arena
     /// \param corner  number in the arena of the first number of the particle's base node
-    FIRN_INLINE ArenaRows(typename Sums::number* arena, std::ptrdiff_t corner) : first_(arena + corner) {}
+    FIRN_INLINE ArenaRows(typename Sums::number* arena, std::ptrdiff_t n, std::ptrdiff_t corner)
+        : first_(arena + corner), n_(n) {}
     FIRN_INLINE Sum load(int line) const {
-        return Sums::template load<Row>(first_ + line_begin<Kernel, D, n>(line) * node_width);
+        return Sums::template load<Row>(first_ + line_begin<Kernel, D>(line, n_) * node_width);
     }
     template <class... Row>
     FIRN_INLINE static Sum plus(const Sum& sum, const Row&... row) {
         return Sums::plus(sum, row...);
     }
     FIRN_INLINE void store(int line, const Sum& sum) const {
-        Sums::store(first_ + line_begin<Kernel, D, n>(line) * node_width, sum);
+        Sums::store(first_ + line_begin<Kernel, D>(line, n_) * node_width, sum);
     }
 
 private:
     typename Sums::number* first_;
+    std::ptrdiff_t n_;
 };
 
 /// The rows of one particle, whose nodes lie where they are in the grid. A node a register.

@@ -61,9 +61,7 @@ struct PackRecords {
         constexpr int lanes = scalar_traits<P>::lanes;
         for (int lane = 0; lane < pack_size; lane += lanes, slot += lanes) {
             const Place<P, D> place = locate<Kernel>(places.template position<P>(slot));
-            const Vec<P, D> block =
-                n == arena_size<Kernel> ? Vec<P, D>::zero() : places.blocks().template in_cube<P>(slot);
-            weights.fill(lane, place, block, n);
+            weights.fill(lane, place, places.template block_in_arena<Kernel, P>(slot, n), n);
             unroll<lines>([&](auto line) FIRN_LAMBDA { fill_products(line, lane); });
             const P2GRecord<P, D> record =
                 unit(reader.template record<Kernel, Transfer, Force>(places.slots(slot), place.fraction));

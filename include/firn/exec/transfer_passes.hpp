@@ -46,24 +46,18 @@ void gather_velocities(const ParticleSet<View>& set, const SparseGrid<S, D>& gri
     parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
         const BlockGroup& group = set.partition.groups[g];
         const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        const auto gather = [&](auto blocks) {
-            const ArenaBox<D> box = places.template box<Kernel, blocks>(group.packs());
-            const BlocksAround<D, blocks> around(grid, set.partition, group);
-            const GroupNodes<Kernel, S, D, blocks> nodes(grid.nodes(0), around, box);
-            PackSums<Kernel, false, false, S, D> sums;
-            using P = native_pack<S>;
-            for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
-                nodes.gather(sums, places, slot);
-                for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
-                    const Vec<P, D> v = sums.lanes(lane).velocity;
-                    unroll<D>([&](auto a) { velocity.store(places.slots(slot + std::size_t(lane)), a, v.v[a]); });
-                }
+        const NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places);
+        PackPlaces<Kernel, false, S, D> pack;
+        PackSums<Kernel, false, false, S, D> sums;
+        using P = native_pack<S>;
+        for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
+            nodes.locate(pack, places, slot);
+            nodes.template gather<0>(pack, sums, places, slot);
+            for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
+                const Vec<P, D> v = sums.lanes(lane).velocity;
+                unroll<D>([&](auto a) { velocity.store(places.slots(slot + std::size_t(lane)), a, v.v[a]); });
             }
-        };
-        if (group.sparse)
-            gather(std::integral_constant<int, 2>{});
-        else
-            gather(std::integral_constant<int, 1>{});
+        }
     });
 }
 

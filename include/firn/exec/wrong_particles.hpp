@@ -19,7 +19,7 @@ struct WrongParticles {
     std::string further;            ///< the next few ids, or nothing
 
     /// "3 of 100 particles …", to be followed by a cause.
-    std::string text() const {
+    [[gnu::cold]] std::string text() const {
         const std::string total = sentence(of, of == 1 ? " particle" : " particles");
         if (count == 0) return sentence("One of ", total, " is not finite, or has left the domain.");
         return sentence(count, " of ", total, count == 1 ? " is" : " are",
@@ -52,7 +52,7 @@ public:
     bool is_finite() const { return not_finite().empty(); }
 
     /// Is it at a face of the domain, where G2P put it, and moves as if it had passed through it by a cell?
-    bool left(bool by_velocity) const {
+    [[gnu::cold]] bool left(bool by_velocity) const {
         if (!domain_ || !(dt_ > 0)) return false;
         const Positions<View> positions(*domain_);
         Vec<S, D> block{};
@@ -69,7 +69,7 @@ public:
     }
 
     /// "particle 7 at (1, 2) m with velocity (3, 4) m/s, J = 1: its stress is not finite"
-    std::string text(std::uint32_t id) const {
+    [[gnu::cold]] std::string text(std::uint32_t id) const {
         const auto position = [&](std::size_t, int a) {
             const double x = double(view_.position.at(slots_, a));
             return Positions<View>::in_cells ? position_of_place(*domain_, range_.block, a, x) : x;
@@ -91,7 +91,7 @@ private:
     }
 
     /// "not finite: its velocity, its stress", or nothing
-    std::string not_finite() const {
+    [[gnu::cold]] std::string not_finite() const {
         std::string text;
         const auto look = [&](std::string name, const auto& field, int components) {
             if (is_finite(field, components)) return;

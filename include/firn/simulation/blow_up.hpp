@@ -44,7 +44,8 @@ void check_acceleration(const Acceleration& acceleration) {
 /// A sentence about the first node with mass where the acceleration moves what is at rest by more than `most` [m] in a
 /// step, or is not finite; or nothing.
 template <std::floating_point S, int D, class Acceleration>
-std::string wrong_acceleration(const SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration, double most) {
+[[gnu::cold]] std::string wrong_acceleration(const SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
+                                             double most) {
     using P = native_pack<S>;
     const auto field = lifted_acceleration<P>(acceleration);
     for (std::size_t b = 0; b < grid.block_count(); ++b)
@@ -74,7 +75,8 @@ std::string wrong_acceleration(const SparseGrid<S, D>& grid, double dt, const Ac
 
 /// \param bound  of the time step, before the step [s]
 template <std::floating_point S, int D, class Acceleration>
-std::string likely_cause(const SparseGrid<S, D>& grid, double dt, double bound, const Acceleration& acceleration) {
+[[gnu::cold]] std::string likely_cause(const SparseGrid<S, D>& grid, double dt, double bound,
+                                       const Acceleration& acceleration) {
     const auto acts = [&](double most) { return wrong_acceleration(grid, dt, acceleration, most); };
     if (const std::string text = acts(std::numeric_limits<double>::infinity()); !text.empty()) return text;
     if (dt > bound * (1 + 1e-9))

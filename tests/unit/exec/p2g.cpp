@@ -313,7 +313,7 @@ TEST_CASE("The nodes around a group are those of the cell that its particle is i
         const auto view = particles.view();
         *view.position.at(group.first_slot, axis) = std::nextafter(0.5f, 0.0f);
         const Positions<Particles<float, 3>::View> positions(domain);
-        const auto box = GroupPlaces(view, partition, group, positions).box<QuadraticBSpline, 2>(group.packs());
+        const auto box = GroupPlaces(view, partition, group, positions).box<QuadraticBSpline>(group);
         for (int a = 0; a < 3; ++a) {
             // Base node −1, or 0, of the second block; the arena begins one node before the first.
             CHECK(box.first[a] == (a == axis ? 4 : 5));

@@ -151,9 +151,8 @@ struct RandomRecords : Pack<Kernel, S, D> {
         return this->template lanes<P>(slot);
     }
     std::size_t slots(std::size_t slot) const { return slot; }
-    const RandomRecords& blocks() const { return *this; }
-    template <class P>
-    Vec<P, D> in_cube(std::size_t) const {
+    template <class, class P>
+    Vec<P, D> block_in_arena(std::size_t, int) const {
         return Vec<P, D>::zero();
     }
     template <class, class, class, class P>
@@ -177,7 +176,7 @@ struct RowsInForm {
     using Row = Form;
     typename Sums::number* first;
     auto load(int line) const {
-        return Sums::template load<Row>(first + line_begin<Kernel, D, arena_size<Kernel>>(line) * node_width);
+        return Sums::template load<Row>(first + line_begin<Kernel, D>(line, arena_size<Kernel>) * node_width);
     }
     template <class Sum, class... Weighted>
     static Sum plus(const Sum& sum, const Weighted&... row) {
@@ -185,7 +184,7 @@ struct RowsInForm {
     }
     template <class Sum>
     void store(int line, const Sum& sum) const {
-        Sums::store(first + line_begin<Kernel, D, arena_size<Kernel>>(line) * node_width, sum);
+        Sums::store(first + line_begin<Kernel, D>(line, arena_size<Kernel>) * node_width, sum);
     }
 };
 
@@ -217,17 +216,17 @@ TEMPLATE_TEST_CASE("P2G and G2P of a pack have the same bits in every form of ro
     using Kernel = typename TestType::Kernel;
     constexpr int D = TestType::D, K = Kernel::support;
     using Sums = FloatSums<S>;
-    constexpr std::size_t count =
-        std::size_t((Arena<Kernel, S, D, 1>::line_count * arena_size<Kernel> + 4) * node_width);
+    constexpr int n = arena_size<Kernel>;
+    constexpr std::size_t count = std::size_t(((D == 2 ? 1 : n) * n * n + 4) * node_width);
     Numbers<S> random;
     for (int trial = 0; trial < 10; ++trial) {
         const RandomRecords<Kernel, S, D> particles(random);
         PackRecords<Kernel, Force, S, D> records;
-        records.template fill<Apic>(particles, particles, 0, arena_size<Kernel>, Sums{});
+        records.template fill<Apic>(particles, particles, 0, n, Sums{});
         std::vector<int> at_corner(count), told;
-        records.count(0, pack_size, [&](std::ptrdiff_t corner, int n) { at_corner[std::size_t(corner)] += n; });
+        records.count(0, pack_size, [&](std::ptrdiff_t corner, int more) { at_corner[std::size_t(corner)] += more; });
         REQUIRE(std::accumulate(at_corner.begin(), at_corner.end(), 0) == pack_size);
-        const auto tell = [&](std::ptrdiff_t corner, int n) { told[std::size_t(corner)] += n; };
+        const auto tell = [&](std::ptrdiff_t corner, int more) { told[std::size_t(corner)] += more; };
         const auto scattered = [&]<class Row, bool held>(std::type_identity<Row>, std::bool_constant<held>) {
             std::array<S, count> arena{};
             const auto rows_at = [&](std::ptrdiff_t corner) {
@@ -246,7 +245,7 @@ TEMPLATE_TEST_CASE("P2G and G2P of a pack have the same bits in every form of ro
         CHECK(scattered(Wide{}, std::true_type{}) == expected);
 
         const IntegerSums<std::int32_t, S> quanta(FixedPointScale<S>{0x1p24, 0x1p22});
-        records.template fill<Apic>(particles, particles, 0, arena_size<Kernel>, quanta);
+        records.template fill<Apic>(particles, particles, 0, n, quanta);
         const auto counted = [&]<class Row, bool held>(std::type_identity<Row>, std::bool_constant<held>) {
             std::vector<std::int32_t> arena(count);
             const auto rows_at = [&](std::ptrdiff_t corner) {
@@ -262,14 +261,14 @@ TEMPLATE_TEST_CASE("P2G and G2P of a pack have the same bits in every form of ro
         CHECK(counted(Wide{}, std::true_type{}) == integers);
 
         const auto nodes = random.template array<count>();
+        PackPlaces<Kernel, g2p_needs_gradient<Kernel, Apic, Force>, S, D> pack;
         TransferSums<Kernel, Apic, Force, S, D> sums;
         using P = native_pack<S>;
         for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
-            sums.locate(lane, particles.template position<P>(std::size_t(lane)), Vec<P, D>::zero(), arena_size<Kernel>);
+            pack.locate(lane, particles.template position<P>(std::size_t(lane)), Vec<P, D>::zero(), n);
         const auto gathered = [&]<class Row>(std::type_identity<Row>) {
-            sums.gather([&](int l, auto line) {
-                return Row::load(nodes.data() + sums.weights.corner[l] +
-                                 line_begin<Kernel, D, arena_size<Kernel>>(line) * node_width);
+            sums.gather(pack.weights, [&](int l, auto line) {
+                return Row::load(nodes.data() + pack.weights.corner[l] + line_begin<Kernel, D>(line, n) * node_width);
             });
             std::array<S, std::size_t(decltype(sums)::quads * pack_size * 4)> r;
             std::memcpy(r.data(), sums.value, sizeof r);
