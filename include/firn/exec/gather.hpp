@@ -1,7 +1,7 @@
 /// \file The rows of nodes around sixteen particles to their sums.
 #pragma once
 
-#include <firn/exec/lanes.hpp>
+#include <firn/exec/places.hpp>
 #include <firn/stage/g2p.hpp>
 
 namespace firn {

@@ -3,7 +3,7 @@
 
 #include <firn/exec/fixed_point.hpp>
 #include <firn/exec/integer_row.hpp>
-#include <firn/exec/lanes.hpp>
+#include <firn/exec/places.hpp>
 #include <firn/stage/p2g.hpp>
 
 #include <atomic>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/data/check_particles.hpp>
-#include <firn/exec/lanes.hpp>
+#include <firn/exec/places.hpp>
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>

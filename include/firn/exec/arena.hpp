@@ -1,0 +1,173 @@
+/// \file The nodes around a block, or a cube of blocks, in one place.
+#pragma once
+
+#include <firn/data/sparse_grid.hpp>
+
+#include <algorithm>
+#include <array>
+
+namespace firn {
+
+/// Which nodes of an arena particles reach, both ends included.
+template <int D>
+struct ArenaBox {
+    int first[D], last[D];
+};
+
+/// Numbers of the blocks around the block or cube of a group, or no_block: those that the grid has around its ranges.
+template <int D>
+class BlocksAround {
+public:
+    template <class Grid>
+    BlocksAround(const Grid& grid, const BlockPartition<D>& partition, const BlockGroup& group) {
+        if (!group.sparse) {
+            blocks_ = grid.neighbours(partition, group.first_range);
+            return;
+        }
+        blocks_ = of_cube_;
+        std::fill(std::begin(of_cube_), std::end(of_cube_), no_block);
+        for (std::uint32_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
+            int corner = 0;
+            for (const int coordinate : partition.ranges[r].block) corner = corner * n + (coordinate & 1);
+            const std::uint32_t* neighbour = grid.neighbours(partition, r);
+            for (int line = 0; line < (D == 2 ? 3 : 9); ++line)
+                for (int k = 0; k < 3; ++k)
+                    of_cube_[corner + (D == 2 ? line : line / 3 * n + line % 3) * n + k] = *neighbour++;
+        }
+    }
+    BlocksAround(const BlocksAround&) = delete;
+    const std::uint32_t* data() const { return blocks_; }
+
+private:
+    static constexpr int n = cube_blocks + 2;
+    const std::uint32_t* blocks_;
+    std::uint32_t of_cube_[D == 2 ? n * n : n * n * n];
+};
+
+/// Nodes of an arena of n along each axis.
+template <int D>
+constexpr int arena_nodes(int n) {
+    return D == 2 ? n * n : n * n * n;
+}
+
+/// Rows of nodes of a group's block or cube of blocks and its surroundings: contiguous. One code serves both: a size
+/// that is known when compiled is not faster, and costs as much to compile once more.
+/// \tparam Number  of floating point, or an integer for fixed-point sums;  \tparam Width  how many of them a node has
+template <class Kernel, class Number, int D, int Width = node_width>
+struct Arena {
+    static constexpr int n_of_block = arena_size<Kernel>, n_of_cube = arena_size<Kernel, cube_blocks>;
+    static_assert(n_of_block <= colours_along_axis<Kernel> * block_size && n_of_cube <= 2 * cube_blocks * block_size,
+                  "firn: two groups of one colour never touch one node");
+
+    int n;  ///< nodes along an axis
+    /// Rows of a whole register may reach over the end.
+    alignas(64) Number node[(arena_nodes<D>(n_of_cube) + 4) * Width];
+
+    /// Makes it the group's, and zeros the lines of a box.
+    FIRN_INLINE void clear(const BlockGroup& group, const ArenaBox<D>& box) {
+        n = group.sparse ? n_of_cube : n_of_block;
+        if (group.sparse)
+            clear_lines<cube_blocks>(box);
+        else
+            clear_lines<1>(box);
+        std::fill_n(node + arena_nodes<D>(n) * Width, 4 * Width, Number(0));
+    }
+
+    /// Calls f(number in the arena, numbers in the grid, count) for runs of nodes that are neighbours in both and hold
+    /// the box; the count of nodes is a compile-time constant.
+    /// \param nodes  of the whole grid
+    template <class N, class F>
+    FIRN_INLINE void for_runs(N* nodes, const BlocksAround<D>& around, const ArenaBox<D>& box, const F& f) const {
+        if (n == n_of_block)
+            for_runs_of<1>(nodes, around.data(), box, f);
+        else
+            for_runs_of<cube_blocks>(nodes, around.data(), box, f);
+    }
+
+private:
+    static constexpr int before = block_size - allowed_drift;  // nodes of the first block that the arena leaves out
+
+    template <int Blocks>
+    FIRN_INLINE void clear_lines(const ArenaBox<D>& box) {
+        constexpr int numbers = arena_size<Kernel, Blocks> * Width;
+        for_lines<Blocks>(
+            box, [&](int line, int, int) FIRN_LAMBDA { std::fill_n(node + line * numbers, numbers, Number(0)); });
+    }
+
+    /// \param of_block  numbers of the blocks around, or no_block
+    template <int Blocks, class N, class F>
+    FIRN_INLINE static void for_runs_of(N* nodes, const std::uint32_t* of_block, const ArenaBox<D>& box, const F& f) {
+        constexpr int size = arena_size<Kernel, Blocks>, blocks = Blocks + 2;
+        static_assert(size + before <= blocks * block_size);
+        for_lines<Blocks>(box, [&](int line, int outer_block, int outer_node) FIRN_LAMBDA {
+            unroll<blocks>([&](auto b) FIRN_LAMBDA {
+                constexpr int first = b == 0 ? before : 0;
+                constexpr int last = std::min(block_size, before + size - b * block_size);
+                constexpr int place = b * block_size + first - before;  // in the line
+                const std::uint32_t block = of_block[outer_block * blocks + b];
+                if (place > box.last[D - 1] || place + last - first <= box.first[D - 1] || block == no_block) return;
+                N* run = nodes +
+                         (block * std::size_t(block_nodes<D>) + std::size_t(outer_node * block_size + first)) * Width;
+                f((line * size + place) * Width, run, std::integral_constant<int, last - first>{});
+            });
+        });
+    }
+
+    /// f(line, block and node in it along the leading axes)
+    template <int Blocks, class F>
+    FIRN_INLINE static void for_lines(const ArenaBox<D>& box, const F& f) {
+        for (int i = box.first[0]; i <= box.last[0]; ++i) {
+            const int block = (i + before) / block_size, in_block = (i + before) % block_size;
+            if constexpr (D == 2)
+                f(i, block, in_block);
+            else
+                for (int j = box.first[1]; j <= box.last[1]; ++j)
+                    f(i * arena_size<Kernel, Blocks> + j, block * (Blocks + 2) + (j + before) / block_size,
+                      in_block * block_size + (j + before) % block_size);
+        }
+    }
+};
+
+/// Lines of nodes, one row each, that a particle reaches.
+template <class Kernel, int D>
+inline constexpr int lines_of_particle = D == 2 ? Kernel::support : Kernel::support * Kernel::support;
+
+/// Where line `line` begins, in nodes of an arena of n a line, from the particle's base node on.
+template <class Kernel, int D>
+FIRN_INLINE constexpr std::ptrdiff_t line_begin(int line, std::ptrdiff_t n) {
+    constexpr int K = Kernel::support;
+    return (D == 2 ? line : line / K * n + line % K) * n;
+}
+
+/// Where in the grid a node of a block's arena is, whether the arena is filled or not.
+template <class Kernel, int D>
+class ArenaNodes {
+public:
+    /// Node k of line `line` of those that a particle reaches: its place in the grid, in nodes.
+    /// \param corner  the number, in the arena, of the first number of the particle's base node
+    FIRN_INLINE static std::size_t in_grid(const std::uint32_t* neighbours, std::ptrdiff_t corner, int line, int k) {
+        const Place place = places[std::size_t(corner / node_width + line_begin<Kernel, D>(line, n) + k)];
+        return std::size_t(neighbours[place.neighbour]) * std::size_t(block_nodes<D>) + place.node;
+    }
+
+private:
+    static constexpr int n = arena_size<Kernel>;
+    struct Place {
+        std::uint8_t neighbour, node;
+    };
+    static constexpr auto places = [] {
+        std::array<Place, std::size_t(arena_nodes<D>(n))> table{};
+        for (int i = 0; i < int(table.size()); ++i) {
+            int neighbour = 0, node = 0;
+            for (int a = 0, scale = int(table.size()) / n; a < D; ++a, scale /= n) {
+                const int k = i / scale % n + block_size - allowed_drift;
+                neighbour = neighbour * 3 + k / block_size;
+                node = node * block_size + k % block_size;
+            }
+            table[std::size_t(i)] = {std::uint8_t(neighbour), std::uint8_t(node)};
+        }
+        return table;
+    }();
+};
+
+}  // namespace firn
