@@ -316,11 +316,17 @@ long damage_states(long count) {
     return wrong;
 }
 
-long damage_meshes(const std::filesystem::path& folder, long count) {
-    std::vector<std::string> seeds;
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-        seeds.push_back(states::bytes_of(entry.path()));
-    std::sort(seeds.begin(), seeds.end());
+/// The files of a folder, in an order that does not depend on their names; none if there is no such folder.
+std::vector<std::string> files_of(const std::filesystem::path& folder) {
+    std::vector<std::string> files;
+    std::error_code missing;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, missing))
+        if (entry.is_regular_file()) files.push_back(states::bytes_of(entry.path()));
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+long damage_meshes(const std::vector<std::string>& seeds, long count) {
     const auto path = place();
     const long wrong = count_outcomes("OBJ files", count, [&](long i, Counts& counts) {
         Damage damage{std::uint64_t(i)};
@@ -346,10 +352,11 @@ long damage_meshes(const std::filesystem::path& folder, long count) {
 
 int main(int count, char** arguments) {
     const long inputs = count == 3 ? std::atol(arguments[1]) : 0;
-    if (inputs < 1) {
-        std::fprintf(stderr, "firn_mutate COUNT SEEDS\n");
+    const std::vector<std::string> meshes = count == 3 ? files_of(arguments[2]) : std::vector<std::string>{};
+    if (inputs < 1 || meshes.empty()) {
+        std::fprintf(stderr, "firn_mutate COUNT SEEDS: a number above 0, and a folder of OBJ files\n");
         return 2;
     }
-    const long wrong = damage_state_files(inputs) + damage_states(inputs) + damage_meshes(arguments[2], inputs);
+    const long wrong = damage_state_files(inputs) + damage_states(inputs) + damage_meshes(meshes, inputs);
     return wrong == 0 ? 0 : 1;
 }
