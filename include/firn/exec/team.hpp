@@ -7,8 +7,10 @@
 /// all threads have arrived: only who holds a chunk is waited for, and the caller alone can do all of them. Where
 /// another program holds a processor, a thread that does not get to run costs no more than the chunk it may hold.
 ///
-/// A thread that finds no chunk looks for a few microseconds and then sleeps; so does the caller, which leaves its
-/// processor to a thread that holds a chunk and waits for one.
+/// A thread that finds no chunk looks for some microseconds and then sleeps; so does the caller, which leaves its
+/// processor to a thread that holds a chunk and waits for one. To be woken takes longer than most phases, so a thread
+/// looks the longer the more often that was enough; where looking is in vain, as when another program has the processor
+/// of whom it waits for, it soon looks no longer than it must.
 #pragma once
 
 #include <unistd.h>
@@ -98,10 +100,14 @@ private:
         bool offers(std::uint64_t thread) const { return first < last && thread < threads; }
     };
 
+    /// In looks: 3 to 100 µs. To wake a thread takes some 50.
+    static constexpr int least_patience = 100, most_patience = 2000, patience_gained = 40;
+
     /// A thread's place in the team.
     struct alignas(64) Seat {
         std::atomic<std::uint64_t> share = 0;
         std::uint64_t thread = 0;
+        int patience = least_patience;  ///< looks at the shares before it sleeps
         std::atomic<Seat*> next = nullptr;
         std::atomic<bool> asleep = false;
         std::mutex mutex;
@@ -147,13 +153,15 @@ private:
     void work(Seat& seat, const std::atomic<bool>& enough) {
         for (int looked = 0;;) {
             if (take(seat, seat) || take_from_others(seat)) {
+                if (looked > 0) seat.patience = std::min(seat.patience + patience_gained, most_patience);
                 looked = 0;
             } else if (enough) {
                 return;
-            } else if (looked < patience) {
+            } else if (looked < seat.patience) {
                 ++looked;
                 pause();
             } else {
+                seat.patience = std::max(seat.patience / 2, least_patience);
                 sleep(seat, enough);
                 looked = 0;
             }
@@ -264,8 +272,6 @@ private:
         asm volatile("yield");
 #endif
     }
-
-    static constexpr int patience = 200;  ///< looks at the shares before a thread sleeps: 5 to 10 µs
 
     alignas(64) std::atomic<std::size_t> unfinished_ = 0;   ///< chunks of the phase, and who gives it out
     alignas(64) std::atomic<std::uint64_t> given_out_ = 0;  ///< the phase of which all have their share
