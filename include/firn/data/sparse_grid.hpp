@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/data/block_partition.hpp>
+#include <firn/data/fixed_point_scale.hpp>
 #include <firn/data/memory.hpp>
 
 #include <algorithm>
@@ -70,8 +71,8 @@ public:
         return reinterpret_cast<T*>(scratch_.data());
     }
 
-    /// What a stage found and tries first the next time: it saves time, and never changes a result.
-    std::optional<std::array<S, 2>> guess;
+    /// Of the last fixed-point sums: tried first the next time. It saves time, and never changes a result.
+    std::optional<FixedPointScale<S>> last_scale;
 
     /// Exchanges the numbers of all nodes with those of layer k = 1, 2, …: further numbers of the same nodes, which are
     /// there from the first exchange on. What a layer holds is lost when the grid is activated anew.

@@ -155,10 +155,10 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Spar
 
     // The scale that was right the last time, or only a look at the particles.
     using Measured = MeasuredSums<Kernel, Force, Integer, S>;
-    const bool tries = How == Adding::coloured && grid.guess;
-    const std::array<S, 2> tried = tries ? *grid.guess : std::array{S(1), S(1)};
+    const bool tries = How == Adding::coloured && grid.last_scale;
+    const FixedPointScale<S> tried = tries ? *grid.last_scale : FixedPointScale<S>{S(1), S(1)};
     std::vector<typename Measured::Seen> seen{std::size_t(threads)};
-    const Measured measured({tried[0], tried[1]}, seen.data(), integers.counts, tries);
+    const Measured measured(tried, seen.data(), integers.counts, tries);
     (scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, measured, sums), ...);
     const FixedPointLoad<S> load = load_of_all(seen, integers.counts, grid);
     const FixedPointScale<S> scale = [&] {
@@ -169,9 +169,9 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Spar
             throw;
         }
     }();
-    const bool was_right = tries && tried == std::array{scale.momentum, scale.mass} &&
-                           std::all_of(seen.begin(), seen.end(), [](const auto& s) { return s.all_fitted; });
-    grid.guess = {scale.momentum, scale.mass};
+    const bool was_right =
+        tries && tried == scale && std::all_of(seen.begin(), seen.end(), [](const auto& s) { return s.all_fitted; });
+    grid.last_scale = scale;
 
     if (!was_right) {
         if (tries) clear(sums, node_width, grid, threads);

@@ -9,19 +9,13 @@
 #pragma once
 
 #include <firn/core/bits.hpp>
+#include <firn/data/fixed_point_scale.hpp>
 #include <firn/kernel/concept.hpp>
 #include <firn/stage/p2g.hpp>
 
 #include <cmath>
 
 namespace firn {
-
-/// Quanta per unit; powers of two, so that scaling is exact.
-template <class S>
-struct FixedPointScale {
-    S momentum;  ///< quanta per kg m/s
-    S mass;      ///< quanta per kg
-};
 
 /// What the particles are, as far as the bound needs it. Maxima and counts: the same for any order.
 template <class S>
