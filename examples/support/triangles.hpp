@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace example {
@@ -62,6 +63,13 @@ inline std::vector<std::array<Vec3, 3>> corner_normals(const Surface& surface) {
     return normals;
 }
 
+/// On which side of the line from a to b a point lies: positive, negative or 0, in proportion to its distance. The line
+/// from b to a gives exactly the negative, however numbers are rounded: between two triangles is no gap.
+inline float side(const Projected& a, const Projected& b, float x, float y) {
+    if (std::pair(b.x, b.y) < std::pair(a.x, a.y)) return -side(b, a, x, y);
+    return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
+}
+
 }  // namespace detail
 
 /// Draws the triangles. Those that reach behind the eye are left out.
@@ -77,7 +85,7 @@ inline SurfaceRaster rasterise(const Surface& surface, const Camera& camera, int
             p[k] = camera.project(corners[k]);
             behind = behind || (!camera.orthographic && p[k].depth <= 0.0F);
         }
-        const float area = (p[1].x - p[0].x) * (p[2].y - p[0].y) - (p[1].y - p[0].y) * (p[2].x - p[0].x);
+        const float area = detail::side(p[0], p[1], p[2].x, p[2].y);
         if (behind || !(std::abs(area) > 1e-9F)) continue;
         const auto [left, right] = std::minmax({p[0].x, p[1].x, p[2].x});
         const auto [top, bottom] = std::minmax({p[0].y, p[1].y, p[2].y});
@@ -96,9 +104,7 @@ inline SurfaceRaster rasterise(const Surface& surface, const Camera& camera, int
                 float sum = 0.0F;
                 bool inside = true;
                 for (std::size_t k = 0; k < 3; ++k) {
-                    const auto& a = p[(k + 1) % 3];
-                    const auto& b = p[(k + 2) % 3];
-                    weight[k] = ((b.x - a.x) * (py - a.y) - (b.y - a.y) * (px - a.x)) / area;
+                    weight[k] = detail::side(p[(k + 1) % 3], p[(k + 2) % 3], px, py) / area;
                     inside = inside && weight[k] >= 0.0F;
                     if (!camera.orthographic) weight[k] /= p[k].depth;
                     sum += weight[k];
