@@ -217,11 +217,17 @@ TEMPLATE_TEST_CASE("every lane of a register is what one number alone gives", "[
                 }
                 const auto alone = solid.velocity(of_lane, with);
                 CAPTURE(trial, lane);
+#ifdef __FMA__  // contracted where the compiler likes: as if the node were elsewhere by some rounding
+                S allowed = 40 * std::numeric_limits<S>::epsilon();
                 for (int a = 0; a < D; ++a)
-#ifdef __FMA__  // contracted where the compiler likes
-                    CHECK(std::abs(after[a][lane] - alone[a]) <= 40 * std::numeric_limits<S>::epsilon());
+                    for (const S sign : {S(-1), S(1)}) {
+                        Vec<S, D> beside = of_lane;
+                        beside[a] += sign * 8 * std::numeric_limits<S>::epsilon();
+                        allowed = std::max(allowed, norm(solid.velocity(beside, with) - alone));
+                    }
+                for (int a = 0; a < D; ++a) CHECK(std::abs(after[a][lane] - alone[a]) <= allowed);
 #else
-                    CHECK(after[a][lane] == alone[a]);
+                for (int a = 0; a < D; ++a) CHECK(after[a][lane] == alone[a]);
 #endif
             }
         }
