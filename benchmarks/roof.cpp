@@ -1,7 +1,7 @@
 /// \file What this machine can do at most, and how much a particle-step asks of it: roof/fma/threads:N is fused
 /// multiply-adds of whole registers that wait for nothing, roof/stream/threads:N is a = b + s c over arrays that no
 /// cache holds. The machine, the compiler and the operations of a particle-step are written into the results.
-#include <firn/exec/parallel.hpp>
+#include <firn/core/parallel.hpp>
 
 #include "flops.hpp"
 #include "step.hpp"

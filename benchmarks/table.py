@@ -159,16 +159,16 @@ def roof():
          "of the multiply-adds"], rows, 0)
 
 
-def held_core():
-    file = results.folder / "held_core.json"
+def threads():
+    file = results.folder / "threads.json"
     if not file.exists():
         return None
-    of = json.loads(file.read_text())
-    rows = []
-    for name, rate in sorted(of.items()):
-        alone = of[name.replace("threads:2", "threads:1")]["free"]
-        rows.append([f"`{name}`", number(rate["free"]), number(rate["held"]), f"{rate['held'] / alone:.2f}"])
-    return table(["", "free", "one processor held", "held / one thread free"], rows)
+    columns = [(scene, mode) for scene in ("144k", "8k") for mode in ("step", "advance")]
+    of = {(row["condition"], row["scene"], row["mode"]): row["rate"] for row in json.loads(file.read_text())}
+    conditions = dict.fromkeys(condition for condition, _, _ in of)
+    return table(["M particle-steps/s, of all simulations", *(f"{scene}, `{mode}()`" for scene, mode in columns)],
+                 [[condition, *(number(of.get((condition, *column))) for column in columns)]
+                  for condition in conditions])
 
 
 def taichi():
@@ -191,7 +191,7 @@ def compile_time():
                  [[name, f"{taken['cpu']:.1f}", f"{taken['wall']:.1f}"] for name, taken in of["seconds"].items()])
 
 
-tables = [machine, ratio, sizes, scenes, materials, executions, corner, stages, roof, held_core, taichi, compile_time]
+tables = [machine, ratio, sizes, scenes, materials, executions, corner, stages, roof, threads, taichi, compile_time]
 
 
 def main():

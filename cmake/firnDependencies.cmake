@@ -2,17 +2,19 @@
 # what one compiler installed serves another, with or without OpenMP and HDF5.
 # BUILD_INTERFACE keeps what was found here out of the exported targets: each consumer finds its own.
 
-# The threads that loops are shared out among.
+# For threads that write states in the background, and firn's own (core/own_threads.hpp).
 macro(firn_link_threads target)
     find_package(Threads REQUIRED)
     target_link_libraries(${target} INTERFACE $<BUILD_INTERFACE:Threads::Threads>)
 endmacro()
 
-# OpenMP's settings say how many threads there are; with FIRN_OPENMP_THREADS they are OpenMP's own.
+# Loops run on OpenMP's threads; without it, on the calling thread.
 macro(firn_link_openmp target)
     find_package(OpenMP QUIET COMPONENTS CXX)
     if(OpenMP_CXX_FOUND)
         target_link_libraries(${target} INTERFACE $<BUILD_INTERFACE:OpenMP::OpenMP_CXX>)
+    else()
+        message(STATUS "firn: ${CMAKE_CXX_COMPILER_ID} has no OpenMP here; loops run on one thread")
     endif()
 endmacro()
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/boundary/walls.hpp>
+#include <firn/core/step_region.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/data/sampling.hpp>
@@ -74,7 +75,8 @@ public:
     /// Particles are sorted when one may leave the reach of its block; and whenever the number of steps is a multiple
     /// of this, unless it is 0.
     std::uint64_t most_steps_between_sorts = 0;
-    /// Takes warnings: a fixed time step above the bound. By default they go to std::cerr; empty: nowhere.
+    /// Takes warnings: a fixed time step above the bound. By default they go to std::cerr; empty: nowhere. It is called
+    /// outside any parallel region, before the step that it warns of.
     std::function<void(const std::string&)> warn = [](const std::string& text) {
         std::cerr << "firn: " << text << '\n';
     };
@@ -158,7 +160,7 @@ public:
     /// \throws parameter_error, particle_error (nothing is added)
     template <std::size_t I = 0>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
-        return std::get<I>(sets_).add(samples, density, velocity);
+        return std::get<I>(sets_).add(samples, density, velocity, workers());
     }
     template <class M>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
@@ -170,7 +172,7 @@ public:
     /// \throws parameter_error, particle_error (nothing is added)
     template <std::size_t I = 0>
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
-        return std::get<I>(sets_).add(net, masses, velocity);
+        return std::get<I>(sets_).add(net, masses, velocity, workers());
     }
     template <class M>
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
@@ -229,7 +231,8 @@ public:
     void add_sink(const Sink<D>& sink) {
         add_sink<place_of<M>>(sink);
     }
-    /// Pushes the particles of a body, in every step from now on: force(position [m], time [s]) on each [N].
+    /// Pushes the particles of a body, in every step from now on: force(position [m], time [s]) on each [N], called
+    /// from several threads at once.
     /// \throws parameter_error  if there is no such body, or the force is an empty function
     template <std::size_t I = 0, class OfParticle>
     void add_load(const Body& body, const OfParticle& force) {
@@ -262,8 +265,7 @@ public:
         double bound = fastest > 0 ? firn::stable_time_step<Kernel>(domain().cell_size, fastest) : next_burst() - time_;
         for_sets([&](auto& set) {
             for (auto& force : set.forces)
-                bound = std::min(bound, force_safety * force.largest_step(set.particles, time_,
-                                                                          thread_count(requested_threads(execution))));
+                bound = std::min(bound, force_safety * force.largest_step(set.particles, time_, workers()));
         });
         if (!std::isfinite(bound) && !is_waiting()) throw_at_rest(fastest);
         return bound;
@@ -276,7 +278,7 @@ public:
     /// vector
     template <class Acceleration>
     void step(const Acceleration& acceleration) {
-        step_by(next_time_step(), acceleration);
+        take_steps(acceleration, std::numeric_limits<double>::infinity(), steps_ + 1);
     }
 
     /// Steps until `duration` [s] has passed; the last step is shortened to end there.
@@ -285,13 +287,7 @@ public:
     void advance(double duration, const Acceleration& acceleration) {
         if (!(duration >= 0) || !std::isfinite(duration))
             throw parameter_error(sentence("The time to advance is ", duration, " s; it must not be negative."));
-        const double end = time_ + duration;
-        while (time_ < end) {
-            const double dt = next_time_step();
-            const double left = end - time_;
-            step_by(left < dt * (1 + 1e-9) ? left : dt, acceleration);
-            if (left < dt * (1 + 1e-9)) time_ = end;
-        }
+        take_steps(acceleration, time_ + duration, std::numeric_limits<std::uint64_t>::max());
     }
 
     /// The partition in use: which blocks a material's particles are sorted into.
@@ -345,14 +341,38 @@ private:
             return {};
     }
 
-    /// The fixed time step, with a warning where it is above the bound; or the bound.
-    double next_time_step() {
+    int workers() const { return thread_count(requested_threads(execution)); }
+
+    /// Steps until the time `end` [s], where the last one is shortened to end, or up to a number of steps. They share
+    /// one parallel region, which is left where something of the user's is to be called.
+    template <class Acceleration>
+    void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
+        std::string warning;
+        const auto is_done = [&] { return !(time_ < end) || steps_ == last_step; };
+        while (!is_done()) {
+            const bool is_one = steps_ + 1 == last_step || !detail::regions_span_steps();
+            detail::steps_region(may_leave_regions() ? 1 : workers(), is_one, helpers_, [&] {
+                do {
+                    const double dt = next_time_step(warning), left = end - time_;
+                    if (!warning.empty()) return;
+                    const bool is_last = left < dt * (1 + 1e-9);
+                    step_by(is_last ? left : dt, acceleration);
+                    if (is_last) time_ = end;
+                } while (!is_done() && !is_one);
+            });
+            if (!warning.empty()) warn(std::exchange(warning, {}));
+        }
+    }
+
+    /// The fixed time step, or the bound.
+    /// \param warning  of a fixed time step above the bound, if there is to be one
+    double next_time_step(std::string& warning) {
         const double bound = stable_time_step();
         if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
             throw parameter_error(
                 sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
         bound_ = bound;
-        if (fixed_time_step > bound) warn_of(fixed_time_step / bound);
+        if (fixed_time_step > bound) warning = warning_of(fixed_time_step / bound);
         return fixed_time_step > 0 ? fixed_time_step : bound;
     }
 
@@ -377,7 +397,7 @@ private:
         });
         if (sorted) activate();
         is_spoiled_ = std::apply([](const auto&... set) { return (set.is_pushed() || ...); }, sets_);
-        for_sets([&](auto& set) { set.push(time_, dt, steps_, thread_count(requested_threads(execution))); });
+        for_sets([&](auto& set) { set.push(time_, dt, steps_, workers()); });
         make_grid(dt);
         if (reactions)
             grid_update(execution, grid_, dt, acceleration, boundary, *reactions);
@@ -404,7 +424,7 @@ private:
         boundary = advanced(boundary, dt);
         for_sets([&](auto& set) {
             set.take(time_);
-            set.give(time_);
+            set.give(time_, workers());
         });
     }
 
@@ -463,6 +483,10 @@ private:
     bool has_forces() const {
         return std::apply([](const auto&... set) { return (!set.forces.empty() || ...); }, sets_);
     }
+    /// Do forces of the user's open regions of their own?
+    bool may_leave_regions() const {
+        return std::apply([](const auto&... set) { return (set.may_open_regions() || ...); }, sets_);
+    }
     /// Are there no particles, but sources that will give some?
     bool is_waiting() const { return !has_particles() && std::isfinite(next_burst()); }
     /// When the next particles come [s]; infinite: never.
@@ -479,7 +503,7 @@ private:
         std::array<BlockPartition<D>*, material_count> all{};
         std::size_t i = 0;
         for_sets([&](auto& set) { all[i++] = &set.partition; });
-        grid_.activate(all);
+        grid_.activate(all, workers());
     }
 
     template <class F>
@@ -487,12 +511,13 @@ private:
         std::apply([&](auto&... set) { (f(set), ...); }, sets_);
     }
 
-    void warn_of(double ratio) {
-        if (ratio < 1.2 * warned_ratio_) return;
+    /// Empty where nobody is to be warned, or has been of about that ratio.
+    std::string warning_of(double ratio) {
+        if (ratio < 1.2 * warned_ratio_) return {};
         warned_ratio_ = ratio;
-        if (warn)
-            warn(sentence("the fixed time step of ", fixed_time_step, " s is ", ratio, " times the bound of ",
-                          fixed_time_step / ratio, " s at step ", steps_, "; the simulation may become unstable."));
+        if (!warn) return {};
+        return sentence("the fixed time step of ", fixed_time_step, " s is ", ratio, " times the bound of ",
+                        fixed_time_step / ratio, " s at step ", steps_, "; the simulation may become unstable.");
     }
 
     /// Part of the largest step of the forces between particles that a step may take: stiffness changes with strain.
@@ -505,6 +530,7 @@ private:
     Sets sets_;
     std::array<bool, material_count> restored_{};  // since the last step
     TransferMemory<S> transfer_memory_;
+    detail::StepHelpers helpers_;
     double time_ = 0, last_time_step_ = 0, warned_ratio_ = 1 / 1.2;
     double bound_ = 0;  // of the step that is taken
     std::uint64_t steps_ = 0;
@@ -530,15 +556,16 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prep
         throw particle_error(sentence("Step ", steps_,
                                       " failed and has left particles that are of no use, neither for a step nor "
                                       "for a state. Go on from the last state that was written: restore()."));
-    if (steps_ == 0) for_sets([&](auto& set) { set.give(time_); });
-    bool changed = false;
-    double fastest = 0;
-    for_sets([&](auto& set) {
-        changed = changed || !set.prepared;
-        if (!set.prepared) prepare(set);
-        if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
-    });
+    if (steps_ == 0) for_sets([&](auto& set) { set.give(time_, workers()); });
+    const bool changed = std::apply([](const auto&... set) { return (!set.prepared || ...); }, sets_);
     if (!changed) return;
+    double fastest = 0;
+    parallel_region(workers(), [&] {
+        for_sets([&](auto& set) {
+            if (!set.prepared) prepare(set);
+            if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
+        });
+    });
     if (!std::isfinite(fastest) || (!(fastest > 0) && !is_waiting() && !has_forces())) {
         for_sets([](auto& set) { set.prepared = false; });
         throw_at_rest(fastest);

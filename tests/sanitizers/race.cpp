@@ -1,5 +1,5 @@
 /// \file A data race on purpose, and its clean twin: shows that ThreadSanitizer sees what firn's threads do.
-#include <firn/exec/parallel.hpp>
+#include <firn/core/parallel.hpp>
 
 #include <array>
 #include <atomic>

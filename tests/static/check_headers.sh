@@ -10,16 +10,16 @@ max_lines=600
 # After the colon: which libraries besides Eigen and the standard library a layer may use.
 layers='
 version    :
-core       : intrinsics
+core       : intrinsics openmp posix
 math       :
 kernel transfer force material boundary field :
-data       : openmp posix
+data       : posix
 stage      :
-exec wgsl  : openmp intrinsics posix
-lagrangian : openmp
-simulation : openmp
+exec wgsl  : intrinsics
+lagrangian :
+simulation :
 firn       :
-io         : openmp hdf5 vendor posix
+io         : hdf5 vendor posix
 webgpu     : webgpu
 '
 
@@ -88,7 +88,7 @@ while IFS= read -r -d '' file; do
             hdf5*.h | H5*.h) uses "$header" "$own" hdf5 "$line" ;;
             webgpu.h | webgpu/*.h) uses "$header" "$own" webgpu "$line" ;;
             immintrin.h | arm_neon.h) uses "$header" "$own" intrinsics "$line" ;;
-            fcntl.h | unistd.h | sys/*.h) uses "$header" "$own" posix "$line" ;;
+            fcntl.h | sched.h | unistd.h | sys/*.h) uses "$header" "$own" posix "$line" ;;
             Eigen/* | unsupported/Eigen/*) ;;
             */* | *.h) mistake "$header:$line: <$target> is not in the table of layers" ;;
         esac

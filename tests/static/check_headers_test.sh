@@ -22,7 +22,8 @@ planted() {
 }
 
 planted '' stage/a.hpp '#include <firn/core/tensor.hpp>' '#include <firn/stage/b.hpp>' '#include <vector>'
-planted '' exec/a.hpp '#include <omp.h>' '#pragma omp parallel for'
+planted '' core/a.hpp '#include <omp.h>' '#pragma omp parallel for'
+planted 'exec may not use openmp' exec/a.hpp '#pragma omp parallel for'
 planted '' io/a.hpp '#include <hdf5.h>' '#include <firn/simulation.hpp>'
 planted '' material/a.hpp '#pragma omp simd' '// #include <firn/exec/a.hpp>'
 planted '' webgpu/a.hpp '#include <webgpu/webgpu.h>' '#include <firn/wgsl/inputs.hpp>'

@@ -70,7 +70,7 @@ TEST_CASE("No particle drifts farther from the block it was sorted into than the
     Simulation<2> simulation(unit_box<2>(1.0 / 64), FixedCorotated<float>::from_young_poisson(1e5, 0.3));
     scenes::add_two_blocks<2>(simulation, 0.3, test_support::fewer_if_slow(1.0 / 128, 1.0 / 48));
     std::size_t beyond_block = 0, sorted = 0;
-    std::vector<std::uint32_t> order;
+    aligned_vector<std::uint32_t> order;
     for (int i = 0; i < 300; ++i) {
         simulation.step();
         sorted += std::size_t(simulation.partition().order != order);

@@ -1,8 +1,16 @@
 /// \file Memory that starts on a cache line; much memory starts on a large page, and is asked to consist of such.
+///
+/// A machine whose processors have memory of their own puts a page beside the processor that first writes to it. So
+/// resize() leaves new numbers unset, and new memory is first written by the workers whose shares of loops it is.
 #pragma once
 
+#include <firn/core/parallel.hpp>
+
+#include <algorithm>
 #include <cstddef>
 #include <new>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #ifdef __linux__
@@ -29,6 +37,13 @@ struct aligned_allocator {
 #endif
         return static_cast<T*>(memory);
     }
+    template <class U, class... Arguments>
+    void construct(U* p, Arguments&&... arguments) {
+        if constexpr (sizeof...(Arguments) == 0)
+            ::new (static_cast<void*>(p)) U;
+        else
+            ::new (static_cast<void*>(p)) U(std::forward<Arguments>(arguments)...);
+    }
     void deallocate(T* p, std::size_t n) { ::operator delete(p, alignment(n * sizeof(T))); }
     template <class U>
     bool operator==(const aligned_allocator<U>&) const {
@@ -43,5 +58,47 @@ private:
 
 template <class T>
 using aligned_vector = std::vector<T, aligned_allocator<T>>;
+
+namespace detail {
+
+/// Calls body(first, last) for the share of each worker in memory that holds n of T; of little memory, which may lie
+/// anywhere, for all of it.
+template <class T, class Body>
+void for_shares_of(std::size_t n, int workers, const Body& body) {
+    constexpr std::size_t least_bytes = std::size_t(1) << 18;
+    for_shares(n, n * sizeof(T) < least_bytes ? 1 : workers, body);
+}
+
+}  // namespace detail
+
+/// n numbers, unset; those that were there are lost. Of new memory each worker has its share.
+template <class T>
+void renew(aligned_vector<T>& numbers, std::size_t n, int workers) {
+    static_assert(std::is_trivially_default_constructible_v<T>);
+    numbers.clear();
+    const bool is_new = n > numbers.capacity();
+    if (is_new) numbers.reserve(n + n / 8);
+    numbers.resize(n);
+    if (!is_new || workers <= 1) return;
+    detail::for_shares_of<T>(n, workers, [&](std::size_t first, std::size_t last) {
+        constexpr std::size_t page = 4096;
+        auto* const byte = reinterpret_cast<volatile unsigned char*>(numbers.data());
+        for (std::size_t at = first * sizeof(T); at < last * sizeof(T); at += page) byte[at] = 0;
+    });
+}
+
+/// More numbers, n in all, the new ones of that value. Of the new memory each worker has its share.
+template <class T>
+void grow(aligned_vector<T>& numbers, std::size_t n, const T& value, int workers) {
+    const std::size_t before = numbers.size();
+    aligned_vector<T> larger;
+    larger.resize(n);
+    detail::for_shares_of<T>(n, workers, [&](std::size_t first, std::size_t last) {
+        const std::size_t end = std::clamp(before, first, last);
+        std::copy(numbers.data() + first, numbers.data() + end, larger.data() + first);
+        std::fill(larger.data() + end, larger.data() + last, value);
+    });
+    numbers.swap(larger);
+}
 
 }  // namespace firn

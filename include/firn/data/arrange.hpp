@@ -51,8 +51,9 @@ private:
 /// Groups and slots for blocks of which only the counts of particles are known; the order is empty.
 /// \param sorted  by block, each once, with at least one particle
 /// \param dense_colours  along an axis, those of the dense blocks. \see colours_along_axis
+/// \param threads        0: as many as thread_count() says
 template <int D>
-BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_colours) {
+BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_colours, int threads = 0) {
     BlockPartition<D> partition;
     partition.ranges.reserve(sorted.size());
     partition.by_block.resize(sorted.size());
@@ -110,7 +111,7 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
         while (last < by_cube.size() && by_cube[last].key == by_cube[first].key) ++last;
         add_to_phase(phase, add_group(last - first, true, [&](std::size_t k) { return by_cube[first + k].number; }));
     }
-    partition.order.assign(slots, no_particle);
+    grow(partition.order, slots, no_particle, thread_count(threads));
     return partition;
 }
 

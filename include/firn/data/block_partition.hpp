@@ -129,8 +129,8 @@ struct BlockPartition {
     /// and of any two groups that share one, it is always the same that comes first.
     std::vector<std::uint32_t> by_phase;
     std::vector<std::size_t> phase_ends;  ///< in by_phase
-    std::vector<std::uint32_t>
-        order;  ///< particle of each slot (its id, once particles lie in this order), or no_particle
+    /// Particle of each slot (its id, once particles lie in this order), or no_particle.
+    aligned_vector<std::uint32_t> order;
     std::size_t particles = 0;
     /// Where its ranges begin in the grid's table of neighbours: not 0 where several sets of particles share a grid.
     std::size_t first_row = 0;

@@ -43,20 +43,30 @@ public:
     std::size_t bytes() const { return numbers_.capacity() * sizeof(S); }
     std::size_t bytes_for(std::size_t slots) const { return needed(slots) * sizeof(S); }
 
-    /// Makes the number of slots larger; the new ones are zero.
-    void grow(std::size_t slots) {
+    /// Makes the number of slots larger; the new ones are zero. Each worker writes its share of every field, and of the
+    /// room.
+    void grow(std::size_t slots, int workers) {
         BlockedFields larger(components_);
         larger.allocate(slots);
+        const auto fill = [&](const S* from, std::size_t there, S* to, std::size_t size) {
+            detail::for_shares_of<S>(size, workers, [&](std::size_t first, std::size_t last) {
+                const std::size_t end = std::clamp(there, first, last);
+                std::copy(from + first, from + end, to + first);
+                std::fill(to + end, to + last, S(0));
+            });
+        };
         for (std::size_t f = 0; f < components_.size(); ++f)
-            std::copy_n(numbers_.data() + offset_[f], slots_ * std::size_t(components_[f]),
-                        larger.numbers_.data() + larger.offset_[f]);
+            fill(numbers_.data() + offset_[f], slots_ * std::size_t(components_[f]),
+                 larger.numbers_.data() + larger.offset_[f], slots * std::size_t(components_[f]));
+        const std::size_t room = slots * std::size_t(widest_);
+        fill(nullptr, 0, larger.numbers_.data() + larger.numbers_.size() - room, room);
         *this = std::move(larger);
     }
 
     /// Puts the particle of slot order[i] into slot i; where there is none: anything.
-    template <class Loop>
-    void permute(const std::vector<std::uint32_t>& order, const Loop& loop) {
-        if (numbers_.size() < needed(order.size())) grow(order.size() + order.size() / 64 / pack_size * pack_size);
+    void permute(const aligned_vector<std::uint32_t>& order, int workers) {
+        if (numbers_.size() < needed(order.size()))
+            grow(order.size() + order.size() / 64 / pack_size * pack_size, workers);
         slots_ = order.size();
         const std::size_t count = components_.size();
         const bool to_the_end = room_at_end_;
@@ -64,7 +74,7 @@ public:
         for (std::size_t i = 0; i < count; ++i) {
             const std::size_t f = to_the_end ? count - 1 - i : i, size = slots_ * std::size_t(components_[f]);
             const std::size_t to = to_the_end ? end - size : end;
-            move(f, order, numbers_.data() + to, loop);
+            move(f, order, numbers_.data() + to, workers);
             offset_[f] = to;
             end = to_the_end ? to : to + size;
         }
@@ -72,6 +82,8 @@ public:
     }
 
 private:
+    static constexpr std::size_t packs_at_once = 64;
+
     static std::size_t place(std::size_t slot, int components) {
         return slot / pack_size * std::size_t(components * pack_size) + slot % pack_size;
     }
@@ -87,14 +99,14 @@ private:
         }
     }
 
-    template <class Loop>
-    void move(std::size_t field, const std::vector<std::uint32_t>& order, S* to, const Loop& loop) const {
+    void move(std::size_t field, const aligned_vector<std::uint32_t>& order, S* to, int workers) const {
         const S* from = numbers_.data() + offset_[field];
         const int components = components_[field];
-        loop(order.size() / pack_size, [&](std::size_t pack) {
+        const auto move_one = [&](std::size_t pack, int) {
             move_pack(from, components, order.data() + pack * pack_size,
                       to + pack * std::size_t(components * pack_size));
-        });
+        };
+        parallel_for(order.size() / pack_size, workers, move_one, packs_at_once);
     }
     FIRN_INLINE static void move_pack(const S* from, int components, const std::uint32_t* order, S* to) {
         bool run = true;  // of slots, all along
@@ -138,10 +150,12 @@ public:
     std::size_t size() const { return size_; }
     std::size_t slots() const { return id_.size(); }
 
-    /// Makes room for this many particles, and the padding that sorting adds to dense matter.
-    void reserve(std::size_t count) {
+    /// Makes room for this many particles, and the padding that sorting adds to dense matter. Each worker is the first
+    /// to write in its share of it.
+    /// \param threads  0: as many as thread_count() says
+    void reserve(std::size_t count, int threads = 0) {
         const std::size_t needed = (end_ - size_ + count + pack_size - 1) / pack_size * pack_size;
-        if (needed > slots()) grow(needed + needed / 32 / pack_size * pack_size, count);
+        if (needed > slots()) grow(needed + needed / 32 / pack_size * pack_size, count, threads);
     }
 
     /// The id of the next particle: no id is given out twice.
@@ -155,7 +169,7 @@ public:
         if (end_ == slots()) {
             const std::size_t more =
                 std::max<std::size_t>(4 * pack_size, slots() + slots() / 2 / pack_size * pack_size);
-            grow(more, more);
+            grow(more, more, 0);
         }
         const std::size_t slot = end_++;
         set_position(slot, x);
@@ -266,16 +280,14 @@ public:
     std::byte* room() { return fields_.room(); }
 
     /// Moves all particles into the order of the partition, whose order then names ids.
-    /// \param loop  loop(n, body) calls body(i) for 0 ≤ i < n
-    template <class Loop>
-    void reorder(BlockPartition<D>& partition, const Loop& loop) {
-        std::vector<std::uint32_t>& order = partition.order;
-        for (std::vector<std::uint32_t>* of_slots : {&id_, &block_})
-            if (of_slots->capacity() < order.size()) of_slots->reserve(order.size() + order.size() / 64);
-        fields_.permute(order, loop);
+    void reorder(BlockPartition<D>& partition, int workers) {
+        aligned_vector<std::uint32_t>& order = partition.order;
+        const auto for_groups = [&](const auto& body) {
+            parallel_for(partition.groups.size(), workers, [&](std::size_t g, int) { body(partition.groups[g]); }, 64);
+        };
+        fields_.permute(order, workers);
 
-        loop(partition.groups.size(), [&](std::size_t g) {
-            const BlockGroup& group = partition.groups[g];
+        for_groups([&](const BlockGroup& group) {
             for_slots(partition, group, [&](std::size_t slot, std::size_t r) {
                 const BlockCoordinate<D>& block = partition.ranges[r].block;
                 const std::uint64_t old_key = blocks_[block_[order[slot]]];
@@ -288,10 +300,12 @@ public:
             });
             for_padding(group, [&](std::size_t slot) { make_padding(slot); });
         });
-        id_.resize(order.size());
-        block_.resize(order.size());
-        loop(partition.groups.size(), [&](std::size_t g) {
-            const BlockGroup& group = partition.groups[g];
+        for (aligned_vector<std::uint32_t>* of_slots : {&id_, &block_}) {
+            of_slots->clear();
+            if (of_slots->capacity() < order.size()) of_slots->reserve(order.size() + order.size() / 64);
+            of_slots->resize(order.size());
+        }
+        for_groups([&](const BlockGroup& group) {
             for_slots(partition, group, [&](std::size_t slot, std::size_t r) {
                 id_[slot] = order[slot];
                 block_[slot] = std::uint32_t(r);
@@ -338,13 +352,16 @@ private:
         for (std::size_t i = group.particles; i < group.packs() * pack_size; ++i) body(group.first_slot + i);
     }
     /// \throws memory_error  if there is not enough for so many
-    void grow(std::size_t slots, std::size_t particles) {
+    void grow(std::size_t slots, std::size_t particles, int threads) {
         require_memory(
             double(fields_.bytes()) + double(fields_.bytes_for(slots)) + double(slots) * 2 * sizeof(std::uint32_t),
             sentence("Room for ", particles, " particles"), "Take fewer: a larger spacing, a smaller body.");
-        fields_.grow(slots);
-        id_.resize(slots, no_particle);
-        block_.resize(slots, 0);
+        const int workers = thread_count(threads);
+        parallel_region(workers, [&] {
+            fields_.grow(slots, workers);
+            firn::grow(id_, slots, no_particle, workers);
+            firn::grow(block_, slots, {}, workers);
+        });
     }
     /// Padding is inert: at rest, undeformed, massless, in the middle of its block.
     void make_padding(std::size_t slot) {
@@ -374,9 +391,9 @@ private:
     std::uint32_t next_id_ = 0;
     std::size_t end_ = 0;  ///< slots in use, padding included
     BlockedFields<S> fields_;
-    std::vector<std::uint32_t> id_;
-    std::vector<std::uint32_t> block_;   // of each slot: which of blocks_ its position counts from
-    std::vector<std::uint64_t> blocks_;  // keys
+    aligned_vector<std::uint32_t> id_;
+    aligned_vector<std::uint32_t> block_;  // of each slot: which of blocks_ its position counts from
+    std::vector<std::uint64_t> blocks_;    // keys
 };
 
 }  // namespace firn

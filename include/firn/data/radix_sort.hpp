@@ -24,21 +24,19 @@ public:
     aligned_vector<Keyed<Key>> items;  ///< to be filled; then in order
 
     /// \param differ  bits in which keys may differ
-    /// \param loop    loop(n, body) calls body(i) for 0 ≤ i < n on up to so many threads
-    template <class Loop>
-    void sort(Key differ, int threads, const Loop& loop) {
+    void sort(Key differ, int workers) {
         // So many that counters stay in a core's own cache, and are fewer than there is to count.
         const int most_bits = std::clamp(int(std::bit_width(items.size())), 4, 12);
-        const std::size_t n = items.size(), parts = std::min<std::size_t>(std::size_t(threads), n / 4096 + 1);
+        const std::size_t n = items.size(), parts = std::min<std::size_t>(std::size_t(workers), n / 4096 + 1);
         const auto first = [&](std::size_t part) { return n * part / parts; };
-        other_.resize(n);
+        renew(other_, n, workers);
         while (differ != 0) {
             const int shift = std::countr_zero(differ);
             const std::size_t buckets = std::size_t(1)
                                         << std::min(most_bits, int(std::bit_width(Key(differ >> shift))));
             const auto bucket = [&](const Keyed<Key>& item) { return std::size_t(item.key >> shift) & (buckets - 1); };
             next_.assign(parts * buckets, 0);
-            loop(parts, [&](std::size_t part) {
+            parallel_for(parts, workers, [&](std::size_t part, int) {
                 std::uint32_t* const count = next_.data() + part * buckets;
                 for (std::size_t k = first(part), end = first(part + 1); k < end; ++k) ++count[bucket(items[k])];
             });
@@ -50,7 +48,7 @@ public:
                     at = sum;
                     sum += count;
                 }
-            loop(parts, [&](std::size_t part) {
+            parallel_for(parts, workers, [&](std::size_t part, int) {
                 std::uint32_t* const next = next_.data() + part * buckets;
                 for (std::size_t k = first(part), end = first(part + 1); k < end; ++k)
                     other_[next[bucket(items[k])]++] = items[k];
@@ -63,7 +61,7 @@ public:
     void sort() {
         Key differ = 0;
         for (const Keyed<Key>& item : items) differ |= item.key ^ items[0].key;
-        sort(differ, 1, [](std::size_t, const auto& body) { body(0); });
+        sort(differ, 1);
     }
 
 private:

@@ -49,25 +49,28 @@ public:
 
     /// Makes room for every node that particles of the partition can reach before they are sorted again: the blocks of
     /// the partition and their neighbours, in the order of their keys. Contents are lost.
-    void activate(const BlockPartition<D>& partition) {
+    /// \param threads  0: as many as thread_count() says
+    void activate(const BlockPartition<D>& partition, int threads = 0) {
         const BlockPartition<D>* const one[] = {&partition};
-        make_room(one);
+        make_room(one, thread_count(threads));
     }
     /// The same for several sets of particles on one grid. Their rows of neighbours follow one another.
-    void activate(std::span<BlockPartition<D>* const> partitions) {
+    void activate(std::span<BlockPartition<D>* const> partitions, int threads = 0) {
         std::size_t row = 0;
         for (BlockPartition<D>* partition : partitions) {
             partition->first_row = row;
             row += partition->ranges.size();
         }
-        make_room(std::vector<const BlockPartition<D>*>(partitions.begin(), partitions.end()));
+        make_room(std::vector<const BlockPartition<D>*>(partitions.begin(), partitions.end()), thread_count(threads));
     }
 
     /// Memory for a T each node, kept from step to step: what it holds is left from its last use.
+    /// \param threads  0: as many as thread_count() says
     template <class T>
-    T* scratch() {
+    T* scratch(int threads = 0) {
         static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= 64);
-        scratch_.resize(std::max(scratch_.size(), blocks_.size() * std::size_t(block_nodes<D>) * sizeof(T)));
+        const std::size_t bytes = blocks_.size() * std::size_t(block_nodes<D>) * sizeof(T);
+        if (scratch_.size() < bytes) renew(scratch_, bytes, thread_count(threads));
         return reinterpret_cast<T*>(scratch_.data());
     }
 
@@ -75,11 +78,13 @@ public:
     std::optional<FixedPointScale<S>> last_scale;
 
     /// Exchanges the numbers of all nodes with those of layer k = 1, 2, …: further numbers of the same nodes, which are
-    /// there from the first exchange on. What a layer holds is lost when the grid is activated anew.
-    void exchange(std::size_t k) {
+    /// there from the first exchange on, unset. What a layer holds is lost when the grid is activated anew.
+    /// \param threads  0: as many as thread_count() says
+    void exchange(std::size_t k, int threads = 0) {
         if (layers_.size() < k) layers_.resize(k);
-        layers_[k - 1].resize(nodes_.size());
-        layers_[k - 1].swap(nodes_);
+        aligned_vector<S>& layer = layers_[k - 1];
+        if (layer.size() != nodes_.size()) renew(layer, nodes_.size(), thread_count(threads));
+        layer.swap(nodes_);
     }
     /// The numbers of layer k, block after block as those of nodes(0); null if nothing was exchanged.
     const S* layer(std::size_t k) const {
@@ -114,7 +119,7 @@ public:
     }
 
 private:
-    void make_room(std::span<const BlockPartition<D>* const> partitions) {
+    void make_room(std::span<const BlockPartition<D>* const> partitions, int workers) {
         blocks_.clear();
         for (const BlockPartition<D>* partition : partitions)
             for (const std::uint32_t r : partition->by_block)
@@ -132,8 +137,10 @@ private:
         std::size_t rows = 0;
         for (const BlockPartition<D>* partition : partitions)
             rows = std::max(rows, partition->first_row + partition->ranges.size());
-        neighbours_.resize(rows * neighbour_count);
-        for (const BlockPartition<D>* partition : partitions) find_neighbours(*partition);
+        renew(neighbours_, rows * neighbour_count, workers);
+        for (const BlockPartition<D>* partition : partitions)
+            detail::for_chunks(partition->ranges.size(), workers,
+                               [&](std::size_t first, std::size_t last) { find_neighbours(*partition, first, last); });
         const std::size_t numbers = blocks_.size() * std::size_t(block_nodes<D> * node_width);
         if (numbers > nodes_.capacity()) {
             const std::size_t room = numbers + numbers / 8;  // for matter that spreads out
@@ -142,9 +149,8 @@ private:
                 sentence("A grid of ", blocks_.size(), " blocks of ", block_nodes<D>, " nodes around matter"),
                 "Take larger cells, or fewer particles that lie far apart.");
             nodes_ = {};  // before there is more: nothing of it is needed
-            nodes_.reserve(room);
         }
-        nodes_.resize(numbers);
+        if (numbers != nodes_.size()) renew(nodes_, numbers, workers);
         for (auto& layer : layers_) layer.clear();
     }
 
@@ -153,9 +159,10 @@ private:
         keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     }
 
-    /// Neighbours along the last axis are neighbours in the list; the others are found by walking along it.
-    void find_neighbours(const BlockPartition<D>& partition) {
-        if (is_periodic(domain_)) return look_up_neighbours(partition);
+    /// Of the ranges from..to in the order of their blocks. Neighbours along the last axis are neighbours in the list;
+    /// the others are found by walking along it.
+    void find_neighbours(const BlockPartition<D>& partition, std::size_t from, std::size_t to) {
+        if (is_periodic(domain_)) return look_up_neighbours(partition, from, to);
         constexpr std::size_t lines = neighbour_count / 3;
         std::array<std::uint64_t, lines> beside{};  // what leads to the key of each line's first neighbour
         for (std::size_t line = 0; line < lines; ++line) {
@@ -163,20 +170,24 @@ private:
             std::uint64_t rest = line;
             for (int a = D - 2; a >= 0; --a, rest /= 3) beside[line] += (rest % 3 - 1) << 21 * (D - 1 - a);
         }
-        std::array<std::uint32_t, lines> first{};  // its number
-        for (const std::uint32_t r : partition.by_block) {
-            const std::uint64_t key = block_key<D>(partition.ranges[r].block);
-            std::uint32_t* row = neighbours_.data() + (partition.first_row + r) * neighbour_count;
+        const auto key_of = [&](std::size_t k) { return block_key<D>(partition.ranges[partition.by_block[k]].block); };
+        std::array<std::size_t, lines> first{};  // its number
+        for (std::size_t line = 0; line < lines; ++line)
+            first[line] = std::size_t(std::lower_bound(blocks_.begin(), blocks_.end(), key_of(from) + beside[line]) -
+                                      blocks_.begin());
+        for (std::size_t k = from; k < to; ++k) {
+            const std::uint64_t key = key_of(k);
+            std::uint32_t* row = neighbours_.data() + (partition.first_row + partition.by_block[k]) * neighbour_count;
             for (std::size_t line = 0; line < lines; ++line) {
                 while (blocks_[first[line]] < key + beside[line]) ++first[line];
-                for (std::uint32_t n = 0; n < 3; ++n) *row++ = first[line] + n;
+                for (std::uint32_t n = 0; n < 3; ++n) *row++ = std::uint32_t(first[line]) + n;
             }
         }
     }
 
     /// Where they lie across the ends of the domain.
-    void look_up_neighbours(const BlockPartition<D>& partition) {
-        for (std::size_t r = 0; r < partition.ranges.size(); ++r)
+    void look_up_neighbours(const BlockPartition<D>& partition, std::size_t from, std::size_t to) {
+        for (std::size_t r = from; r < to; ++r)
             for (int n = 0; n < neighbour_count; ++n) {
                 BlockCoordinate<D> block = partition.ranges[r].block;
                 for (int a = D - 1, rest = n; a >= 0; --a, rest /= 3) block[std::size_t(a)] += rest % 3 - 1;
@@ -203,7 +214,7 @@ private:
 
     Domain<D> domain_;
     std::vector<std::uint64_t> blocks_;  // keys, sorted
-    std::vector<std::uint32_t> neighbours_;
+    aligned_vector<std::uint32_t> neighbours_;
     aligned_vector<S> nodes_;
     std::vector<aligned_vector<S>> layers_;
     aligned_vector<std::byte> scratch_;

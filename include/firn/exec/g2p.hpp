@@ -1,9 +1,9 @@
 /// \file G2P over all particles: velocity, C, position, the material's state and its stress.
 #pragma once
 
+#include <firn/core/parallel.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/exec/gather.hpp>
-#include <firn/exec/parallel.hpp>
 #include <firn/exec/wrong_particles.hpp>
 #include <firn/material/check.hpp>
 #include <firn/material/concept.hpp>
@@ -239,8 +239,10 @@ PassReport update_stress_pass(const Execution& execution, const ParticleView<S, 
     const auto lifted = lift<P>(material);
     const std::size_t packs = partition.slots() / pack_size;
     const int threads = thread_count(requested_threads(execution));
-    std::vector<double> speeds(packs);
-    std::vector<std::uint8_t> right(packs);
+    aligned_vector<double> speeds;
+    aligned_vector<std::uint8_t> right;
+    renew(speeds, packs, threads);
+    renew(right, packs, threads);
     parallel_for(
         packs, threads,
         [&](std::size_t pack, int) {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/core/parallel.hpp>
 #include <firn/data/sparse_grid.hpp>
 #include <firn/exec/execution.hpp>
-#include <firn/exec/parallel.hpp>
 #include <firn/exec/reactions.hpp>
 #include <firn/exec/transpose.hpp>
 #include <firn/stage/grid_update.hpp>

@@ -141,8 +141,11 @@ template <class Kernel, class Transfer, class Force, std::floating_point S, int 
 void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
     const int threads = thread_count(execution.threads);
-    detail::clear(grid.nodes(0), node_width, grid, threads);
-    (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, FloatSums<S>{}, grid.nodes(0)), ...);
+    parallel_region(threads, [&] {
+        detail::clear(grid.nodes(0), node_width, grid, threads);
+        (detail::scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, FloatSums<S>{}, grid.nodes(0)),
+         ...);
+    });
 }
 
 /// \copydoc p2g

@@ -200,8 +200,11 @@ template <class Kernel, class Transfer, class Force, class Integer, Adding How, 
 void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, double dt,
          const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
-    const FixedPointScale<S> scale = detail::sum_in_quanta<Kernel, Transfer, Force>(execution, grid, dt, sets...);
-    detail::to_nodes(detail::integers_of<Integer>(grid).sums, scale, grid, thread_count(execution.threads));
+    const int threads = thread_count(execution.threads);
+    parallel_region(threads, [&] {
+        const FixedPointScale<S> scale = detail::sum_in_quanta<Kernel, Transfer, Force>(execution, grid, dt, sets...);
+        detail::to_nodes(detail::integers_of<Integer>(grid).sums, scale, grid, threads);
+    });
 }
 
 }  // namespace firn

@@ -1,12 +1,12 @@
 /// \file Sorting particles into blocks: a stable counting sort, parallel, the same order for any number of threads.
 #pragma once
 
+#include <firn/core/parallel.hpp>
 #include <firn/data/arrange.hpp>
 #include <firn/data/block_numbers.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/data/radix_sort.hpp>
-#include <firn/exec/parallel.hpp>
 
 #include <algorithm>
 #include <memory>
@@ -120,7 +120,7 @@ BlockPartition<D> partition_by(int colours, std::size_t candidates, int threads,
         sorted.back().particles += places[blocks[i].number];
         range_of[blocks[i].number] = std::uint32_t(sorted.size() - 1);
     }
-    BlockPartition<D> partition = arrange<D>(sorted, colours);
+    BlockPartition<D> partition = arrange<D>(sorted, colours, threads);
 
     // Within a range, thread t's particles follow those of thread t − 1: the order of a serial stable sort.
     std::vector<std::size_t> first_place(sorted.size()), next;  // in by_block
@@ -230,9 +230,11 @@ void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const 
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> sort_particles(Particles<S, D, State>& particles, int threads = 0) {
     static_assert(D * D * sizeof(S) >= sort_room);
-    BlockPartition<D> partition = partition_particles<Kernel>(particles, threads, particles.room());
-    particles.reorder(partition, [&](std::size_t n, const auto& body) {
-        parallel_for(n, thread_count(threads), [&](std::size_t i, int) { body(i); }, 64);
+    const int workers = thread_count(threads);
+    BlockPartition<D> partition;
+    parallel_region(workers, [&] {
+        partition = partition_particles<Kernel>(particles, workers, particles.room());
+        particles.reorder(partition, workers);
     });
     return partition;
 }

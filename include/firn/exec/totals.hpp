@@ -1,8 +1,8 @@
 /// \file What a set of particles has in all: mass, momenta, energies.
 #pragma once
 
+#include <firn/core/parallel.hpp>
 #include <firn/data/particles.hpp>
-#include <firn/exec/parallel.hpp>
 #include <firn/kernel/concept.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/math/rotor.hpp>

@@ -29,10 +29,10 @@ namespace detail {
 
 /// D numbers a particle, reached as a set's velocities are.
 template <class View>
-auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memory, std::size_t slots) {
+auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memory, std::size_t slots, int workers) {
     using S = typename View::scalar_type;
     constexpr int D = View::dimension;
-    memory.resize(std::max(memory.size(), slots * std::size_t(D)));
+    if (memory.size() < slots * std::size_t(D)) renew(memory, slots * std::size_t(D), workers);
     if constexpr (Positions<View>::in_cells)
         return BlockedSpan<S>{memory.data(), D};
     else
@@ -94,14 +94,54 @@ FIRN_INLINE void store_node_vectors(const Vec<P, D>& v, P (&r)[4], value_type_t<
     store_quads(r, to);
 }
 
+/// The passes of after_p2g() for a transfer of order 2 or more.
+template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>
+void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer,
+                    TransferMemory<S>& memory, int threads, const ParticleSet<Views>&... sets) {
+    using P = native_pack<S>;
+    memory.velocities.resize(std::max(memory.velocities.size(), sizeof...(Views)));
+
+    grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // v_1
+    grid.exchange(1, threads);
+    for_nodes(grid, threads, [v_1 = grid.layer(1)](S* node, std::size_t i) {
+        std::copy_n(v_1 + i, scalar_traits<P>::lanes * node_width, node);
+    });
+    for (int j = 1; j < transfer.order; ++j) {
+        const auto there_and_back = [&]<std::size_t... I>(std::index_sequence<I...>) {
+            const auto as_taken = [&](const auto& set, std::size_t i) {
+                auto taken = set;
+                taken.view.velocity = vectors_like(set.view, memory.velocities[i], set.partition.slots(), threads);
+                gather_velocities<Kernel>(set, grid, threads, taken.view.velocity);
+                return taken;
+            };
+            const std::tuple<ParticleSet<Views>...> taken{as_taken(sets, I)...};
+            grid.exchange(2, threads);  // v_j
+            transfer_velocities<Kernel, Transfer>(execution, grid, std::get<I>(taken)...);
+        };
+        there_and_back(std::index_sequence_for<Views...>{});
+        const S *const first = grid.layer(1), *const last = grid.layer(2);
+        const bool is_last = j + 1 == transfer.order;
+        for_nodes(grid, threads, [&](S* node, std::size_t i) {
+            P r[4], of_first[4], of_last[4];
+            const Vec<P, D> v_1 = load_node_vectors<D>(first + i, of_first);
+            const Vec<P, D> v_j = load_node_vectors<D>(last + i, of_last);
+            const Vec<P, D> v = Transfer::next(v_1, v_j, load_node_vectors<D>(node, r));
+            store_node_vectors(is_last ? v * r[node_mass] : v, r, node);
+        });
+    }
+}
+
 }  // namespace detail
 
 /// Velocities of the nodes before forces act, in layer 1 of the grid, for transfers that blend with them.
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
 void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const ParticleSet<Views>&... sets) {
     if constexpr (blends_velocities<Transfer>) {
-        detail::transfer_velocities<Kernel, Transfer>(execution, grid, sets...);
-        grid.exchange(1);
+        const int workers = thread_count(requested_threads(execution));
+        parallel_region(workers, [&] {
+            detail::transfer_velocities<Kernel, Transfer>(execution, grid, sets...);
+            grid.exchange(1, workers);
+        });
     }
 }
 
@@ -112,39 +152,11 @@ template <class Kernel, class Execution, std::floating_point S, int D, class Tra
 void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer, TransferMemory<S>& memory,
                const ParticleSet<Views>&... sets) {
     if constexpr (refines_velocities<Transfer>) {
-        using P = native_pack<S>;
         if constexpr (requires { transfer.check(); }) transfer.check();
         if (transfer.order == 1) return;
         const int threads = thread_count(requested_threads(execution));
-        memory.velocities.resize(std::max(memory.velocities.size(), sizeof...(Views)));
-
-        grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // v_1
-        grid.exchange(1);
-        const std::size_t numbers = grid.block_count() * std::size_t(block_nodes<D> * node_width);
-        std::copy_n(grid.layer(1), numbers, grid.nodes(0));
-        for (int j = 1; j < transfer.order; ++j) {
-            const auto there_and_back = [&]<std::size_t... I>(std::index_sequence<I...>) {
-                const auto as_taken = [&](const auto& set, std::size_t i) {
-                    auto taken = set;
-                    taken.view.velocity = detail::vectors_like(set.view, memory.velocities[i], set.partition.slots());
-                    detail::gather_velocities<Kernel>(set, grid, threads, taken.view.velocity);
-                    return taken;
-                };
-                const std::tuple<ParticleSet<Views>...> taken{as_taken(sets, I)...};
-                grid.exchange(2);  // v_j
-                detail::transfer_velocities<Kernel, Transfer>(execution, grid, std::get<I>(taken)...);
-            };
-            there_and_back(std::index_sequence_for<Views...>{});
-            const S *const first = grid.layer(1), *const last = grid.layer(2);
-            const bool is_last = j + 1 == transfer.order;
-            detail::for_nodes(grid, threads, [&](S* node, std::size_t i) {
-                P r[4], of_first[4], of_last[4];
-                const Vec<P, D> v_1 = detail::load_node_vectors<D>(first + i, of_first);
-                const Vec<P, D> v_j = detail::load_node_vectors<D>(last + i, of_last);
-                const Vec<P, D> v = Transfer::next(v_1, v_j, detail::load_node_vectors<D>(node, r));
-                detail::store_node_vectors(is_last ? v * r[node_mass] : v, r, node);
-            });
-        }
+        parallel_region(threads,
+                        [&] { detail::refine_momenta<Kernel>(execution, grid, transfer, memory, threads, sets...); });
     }
 }
 

@@ -221,10 +221,10 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
 
 /// Goes on from a state. The program makes the simulation as it did for the run that wrote it: the same policies,
 /// domain and material, loads, forces between particles, sources and sinks. Particles that it has added are replaced;
-/// loads and forces name bodies, so they are added after these, or after the restart. Taken from the state are particles
-/// and bodies, time and steps, the boundary with all its parameters (so that what moves is where it was), the transfer's
-/// parameters, gravity, fixed_time_step and most_steps_between_sorts; what shall be otherwise is set afterwards. The
-/// number of threads is the program's.
+/// loads and forces name bodies, so they are added after these, or after the restart. Taken from the state are
+/// particles and bodies, time and steps, the boundary with all its parameters (so that what moves is where it was), the
+/// transfer's parameters, gravity, fixed_time_step and most_steps_between_sorts; what shall be otherwise is set
+/// afterwards. The number of threads is the program's.
 ///
 /// With several materials: once for each, with the states of one moment.
 /// With Restart::converted only particles with their ids, velocities and states are taken over, and time and steps; all
@@ -261,9 +261,7 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
     if (how == Restart::converted)
         return simulation.template restore<I>(std::move(set), state.time, state.step, state.dt);
 
-    set.particles.reorder(set.partition, [](std::size_t count, const auto& body) {
-        for (std::size_t i = 0; i < count; ++i) body(i);
-    });
+    set.particles.reorder(set.partition, thread_count(requested_threads(simulation.execution)));
     set.prepared = set.checked = true;
     const auto gravity = detail::parameter_values(state, "run", "gravity");
     const double fixed = detail::parameter_values(state, "run", "fixed_time_step")[0],

@@ -53,19 +53,12 @@ std::vector<StateAttribute> policies_of(
     return policies;
 }
 
-}  // namespace detail
-
-/// The state of a simulation as it is: positions [m] and places [cells from the lower corner of the particle's block:
-/// what positions are rounded from], velocities [m/s], C [1/s], the material's state (F), τ [Pa],
-/// mass [kg], volume [m^D], in the order of ids; the facets of nets; the order of the slots and blocks beside them, so
-/// that sums go on in the same order; parameters with units; names of policies.
-/// \tparam I  of which of the simulation's materials
-/// \param into  whose memory is used anew: what a series gives back (BackgroundSeries::spare), or nothing yet
-template <std::size_t I = 0, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
+/// \see state_of
+template <std::size_t I, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
           class Boundary>
-void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation,
-              State<detail::precision_of_t<Materials>>& into) {
-    using S = detail::precision_of_t<Materials>;
+void fill_state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation,
+                   State<precision_of_t<Materials>>& into) {
+    using S = precision_of_t<Materials>;
     using Material = std::remove_cvref_t<decltype(simulation.template material<I>())>;
     const BlockPartition<D>& partition = simulation.template partition<I>();
     const auto& particles = simulation.template particles<I>();
@@ -78,7 +71,7 @@ void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bound
     state.step = simulation.steps();
     state.time = simulation.time();
     state.dt = simulation.last_time_step();
-    const std::vector<std::uint32_t> slot_of = detail::slots_by_id(particles, threads);
+    const std::vector<std::uint32_t> slot_of = slots_by_id(particles, threads);
     StateTable slots{"slot", 1, {}};
     if (!before.tables.empty()) slots.values = std::move(before.tables[0].values);
     slots.values.assign(slot_of.begin(), slot_of.end());
@@ -86,7 +79,7 @@ void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bound
     state.id.resize(n);
     state.material = std::move(before.material);
     const auto for_rows = [&](const auto& row) {
-        detail::for_chunks(n, threads, [&](std::size_t first, std::size_t last) {
+        for_chunks(n, threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) row(i);
         });
     };
@@ -146,27 +139,27 @@ void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bound
         },
         material_state_t<Material, D>::fields());
 
-    state.attributes = detail::policies_of<I>(simulation);
-    for (StateAttribute& attribute : detail::build_attributes()) state.attributes.push_back(std::move(attribute));
+    state.attributes = policies_of<I>(simulation);
+    for (StateAttribute& attribute : build_attributes()) state.attributes.push_back(std::move(attribute));
 
     const auto parameter = [&](const char* group, std::string name, const char* unit, std::vector<double> values) {
         state.parameters.push_back({group, std::move(name), unit, std::move(values)});
     };
     for_parameters(simulation.template material<I>(),
                    [&](const std::string& name, const char* unit, const auto& value) {
-                       parameter("material", name, unit, detail::as_doubles(value));
+                       parameter("material", name, unit, as_doubles(value));
                    });
     for_parameters(simulation.transfer, [&](const std::string& name, const char* unit, const auto& value) {
-        parameter("transfer", name, unit, detail::as_doubles(value));
+        parameter("transfer", name, unit, as_doubles(value));
     });
     for_parameters(simulation.boundary, [&](const std::string& name, const char* unit, const auto& value) {
-        parameter("boundary", name, unit, detail::as_doubles(value));
+        parameter("boundary", name, unit, as_doubles(value));
     });
-    parameter("grid", "lower", "m", detail::as_doubles(simulation.domain().lower));
-    parameter("grid", "upper", "m", detail::as_doubles(simulation.domain().upper));
+    parameter("grid", "lower", "m", as_doubles(simulation.domain().lower));
+    parameter("grid", "upper", "m", as_doubles(simulation.domain().upper));
     parameter("grid", "cell_size", "m", {simulation.domain().cell_size});
     parameter("grid", "periodic", "1", {simulation.domain().periodic.begin(), simulation.domain().periodic.end()});
-    parameter("run", "gravity", "m/s^2", detail::as_doubles(simulation.gravity));
+    parameter("run", "gravity", "m/s^2", as_doubles(simulation.gravity));
     parameter("run", "fixed_time_step", "s", {simulation.fixed_time_step});
     parameter("run", "most_steps_between_sorts", "1", {double(simulation.most_steps_between_sorts)});
     parameter("run", "signal_speed", "m/s", {simulation.template report<I>().signal_speed});
@@ -185,6 +178,22 @@ void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bound
         bodies.values.insert(bodies.values.end(), {body.first, body.count, std::bit_cast<std::int64_t>(body.end)});
     state.tables = {std::move(slots), std::move(blocks), std::move(bodies)};
     into = std::move(state);
+}
+
+}  // namespace detail
+
+/// The state of a simulation as it is: positions [m] and places [cells from the lower corner of the particle's block:
+/// what positions are rounded from], velocities [m/s], C [1/s], the material's state (F), τ [Pa],
+/// mass [kg], volume [m^D], in the order of ids; the facets of nets; the order of the slots and blocks beside them, so
+/// that sums go on in the same order; parameters with units; names of policies.
+/// \tparam I  of which of the simulation's materials
+/// \param into  whose memory is used anew: what a series gives back (BackgroundSeries::spare), or nothing yet
+template <std::size_t I = 0, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
+          class Boundary>
+void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation,
+              State<detail::precision_of_t<Materials>>& into) {
+    parallel_region(thread_count(requested_threads(simulation.execution)),
+                    [&] { detail::fill_state_of<I>(simulation, into); });
 }
 /// The same, in memory of its own.
 template <std::size_t I = 0, int D, class Materials, class... Policies>

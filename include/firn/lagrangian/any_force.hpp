@@ -1,7 +1,7 @@
 /// \file What moves points: the concept, and forces of any type side by side.
 #pragma once
 
-#include <firn/exec/parallel.hpp>
+#include <firn/core/parallel.hpp>
 #include <firn/lagrangian/point_masses.hpp>
 
 #include <array>
@@ -10,7 +10,9 @@
 
 namespace firn {
 
-/// What moves a system's points: adds to the force [N] on each, given where they are.
+/// What moves a system's points: adds to the force [N] on each, given where they are. It is called outside any parallel
+/// region, so that it may open its own; one that says `static constexpr bool opens_no_region = true` is called within
+/// that of the step.
 template <class F, class S, int D>
 concept point_force =
     requires(F f, const PointView<S, D>& points, std::span<Vec<S, D>> force) { f.add_forces(points, force, 1); };
@@ -19,16 +21,6 @@ concept point_force =
 using Torn = std::array<std::uint32_t, 2>;
 
 namespace detail {
-
-/// Points, or elements, that a thread takes at once.
-inline constexpr std::size_t at_once = 1024;
-
-/// Calls body(first, last) for pieces of [0, n).
-template <class Body>
-void for_chunks(std::size_t n, int threads, const Body& body) {
-    parallel_for((n + at_once - 1) / at_once, thread_count(threads),
-                 [&](std::size_t c, int) { body(c * at_once, std::min(n, (c + 1) * at_once)); });
-}
 
 /// A force of any type, which stays where it is; a copy has one of its own.
 template <class S, int D>
@@ -55,6 +47,7 @@ public:
                        int threads) {
         held_->add_stiffness(points, stiffness, damping, threads);
     }
+    bool may_open_regions() const { return held_->may_open_regions(); }
     /// When points were taken out. \see PointMasses::remove_if
     void renumber(std::span<const std::uint32_t> new_place) { held_->renumber(new_place); }
     void tear(std::span<const Torn> torn) { held_->tear(torn); }
@@ -66,6 +59,7 @@ private:
         virtual void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) = 0;
         virtual void add_stiffness(const PointView<S, D>& points, std::span<double> stiffness,
                                    std::span<double> damping, int threads) = 0;
+        virtual bool may_open_regions() const = 0;
         virtual void renumber(std::span<const std::uint32_t> new_place) = 0;
         virtual void tear(std::span<const Torn> torn) = 0;
     };
@@ -83,6 +77,10 @@ private:
             if constexpr (requires { force.add_stiffness(points, stiffness, damping, threads); })
                 force.add_stiffness(points, stiffness, damping, threads);
         }
+        bool may_open_regions() const override {
+            if constexpr (requires { Force::opens_no_region; }) return !Force::opens_no_region;
+            return true;
+        }
         void renumber(std::span<const std::uint32_t> new_place) override {
             if constexpr (requires { force.renumber(new_place); }) force.renumber(new_place);
         }
@@ -99,7 +97,12 @@ private:
 /// x ← x + v dt).
 template <class S, int D>
 double largest_step(std::span<AnyForce<S, D>> forces, const PointView<S, D>& points, int threads) {
-    std::vector<double> stiffness(points.size()), damping(points.size());
+    aligned_vector<double> stiffness, damping;
+    for (auto* numbers : {&stiffness, &damping}) {
+        renew(*numbers, points.size(), thread_count(threads));
+        for_chunks(points.size(), threads,
+                   [&](auto first, auto last) { std::fill(numbers->data() + first, numbers->data() + last, 0.0); });
+    }
     for (AnyForce<S, D>& force : forces) force.add_stiffness(points, stiffness, damping, threads);
     double smallest = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < points.size(); ++i) {

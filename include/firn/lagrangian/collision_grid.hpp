@@ -7,9 +7,9 @@
 #pragma once
 
 #include <firn/core/error.hpp>
+#include <firn/core/parallel.hpp>
 #include <firn/core/tensor.hpp>
 #include <firn/data/radix_sort.hpp>
-#include <firn/exec/parallel.hpp>
 #include <firn/lagrangian/point_masses.hpp>
 
 #include <algorithm>
@@ -229,7 +229,7 @@ private:
     template <class Key>
     void sort(RadixSort<Key>& sorter, const PointMasses<S, D>& points, int threads) {
         per_side_ = 1 / side_;
-        sorter.items.resize(size_);
+        renew(sorter.items, size_, threads);
         parallel_for(parts_.size(), threads, [&](std::size_t p, int) {
             std::size_t to = parts_[p].sorted;
             for (std::size_t i = first_of(p), end = first_of(p + 1); i < end; ++i)
@@ -237,12 +237,14 @@ private:
         });
         const Key differ =
             std::numeric_limits<Key>::max() >> (std::numeric_limits<Key>::digits - std::bit_width(cells_));
-        sorter.sort(differ, threads, [&](std::size_t n, const auto& body) {
-            parallel_for(n, threads, [&](std::size_t i, int) { body(i); });
-        });
-        order_.resize(size_);
-        radii_.resize(size_ + padding);
-        for (auto& axis : coordinates_) axis.resize(size_ + padding);
+        sorter.sort(differ, threads);
+        renew(order_, size_, threads);
+        const auto renew_padded = [&](aligned_vector<S>& numbers) {
+            renew(numbers, size_ + padding, threads);
+            std::fill_n(numbers.data() + size_, padding, S(0));
+        };
+        renew_padded(radii_);
+        for (auto& axis : coordinates_) renew_padded(axis);
         const auto copy = [&](std::size_t k, int) {
             const std::uint32_t i = sorter.items[k].number;
             order_[k] = i;
@@ -253,7 +255,7 @@ private:
     }
 
     void fill_table(int threads) {
-        table_.resize(std::size_t(cells_) + 1);
+        renew(table_, std::size_t(cells_) + 1, threads);
         const auto& items = near_.items;
         const auto fill = [&](std::size_t k, int) {
             for (std::size_t cell = k == 0 ? 0 : std::size_t(items[k - 1].key) + 1; cell <= items[k].key; ++cell)

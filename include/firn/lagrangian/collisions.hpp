@@ -8,8 +8,8 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/pack.hpp>
+#include <firn/core/parallel.hpp>
 #include <firn/data/random.hpp>
-#include <firn/exec/parallel.hpp>
 #include <firn/exec/transpose.hpp>
 #include <firn/lagrangian/collision_grid.hpp>
 #include <firn/lagrangian/contact_table.hpp>
@@ -129,8 +129,8 @@ public:
         table_.find(grid_, points, excluded_, [&](const V& x, const auto& seen) { lifted.surfaces(x, seen); }, threads);
         begun_ = false;
         const std::size_t all = grid_.size() + table_.surface_count();
-        for (auto* field : {&x_, &v_, &next_}) field->resize(4 * all);
-        w_.resize(grid_.size());
+        for (auto* field : {&x_, &v_, &next_}) renew(*field, 4 * all, threads);
+        renew(w_, grid_.size(), threads);
         blocks_.resize(table_.chunks.size());
         phases_.assign(2, blocks_.size());
         felt_.resize(std::max(felt_.size(), std::size_t(threads)));

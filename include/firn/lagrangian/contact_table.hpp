@@ -3,7 +3,7 @@
 
 #include <firn/boundary/contact.hpp>
 #include <firn/core/pack.hpp>
-#include <firn/exec/parallel.hpp>
+#include <firn/core/parallel.hpp>
 #include <firn/lagrangian/collision_grid.hpp>
 #include <firn/lagrangian/excluded_pairs.hpp>
 #include <firn/lagrangian/point_masses.hpp>
@@ -64,7 +64,7 @@ struct ContactTable {
     struct Name {
         std::uint32_t id, group;
     };
-    std::vector<Name> names;  ///< in the grid's order
+    aligned_vector<Name> names;  ///< in the grid's order
 
     std::size_t surface_count() const {
         return chunks.empty() ? 0 : chunks.back().surfaces_before + chunks.back().surfaces.size();
@@ -79,11 +79,11 @@ struct ContactTable {
             throw particle_error(
                 sentence("There are ", points.size(), " points; up to ", most_points - 1, " can collide."));
         chunks.resize((n + chunk_size - 1) / chunk_size);
-        first.resize(n);
-        count.resize(n);
-        places.resize(points.size());
+        renew(first, n, threads);
+        renew(count, n, threads);
+        renew(places, points.size(), threads);
         parallel_for(places.size(), threads, [&](std::size_t i, int) { places[i] = {points.id[i], none}; }, 4096);
-        names.resize(n);
+        renew(names, n, threads);
         has_kept = false;
         const auto name = [&](std::size_t k, int) {
             const std::uint32_t i = grid.place(k);

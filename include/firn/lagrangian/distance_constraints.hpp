@@ -261,7 +261,7 @@ private:
 
     /// Every correction over the larger number of constraints at its two ends: momentum stays, and no sum overshoots.
     void average(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, S per_dt2, int threads) {
-        impulses_.resize(size());
+        renew(impulses_, size(), thread_count(threads));
         detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t k = first; k < last; ++k) {
                 const auto [a, b] = all_[k].ends;

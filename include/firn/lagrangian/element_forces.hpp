@@ -46,6 +46,7 @@ public:
     using S = typename Law::scalar_type;
     using Element = typename Law::Element;
     static constexpr std::size_t K = Law::corners;
+    static constexpr bool opens_no_region = true;
     using Corners = std::array<std::uint32_t, K>;
 
     explicit ElementForces(const Law& with = {}) : law(with) {}
@@ -70,7 +71,7 @@ public:
     void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) {
         if constexpr (requires { law.check(); }) law.check();
         prepare(points.size());
-        parts_.resize(size() * K);
+        renew(parts_, size() * K, thread_count(threads));
         detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t e = first; e < last; ++e) {
                 const auto of_element =
@@ -90,7 +91,7 @@ public:
                        int threads) {
         if constexpr (bounds_step) {
             prepare(points.size());
-            bounds_.resize(size());
+            renew(bounds_, size(), thread_count(threads));
             detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
                 for (std::size_t e = first; e < last; ++e)
                     bounds_[e] = {double(law.stiffness(elements_[e], at_corners(points.position, e))), damping_of(e)};
@@ -166,8 +167,8 @@ private:
     std::vector<Corners> corners_;
     std::vector<Element> elements_;
     Incidence incidence_;
-    std::vector<std::array<double, 2>> bounds_;  // of each element: stiffness and damping
-    aligned_vector<Vec<S, D>> parts_;            // of the sums: the force on every corner
+    aligned_vector<std::array<double, 2>> bounds_;  // of each element: stiffness and damping
+    aligned_vector<Vec<S, D>> parts_;               // of the sums: the force on every corner
 };
 
 }  // namespace firn

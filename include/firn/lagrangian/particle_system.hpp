@@ -1,6 +1,7 @@
 /// \file Points under forces, constraints and collisions, stepped through time. It only composes what lies beside it.
 #pragma once
 
+#include <firn/core/step_region.hpp>
 #include <firn/data/mesh.hpp>
 #include <firn/lagrangian/collisions.hpp>
 #include <firn/lagrangian/distance_constraints.hpp>
@@ -66,10 +67,10 @@ public:
     std::optional<Collisions<S, D>> collisions{};
     Boundary boundary{};           ///< what moves is moved by steps
     double restitution = 0;        ///< of points at the boundary, Newton's e, from 0 to 1 [1]
-    int threads = 0;               ///< 0: as many as OpenMP would use
+    int threads = 0;               ///< 0: as many as thread_count() says
     std::vector<Facet<D>> facets;  ///< the surface, by places of points: for output; torn with the constraints
-    /// Takes warnings: a time step above the bound of the forces. By default they go to std::cerr;
-    /// empty: nowhere.
+    /// Takes warnings: a time step above the bound of the forces. By default they go to std::cerr; empty: nowhere. It
+    /// is called outside any parallel region, before the step that it warns of.
     std::function<void(const std::string&)> warn = [](const std::string& text) {
         std::cerr << "firn: " << text << '\n';
     };
@@ -95,6 +96,7 @@ public:
         };
         for (std::size_t i = 0; i < net.positions.size(); ++i) points.check(point(i), points.next_id() + i);
         const std::size_t first = points.size();
+        points.reserve(first + net.positions.size(), threads);
         for (std::size_t i = 0; i < net.positions.size(); ++i) points.add(point(i));
         for (Facet<D> facet : net.facets) {
             for (std::uint32_t& corner : facet) corner = detail::moved_place(corner, first);
@@ -140,38 +142,18 @@ public:
 
     /// Above this [s] the forces' springs and dampers let an explicit step grow without bound, as they are now;
     /// infinite without such. Constraints have no bound.
-    double stable_time_step() { return detail::largest_step<S, D>(forces_, points.view(time_), threads); }
+    double stable_time_step() {
+        double bound = 0;
+        parallel_region(workers_of_steps(),
+                        [&] { bound = detail::largest_step<S, D>(forces_, points.view(time_), threads); });
+        return bound;
+    }
 
     /// One step of dt [s].
     /// \throws parameter_error  unless dt is positive; and what forces throw
     /// \throws particle_error   where a point or the force on it is not finite, before anything has moved; or where a
     ///                          point would not be finite after the step, which has then spoiled the points
-    void step(double dt) {
-        check(dt);
-        if (steps_ == 0) emit();
-        look_at_bound(dt);
-        force_.resize(points.size());
-        detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            std::fill(force_.data() + first, force_.data() + last, Vec<S, D>::zero());
-        });
-        for (auto& force : forces_) force.add_forces(points.view(time_), force_, threads);
-        check_finite(dt);
-        kick(dt);
-        if (collisions) {
-            collisions->find(points, boundary, restitution, threads);
-            collisions->change_velocities(points, threads);
-        }
-        drift(dt);
-        if (constraints.size() > 0) keep_distances(dt);
-        boundary = advanced(boundary, dt);
-        if (collisions) collisions->shift(points, threads);
-        if constexpr (!std::same_as<Boundary, NoBoundary>) meet_surfaces(points, boundary, restitution, threads);
-        time_ += dt;
-        ++steps_;
-        tear();
-        remove_if([&](std::size_t i) { return points.end[i] <= time_; });
-        emit();
-    }
+    void step(double dt) { take_steps(dt, 1); }
 
     /// Steps of equal length, at most dt [s], until `duration` [s] has passed.
     void advance(double duration, double dt) {
@@ -179,7 +161,7 @@ public:
         if (!(duration >= 0) || !std::isfinite(duration))
             throw parameter_error(sentence("The time to advance is ", duration, " s; it must not be negative."));
         const auto count = std::uint64_t(std::ceil(duration / dt * (1 - 1e-12)));
-        for (std::uint64_t i = 0; i < count; ++i) step(duration / double(count));
+        if (count > 0) take_steps(duration / double(count), count);
     }
 
     /// The torn links between points that there still are, by places.
@@ -244,14 +226,68 @@ private:
         check_boundary(boundary);
     }
 
-    /// Warns of a step above the bound, which is computed anew now and then, and when forces change.
-    void look_at_bound(double dt) {
+    /// Of a region that several steps share: 1 where forces of the user's may open their own.
+    int workers_of_steps() const {
+        const bool is_left =
+            std::any_of(forces_.begin(), forces_.end(), [](const auto& f) { return f.may_open_regions(); });
+        return is_left ? 1 : thread_count(threads);
+    }
+
+    /// So many steps of dt. They share one parallel region, which is left where something of the user's is to be
+    /// called.
+    void take_steps(double dt, std::uint64_t count) {
+        check(dt);
+        std::string warning;
+        for (std::uint64_t taken = 0; taken < count;) {
+            const bool is_one = count == 1 || !detail::regions_span_steps();
+            detail::steps_region(workers_of_steps(), is_one, helpers_, [&] {
+                do {
+                    if (steps_ == 0) emit();
+                    warning = warning_of(dt);
+                    if (!warning.empty()) return;
+                    take_step(dt);
+                } while (++taken < count && !is_one);
+            });
+            if (!warning.empty()) warn(std::exchange(warning, {}));
+        }
+    }
+
+    void take_step(double dt) {
+        renew(force_, points.size(), thread_count(threads));
+        parallel_region(thread_count(threads), [&] {
+            detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
+                std::fill(force_.data() + first, force_.data() + last, Vec<S, D>::zero());
+            });
+        });
+        for (auto& force : forces_) force.add_forces(points.view(time_), force_, threads);
+        parallel_region(thread_count(threads), [&] {
+            check_finite(dt);
+            kick(dt);
+            if (collisions) {
+                collisions->find(points, boundary, restitution, threads);
+                collisions->change_velocities(points, threads);
+            }
+            drift(dt);
+            if (constraints.size() > 0) keep_distances(dt);
+            boundary = advanced(boundary, dt);
+            if (collisions) collisions->shift(points, threads);
+            if constexpr (!std::same_as<Boundary, NoBoundary>) meet_surfaces(points, boundary, restitution, threads);
+        });
+        time_ += dt;
+        ++steps_;
+        tear();
+        remove_if([&](std::size_t i) { return points.end[i] <= time_; });
+        emit();
+    }
+
+    /// Of a step above the bound, which is computed anew now and then, and when forces change; or empty.
+    std::string warning_of(double dt) {
         if (largest_step_ == 0 || steps_ % 64 == 0) largest_step_ = stable_time_step();
-        if (dt < largest_step_ * warned_ratio_) return;
+        if (dt < largest_step_ * warned_ratio_) return {};
         warned_ratio_ = 1.2 * dt / largest_step_;
-        if (warn)
-            warn(sentence("the time step of ", dt, " s is ", dt / largest_step_, " times the bound of ", largest_step_,
-                          " s of the springs and dampers at step ", steps_, "; points may fly apart."));
+        if (!warn) return {};
+        return sentence("the time step of ", dt, " s is ", dt / largest_step_, " times the bound of ", largest_step_,
+                        " s of the springs and dampers at step ", steps_, "; points may fly apart.");
     }
 
     FIRN_INLINE static S total(const Vec<S, D>& a) {
@@ -320,7 +356,7 @@ private:
     }
 
     void keep_distances(double dt) {
-        moved_.resize(points.size());
+        renew(moved_, points.size(), thread_count(threads));
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
             std::copy(points.position.data() + first, points.position.data() + last, moved_.data() + first);
         });
@@ -377,6 +413,7 @@ private:
     std::vector<detail::AnyForce<S, D>> forces_;
     std::vector<Torn> torn_;
     aligned_vector<Vec<S, D>> force_, moved_;
+    detail::StepHelpers helpers_;
     double time_ = 0, largest_step_ = 0, warned_ratio_ = 1;
     std::uint64_t steps_ = 0;
 };

@@ -9,6 +9,7 @@ namespace firn {
 /// Air against every point, as a ball of its radius.
 template <std::floating_point S, int D>
 struct DragOnPoints {
+    static constexpr bool opens_no_region = true;
     Drag<S, D> law;
 
     void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) const {
@@ -31,6 +32,7 @@ struct DragOnPoints {
 /// A user's force on every point: of_point(points, i) → force on point i [N], called from several threads.
 template <class OfPoint>
 struct ForceOnEach {
+    static constexpr bool opens_no_region = true;
     OfPoint of_point;
 
     template <class S, int D>

@@ -53,14 +53,27 @@ struct PointMasses {
     aligned_vector<S> inverse_mass;  ///< [1/kg]; 0: pinned
     aligned_vector<S> radius;        ///< [m]
     aligned_vector<S> since;         ///< how long before now the velocity was as given [s]; see Verlet
-    std::vector<std::uint32_t> group;
-    std::vector<std::uint32_t> id;
-    std::vector<double> end;  ///< when it is taken out [s]
+    aligned_vector<std::uint32_t> group;
+    aligned_vector<std::uint32_t> id;
+    aligned_vector<double> end;  ///< when it is taken out [s]
 
     std::size_t size() const { return position.size(); }
     PointView<S, D> view(double time = 0) const { return {position, velocity, mass, radius, time}; }
     /// No id is given out twice.
     std::uint32_t next_id() const { return next_id_; }
+
+    /// Makes room for so many points, which each worker is the first to write in its share.
+    /// \param threads  0: as many as thread_count() says
+    void reserve(std::size_t count, int threads = 0) {
+        if (count <= position.capacity()) return;
+        const int workers = thread_count(threads);
+        const auto make_room = [&](auto& field) {
+            const std::size_t now = field.size();
+            grow(field, std::max(count, now + now / 2), {}, workers);
+            field.resize(now);
+        };
+        parallel_region(workers, [&] { for_fields(make_room); });
+    }
 
     /// Ids below `next` are given out no more.
     void skip_ids(std::uint32_t next) { next_id_ = std::max(next_id_, next); }

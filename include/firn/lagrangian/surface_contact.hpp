@@ -3,7 +3,7 @@
 
 #include <firn/boundary/concept.hpp>
 #include <firn/core/error.hpp>
-#include <firn/exec/parallel.hpp>
+#include <firn/core/parallel.hpp>
 #include <firn/lagrangian/impact.hpp>
 #include <firn/lagrangian/point_masses.hpp>
 

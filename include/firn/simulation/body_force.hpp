@@ -1,7 +1,7 @@
 /// \file Forces between the particles of a body, beside those of a constitutive model.
 #pragma once
 
-#include <firn/exec/parallel.hpp>
+#include <firn/core/parallel.hpp>
 #include <firn/lagrangian/any_force.hpp>
 #include <firn/simulation/body.hpp>
 
@@ -41,13 +41,17 @@ public:
     BodyForce(const Body& body, AnyForce<S, D> force) : body_(body), between_(std::move(force)) {}
 
     AnyForce<S, D>& force() { return between_; }
+    bool may_open_regions() const { return between_.may_open_regions(); }
 
     /// \param particles  in any order
     /// \throws particle_error  naming the first of those that would get a velocity that is not finite
     template <class Particles>
     void push(Particles& particles, double time, double dt, std::uint64_t step, int threads) {
         look_at(particles, threads);
-        force_.assign(position_.size(), Vec<S, D>::zero());
+        renew(force_, position_.size(), threads);
+        for_chunks(force_.size(), threads, [&](std::size_t first, std::size_t last) {
+            std::fill(force_.data() + first, force_.data() + last, Vec<S, D>::zero());
+        });
         between_.add_forces(view(time), force_, threads);
         LowestId wrong;
         for_slots(particles, threads, [&](std::size_t slot, std::size_t i) {
@@ -80,10 +84,16 @@ private:
 
     template <class Particles>
     void look_at(const Particles& particles, int threads) {
-        position_.resize(body_.count);
-        velocity_.resize(body_.count);
-        radius_.resize(body_.count);
-        mass_.assign(body_.count, 0);
+        renew(position_, body_.count, threads);
+        renew(velocity_, body_.count, threads);
+        renew(radius_, body_.count, threads);
+        renew(mass_, body_.count, threads);
+        for_chunks(body_.count, threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) {
+                position_[i] = velocity_[i] = Vec<S, D>::zero();  // of what a sink took
+                radius_[i] = mass_[i] = 0;
+            }
+        });
         for_slots(particles, threads, [&](std::size_t slot, std::size_t i) {
             position_[i] = particles.position(slot);
             velocity_[i] = particles.velocity(slot);

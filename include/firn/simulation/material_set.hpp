@@ -1,10 +1,10 @@
 /// \file The materials of a simulation, each with particles of its own.
 #pragma once
 
+#include <firn/core/parallel.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/exec/g2p.hpp>
-#include <firn/exec/parallel.hpp>
 #include <firn/lagrangian/net.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/material/no_stress.hpp>
@@ -80,7 +80,8 @@ struct MaterialSet {
 
     /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
     /// \throws parameter_error, particle_error (nothing is added)
-    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity) {
+    /// \param threads  that will work on them. \see Particles::reserve
+    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads) {
         if (!(density > 0) || !std::isfinite(density))
             throw parameter_error(
                 sentence("The density is ", density, " kg/m^", D, "; it must be positive and finite."));
@@ -93,12 +94,12 @@ struct MaterialSet {
                                            density * samples.volume,
                                            " kg is too small or too large for the simulation's precision. Use "
                                            "double."));
-        return add_all(samples.positions, velocity, volume, [&](std::size_t) { return mass; });
+        return add_all(samples.positions, velocity, volume, [&](std::size_t) { return mass; }, threads);
     }
 
     /// Adds the points of a net as particles that carry mass [kg] and no volume.
     /// \throws parameter_error, particle_error (nothing is added)
-    Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity) {
+    Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity, int threads) {
         static_assert(std::same_as<Material, NoStress<S>>,
                       "firn: the points of a net carry mass only; add them to the material NoStress.");
         if (masses.size() != net.positions.size())
@@ -113,7 +114,7 @@ struct MaterialSet {
                 if (corner >= masses.size())
                     throw parameter_error(sentence("A facet of the net has the corner ", corner, "; there are ",
                                                    masses.size(), " points, counted from 0."));
-        const Body body = add_all(net.positions, velocity, S(0), [&](std::size_t i) { return S(masses[i]); });
+        const Body body = add_all(net.positions, velocity, S(0), [&](std::size_t i) { return S(masses[i]); }, threads);
         for (Facet<D> facet : net.facets) {
             for (std::uint32_t& corner : facet) corner += body.first;
             facets.push_back(facet);
@@ -143,7 +144,7 @@ struct MaterialSet {
 
     /// The bursts that are due.
     /// \throws parameter_error  if they are of more particles than there are ids left
-    void give(double time) {
+    void give(double time, int threads) {
         for (Source<D>& source : sources) {
             const double due = source.due(time), count = due * double(source.samples.positions.size());
             if (count > double(no_particle - particles.next_id()))
@@ -155,7 +156,7 @@ struct MaterialSet {
                 Samples<D> burst = source.samples;
                 const double born = source.time_of(source.bursts);
                 for (Vec<double, D>& x : burst.positions) x += source.velocity * (time - born);
-                add(burst, source.density, source.velocity);
+                add(burst, source.density, source.velocity, threads);
                 bodies.back().end = born + source.lifespan;
             }
         }
@@ -187,6 +188,10 @@ struct MaterialSet {
     }
 
     bool is_pushed() const { return !loads.empty() || !forces.empty(); }
+    /// Do forces of the user's open parallel regions of their own?
+    bool may_open_regions() const {
+        return std::any_of(forces.begin(), forces.end(), [](const auto& force) { return force.may_open_regions(); });
+    }
     /// The impulses of the loads, to the particles' own velocities: as much as to the nodes, by P2G.
     /// \throws particle_error  naming the first of those that would get a velocity that is not finite
     void push(double time, double dt, std::uint64_t step, int threads) {
@@ -212,15 +217,15 @@ struct MaterialSet {
 
 private:
     template <class MassOf>
-    Body add_all(const std::vector<Vec<double, D>>& x, const Vec<double, D>& velocity, S volume,
-                 const MassOf& mass_of) {
+    Body add_all(const std::vector<Vec<double, D>>& x, const Vec<double, D>& velocity, S volume, const MassOf& mass_of,
+                 int threads) {
         for (int a = 0; a < D; ++a)
             if (!std::isfinite(S(velocity[a])))
                 throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a],
                                                " m/s; it must be finite, in the simulation's precision, too."));
         check_positions<double, D>(x.size(), particles.domain(), [&](std::size_t i, int a) { return x[i][a]; });
         const Body body{particles.next_id(), std::uint32_t(x.size())};
-        particles.reserve(particles.size() + x.size());
+        particles.reserve(particles.size() + x.size(), threads);
         const auto state = initial_state<D>(material);
         for (std::size_t i = 0; i < x.size(); ++i)
             particles.push_back(x[i], cast<S>(velocity), mass_of(i), volume, state);

@@ -212,7 +212,7 @@ TEST_CASE("Room that no particle has been put into is sorted as if it were not t
     CHECK(sort_particles<QuadraticBSpline>(particles).slots() == 0);
     particles.reserve(100);
     particles.push_back({0.5, 0.5, 0.5}, {}, 1, 1);
-    std::vector<std::uint32_t> order(pack_size, no_particle);
+    aligned_vector<std::uint32_t> order(pack_size, no_particle);
     order[0] = 0;
     CHECK(sort_particles<QuadraticBSpline>(particles).order == order);
 }

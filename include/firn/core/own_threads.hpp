@@ -1,0 +1,132 @@
+/// \file Threads of firn's own, to be lent to its loops: for a program without OpenMP, and for a child of fork().
+#pragma once
+
+#include <firn/core/parallel.hpp>
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <system_error>
+#include <vector>
+
+#ifdef __linux__
+#include <sched.h>
+#endif
+
+namespace firn {
+
+/// A pool of threads, which sleep between calls and end with the pool.
+///
+///     firn::OwnThreads threads;
+///     const firn::LentThreads lent(std::ref(threads));  // to loops that this thread starts from here on
+///
+/// They are bound to processors as OpenMP's settings say (OMP_PROC_BIND, OMP_PLACES), else not at all.
+class OwnThreads {
+public:
+    /// \param workers  the caller included; 0: as many as the machine has processors. Where the system gives fewer
+    ///                 threads, the pool has fewer.
+    explicit OwnThreads(int workers = 0) : pool_(new Pool) {
+        const int wanted = workers > 0 ? workers : int(std::thread::hardware_concurrency());
+        try {
+            for (int k = 1; k < wanted; ++k)
+                pool_->threads.emplace_back([pool = pool_, k, wanted] {
+                    bind(k, wanted);
+                    pool->serve();
+                });
+        } catch (const std::system_error&) {
+        }
+    }
+    OwnThreads(const OwnThreads&) = delete;
+    OwnThreads& operator=(const OwnThreads&) = delete;
+    /// In a child of fork() there are no threads to end; what they wait for there can never be destroyed.
+    ~OwnThreads() {
+        if (is_of_parent()) return;
+        pool_->end();
+        delete pool_;
+    }
+
+    /// The caller included.
+    int workers() const { return is_of_parent() ? 1 : int(pool_->threads.size()) + 1; }
+
+    /// \see Lend
+    void operator()(int workers, const Work& work) {
+        const int helpers = std::min(workers, this->workers()) - 1;
+        if (helpers > 0) pool_->post(work, helpers);
+        work(0);
+    }
+
+private:
+    struct Job {
+        Work work;
+        int worker;
+    };
+    struct Pool {
+        std::mutex mutex;
+        std::condition_variable wanted;
+        std::deque<Job> jobs;
+        std::atomic<std::uint64_t> posted = 0, taken = 0;  // jobs, ever
+        bool is_over = false;
+        std::vector<std::thread> threads;
+
+        void post(const Work& work, int helpers) {
+            {
+                const std::lock_guard lock(mutex);
+                for (int k = 1; k <= helpers; ++k) jobs.push_back({work, k});
+                posted += std::uint64_t(helpers);
+            }
+            if (helpers == 1)
+                wanted.notify_one();
+            else
+                wanted.notify_all();
+        }
+        void serve() {
+            for (;;) {
+                // Steps follow one another: to look a little is cheaper than to be woken.
+                for (int looked = 0; looked < detail::ThreadRole::most_patience && posted == taken; ++looked)
+                    detail::pause();
+                std::unique_lock lock(mutex);
+                wanted.wait(lock, [&] { return is_over || !jobs.empty(); });
+                if (is_over) return;
+                const Job job = std::move(jobs.front());
+                jobs.pop_front();
+                ++taken;
+                lock.unlock();
+                job.work(job.worker);
+            }
+        }
+        void end() {
+            {
+                const std::lock_guard lock(mutex);
+                is_over = true;
+            }
+            wanted.notify_all();
+            for (std::thread& thread : threads) thread.join();
+        }
+    };
+
+    bool is_of_parent() const { return ::getpid() != process_; }
+
+    /// Thread k of so many, the caller included.
+    static void bind([[maybe_unused]] int k, [[maybe_unused]] int of) {
+#if defined(_OPENMP) && defined(__linux__)
+        const int places = omp_get_num_places(), first = std::max(omp_get_place_num(), 0);
+        const omp_proc_bind_t how = omp_get_proc_bind();
+        if (places <= 0 || how == omp_proc_bind_false) return;
+        const int place = how == omp_proc_bind_master   ? first
+                          : how == omp_proc_bind_spread ? int((first + std::int64_t(k) * places / of) % places)
+                                                        : (first + k) % places;
+        std::vector<int> processors(std::size_t(omp_get_place_num_procs(place)));
+        omp_get_place_proc_ids(place, processors.data());
+        cpu_set_t set;
+        CPU_ZERO(&set);
+        for (const int processor : processors)
+            if (processor < CPU_SETSIZE) CPU_SET(processor, &set);
+        sched_setaffinity(0, sizeof set, &set);
+#endif
+    }
+
+    const pid_t process_ = ::getpid();
+    Pool* const pool_;
+};
+
+}  // namespace firn
