@@ -350,15 +350,17 @@ private:
         std::string warning;
         const auto is_done = [&] { return !(time_ < end) || steps_ == last_step; };
         while (!is_done()) {
-            const bool is_one = steps_ + 1 == last_step || !detail::regions_span_steps();
-            detail::steps_region(may_leave_regions() ? 1 : workers(), is_one, helpers_, [&] {
-                do {
+            const std::uint64_t most = detail::regions_span_steps() ? last_step - steps_ : 1;
+            detail::steps_region(may_leave_regions() ? 1 : workers(), most, helpers_, [&](std::uint64_t wanted) {
+                std::uint64_t taken = 0;
+                for (; taken < wanted && !is_done(); ++taken) {
                     const double dt = next_time_step(warning), left = end - time_;
-                    if (!warning.empty()) return;
+                    if (!warning.empty()) break;
                     const bool is_last = left < dt * (1 + 1e-9);
                     step_by(is_last ? left : dt, acceleration);
                     if (is_last) time_ = end;
-                } while (!is_done() && !is_one);
+                }
+                return taken;
             });
             if (!warning.empty()) warn(std::exchange(warning, {}));
         }

@@ -1,32 +1,290 @@
-/// \file Eigen's view of firn's vectors and matrices, and back. Same memory layout; nothing is computed.
+/// \file Eigen's vectors and matrices wherever firn's are taken, and firn's read as Eigen's. Include it to switch that on.
+///
+/// Into firn: every function and member that takes a Vec<S, D> or Mat<S, D> takes Eigen's expressions of that size; they
+/// are evaluated at once. A vector may be a row; a size that is known only at run time is checked then.
+///
+/// Out of firn: `Eigen::Vector3d x = vec;`, and as_eigen(vec): of what has a name a map of its numbers, of a temporary a
+/// value; so nothing dangles that the named thing outlives. A callback may take Eigen's types, and return them.
+///
+/// A material, a field or a shape may be written in Eigen's types, over any scalar of firn (lanes, dual numbers, what
+/// records WGSL). What Eigen does by branching on values is refused at compile time.
 #pragma once
 
+#include <firn/core/error.hpp>
 #include <firn/core/tensor.hpp>
 
 #include <Eigen/Core>
 
+#include <ranges>
+
 namespace firn {
 
-template <std::floating_point S, int D>
+namespace detail {
+
+template <class E>
+void as_dense(const Eigen::DenseBase<E>&);
+
+template <class E>
+concept eigen_dense = requires(const E& e) { detail::as_dense(e); };
+
+template <class E>
+concept eigen_owning = eigen_dense<E> && std::derived_from<E, Eigen::PlainObjectBase<E>>;
+
+/// What Eigen's dense types have in common.
+template <class E>
+struct foreign_of_eigen {
+    static constexpr bool owns = eigen_owning<E>;
+
+    template <int Rows, int Columns>
+    static constexpr bool holds = [] {
+        const auto may_be = [](int by_type, int wanted) { return by_type == wanted || by_type == Eigen::Dynamic; };
+        constexpr int rows = E::RowsAtCompileTime, columns = E::ColsAtCompileTime;
+        if (Columns > 1) return may_be(rows, Rows) && may_be(columns, Columns);
+        return (columns == 1 && may_be(rows, Rows)) || (rows == 1 && may_be(columns, Rows));
+    }();
+
+    /// \throws parameter_error  if a size that the type does not say is another
+    template <class S, int Rows, int Columns>
+    FIRN_INLINE static void read(const E& from, S* numbers) {
+        using T = typename E::Scalar;
+        constexpr bool fits = !std::floating_point<S> || requires(const T& number) { S{number}; };
+        static_assert(fits,
+                      "firn: the numbers of this Eigen expression do not fit into firn's scalar. Say that they are to be "
+                      "rounded: .cast<float>().");
+        constexpr bool is_row = Columns == 1 && Rows > 1 && E::RowsAtCompileTime == 1;
+        constexpr int rows = is_row ? 1 : Rows, columns = is_row ? Rows : Columns;
+        if constexpr (E::SizeAtCompileTime == Eigen::Dynamic)
+            if (from.rows() != rows || from.cols() != columns)
+                throw parameter_error(sentence("Eigen's matrix of ", from.rows(), " × ", from.cols(),
+                                               " numbers is given where ", rows, " × ", columns, " are taken."));
+        using To = Eigen::Matrix<S, rows, columns, is_row ? Eigen::RowMajor : Eigen::ColMajor>;
+        if constexpr (fits) {
+            if constexpr (std::same_as<T, S>)
+                Eigen::Map<To>(numbers).noalias() = from.derived().matrix();
+            else
+                Eigen::Map<To>(numbers).noalias() = from.derived().matrix().template cast<S>();
+        }
+    }
+};
+
+template <class S, int Rows, int Columns>
+struct own_type {};
+template <class S, int D>
+struct own_type<S, D, D> {
+    using type = Mat<S, D>;
+};
+template <class S, int D>
+struct own_type<S, D, 1> {
+    using type = Vec<S, D>;
+};
+template <class S, int D>
+struct own_type<S, 1, D> {
+    using type = Vec<S, D>;
+};
+template <class S>
+struct own_type<S, 1, 1> {
+    using type = Vec<S, 1>;
+};
+template <class E>
+using own_type_t = typename own_type<typename E::Scalar, E::RowsAtCompileTime, E::ColsAtCompileTime>::type;
+
+/// Eigen::Matrix or Eigen::Array of a vector's or a square matrix's size.
+template <class E>
+concept eigen_small = eigen_owning<E> && requires { typename own_type_t<E>; };
+
+}  // namespace detail
+
+template <detail::eigen_dense E>
+struct foreign<E> : detail::foreign_of_eigen<E> {};
+
+template <detail::eigen_dense E>
+    requires detail::eigen_small<E>
+struct foreign<E> : detail::foreign_of_eigen<E> {
+    using own = detail::own_type_t<E>;
+
+    FIRN_INLINE static E made(const typename E::Scalar* numbers) {
+        using From = Eigen::Matrix<typename E::Scalar, E::RowsAtCompileTime, E::ColsAtCompileTime,
+                                   E::RowsAtCompileTime == 1 && E::ColsAtCompileTime > 1 ? Eigen::RowMajor
+                                                                                        : Eigen::ColMajor>;
+        return Eigen::Map<const From>(numbers);
+    }
+};
+
+template <class S, int D>
+struct counterpart<Vec<S, D>> {
+    using type = Eigen::Matrix<S, D, 1>;
+};
+template <class S, int D>
+struct counterpart<Mat<S, D>> {
+    using type = Eigen::Matrix<S, D, D>;
+};
+
+/// The numbers of a vector or matrix that has a name, as a map of them; of a temporary, their value.
+template <class S, int D>
+Eigen::Map<Eigen::Matrix<S, D, 1>> as_eigen(Vec<S, D>& a) {
+    return Eigen::Map<Eigen::Matrix<S, D, 1>>(a.v);
+}
+template <class S, int D>
 Eigen::Map<const Eigen::Matrix<S, D, 1>> as_eigen(const Vec<S, D>& a) {
     return Eigen::Map<const Eigen::Matrix<S, D, 1>>(a.v);
 }
-template <std::floating_point S, int D>
+template <class S, int D>
+Eigen::Matrix<S, D, 1> as_eigen(const Vec<S, D>&& a) {
+    return a;
+}
+template <class S, int D>
+Eigen::Map<Eigen::Matrix<S, D, D>> as_eigen(Mat<S, D>& a) {
+    return Eigen::Map<Eigen::Matrix<S, D, D>>(a.m);
+}
+template <class S, int D>
 Eigen::Map<const Eigen::Matrix<S, D, D>> as_eigen(const Mat<S, D>& a) {
     return Eigen::Map<const Eigen::Matrix<S, D, D>>(a.m);
 }
-template <std::floating_point S, int D>
-Vec<S, D> from_eigen(const Eigen::Matrix<S, D, 1>& a) {
-    Vec<S, D> r{};
-    Eigen::Map<Eigen::Matrix<S, D, 1>>(r.v) = a;
-    return r;
-}
-template <std::floating_point S, int D>
-    requires(D > 1)
-Mat<S, D> from_eigen(const Eigen::Matrix<S, D, D>& a) {
-    Mat<S, D> r{};
-    Eigen::Map<Eigen::Matrix<S, D, D>>(r.m) = a;
-    return r;
+template <class S, int D>
+Eigen::Matrix<S, D, D> as_eigen(const Mat<S, D>&& a) {
+    return a;
 }
 
+/// The Vec or Mat of an expression's numbers, where its type says how many they are; else write Vec<double, 3>(a).
+template <class E>
+auto from_eigen(const Eigen::DenseBase<E>& a) {
+    return detail::own_type_t<E>(a.derived());
+}
+
+namespace detail {
+
+/// Eigen's type for many scalars, vectors (a column each) or matrices (a column each, column after column).
+template <class T>
+struct eigen_of_many {};
+template <std::floating_point S>
+struct eigen_of_many<S> {
+    using number = S;
+    using type = Eigen::Matrix<S, Eigen::Dynamic, 1>;
+};
+template <class S, int D>
+struct eigen_of_many<Vec<S, D>> {
+    using number = S;
+    using type = Eigen::Matrix<S, D, Eigen::Dynamic>;
+};
+template <class S, int D>
+struct eigen_of_many<Mat<S, D>> {
+    using number = S;
+    using type = Eigen::Matrix<S, D * D, Eigen::Dynamic>;
+};
+
+template <class R>
+concept range_for_eigen = std::ranges::contiguous_range<R> && std::ranges::sized_range<R> &&
+                          requires { typename eigen_of_many<std::ranges::range_value_t<R>>::type; };
+
+}  // namespace detail
+
+/// A vector, span or array of numbers, Vec or Mat as one Eigen matrix: a column for each Vec or Mat (of a Mat column
+/// after column), a row for each number. Of what has a name, and of spans, a map; of a temporary vector a copy.
+template <detail::range_for_eigen Range>
+auto as_eigen(Range&& range) {
+    using Of = detail::eigen_of_many<std::ranges::range_value_t<Range>>;
+    using All = typename Of::type;
+    constexpr bool fixed = std::is_const_v<std::remove_reference_t<std::ranges::range_reference_t<Range>>>;
+    using Map = Eigen::Map<std::conditional_t<fixed, const All, All>>;
+    using Number = std::conditional_t<fixed, const typename Of::number, typename Of::number>;
+    constexpr int rows = All::RowsAtCompileTime;
+    const auto count = Eigen::Index(std::ranges::size(range));
+    const Map all(reinterpret_cast<Number*>(std::ranges::data(range)), rows < 0 ? count : rows, rows < 0 ? 1 : count);
+    if constexpr (std::ranges::borrowed_range<Range>)
+        return all;
+    else
+        return All(all);
+}
+
+namespace detail {
+
+/// A scalar of firn's that Eigen computes with.
+template <class S>
+concept scalar_for_eigen = !std::is_arithmetic_v<S> && scalar<S>;
+
+template <class S>
+struct no_singular_values {
+    static_assert(!scalar_for_eigen<S>,
+                  "firn: Eigen finds singular values by branching on values, and sixteen particles may disagree. Write "
+                  "firn::svd(firn::Mat<S, D>(F)), see firn/math/svd.hpp.");
+};
+template <class S>
+struct no_eigenvalues {
+    static_assert(!scalar_for_eigen<S>,
+                  "firn: Eigen finds eigenvalues by branching on values, and sixteen particles may disagree. Those of "
+                  "FFᵀ are the squares of firn::left_singular(firn::Mat<S, D>(F)), see firn/math/svd.hpp.");
+};
+template <class S>
+struct no_decomposition {
+    static_assert(!scalar_for_eigen<S>,
+                  "firn: this decomposition of Eigen's branches on values, and sixteen particles may disagree. Write "
+                  "F.inverse() * b to solve, or firn::svd(firn::Mat<S, D>(F)), see firn/math/svd.hpp.");
+};
+
+}  // namespace detail
+
 }  // namespace firn
+
+namespace Eigen {
+
+/// firn's lanes, dual numbers and recorded numbers cost Eigen what a float costs.
+template <firn::detail::scalar_for_eigen S>
+struct NumTraits<S> : GenericNumTraits<S> {
+    using Real = S;
+    using NonInteger = S;
+    using Nested = S;
+    using Literal = S;
+    enum {
+        IsComplex = 0,
+        IsInteger = 0,
+        IsSigned = 1,
+        RequireInitialization = !std::is_trivially_default_constructible_v<S>,
+        ReadCost = 1,
+        AddCost = 1,
+        MulCost = 1
+    };
+};
+
+template <typename MatrixType>
+class SelfAdjointEigenSolver;
+template <typename MatrixType>
+class EigenSolver;
+
+template <firn::detail::scalar_for_eigen S, int R, int C, int O, int MR, int MC, int Q>
+class JacobiSVD<Matrix<S, R, C, O, MR, MC>, Q> : firn::detail::no_singular_values<S> {};
+template <firn::detail::scalar_for_eigen S, int R, int C, int O, int MR, int MC>
+class BDCSVD<Matrix<S, R, C, O, MR, MC>> : firn::detail::no_singular_values<S> {};
+template <firn::detail::scalar_for_eigen S, int R, int C, int O, int MR, int MC>
+class SelfAdjointEigenSolver<Matrix<S, R, C, O, MR, MC>> : firn::detail::no_eigenvalues<S> {};
+template <firn::detail::scalar_for_eigen S, int R, int C, int O, int MR, int MC>
+class EigenSolver<Matrix<S, R, C, O, MR, MC>> : firn::detail::no_eigenvalues<S> {};
+template <firn::detail::scalar_for_eigen S, int R, int C, int O, int MR, int MC>
+class PartialPivLU<Matrix<S, R, C, O, MR, MC>> : firn::detail::no_decomposition<S> {};
+template <firn::detail::scalar_for_eigen S, int R, int C, int O, int MR, int MC>
+class FullPivLU<Matrix<S, R, C, O, MR, MC>> : firn::detail::no_decomposition<S> {};
+template <firn::detail::scalar_for_eigen S, int R, int C, int O, int MR, int MC>
+class HouseholderQR<Matrix<S, R, C, O, MR, MC>> : firn::detail::no_decomposition<S> {};
+template <firn::detail::scalar_for_eigen S, int R, int C, int O, int MR, int MC>
+class ColPivHouseholderQR<Matrix<S, R, C, O, MR, MC>> : firn::detail::no_decomposition<S> {};
+template <firn::detail::scalar_for_eigen S, int R, int C, int O, int MR, int MC, int U>
+class LLT<Matrix<S, R, C, O, MR, MC>, U> : firn::detail::no_decomposition<S> {};
+template <firn::detail::scalar_for_eigen S, int R, int C, int O, int MR, int MC, int U>
+class LDLT<Matrix<S, R, C, O, MR, MC>, U> : firn::detail::no_decomposition<S> {};
+
+namespace internal {
+
+template <typename MatrixType, typename ResultType, int Size>
+struct compute_inverse_and_det_with_check;
+
+template <firn::detail::scalar_for_eigen S, int R, int C, int O, int MR, int MC, typename ResultType, int Size>
+struct compute_inverse_and_det_with_check<Matrix<S, R, C, O, MR, MC>, ResultType, Size> {
+    static_assert(!firn::detail::scalar_for_eigen<S>,
+                  "firn: Eigen's checked inverse branches on the determinant, and sixteen particles may disagree. Write "
+                  "F.inverse(), and firn::select(F.determinant() == S(0), a, b) where it does not exist.");
+    template <class... A>
+    static void run(const A&...) {}
+};
+
+}  // namespace internal
+
+}  // namespace Eigen

@@ -1,9 +1,11 @@
 /// \file Vec<S, D> and Mat<S, D>: small vectors and matrices of any scalar, for D = 2 and 3 from the same lines.
 ///
 /// Their operations are unrolled and dissolve into the caller, so that with S = pack the numbers stay in registers.
-/// They have the memory layout of Eigen's fixed-size types (columns contiguous): core/eigen.hpp converts without cost.
+/// They have the memory layout of Eigen's fixed-size types (columns contiguous). With core/eigen.hpp Eigen's expressions
+/// are taken wherever a Vec or Mat is, and these become Eigen's.
 #pragma once
 
+#include <firn/core/foreign.hpp>
 #include <firn/core/scalar.hpp>
 
 #include <array>
@@ -13,6 +15,36 @@ namespace firn {
 template <class S, int D>
 struct Vec {
     S v[D];
+
+    Vec() = default;
+    FIRN_INLINE constexpr Vec(const S& x)
+        requires(D == 1)
+        : v{x} {}
+    /// What is not given is zero: {0, -9.81} for both dimensions.
+    FIRN_INLINE constexpr Vec(const S& x, const S& y)
+        requires(D == 2)
+        : v{x, y} {}
+    FIRN_INLINE constexpr Vec(const S& x, const S& y)
+        requires(D == 3)
+        : v{x, y, S(0)} {}
+    FIRN_INLINE constexpr Vec(const S& x, const S& y, const S& z)
+        requires(D == 3)
+        : v{x, y, z} {}
+    FIRN_INLINE constexpr Vec(const S& x, const S& y, const S& z, const S& w)
+        requires(D == 4)
+        : v{x, y, z, w} {}
+    FIRN_INLINE constexpr Vec(const S (&numbers)[D]) {
+        unroll<D>([&](auto i) FIRN_LAMBDA { v[i] = numbers[i]; });
+    }
+    /// Of another library, an expression included. \see foreign.hpp
+    template <holds_numbers<D, 1> Other>
+    FIRN_INLINE Vec(const Other& other) {
+        foreign<Other>::template read<S, D, 1>(other, v);
+    }
+    template <is_made_from<Vec> Other>
+    FIRN_INLINE operator Other() const {
+        return foreign<Other>::made(v);
+    }
 
     FIRN_INLINE constexpr S& operator[](int i) { return v[i]; }
     FIRN_INLINE constexpr const S& operator[](int i) const { return v[i]; }
@@ -56,6 +88,17 @@ struct Vec {
 template <class S, int D>
 struct Mat {
     S m[D * D];
+
+    Mat() = default;
+    /// Of another library, an expression included. \see foreign.hpp
+    template <holds_numbers<D, D> Other>
+    FIRN_INLINE Mat(const Other& other) {
+        foreign<Other>::template read<S, D, D>(other, m);
+    }
+    template <is_made_from<Mat> Other>
+    FIRN_INLINE operator Other() const {
+        return foreign<Other>::made(m);
+    }
 
     FIRN_INLINE constexpr S& operator()(int i, int j) { return m[i + D * j]; }
     FIRN_INLINE constexpr const S& operator()(int i, int j) const { return m[i + D * j]; }

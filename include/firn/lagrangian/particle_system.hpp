@@ -239,14 +239,16 @@ private:
         check(dt);
         std::string warning;
         for (std::uint64_t taken = 0; taken < count;) {
-            const bool is_one = count == 1 || !detail::regions_span_steps();
-            detail::steps_region(workers_of_steps(), is_one, helpers_, [&] {
-                do {
+            const std::uint64_t most = detail::regions_span_steps() ? count - taken : 1;
+            detail::steps_region(workers_of_steps(), most, helpers_, [&](std::uint64_t wanted) {
+                const std::uint64_t before = taken;
+                for (; taken < before + wanted; ++taken) {
                     if (steps_ == 0) emit();
                     warning = warning_of(dt);
-                    if (!warning.empty()) return;
+                    if (!warning.empty()) break;
                     take_step(dt);
-                } while (++taken < count && !is_one);
+                }
+                return taken - before;
             });
             if (!warning.empty()) warn(std::exchange(warning, {}));
         }

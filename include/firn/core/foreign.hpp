@@ -1,0 +1,96 @@
+/// \file The door for the small vectors and matrices of another library, so that whoever has those passes them.
+///
+/// core/eigen.hpp opens it for Eigen; a header for another library specialises `foreign` and `counterpart` in the same
+/// way. Where no such header is included nothing here is ever called.
+#pragma once
+
+#include <firn/core/config.hpp>
+
+#include <concepts>
+#include <type_traits>
+
+namespace firn {
+
+template <class S, int D>
+struct Vec;
+template <class S, int D>
+struct Mat;
+
+/// What firn knows of a type of another library that holds numbers. A specialisation has
+///
+///     owns                                   whether it keeps its numbers itself: an expression does not
+///     holds<Rows, Columns>                   whether it may hold so many, by its type
+///     template <class S, int Rows, int Columns> static void read(const T&, S* numbers)    column after column
+///
+/// and, for types that own a fixed number of them,
+///
+///     own                                    firn's type for it: Vec<S, D> or Mat<S, D>
+///     static T made(const S* numbers)        from numbers column after column
+template <class T>
+struct foreign {};
+
+/// The other library's type for firn's Vec<S, D> or Mat<S, D>: `type`.
+template <class T>
+struct counterpart {};
+
+template <class T>
+concept is_foreign = requires { foreign<T>::owns; };
+
+template <class T, int Rows, int Columns>
+concept holds_numbers = is_foreign<T> && foreign<T>::template holds<Rows, Columns>;
+
+/// A type of the other library whose values are made from firn's type Own.
+template <class T, class Own>
+concept is_made_from = is_foreign<T> && std::same_as<typename foreign<T>::own, Own>;
+
+namespace detail {
+
+template <class T>
+concept has_counterpart = requires { typename counterpart<T>::type; };
+
+/// x in the other library's type, where that is a vector or matrix.
+template <class T>
+FIRN_INLINE auto in_other_terms(const T& x) {
+    if constexpr (has_counterpart<T>) {
+        using Other = typename counterpart<T>::type;
+        return Other(x);
+    } else {
+        return x;
+    }
+}
+
+/// What a function of the user's has returned, in firn's types.
+template <class T>
+FIRN_INLINE auto in_own_terms(const T& x) {
+    if constexpr (is_foreign<T>) {
+        static_assert(foreign<T>::owns,
+                      "firn: this function returns an expression, which refers to values that are gone when it has "
+                      "returned. Give it a return type that holds the numbers: Eigen::Matrix<S, D, D>, not auto.");
+        return typename foreign<T>::own(x);
+    } else {
+        return x;
+    }
+}
+
+template <class F, class... A>
+concept takes_other_terms = (has_counterpart<A> || ...) && requires(const F& f, const A&... a) {
+    f(in_other_terms(a)...);
+};
+
+/// A function that is called with firn's vectors and matrices, or with the other library's.
+template <class F, class... A>
+concept takes = requires(const F& f, const A&... a) { f(a...); } || takes_other_terms<F, A...>;
+
+/// f(a…), whichever library's vectors and matrices it is written for. A template that deduces the sizes of the other's
+/// (Eigen::Matrix<S, D, D>) is called with those; what takes types without deducing converts by itself.
+template <class... A, takes<A...> F>
+FIRN_INLINE constexpr auto call(const F& f, const A&... a) {
+    if constexpr (requires { f(a...); })
+        return in_own_terms(f(a...));
+    else
+        return in_own_terms(f(in_other_terms(a)...));
+}
+
+}  // namespace detail
+
+}  // namespace firn
