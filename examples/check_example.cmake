@@ -12,7 +12,7 @@ function(run)
     endif()
 endfunction()
 
-if(program MATCHES "^(01_hello|14_lend_threads)$") # no options, and it may write what it likes
+if(program MATCHES "^(01_hello|13_eigen|14_lend_threads)$") # no options, and it may write what it likes
     run()
     return()
 endif()

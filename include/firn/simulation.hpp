@@ -236,6 +236,10 @@ public:
     /// \throws parameter_error  if there is no such body, or the force is an empty function
     template <std::size_t I = 0, class OfParticle>
     void add_load(const Body& body, const OfParticle& force) {
+        static_assert(
+            detail::returns_numbers<OfParticle, Vec<double, D>, double>,
+            "firn: this load returns an expression, which refers to values that are gone when it has returned. "
+            "Give it a return type that holds the numbers: -> Eigen::Vector3d.");
         Load<D> load{body, force};
         if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
         std::get<I>(sets_).check_body(body);
@@ -278,7 +282,7 @@ public:
     /// vector
     template <class Acceleration>
     void step(const Acceleration& acceleration) {
-        take_steps(acceleration, std::numeric_limits<double>::infinity(), steps_ + 1);
+        take_steps(detail::own_acceleration<D>(acceleration), std::numeric_limits<double>::infinity(), steps_ + 1);
     }
 
     /// Steps until `duration` [s] has passed; the last step is shortened to end there.
@@ -287,7 +291,8 @@ public:
     void advance(double duration, const Acceleration& acceleration) {
         if (!(duration >= 0) || !std::isfinite(duration))
             throw parameter_error(sentence("The time to advance is ", duration, " s; it must not be negative."));
-        take_steps(acceleration, time_ + duration, std::numeric_limits<std::uint64_t>::max());
+        take_steps(detail::own_acceleration<D>(acceleration), time_ + duration,
+                   std::numeric_limits<std::uint64_t>::max());
     }
 
     /// The partition in use: which blocks a material's particles are sorted into.

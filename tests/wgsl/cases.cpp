@@ -17,6 +17,7 @@
 #include <firn/wgsl/inputs.hpp>
 #include <firn/wgsl/program.hpp>
 
+#include "../examples/eigen_material.hpp"
 #include "../examples/own_material.hpp"
 #include "scene.hpp"
 
@@ -295,6 +296,9 @@ int main(int count, char** words) {
         const SoftTissue<float> own{.mu = 4e4F, .lambda = 6e4F};
         write_case<2, Apic, MlsForce>(root, "2d_own_material", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, own);
         write_case<3, Apic, MlsForce>(root, "3d_own_material", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, own);
+        const EigenNeoHookean<float> of_eigen{.mu = 4e4F, .lambda = 6e4F};
+        write_case<2, Apic, MlsForce>(root, "2d_eigen_material", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, of_eigen);
+        write_case<3, Apic, MlsForce>(root, "3d_eigen_material", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, of_eigen);
         write_case<2, Apic, MlsForce>(root, "2d_snow", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, Snow<float>{});
         write_case<3, Pic, WeightGradientForce>(root, "3d_snow", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, Snow<float>{});
         write_case<3, Apic, MlsForce>(root, "3d_sand", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50,

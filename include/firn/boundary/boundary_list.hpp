@@ -54,7 +54,7 @@ struct BoundaryList {
 
     template <class S, int D>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v) const {
-        for (const B& one : all) v = one.velocity(x, v);
+        for (const B& one : all) v = detail::in_own_terms(one.velocity(x, v));
         return v;
     }
 

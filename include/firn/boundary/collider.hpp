@@ -34,12 +34,12 @@ struct Collider {
 
     Shape shape{};
     Contact contact = Contact::separate;
-    P friction = P(0);                              ///< Coulomb's coefficient μ [1]
-    P thickness = P(0);                             ///< of the layer around the solid that counts as solid [m]
-    Vec<P, D> position = Vec<P, D>::zero();         ///< c: of the shape's origin [m]
-    Rotor<P, D> rotation = no_rotation<P, D>();     ///< from the shape's axes to the world's; see rotor()
-    Vec<P, D> linear_velocity = Vec<P, D>::zero();  ///< V: of the origin [m/s]
-    Axial<P, D> angular_velocity = Axial<P, D>{0};  ///< ω: about the origin [rad/s]; in the plane counter-clockwise
+    P friction = P(0);                               ///< Coulomb's coefficient μ [1]
+    P thickness = P(0);                              ///< of the layer around the solid that counts as solid [m]
+    Vec<P, D> position = Vec<P, D>::zero();          ///< c: of the shape's origin [m]
+    Rotor<P, D> rotation = no_rotation<P, D>();      ///< from the shape's axes to the world's; see rotor()
+    Vec<P, D> linear_velocity = Vec<P, D>::zero();   ///< V: of the origin [m/s]
+    Axial<P, D> angular_velocity = no_spin<P, D>();  ///< ω: about the origin [rad/s]; in the plane counter-clockwise
 
     static constexpr const char* name = detail::joined_names<detail::named_collider, Shape>::text;
     static constexpr auto parameters() {

@@ -8,7 +8,7 @@ namespace firn {
 
 template <class B, class S, int D>
 concept changes_velocity = requires(const B b, const Vec<S, D> v) {
-    { b.velocity(v, v) } -> std::same_as<Vec<S, D>>;  ///< velocity(position, velocity)
+    { detail::in_own_terms(b.velocity(v, v)) } -> std::same_as<Vec<S, D>>;  ///< velocity(position, velocity)
 };
 /// May nodes of the box [lower, upper] be changed? Whole blocks of nodes are skipped by it.
 template <class B, int D>
@@ -73,9 +73,9 @@ template <class B, class S, int D, class Seen>
 FIRN_INLINE Vec<S, D> velocity_by_parts(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Seen& seen,
                                         int first = 0) {
     if constexpr (requires { boundary.velocity(x, v, seen, first); }) {
-        return boundary.velocity(x, v, seen, first);
+        return detail::in_own_terms(boundary.velocity(x, v, seen, first));
     } else {
-        const Vec<S, D> after = boundary.velocity(x, v);
+        const Vec<S, D> after = detail::in_own_terms(boundary.velocity(x, v));
         seen(first, v, after);
         return after;
     }

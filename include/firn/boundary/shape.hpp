@@ -57,7 +57,7 @@ FIRN_INLINE Vec<S, D> direction_or_up(const Vec<S, D>& v) {
 template <class Shape, scalar S, int D>
 FIRN_INLINE Vec<S, D> normal_of(const Shape& shape, const Vec<S, D>& x) {
     if constexpr (requires { shape.normal(x); }) {
-        return shape.normal(x);
+        return detail::in_own_terms(shape.normal(x));
     } else {
         const auto differentiable = lift<dual<S>>(shape);
         Vec<S, D> gradient{};

@@ -68,7 +68,8 @@ struct Together {
 
     template <class S, int D>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v) const {
-        unroll<int(sizeof...(B))>([&](auto i) FIRN_LAMBDA { v = std::get<i>(parts).velocity(x, v); });
+        unroll<int(sizeof...(B))>([&](auto i)
+                                      FIRN_LAMBDA { v = detail::in_own_terms(std::get<i>(parts).velocity(x, v)); });
         return v;
     }
 

@@ -1,10 +1,11 @@
-/// \file Eigen's vectors and matrices wherever firn's are taken, and firn's read as Eigen's. Include it to switch that on.
+/// \file Eigen's vectors and matrices wherever firn's are taken, and firn's read as Eigen's. Include it to switch that
+/// on.
 ///
-/// Into firn: every function and member that takes a Vec<S, D> or Mat<S, D> takes Eigen's expressions of that size; they
-/// are evaluated at once. A vector may be a row; a size that is known only at run time is checked then.
+/// Into firn: every function and member that takes a Vec<S, D> or Mat<S, D> takes Eigen's expressions of that size;
+/// they are evaluated at once. A vector may be a row; a size that is known only at run time is checked then.
 ///
-/// Out of firn: `Eigen::Vector3d x = vec;`, and as_eigen(vec): of what has a name a map of its numbers, of a temporary a
-/// value; so nothing dangles that the named thing outlives. A callback may take Eigen's types, and return them.
+/// Out of firn: `Eigen::Vector3d x = vec;`, and as_eigen(vec): of what has a name a map of its numbers, of a temporary
+/// a value; so nothing dangles that the named thing outlives. A callback may take Eigen's types, and return them.
 ///
 /// A material, a field or a shape may be written in Eigen's types, over any scalar of firn (lanes, dual numbers, what
 /// records WGSL). What Eigen does by branching on values is refused at compile time.
@@ -16,6 +17,7 @@
 #include <Eigen/Core>
 
 #include <ranges>
+#include <type_traits>
 
 namespace firn {
 
@@ -48,9 +50,10 @@ struct foreign_of_eigen {
     FIRN_INLINE static void read(const E& from, S* numbers) {
         using T = typename E::Scalar;
         constexpr bool fits = !std::floating_point<S> || requires(const T& number) { S{number}; };
-        static_assert(fits,
-                      "firn: the numbers of this Eigen expression do not fit into firn's scalar. Say that they are to be "
-                      "rounded: .cast<float>().");
+        static_assert(
+            fits,
+            "firn: the numbers of this Eigen expression do not fit into firn's scalar. Say that they are to be "
+            "rounded: .cast<float>().");
         constexpr bool is_row = Columns == 1 && Rows > 1 && E::RowsAtCompileTime == 1;
         constexpr int rows = is_row ? 1 : Rows, columns = is_row ? Rows : Columns;
         if constexpr (E::SizeAtCompileTime == Eigen::Dynamic)
@@ -103,9 +106,11 @@ struct foreign<E> : detail::foreign_of_eigen<E> {
     using own = detail::own_type_t<E>;
 
     FIRN_INLINE static E made(const typename E::Scalar* numbers) {
-        using From = Eigen::Matrix<typename E::Scalar, E::RowsAtCompileTime, E::ColsAtCompileTime,
-                                   E::RowsAtCompileTime == 1 && E::ColsAtCompileTime > 1 ? Eigen::RowMajor
-                                                                                        : Eigen::ColMajor>;
+        constexpr int rows = E::RowsAtCompileTime, columns = E::ColsAtCompileTime;
+        constexpr int order = rows == 1 && columns != 1 ? Eigen::RowMajor : Eigen::ColMajor;
+        using From = std::conditional_t<std::derived_from<E, Eigen::MatrixBase<E>>,
+                                        Eigen::Matrix<typename E::Scalar, rows, columns, order>,
+                                        Eigen::Array<typename E::Scalar, rows, columns, order>>;
         return Eigen::Map<const From>(numbers);
     }
 };
@@ -156,7 +161,8 @@ namespace detail {
 /// Eigen's type for many scalars, vectors (a column each) or matrices (a column each, column after column).
 template <class T>
 struct eigen_of_many {};
-template <std::floating_point S>
+template <class S>
+    requires std::is_arithmetic_v<S>
 struct eigen_of_many<S> {
     using number = S;
     using type = Eigen::Matrix<S, Eigen::Dynamic, 1>;
@@ -198,9 +204,10 @@ auto as_eigen(Range&& range) {
 
 namespace detail {
 
-/// A scalar of firn's that Eigen computes with.
+/// A scalar of firn's that is none of C++'s numbers. (Eigen asks this of its own expressions, too, while it defines
+/// them: nothing may be asked that would evaluate one.)
 template <class S>
-concept scalar_for_eigen = !std::is_arithmetic_v<S> && scalar<S>;
+concept scalar_for_eigen = !std::same_as<value_type_t<S>, S>;
 
 template <class S>
 struct no_singular_values {
@@ -219,6 +226,16 @@ struct no_decomposition {
     static_assert(!scalar_for_eigen<S>,
                   "firn: this decomposition of Eigen's branches on values, and sixteen particles may disagree. Write "
                   "F.inverse() * b to solve, or firn::svd(firn::Mat<S, D>(F)), see firn/math/svd.hpp.");
+};
+
+template <class S>
+struct no_checked_inverse {
+    static_assert(
+        !scalar_for_eigen<S>,
+        "firn: Eigen's checked inverse branches on the determinant, and sixteen particles may disagree. Write "
+        "F.inverse(), and firn::select(F.determinant() == S(0), a, b) where it does not exist.");
+    template <class... A>
+    static void run(const A&...) {}
 };
 
 }  // namespace detail
@@ -276,13 +293,11 @@ namespace internal {
 template <typename MatrixType, typename ResultType, int Size>
 struct compute_inverse_and_det_with_check;
 
-template <firn::detail::scalar_for_eigen S, int R, int C, int O, int MR, int MC, typename ResultType, int Size>
-struct compute_inverse_and_det_with_check<Matrix<S, R, C, O, MR, MC>, ResultType, Size> {
-    static_assert(!firn::detail::scalar_for_eigen<S>,
-                  "firn: Eigen's checked inverse branches on the determinant, and sixteen particles may disagree. Write "
-                  "F.inverse(), and firn::select(F.determinant() == S(0), a, b) where it does not exist.");
-    template <class... A>
-    static void run(const A&...) {}
+template <firn::detail::scalar_for_eigen S, int O, int MR, int MC, typename Result>
+struct compute_inverse_and_det_with_check<Matrix<S, 2, 2, O, MR, MC>, Result, 2> : firn::detail::no_checked_inverse<S> {
+};
+template <firn::detail::scalar_for_eigen S, int O, int MR, int MC, typename Result>
+struct compute_inverse_and_det_with_check<Matrix<S, 3, 3, O, MR, MC>, Result, 3> : firn::detail::no_checked_inverse<S> {
 };
 
 }  // namespace internal

@@ -50,12 +50,12 @@ concept has_counterpart = requires { typename counterpart<T>::type; };
 
 /// x in the other library's type, where that is a vector or matrix.
 template <class T>
-FIRN_INLINE auto in_other_terms(const T& x) {
+FIRN_INLINE decltype(auto) in_other_terms(const T& x) {
     if constexpr (has_counterpart<T>) {
-        using Other = typename counterpart<T>::type;
-        return Other(x);
+        typename counterpart<T>::type other = x;
+        return other;
     } else {
-        return x;
+        return (x);
     }
 }
 
@@ -73,13 +73,19 @@ FIRN_INLINE auto in_own_terms(const T& x) {
 }
 
 template <class F, class... A>
-concept takes_other_terms = (has_counterpart<A> || ...) && requires(const F& f, const A&... a) {
-    f(in_other_terms(a)...);
-};
+concept takes_other_terms =
+    (has_counterpart<A> || ...) && requires(const F& f, const A&... a) { f(in_other_terms(a)...); };
 
 /// A function that is called with firn's vectors and matrices, or with the other library's.
 template <class F, class... A>
 concept takes = requires(const F& f, const A&... a) { f(a...); } || takes_other_terms<F, A...>;
+
+/// A function whose result holds its numbers, or is none of another library's.
+template <class F, class... A>
+concept returns_numbers = !requires(const F& f, const A&... a) {
+    requires is_foreign<std::remove_cvref_t<decltype(f(a...))>>;
+    requires !foreign<std::remove_cvref_t<decltype(f(a...))>>::owns;
+};
 
 /// f(a…), whichever library's vectors and matrices it is written for. A template that deduces the sizes of the other's
 /// (Eigen::Matrix<S, D, D>) is called with those; what takes types without deducing converts by itself.

@@ -1,8 +1,8 @@
 /// \file Vec<S, D> and Mat<S, D>: small vectors and matrices of any scalar, for D = 2 and 3 from the same lines.
 ///
 /// Their operations are unrolled and dissolve into the caller, so that with S = pack the numbers stay in registers.
-/// They have the memory layout of Eigen's fixed-size types (columns contiguous). With core/eigen.hpp Eigen's expressions
-/// are taken wherever a Vec or Mat is, and these become Eigen's.
+/// They have the memory layout of Eigen's fixed-size types (columns contiguous). With core/eigen.hpp Eigen's
+/// expressions are taken wherever a Vec or Mat is, and these become Eigen's.
 #pragma once
 
 #include <firn/core/foreign.hpp>

@@ -1,34 +1,110 @@
-/// \file Particles, meshes and arrays of particles in Eigen's matrices: one column a particle.
+/// \file Particles, points, meshes and a program's own arrays as Eigen's matrices: a column each.
 ///
-/// as_… gives a map of memory that is somebody's, copy_of_… a matrix of its own: firn's particles lie in blocks of
-/// sixteen, which no strides describe.
+/// as_… gives a map of memory that is somebody's; copy_of_… a matrix of its own, because firn's particles lie in blocks
+/// of sixteen, which no strides describe. A vector of points (samples, nets, PointMasses, meshes) is as_eigen(vector).
 #pragma once
 
 #include <firn/core/eigen.hpp>
 #include <firn/data/mesh.hpp>
 #include <firn/data/particles.hpp>
-#include <firn/data/samples.hpp>
 
 #include <vector>
 
 namespace firn {
 
-/// A copy of what f(slot) gives for every particle (a number, a Vec or a Mat), in the order of slots: the same for all
-/// of these functions until particles are added, taken out or sorted. A column each, of a number one row.
+/// f(slot) of every particle, in the order of slots: a column for each Vec or Mat (column after column), a row for each
+/// number. The order is that of every copy_of_… until particles are added, taken out or sorted: a step may do that.
 template <std::floating_point S, int D, class State, class F>
 auto copy_of(const Particles<S, D, State>& particles, const F& f) {
-    using T = decltype(f(std::size_t(0)));
-    using Own = std::conditional_t<std::integral<T>, double, T>;
-    std::vector<T> all;
+    std::vector<decltype(f(std::size_t(0)))> all;
     all.reserve(particles.size());
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) all.push_back(f(slot));
-    static_cast<void>(sizeof(Own));
-    if constexpr (std::integral<T>)
-        return Eigen::Matrix<T, Eigen::Dynamic, 1>(Eigen::Map<Eigen::Matrix<T, Eigen::Dynamic, 1>>(
-            all.data(), Eigen::Index(all.size())));
-    else
-        return as_eigen(std::move(all));
+    return as_eigen(std::move(all));
+}
+
+/// x [m], as fine as it is kept: D × n.
+template <std::floating_point S, int D, class State>
+Eigen::Matrix<double, D, Eigen::Dynamic> copy_of_positions(const Particles<S, D, State>& particles) {
+    return copy_of(particles, [&](std::size_t slot) { return particles.exact_position(slot); });
+}
+/// v [m/s]: D × n.
+template <std::floating_point S, int D, class State>
+Eigen::Matrix<S, D, Eigen::Dynamic> copy_of_velocities(const Particles<S, D, State>& particles) {
+    return copy_of(particles, [&](std::size_t slot) { return particles.velocity(slot); });
+}
+/// m [kg]: n.
+template <std::floating_point S, int D, class State>
+Eigen::Matrix<S, Eigen::Dynamic, 1> copy_of_masses(const Particles<S, D, State>& particles) {
+    return copy_of(particles, [&](std::size_t slot) { return particles.mass(slot); });
+}
+/// F [1] of particles that have one: D² × n, column after column; `.col(i).reshaped(D, D)` is the matrix.
+template <std::floating_point S, int D, class State>
+Eigen::Matrix<S, D * D, Eigen::Dynamic> copy_of_deformation_gradients(const Particles<S, D, State>& particles) {
+    return copy_of(particles, [&](std::size_t slot) { return particles.state(slot).F; });
+}
+/// Kirchhoff stress τ [Pa]: D² × n.
+template <std::floating_point S, int D, class State>
+Eigen::Matrix<S, D * D, Eigen::Dynamic> copy_of_stresses(const Particles<S, D, State>& particles) {
+    return copy_of(particles, [&](std::size_t slot) { return particles.stress(slot); });
+}
+/// Ids: n.
+template <std::floating_point S, int D, class State>
+Eigen::Matrix<std::uint32_t, Eigen::Dynamic, 1> copy_of_ids(const Particles<S, D, State>& particles) {
+    return copy_of(particles, [&](std::size_t slot) { return particles.id(slot); });
+}
+
+/// The columns of a matrix as points, for Samples, Net and whatever takes a vector of them; D is found from its rows,
+/// or is given where those are known at run time only.
+/// \throws parameter_error  if it has other than D rows
+template <int Rows = Eigen::Dynamic, class E>
+auto points_of(const Eigen::MatrixBase<E>& columns) {
+    constexpr int D = Rows == Eigen::Dynamic ? int(E::RowsAtCompileTime) : Rows;
+    static_assert(D > 0, "firn: how many numbers a point has is not known at compile time: points_of<3>(matrix).");
+    std::vector<Vec<double, D>> points;
+    points.reserve(std::size_t(columns.cols()));
+    for (Eigen::Index i = 0; i < columns.cols(); ++i) points.emplace_back(columns.col(i));
+    return points;
+}
+
+/// A mesh of the columns of 3 × n vertices [m] and 3 × m indices.
+/// \throws parameter_error  if one of them has other than 3 rows
+template <class V, class T>
+TriangleMesh triangle_mesh(const Eigen::MatrixBase<V>& vertices, const Eigen::MatrixBase<T>& triangles) {
+    if (triangles.rows() != 3)
+        throw parameter_error(sentence("Triangles are given as ", triangles.rows(), " × ", triangles.cols(),
+                                       " indices; give a column of 3 for each."));
+    TriangleMesh mesh{.vertices = points_of<3>(vertices), .triangles = {}};
+    for (Eigen::Index t = 0; t < triangles.cols(); ++t)
+        mesh.triangles.push_back(
+            {std::int32_t(triangles(0, t)), std::int32_t(triangles(1, t)), std::int32_t(triangles(2, t))});
+    return mesh;
+}
+
+namespace detail {
+template <class E>
+concept eigen_memory =
+    eigen_dense<std::remove_cvref_t<E>> && bool(std::remove_cvref_t<E>::Flags & Eigen::DirectAccessBit) &&
+    (std::is_lvalue_reference_v<E> || !eigen_owning<std::remove_cvref_t<E>>);
+
+template <class E>
+auto column_span(E& columns) {
+    using S = typename std::remove_cvref_t<E>::Scalar;
+    constexpr bool fixed = std::is_const_v<std::remove_pointer_t<decltype(columns.data())>>;
+    return StridedSpan<std::conditional_t<fixed, const S, S>>{columns.data(), columns.colStride(), {}};
+}
+}  // namespace detail
+
+/// Where a program's own columns lie, for ForeignParticles: each a scalar, a vector, or a matrix column after column.
+/// Given a matrix that has a name, or a map, block or transpose of one.
+template <detail::eigen_memory E>
+auto as_span(E&& columns) {
+    auto span = detail::column_span(columns);
+    if (std::size_t(columns.rows()) > span.offset.size())
+        throw parameter_error(sentence("A column of ", columns.rows(), " numbers is given for each particle; at most ",
+                                       span.offset.size(), " are taken."));
+    for (Eigen::Index k = 0; k < columns.rows(); ++k) span.offset[std::size_t(k)] = k * columns.rowStride();
+    return span;
 }
 
 }  // namespace firn

@@ -106,20 +106,22 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
 }  // namespace detail
 
 /// Turns the momentum of every node into its velocity after dt.
-/// \param acceleration  Vec<S, D> [m/s²]; or a callable of the node's position, Vec<P, D> → Vec<P, D> for any scalar P,
+/// \param acceleration  Vec<S, D>, or Eigen's [m/s²]; or a callable of the node's position, Vec<P, D> → Vec<P, D> for
+/// any scalar P,
 ///                      or of position, velocity and time step; or a policy of field/ in S
 /// \param boundary      a boundary policy in S; node position and velocity → velocity
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary) {
-    detail::update_grid(execution, grid, dt, acceleration, boundary, static_cast<Reactions<D>*>(nullptr));
+    detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary,
+                        static_cast<Reactions<D>*>(nullptr));
 }
 
 /// The same, to the bit; and what the boundary gave to matter. \see Reactions
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary, Reactions<D>& reactions) {
-    detail::update_grid(execution, grid, dt, acceleration, boundary, &reactions);
+    detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary, &reactions);
 }
 
 }  // namespace firn

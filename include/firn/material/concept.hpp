@@ -1,5 +1,7 @@
 /// \file What a constitutive model is. The least a user writes: `kirchhoff_stress(F)` and `wave_speed(density, F)`.
 ///
+/// Its functions may be written in Eigen's terms, with core/eigen.hpp: Eigen::Matrix<S, D, D> in place of Mat<S, D>.
+///
 /// A model that keeps more than F has a struct template `state<D>` of its own, with its fields(), and takes that in the
 /// place of F. What else a model may offer, each a member that costs nothing where it is not there:
 ///
@@ -73,6 +75,34 @@ template <class M, int D>
 using material_state_t = typename detail::material_state<M, D>::type;
 
 namespace detail {
+
+// A model's functions of matrices, to be called with firn's or with another library's. \see detail::call
+
+struct KirchhoffStress {
+    template <class M, class... A>
+    FIRN_INLINE auto operator()(const M& model, const A&... a) const -> decltype(model.kirchhoff_stress(a...)) {
+        return model.kirchhoff_stress(a...);
+    }
+};
+struct WaveSpeed {
+    template <class M, class... A>
+    FIRN_INLINE auto operator()(const M& model, const A&... a) const -> decltype(model.wave_speed(a...)) {
+        return model.wave_speed(a...);
+    }
+};
+struct EnergyDensity {
+    template <class M, class... A>
+    FIRN_INLINE auto operator()(const M& model, const A&... a) const -> decltype(model.energy_density(a...)) {
+        return model.energy_density(a...);
+    }
+};
+struct Updated {
+    template <class M, class... A>
+    FIRN_INLINE auto operator()(const M& model, const A&... a) const -> decltype(model.updated(a...)) {
+        return model.updated(a...);
+    }
+};
+
 /// The class that declares a member function.
 template <class M, class Result, class... Arguments>
 std::type_identity<M> owner(Result (M::*)(Arguments...) const);
@@ -83,34 +113,36 @@ std::type_identity<M> owner(Result (M::*)(Arguments...) const);
 template <class M, int D>
 concept has_kirchhoff_stress =
     requires(const M m, const Mat<material_scalar_t<M>, D> F) {
-        { m.kirchhoff_stress(F) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
+        { detail::call(detail::KirchhoffStress{}, m, F) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
     } ||
     requires(const M m, const material_state_t<M, D> state) {
-        { m.kirchhoff_stress(state) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
+        { detail::call(detail::KirchhoffStress{}, m, state) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
     };
 /// τ [Pa] from the model's own state and the velocity gradient [1/s].
 template <class M, int D>
 concept has_rate_dependent_stress =
     requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient) {
-        { m.kirchhoff_stress(state, velocity_gradient) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
+        {
+            detail::call(detail::KirchhoffStress{}, m, state, velocity_gradient)
+        } -> std::same_as<Mat<material_scalar_t<M>, D>>;
     };
 /// A bound of the speed of sound [m/s] from the density at rest [kg/m³] and the deformation gradient or state.
 template <class M, int D>
 concept has_wave_speed =
     requires(const M m, const material_scalar_t<M> density, const Mat<material_scalar_t<M>, D> F) {
-        { m.wave_speed(density, F) } -> std::same_as<material_scalar_t<M>>;
+        { detail::call(detail::WaveSpeed{}, m, density, F) } -> std::same_as<material_scalar_t<M>>;
     } ||
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
-        { m.wave_speed(density, state) } -> std::same_as<material_scalar_t<M>>;
+        { detail::call(detail::WaveSpeed{}, m, density, state) } -> std::same_as<material_scalar_t<M>>;
     };
 /// Elastic energy [J/m³ of undeformed volume] of the deformation gradient or state.
 template <class M, int D>
 concept has_energy_density =
     requires(const M m, const Mat<material_scalar_t<M>, D> F) {
-        { m.energy_density(F) } -> std::same_as<material_scalar_t<M>>;
+        { detail::call(detail::EnergyDensity{}, m, F) } -> std::same_as<material_scalar_t<M>>;
     } ||
     requires(const M m, const material_state_t<M, D> state) {
-        { m.energy_density(state) } -> std::same_as<material_scalar_t<M>>;
+        { detail::call(detail::EnergyDensity{}, m, state) } -> std::same_as<material_scalar_t<M>>;
     };
 /// Diffusivity of momentum [m²/s] from the density at rest [kg/m³].
 template <class M, int D>
@@ -122,7 +154,7 @@ concept has_diffusivity =
 template <class M, int D>
 concept has_updated =
     requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient,
-             const material_scalar_t<M> dt) { m.updated(state, velocity_gradient, dt); };
+             const material_scalar_t<M> dt) { detail::call(detail::Updated{}, m, state, velocity_gradient, dt); };
 /// A plastic return mapping.
 template <class M, int D>
 concept has_returned = requires(const M m, const material_state_t<M, D> trial) { m.returned(trial); };
@@ -193,8 +225,8 @@ FIRN_INLINE State returned_by(const M& model, const State& trial) {
 /// The state after dt [s] in a flow of velocity gradient ∇v [1/s]: F ← (I + dt ∇v) F, and the model's return mapping.
 template <class M, class State, scalar S, int D>
 FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& velocity_gradient, const S& dt) {
-    if constexpr (requires { model.updated(state, velocity_gradient, dt); }) {
-        return model.updated(state, velocity_gradient, dt);
+    if constexpr (detail::takes<detail::Updated, M, State, Mat<S, D>, S>) {
+        return detail::call(detail::Updated{}, model, state, velocity_gradient, dt);
     } else {
         return returned_by(model, followed(state, velocity_gradient, dt));
     }
@@ -211,16 +243,16 @@ FIRN_INLINE StateAndStress<State, S, D> updated_with_stress(const M& model, cons
 /// τ [Pa]; of a rate-dependent model the part of a body at rest.
 template <class M, class State>
 FIRN_INLINE auto kirchhoff_stress(const M& model, const State& state) {
-    if constexpr (requires { model.kirchhoff_stress(state); })
-        return model.kirchhoff_stress(state);
+    if constexpr (detail::takes<detail::KirchhoffStress, M, State>)
+        return detail::call(detail::KirchhoffStress{}, model, state);
     else
-        return model.kirchhoff_stress(state.F);
+        return detail::call(detail::KirchhoffStress{}, model, state.F);
 }
 /// τ [Pa] in a flow of velocity gradient ∇v [1/s].
 template <class M, class State, scalar S, int D>
 FIRN_INLINE Mat<S, D> stress_of(const M& model, const State& state, const Mat<S, D>& velocity_gradient) {
-    if constexpr (requires { model.kirchhoff_stress(state, velocity_gradient); })
-        return model.kirchhoff_stress(state, velocity_gradient);
+    if constexpr (detail::takes<detail::KirchhoffStress, M, State, Mat<S, D>>)
+        return detail::call(detail::KirchhoffStress{}, model, state, velocity_gradient);
     else
         return kirchhoff_stress(model, state);
 }
@@ -228,19 +260,19 @@ FIRN_INLINE Mat<S, D> stress_of(const M& model, const State& state, const Mat<S,
 /// A bound of the speed of sound [m/s].
 template <class M, scalar S, class State>
 FIRN_INLINE S wave_speed(const M& model, const S& density, const State& state) {
-    if constexpr (requires { model.wave_speed(density, state); })
-        return model.wave_speed(density, state);
+    if constexpr (detail::takes<detail::WaveSpeed, M, S, State>)
+        return detail::call(detail::WaveSpeed{}, model, density, state);
     else
-        return model.wave_speed(density, state.F);
+        return detail::call(detail::WaveSpeed{}, model, density, state.F);
 }
 
 /// ψ [J/m³ of undeformed volume], the elastic part. \see has_energy_density
 template <class M, class State>
 FIRN_INLINE auto energy_density(const M& model, const State& state) {
-    if constexpr (requires { model.energy_density(state); })
-        return model.energy_density(state);
+    if constexpr (detail::takes<detail::EnergyDensity, M, State>)
+        return detail::call(detail::EnergyDensity{}, model, state);
     else
-        return model.energy_density(state.F);
+        return detail::call(detail::EnergyDensity{}, model, state.F);
 }
 
 }  // namespace firn

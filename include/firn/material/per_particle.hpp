@@ -92,7 +92,7 @@ public:
         requires has_updated<Model, D>
     FIRN_INLINE state<D> updated(const state<D>& before, const Mat<S, D>& velocity_gradient, const S& dt) const {
         state<D> after = before;
-        static_cast<Base<D>&>(after) = of(before).updated(base(before), velocity_gradient, dt);
+        static_cast<Base<D>&>(after) = firn::updated(of(before), base(before), velocity_gradient, dt);
         return after;
     }
     template <int D>

@@ -24,6 +24,14 @@ FIRN_INLINE constexpr Rotor<S, D> no_rotation() {
     return q;
 }
 
+template <class S, int D>
+FIRN_INLINE constexpr Axial<S, D> no_spin() {
+    if constexpr (D == 2)
+        return S(0);
+    else
+        return Vec<S, 3>::zero();
+}
+
 /// a × b
 template <class S, int D>
 FIRN_INLINE constexpr Axial<S, D> axial_product(const Vec<S, D>& a, const Vec<S, D>& b) {

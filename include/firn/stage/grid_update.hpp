@@ -7,15 +7,27 @@
 
 namespace firn {
 
+namespace detail {
+/// A constant vector of another library as firn's; all else as it is.
+template <int D, class Acceleration>
+decltype(auto) own_acceleration(const Acceleration& acceleration) {
+    if constexpr (holds_numbers<Acceleration, D, 1>)
+        return Vec<double, D>(acceleration);
+    else
+        return (acceleration);
+}
+}  // namespace detail
+
 /// The acceleration of a node: a constant vector; a field f(position), written for any scalar; or a field
 /// f(position, velocity, dt), which is given the velocity before.
 template <scalar S, int D, class Field>
 FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& position, const Vec<S, D>& velocity,
                                       const S& dt) {
-    if constexpr (requires { field(position, velocity, dt); })
-        return field(position, velocity, dt);
-    else if constexpr (requires { field(position); })
-        return field(position);
+    using V = Vec<S, D>;
+    if constexpr (detail::takes<Field, V, V, S>)
+        return detail::call(field, position, velocity, dt);
+    else if constexpr (detail::takes<Field, V>)
+        return detail::call(field, position);
     else
         return cast<S>(field);
 }
@@ -32,7 +44,7 @@ FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, co
     const S per_mass = named("per_mass", S(1) / select(filled, mass, S(1)));
     const Vec<S, D> before = momentum * per_mass;
     const Vec<S, D> v = before + acceleration_at(acceleration, position, before, dt) * dt;
-    return select(filled, boundary.velocity(position, v), Vec<S, D>::zero());
+    return select(filled, detail::in_own_terms(boundary.velocity(position, v)), Vec<S, D>::zero());
 }
 
 /// For nodes that no boundary reaches, and for passes in which none acts.

@@ -39,8 +39,8 @@ TEMPLATE_TEST_CASE_SIG("operations are those of Eigen, 2D and 3D", "[core][tenso
         C += B;
         C -= A;
         CHECK(same(C, b));
-        CHECK((as_eigen(from_eigen<double, D>(a)) - a).norm() == 0);
-        CHECK(from_eigen<double, D>(u) == x);
+        CHECK((as_eigen(from_eigen(a)) - a).norm() == 0);
+        CHECK(from_eigen(u) == x);
     }
 }
 
