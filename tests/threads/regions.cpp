@@ -16,7 +16,8 @@ using namespace firn;
 
 namespace {
 std::atomic<int> opened = 0;
-}
+[[maybe_unused]] const bool no_step_goes_alone = firn::detail::helpers_may_be_left_out = false;
+}  // namespace
 
 extern "C" void GOMP_parallel(void (*body)(void*), void* data, unsigned threads, unsigned flags) {
     static const auto real =
