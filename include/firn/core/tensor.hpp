@@ -90,6 +90,10 @@ struct Mat {
     S m[D * D];
 
     Mat() = default;
+    /// Column after column; see rows().
+    FIRN_INLINE constexpr Mat(const S (&numbers)[D * D]) {
+        unroll<D * D>([&](auto k) FIRN_LAMBDA { m[k] = numbers[k]; });
+    }
     /// Of another library, an expression included. \see foreign.hpp
     template <holds_numbers<D, D> Other>
     FIRN_INLINE Mat(const Other& other) {

@@ -106,9 +106,8 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
 }  // namespace detail
 
 /// Turns the momentum of every node into its velocity after dt.
-/// \param acceleration  Vec<S, D>, or Eigen's [m/s²]; or a callable of the node's position, Vec<P, D> → Vec<P, D> for
-/// any scalar P,
-///                      or of position, velocity and time step; or a policy of field/ in S
+/// \param acceleration  Vec<S, D> (or Eigen's) [m/s²]; or a callable of the node's position, Vec<P, D> → Vec<P, D> for
+///                      any scalar P, or of position, velocity and time step; or a policy of field/ in S
 /// \param boundary      a boundary policy in S; node position and velocity → velocity
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
