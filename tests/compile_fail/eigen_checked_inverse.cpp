@@ -10,15 +10,14 @@
 
 template <firn::scalar S>
 Eigen::Matrix<S, 2, 2> inverse_or_zero(const Eigen::Matrix<S, 2, 2>& F) {
-    using Matrix = Eigen::Matrix<S, 2, 2>;
 #ifdef FIRN_GOOD
     const auto singular = F.determinant() == S(0);
     return select(singular, firn::Mat<S, 2>::zero(), firn::Mat<S, 2>(F.inverse()));
 #else
-    Matrix inverse;
+    Eigen::Matrix<S, 2, 2> inverse;
     bool is_invertible;
     F.computeInverseWithCheck(inverse, is_invertible);
-    return is_invertible ? F.lu().solve(inverse) : Matrix::Zero();
+    return is_invertible ? inverse : Eigen::Matrix<S, 2, 2>(F.lu().solve(inverse));
 #endif
 }
 

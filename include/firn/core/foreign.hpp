@@ -8,6 +8,7 @@
 
 #include <concepts>
 #include <type_traits>
+#include <utility>
 
 namespace firn {
 
@@ -87,10 +88,21 @@ concept returns_numbers = !requires(const F& f, const A&... a) {
     requires !foreign<std::remove_cvref_t<decltype(f(a...))>>::owns;
 };
 
+/// What call() returns, found without a look into the function.
+template <class F, class... A>
+struct call_result {
+    using type = decltype(in_own_terms(std::declval<const F&>()(in_other_terms(std::declval<const A&>())...)));
+};
+template <class F, class... A>
+    requires requires(const F& f, const A&... a) { f(a...); }
+struct call_result<F, A...> {
+    using type = decltype(in_own_terms(std::declval<const F&>()(std::declval<const A&>()...)));
+};
+
 /// f(a…), whichever library's vectors and matrices it is written for. A template that deduces the sizes of the other's
 /// (Eigen::Matrix<S, D, D>) is called with those; what takes types without deducing converts by itself.
 template <class... A, takes<A...> F>
-FIRN_INLINE constexpr auto call(const F& f, const A&... a) {
+FIRN_INLINE constexpr typename call_result<F, A...>::type call(const F& f, const A&... a) {
     if constexpr (requires { f(a...); })
         return in_own_terms(f(a...));
     else
