@@ -290,6 +290,13 @@ class LDLT<Matrix<S, R, C, O, MR, MC>, U> : firn::detail::no_decomposition<S> {}
 
 namespace internal {
 
+/// Arrays of lanes are aligned as lanes are: Eigen knows of no register wider than the target's, a pack may be of two.
+template <firn::detail::scalar_for_eigen S, int Size>
+    requires(Size != Dynamic)
+struct compute_default_alignment<S, Size> {
+    enum { value = 0 };
+};
+
 template <typename MatrixType, typename ResultType, int Size>
 struct compute_inverse_and_det_with_check;
 

@@ -74,12 +74,15 @@ FIRN_INLINE auto in_own_terms(const T& x) {
 }
 
 template <class F, class... A>
+concept takes_own_terms = requires(const F& f, const A&... a) { f(a...); };
+
+template <class F, class... A>
 concept takes_other_terms =
     (has_counterpart<A> || ...) && requires(const F& f, const A&... a) { f(in_other_terms(a)...); };
 
 /// A function that is called with firn's vectors and matrices, or with the other library's.
 template <class F, class... A>
-concept takes = requires(const F& f, const A&... a) { f(a...); } || takes_other_terms<F, A...>;
+concept takes = takes_own_terms<F, A...> || takes_other_terms<F, A...>;
 
 /// A function whose result holds its numbers, or is none of another library's.
 template <class F, class... A>
@@ -90,20 +93,23 @@ concept returns_numbers = !requires(const F& f, const A&... a) {
 
 /// What call() returns, found without a look into the function.
 template <class F, class... A>
-struct call_result {
-    using type = decltype(in_own_terms(std::declval<const F&>()(in_other_terms(std::declval<const A&>())...)));
-};
+struct call_result {};
 template <class F, class... A>
-    requires requires(const F& f, const A&... a) { f(a...); }
+    requires takes_own_terms<F, A...>
 struct call_result<F, A...> {
     using type = decltype(in_own_terms(std::declval<const F&>()(std::declval<const A&>()...)));
+};
+template <class F, class... A>
+    requires(!takes_own_terms<F, A...> && takes_other_terms<F, A...>)
+struct call_result<F, A...> {
+    using type = decltype(in_own_terms(std::declval<const F&>()(in_other_terms(std::declval<const A&>())...)));
 };
 
 /// f(a…), whichever library's vectors and matrices it is written for. A template that deduces the sizes of the other's
 /// (Eigen::Matrix<S, D, D>) is called with those; what takes types without deducing converts by itself.
 template <class... A, takes<A...> F>
 FIRN_INLINE constexpr typename call_result<F, A...>::type call(const F& f, const A&... a) {
-    if constexpr (requires { f(a...); })
+    if constexpr (takes_own_terms<F, A...>)
         return in_own_terms(f(a...));
     else
         return in_own_terms(f(in_other_terms(a)...));

@@ -238,7 +238,8 @@ private:
     void take_steps(double dt, std::uint64_t count) {
         check(dt);
         std::string warning;
-        for (std::uint64_t taken = 0; taken < count;) {
+        std::uint64_t taken = 0;
+        while (taken < count) {
             const std::uint64_t most = detail::regions_span_steps() ? count - taken : 1;
             detail::steps_region(workers_of_steps(), most, helpers_, [&](std::uint64_t wanted) {
                 const std::uint64_t before = taken;
