@@ -51,7 +51,7 @@ public:
         const auto fill = [&](const S* from, std::size_t there, S* to, std::size_t size) {
             detail::for_shares_of<S>(size, workers, [&](std::size_t first, std::size_t last) {
                 const std::size_t end = std::clamp(there, first, last);
-                std::copy(from + first, from + end, to + first);
+                if (first < end) std::copy(from + first, from + end, to + first);
                 std::fill(to + end, to + last, S(0));
             });
         };
