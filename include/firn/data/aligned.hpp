@@ -95,7 +95,7 @@ void grow(aligned_vector<T>& numbers, std::size_t n, const T& value, int workers
     larger.resize(n);
     detail::for_shares_of<T>(n, workers, [&](std::size_t first, std::size_t last) {
         const std::size_t end = std::clamp(before, first, last);
-        std::copy(numbers.data() + first, numbers.data() + end, larger.data() + first);
+        if (first < end) std::copy(numbers.data() + first, numbers.data() + end, larger.data() + first);
         std::fill(larger.data() + end, larger.data() + last, value);
     });
     numbers.swap(larger);
