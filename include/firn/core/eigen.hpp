@@ -116,13 +116,9 @@ struct foreign<E> : detail::foreign_of_eigen<E> {
 };
 
 template <class S, int D>
-struct counterpart<Vec<S, D>> {
-    using type = Eigen::Matrix<S, D, 1>;
-};
+Eigen::Matrix<S, D, 1> counterpart_of(const Vec<S, D>&, const void*);
 template <class S, int D>
-struct counterpart<Mat<S, D>> {
-    using type = Eigen::Matrix<S, D, D>;
-};
+Eigen::Matrix<S, D, D> counterpart_of(const Mat<S, D>&, const void*);
 
 /// The numbers of a vector or matrix that has a name, as a map of them; of a temporary, their value.
 template <class S, int D>

@@ -1,7 +1,8 @@
 /// \file The door for the small vectors and matrices of another library, so that whoever has those passes them.
 ///
-/// core/eigen.hpp opens it for Eigen; a header for another library specialises `foreign` and `counterpart` in the same
-/// way. Where no such header is included nothing here is ever called.
+/// core/eigen.hpp opens it for Eigen. A header for another library specialises `foreign` in the same way, and declares in
+/// this namespace counterpart_of(const Vec<S, D>&, const void*), and the same of a Mat, which return its types for them.
+/// Where no such header is included nothing here is ever called.
 #pragma once
 
 #include <firn/core/config.hpp>
@@ -30,10 +31,6 @@ struct Mat;
 template <class T>
 struct foreign {};
 
-/// The other library's type for firn's Vec<S, D> or Mat<S, D>: `type`.
-template <class T>
-struct counterpart {};
-
 template <class T>
 concept is_foreign = requires { foreign<T>::owns; };
 
@@ -46,14 +43,19 @@ concept is_made_from = is_foreign<T> && std::same_as<typename foreign<T>::own, O
 
 namespace detail {
 
-template <class T>
-concept has_counterpart = requires { typename counterpart<T>::type; };
+/// A call of F with these arguments. What is asked for one, before a header that opens the door was included, is no
+/// answer for another.
+template <class F, class... A>
+struct call_of;
+
+template <class T, class Call>
+concept has_counterpart = requires(const T& x, Call* call) { counterpart_of(x, call); };
 
 /// x in the other library's type, where that is a vector or matrix.
-template <class T>
+template <class Call, class T>
 FIRN_INLINE decltype(auto) in_other_terms(const T& x) {
-    if constexpr (has_counterpart<T>) {
-        typename counterpart<T>::type other = x;
+    if constexpr (has_counterpart<T, Call>) {
+        decltype(counterpart_of(x, static_cast<Call*>(nullptr))) other = x;
         return other;
     } else {
         return (x);
@@ -77,8 +79,8 @@ template <class F, class... A>
 concept takes_own_terms = requires(const F& f, const A&... a) { f(a...); };
 
 template <class F, class... A>
-concept takes_other_terms =
-    (has_counterpart<A> || ...) && requires(const F& f, const A&... a) { f(in_other_terms(a)...); };
+concept takes_other_terms = (has_counterpart<A, call_of<F, A...>> || ...) &&
+                            requires(const F& f, const A&... a) { f(in_other_terms<call_of<F, A...>>(a)...); };
 
 /// A function that is called with firn's vectors and matrices, or with the other library's.
 template <class F, class... A>
@@ -102,7 +104,8 @@ struct call_result<F, A...> {
 template <class F, class... A>
     requires(!takes_own_terms<F, A...> && takes_other_terms<F, A...>)
 struct call_result<F, A...> {
-    using type = decltype(in_own_terms(std::declval<const F&>()(in_other_terms(std::declval<const A&>())...)));
+    using type =
+        decltype(in_own_terms(std::declval<const F&>()(in_other_terms<call_of<F, A...>>(std::declval<const A&>())...)));
 };
 
 /// f(a…), whichever library's vectors and matrices it is written for. A template that deduces the sizes of the other's
@@ -112,7 +115,7 @@ FIRN_INLINE constexpr typename call_result<F, A...>::type call(const F& f, const
     if constexpr (takes_own_terms<F, A...>)
         return in_own_terms(f(a...));
     else
-        return in_own_terms(f(in_other_terms(a)...));
+        return in_own_terms(f(in_other_terms<call_of<F, A...>>(a)...));
 }
 
 }  // namespace detail

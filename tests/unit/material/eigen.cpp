@@ -1,10 +1,13 @@
 /// \file A material in Eigen's terms (examples/eigen_material.hpp) against the same one in firn's, NeoHookean.
+#include <firn/firn.hpp>
+// What is asked of another material before Eigen's header is included says nothing of this one.
+static_assert(firn::require_material<firn::NeoHookean<float>, 2>() && firn::require_material<firn::Snow<float>, 3>());
+
 #include "support/catch.hpp"
 #include "support/random_numbers.hpp"
 #include <firn/core/dual.hpp>
 #include <firn/core/lanes.hpp>
 #include <firn/core/strict.hpp>
-#include <firn/firn.hpp>
 
 #include "../examples/eigen_material.hpp"
 
