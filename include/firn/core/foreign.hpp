@@ -1,8 +1,8 @@
 /// \file The door for the small vectors and matrices of another library, so that whoever has those passes them.
 ///
-/// core/eigen.hpp opens it for Eigen. A header for another library specialises `foreign` in the same way, and declares in
-/// this namespace counterpart_of(const Vec<S, D>&, const void*), and the same of a Mat, which return its types for them.
-/// Where no such header is included nothing here is ever called.
+/// core/eigen.hpp opens it for Eigen. A header for another library specialises `foreign` in the same way, and declares
+/// in this namespace counterpart_of(const Vec<S, D>&, const void*), and the same of a Mat, which return its types for
+/// them. Where no such header is included nothing here is ever called.
 #pragma once
 
 #include <firn/core/config.hpp>
