@@ -120,6 +120,29 @@ TEMPLATE_TEST_CASE_SIG("sand that has opened bears no pressure until it is close
     CHECK(size_of(tau + Mat<double, D>::diagonal(pressure)) <= 1e-9 * pressure);
 }
 
+TEMPLATE_TEST_CASE_SIG("sand gathers as plastic strain how far its return mapping goes, at the tip as on the cone",
+                       "[material]", ((int D), D), 2, 3) {
+    // Klár et al. 2016: q grows by δγ on the cone and by ‖ε‖ at its tip, the length of the plastic Hencky strain.
+    const auto sand = Sand<double>::from_properties({.hardening = 9, .hardening_decay = 0.2, .initial_loss = 10});
+    Random random(43);
+    int tips = 0, slips = 0;
+    for (int trial = 0; trial < 300; ++trial) {
+        auto state = strained<D>(random, 0.2);
+        state.volume_gain = trial % 3 == 0 ? random.uniform(0, 0.05) : 0;
+        state.plastic_strain = random.uniform(0, 2);
+        const auto after = sand.returned(state);
+        const Vec<double, D> from = singular_values(state.F), to = singular_values(after.F);
+        double square = 0;
+        for (int i = 0; i < D; ++i) {
+            const double plastic = std::log(from[i]) + state.volume_gain / D - std::log(to[i]);
+            square += plastic * plastic;
+        }
+        CHECK(after.plastic_strain - state.plastic_strain == Approx(std::sqrt(square)).margin(1e-12));
+        (after.volume_gain > 0 ? tips : slips) += square > 1e-6;
+    }
+    CHECK((tips > 50 && slips > 50));
+}
+
 TEST_CASE("sand hardens as in Klár et al. 2016, table 3: φ = 35° + (9° q − 10°) e^{−0.2 q}", "[material]") {
     const auto sand = Sand<double>::from_properties(
         {.friction_angle = 35, .hardening = 9, .hardening_decay = 0.2, .initial_loss = 10});
