@@ -4,8 +4,8 @@
 /// Into firn: every function and member that takes a Vec<S, D> or Mat<S, D> takes Eigen's expressions of that size;
 /// they are evaluated at once. A vector may be a row; a size that is known only at run time is checked then.
 ///
-/// Out of firn: `Eigen::Vector3d x = vec;`, and as_eigen(vec): of what has a name a map of its numbers, of a temporary
-/// a value; so nothing dangles that the named thing outlives. A callback may take Eigen's types, and return them.
+/// Out of firn: `Eigen::Vector3d x = vec;`, and as_eigen(vec): of what has a name a map of its numbers, which is good
+/// for as long as that lives; of a temporary a value. A callback may take Eigen's types, and return them.
 ///
 /// A material, a field or a shape may be written in Eigen's types, over any scalar of firn (lanes, dual numbers, what
 /// records WGSL). What Eigen does by branching on values is refused at compile time.
@@ -61,12 +61,7 @@ struct foreign_of_eigen {
                 throw parameter_error(sentence("Eigen's matrix of ", from.rows(), " × ", from.cols(),
                                                " numbers is given where ", rows, " × ", columns, " are taken."));
         using To = Eigen::Matrix<S, rows, columns, is_row ? Eigen::RowMajor : Eigen::ColMajor>;
-        if constexpr (fits) {
-            if constexpr (std::same_as<T, S>)
-                Eigen::Map<To>(numbers).noalias() = from.derived().matrix();
-            else
-                Eigen::Map<To>(numbers).noalias() = from.derived().matrix().template cast<S>();
-        }
+        if constexpr (fits) Eigen::Map<To>(numbers).noalias() = from.derived().matrix().template cast<S>();
     }
 };
 

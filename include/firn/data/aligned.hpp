@@ -69,6 +69,16 @@ void for_shares_of(std::size_t n, int workers, const Body& body) {
     for_shares(n, n * sizeof(T) < least_bytes ? 1 : workers, body);
 }
 
+/// Writes n numbers: the first `there` are copied, the others have that value. Each worker writes its share.
+template <class T>
+void copy_and_fill(const T* from, std::size_t there, T* to, std::size_t n, const T& value, int workers) {
+    for_shares_of<T>(n, workers, [&](std::size_t first, std::size_t last) {
+        const std::size_t end = std::clamp(there, first, last);
+        if (first < end) std::copy(from + first, from + end, to + first);
+        std::fill(to + end, to + last, value);
+    });
+}
+
 }  // namespace detail
 
 /// n numbers, unset; those that were there are lost. Of new memory each worker has its share.
@@ -90,14 +100,9 @@ void renew(aligned_vector<T>& numbers, std::size_t n, int workers) {
 /// More numbers, n in all, the new ones of that value. Of the new memory each worker has its share.
 template <class T>
 void grow(aligned_vector<T>& numbers, std::size_t n, const T& value, int workers) {
-    const std::size_t before = numbers.size();
     aligned_vector<T> larger;
     larger.resize(n);
-    detail::for_shares_of<T>(n, workers, [&](std::size_t first, std::size_t last) {
-        const std::size_t end = std::clamp(before, first, last);
-        if (first < end) std::copy(numbers.data() + first, numbers.data() + end, larger.data() + first);
-        std::fill(larger.data() + end, larger.data() + last, value);
-    });
+    detail::copy_and_fill(numbers.data(), numbers.size(), larger.data(), n, value, workers);
     numbers.swap(larger);
 }
 

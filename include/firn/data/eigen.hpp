@@ -86,20 +86,14 @@ template <class E>
 concept eigen_memory =
     eigen_dense<std::remove_cvref_t<E>> && bool(std::remove_cvref_t<E>::Flags & Eigen::DirectAccessBit) &&
     (std::is_lvalue_reference_v<E> || !eigen_owning<std::remove_cvref_t<E>>);
-
-template <class E>
-auto column_span(E& columns) {
-    using S = typename std::remove_cvref_t<E>::Scalar;
-    constexpr bool fixed = std::is_const_v<std::remove_pointer_t<decltype(columns.data())>>;
-    return StridedSpan<std::conditional_t<fixed, const S, S>>{columns.data(), columns.colStride(), {}};
-}
 }  // namespace detail
 
 /// Where a program's own columns lie, for ForeignParticles: each a scalar, a vector, or a matrix column after column.
 /// Given a matrix that has a name, or a map, block or transpose of one.
 template <detail::eigen_memory E>
 auto as_span(E&& columns) {
-    auto span = detail::column_span(columns);
+    using S = std::remove_pointer_t<decltype(columns.data())>;
+    StridedSpan<S> span{columns.data(), columns.colStride(), {}};
     if (std::size_t(columns.rows()) > span.offset.size())
         throw parameter_error(sentence("A column of ", columns.rows(), " numbers is given for each particle; at most ",
                                        span.offset.size(), " are taken."));

@@ -49,11 +49,7 @@ public:
         BlockedFields larger(components_);
         larger.allocate(slots);
         const auto fill = [&](const S* from, std::size_t there, S* to, std::size_t size) {
-            detail::for_shares_of<S>(size, workers, [&](std::size_t first, std::size_t last) {
-                const std::size_t end = std::clamp(there, first, last);
-                if (first < end) std::copy(from + first, from + end, to + first);
-                std::fill(to + end, to + last, S(0));
-            });
+            detail::copy_and_fill(from, there, to, size, S(0), workers);
         };
         for (std::size_t f = 0; f < components_.size(); ++f)
             fill(numbers_.data() + offset_[f], slots_ * std::size_t(components_[f]),
