@@ -124,6 +124,14 @@ void for_chunks(std::size_t n, int threads, const Body& body) {
                  [&](std::size_t c, int) { body(c * at_once, std::min(n, (c + 1) * at_once)); });
 }
 
+/// Gives all numbers that value.
+template <class Numbers, class T>
+void fill_chunks(Numbers& numbers, const T& value, int threads) {
+    for_chunks(numbers.size(), threads, [&](std::size_t first, std::size_t last) {
+        std::fill(numbers.data() + first, numbers.data() + last, value);
+    });
+}
+
 }  // namespace detail
 
 }  // namespace firn

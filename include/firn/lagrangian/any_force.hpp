@@ -100,8 +100,7 @@ double largest_step(std::span<AnyForce<S, D>> forces, const PointView<S, D>& poi
     aligned_vector<double> stiffness, damping;
     for (auto* numbers : {&stiffness, &damping}) {
         renew(*numbers, points.size(), thread_count(threads));
-        for_chunks(points.size(), threads,
-                   [&](auto first, auto last) { std::fill(numbers->data() + first, numbers->data() + last, 0.0); });
+        fill_chunks(*numbers, 0.0, threads);
     }
     for (AnyForce<S, D>& force : forces) force.add_stiffness(points, stiffness, damping, threads);
     double smallest = std::numeric_limits<double>::infinity();

@@ -257,11 +257,7 @@ private:
 
     void take_step(double dt) {
         renew(force_, points.size(), thread_count(threads));
-        parallel_region(thread_count(threads), [&] {
-            detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-                std::fill(force_.data() + first, force_.data() + last, Vec<S, D>::zero());
-            });
-        });
+        detail::fill_chunks(force_, Vec<S, D>::zero(), threads);
         for (auto& force : forces_) force.add_forces(points.view(time_), force_, threads);
         parallel_region(thread_count(threads), [&] {
             check_finite(dt);

@@ -49,9 +49,7 @@ public:
     void push(Particles& particles, double time, double dt, std::uint64_t step, int threads) {
         look_at(particles, threads);
         renew(force_, position_.size(), threads);
-        for_chunks(force_.size(), threads, [&](std::size_t first, std::size_t last) {
-            std::fill(force_.data() + first, force_.data() + last, Vec<S, D>::zero());
-        });
+        fill_chunks(force_, Vec<S, D>::zero(), threads);
         between_.add_forces(view(time), force_, threads);
         LowestId wrong;
         for_slots(particles, threads, [&](std::size_t slot, std::size_t i) {
