@@ -265,7 +265,9 @@ public:
         prepare();
         double fastest = 0;
         for_sets([&](const auto& set) { fastest = std::max(fastest, set.report.signal_speed); });
-        if (fastest > 0) fastest = std::max(fastest, largest_speed(boundary, domain().lower, domain().upper));
+        if (fastest > 0)
+            fastest = std::max(fastest, largest_speed(on_grid(boundary, domain().cell_size), domain().lower,
+                                                      domain().upper));
         double bound = fastest > 0 ? firn::stable_time_step<Kernel>(domain().cell_size, fastest) : next_burst() - time_;
         for_sets([&](auto& set) {
             for (auto& force : set.forces)

@@ -52,10 +52,17 @@ struct BoundaryList {
         return later;
     }
 
+    /// On the nodes of a grid with cells of side h [m].
+    BoundaryList on_grid(double h) const {
+        BoundaryList there;
+        there.all.reserve(all.size());
+        for (const B& one : all) there.all.push_back(firn::on_grid(one, h));
+        return there;
+    }
+
     template <class S, int D>
-    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v) const {
-        for (const B& one : all) v = detail::in_own_terms(one.velocity(x, v));
-        return v;
+    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
+        return velocity_among(x, v, NoOthers{}, AnySurface{}, 0);
     }
 
     /// Of all, in their order. \see has_surfaces
@@ -67,9 +74,13 @@ struct BoundaryList {
 
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
-        for (const B& one : all)
-            if (one.reaches(lower, upper)) return true;
-        return false;
+        const auto part = [&](int k, const auto& f) { f(all[std::size_t(k)]); };
+        return reach_together(int(all.size()), part, lower, upper);
+    }
+    double looks_around() const {
+        double farthest = 0;
+        for (const B& one : all) farthest = std::max(farthest, firn::looks_around(one));
+        return farthest;
     }
 
     template <int D>
@@ -80,9 +91,18 @@ struct BoundaryList {
     }
 
     int part_count() const { return int(all.size()); }
-    template <class S, int D, class Seen>
-    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v, const Seen& seen, int first) const {
-        for (const B& one : all) v = velocity_by_parts(one, x, v, seen, first++);
+    template <class S, int D, class Others, class Seen>
+    FIRN_INLINE Vec<S, D> velocity_among(const Vec<S, D>& x, Vec<S, D> v, const Others& others, const Seen& seen,
+                                         int first) const {
+        for (const B& one : all) {
+            const auto beside = [&](const Vec<S, D>& at, const auto& see) {
+                others(at, see);
+                if constexpr (has_surfaces<B, S, D>)
+                    for (const B& other : all)
+                        if (&other != &one) other.surfaces(at, see);
+            };
+            v = firn::velocity_among(one, x, v, beside, seen, first++);
+        }
         return v;
     }
     template <int D>

@@ -8,6 +8,8 @@
 #include <firn/core/names.hpp>
 #include <firn/math/rotor.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace firn {
@@ -18,8 +20,17 @@ struct named_collider {
 };
 }  // namespace detail
 
-/// Nodes in the solid, and within `thickness` of it, follow its contact with the velocity of its surface,
-/// V + ω × (x − c). What moves matter by an explicit velocity is such a solid, too: contact stick.
+/// Nodes in the solid, and in a layer around it, follow its contact with the velocity of its surface, V + ω × (x − c).
+/// What moves matter by an explicit velocity is such a solid, too: contact stick.
+///
+/// The layer keeps matter out. A particle on the surface of the solid takes its velocity from nodes up to 1.5 cells
+/// away, the radius of the quadratic spline; if all of them are held, it does not move in, wherever the surface lies
+/// between nodes. Without a layer, matter gets in by up to 1.5 cells; with one, it comes to rest up to a cell before the
+/// surface.
+///
+/// Beside other solids (in a Together or a BoundaryList), a face that another solid covers is no nearest face. What
+/// stands on a floor would else push up and down there and let matter through sideways. So a node in another solid, or
+/// within two cells of it, is given the normal of the point that lies two cells off that solid.
 ///
 /// It is where it is said to be: `advanced(dt)` gives the collider dt later. Place and rates are held in double, so
 /// that the smallest of steps count.
@@ -35,17 +46,20 @@ struct Collider {
     Shape shape{};
     Contact contact = Contact::separate;
     P friction = P(0);                               ///< Coulomb's coefficient μ [1]
-    P thickness = P(0);                              ///< of the layer around the solid that counts as solid [m]
+    P thickness = P(0);                              ///< of the layer around the solid [m]; beside it
+    P thickness_in_cells = P(1.5);                   ///< the same in cells, for the nodes of a grid [1]
     Vec<P, D> position = Vec<P, D>::zero();          ///< c: of the shape's origin [m]
     Rotor<P, D> rotation = no_rotation<P, D>();      ///< from the shape's axes to the world's; see rotor()
     Vec<P, D> linear_velocity = Vec<P, D>::zero();   ///< V: of the origin [m/s]
     Axial<P, D> angular_velocity = no_spin<P, D>();  ///< ω: about the origin [rad/s]; in the plane counter-clockwise
+    P cell_size = P(0);                              ///< of the grid that it acts on [m], set by on_grid()
 
     static constexpr const char* name = detail::joined_names<detail::named_collider, Shape>::text;
     static constexpr auto parameters() {
         return std::tuple{parameter{"shape", "", &Collider::shape},
                           parameter{"friction", "1", &Collider::friction},
                           parameter{"thickness", "m", &Collider::thickness},
+                          parameter{"thickness_in_cells", "1", &Collider::thickness_in_cells},
                           parameter{"position", "m", &Collider::position},
                           parameter{"rotation", "1", &Collider::rotation},
                           parameter{"linear_velocity", "m/s", &Collider::linear_velocity},
@@ -63,6 +77,8 @@ struct Collider {
         };
         if (!(friction >= 0) || !std::isfinite(friction)) refuse("friction", friction, "finite and not negative");
         if (!(thickness >= 0) || !std::isfinite(thickness)) refuse("thickness", thickness, "finite and not negative");
+        if (!(thickness_in_cells >= 0) || !std::isfinite(thickness_in_cells))
+            refuse("thickness in cells", thickness_in_cells, "finite and not negative");
         for (int a = 0; a < D; ++a) {
             if (!std::isfinite(position[a])) refuse("position", position[a], "finite along every axis");
             if (!std::isfinite(linear_velocity[a]))
@@ -84,11 +100,22 @@ struct Collider {
                 contact,
                 Q(friction),
                 Q(thickness),
+                Q(thickness_in_cells),
                 cast<Q>(position),
                 cast<Q>(rotation),
                 cast<Q>(linear_velocity),
-                cast_axial<Q, D>(angular_velocity)};
+                cast_axial<Q, D>(angular_velocity),
+                Q(cell_size)};
     }
+
+    /// On the nodes of a grid with cells of side h [m].
+    FIRN_INLINE Collider on_grid(const P& h) const {
+        Collider there = *this;
+        there.cell_size = h;
+        return there;
+    }
+    /// Of the layer [m].
+    FIRN_INLINE P layer() const { return thickness + thickness_in_cells * cell_size; }
 
     /// The collider dt [s] later, moved and turned by its constant rates: exactly, but for rounding in double.
     Collider advanced(double dt) const
@@ -108,7 +135,7 @@ struct Collider {
         for (int a = 0; a < D; ++a)
             arm[a] = std::max(std::abs(lower[a] - position[a]), std::abs(upper[a] - position[a]));
         double radius = norm(arm);
-        if constexpr (requires { shape.extent(); }) radius = std::min(radius, shape.extent() + thickness);
+        if constexpr (requires { shape.extent(); }) radius = std::min(radius, shape.extent() + layer());
         return norm(linear_velocity) + std::sqrt(squared_norm(skew(angular_velocity)) / 2) * radius;
     }
 
@@ -118,9 +145,21 @@ struct Collider {
     }
 
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
+        return velocity_beside(NoOthers{}, x, v);
+    }
+    /// \see velocity_among
+    template <class Others>
+    FIRN_INLINE Vec<S, D> velocity_beside(const Others& others, const Vec<S, D>& x, const Vec<S, D>& v) const {
         const Mat<S, D> R = matrix_of(cast<S>(rotation));
-        const Vec<S, D> local = transpose(R) * (x - cast<S>(position));
-        const auto touched = named("distance", shape.signed_distance(local)) <= S(thickness);
+        const S thick = S(layer());
+        Vec<S, D> local = transpose(R) * (x - cast<S>(position));
+        S distance = named("distance", shape.signed_distance(local));
+        if constexpr (!is_flat<Shape> && !std::same_as<Others, NoOthers>) {
+            if (!any(distance <= thick + S(sight()) * S(cell_size))) return v;
+            local = local + transpose(R) * way_out_of(others, x);
+            distance = min(distance, shape.signed_distance(local));
+        }
+        const auto touched = distance <= thick;
         if (!any(touched)) return v;
         const Vec<S, D> surface = surface_velocity(x);
         const Vec<S, D> normal = contact == Contact::stick ? Vec<S, D>::zero() : R * normal_of(shape, local);
@@ -132,7 +171,7 @@ struct Collider {
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         const Mat<S, D> R = matrix_of(cast<S>(rotation));
         const Vec<S, D> local = transpose(R) * (x - cast<S>(position));
-        seen(shape.signed_distance(local) - S(thickness), R * normal_of(shape, local), surface_velocity(x), contact,
+        seen(shape.signed_distance(local) - S(layer()), R * normal_of(shape, local), surface_velocity(x), contact,
              S(friction));
     }
 
@@ -154,11 +193,35 @@ struct Collider {
         // velocity() sees nodes rounded to S.
         const double rounding = 32 * double(std::numeric_limits<S>::epsilon()) *
                                 (norm(middle) + norm(half) + norm(position) + std::abs(distance));
-        return distance <= farthest + thickness + rounding;
+        return distance <= farthest + layer() + rounding;
+    }
+
+    /// \see firn::looks_around
+    double looks_around() const
+        requires std::floating_point<S>
+    {
+        return is_flat<Shape> ? 0 : sight() * cell_size * (1 + 1e-6);
     }
 
     /// "collider_sphere: separate, friction 0.3", for files.
     std::string description() const { return sentence(name, ": ", firn::name_of(contact), ", friction ", friction); }
+
+private:
+    static constexpr double off_others = 2, farthest_off = 4;  ///< [cells], along each axis
+    /// How far a node is moved off other solids, at most [cells].
+    static double sight() { return farthest_off * std::sqrt(double(D)); }
+
+    /// From x to where no other solid is within two cells, unless that is far.
+    template <class Others>
+    FIRN_INLINE Vec<S, D> way_out_of(const Others& others, const Vec<S, D>& x) const {
+        const S cell = S(cell_size), off = S(off_others) * cell, most = S(farthest_off) * cell;
+        Vec<S, D> way = Vec<S, D>::zero();
+        others(x, [&](const S& distance, const Vec<S, D>& normal, const Vec<S, D>&, Contact kind, const S&) FIRN_LAMBDA {
+            if (kind != Contact::none) way += normal * min(max(off - distance, S(0)), most);
+        });
+        unroll<D>([&](auto a) FIRN_LAMBDA { way.v[a] = min(max(way.v[a], -most), most); });
+        return way;
+    }
 };
 
 }  // namespace firn

@@ -4,6 +4,8 @@
 #include <firn/core/parameters.hpp>
 #include <firn/core/tensor.hpp>
 
+#include <algorithm>
+
 namespace firn {
 
 template <class B, class S, int D>
@@ -45,9 +47,22 @@ double largest_speed(const B& boundary, const Vec<double, D>& lower, const Vec<d
         return 0;
 }
 
+/// The boundary on the nodes of a grid with cells of side h [m]: what `on_grid(h)` of one that has to know h says;
+/// others stay as they are.
+template <class B, class H>
+FIRN_INLINE B on_grid(const B& boundary, const H& h) {
+    if constexpr (requires { boundary.on_grid(h); })
+        return boundary.on_grid(h);
+    else
+        return boundary;
+}
+
 // A boundary may be made of parts, which act one after another and whose reactions are told apart. It then offers
-// part_count(), template centre_of_part<D>(k), and velocity(x, v, seen, first), which calls seen(first + k, before,
-// after) for each in turn.
+// part_count(), template centre_of_part<D>(k), and velocity_among(x, v, others, seen, first), which calls
+// seen(first + k, before, after) for each in turn.
+//
+// A part may look at the surfaces of the solids beside it: others(x, seen) calls seen for each as surfaces(x, seen)
+// does, below. A part that wants to know offers velocity_beside(others, x, v).
 
 template <class B>
 int part_count(const B& boundary) {
@@ -68,17 +83,58 @@ Vec<double, D> part_centre(const B& boundary, int k) {
         return Vec<double, D>::zero();
 }
 
-/// boundary.velocity(x, v), and seen(first + k, velocity before, velocity after) for every part k.
-template <class B, class S, int D, class Seen>
-FIRN_INLINE Vec<S, D> velocity_by_parts(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Seen& seen,
-                                        int first = 0) {
-    if constexpr (requires { boundary.velocity(x, v, seen, first); }) {
-        return detail::in_own_terms(boundary.velocity(x, v, seen, first));
+/// Beside a boundary that stands alone.
+struct NoOthers {
+    template <class X, class Seen>
+    FIRN_INLINE void operator()(const X&, const Seen&) const {}
+};
+
+/// boundary.velocity(x, v) beside others, and seen(first + k, velocity before, velocity after) for every part k.
+template <class B, class S, int D, class Others, class Seen>
+FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Others& others,
+                                     const Seen& seen, int first = 0) {
+    if constexpr (requires { boundary.velocity_among(x, v, others, seen, first); }) {
+        return boundary.velocity_among(x, v, others, seen, first);
     } else {
-        const Vec<S, D> after = detail::in_own_terms(boundary.velocity(x, v));
+        const auto act = [&]() FIRN_LAMBDA {
+            if constexpr (requires { boundary.velocity_beside(others, x, v); })
+                return boundary.velocity_beside(others, x, v);
+            else
+                return Vec<S, D>(detail::in_own_terms(boundary.velocity(x, v)));
+        };
+        const Vec<S, D> after = act();
         seen(first, v, after);
         return after;
     }
+}
+
+/// How far [m] a boundary's parts look for others: it may change nodes that far from where it reaches, if others are
+/// there.
+template <class B>
+double looks_around(const B& boundary) {
+    if constexpr (requires { boundary.looks_around(); })
+        return boundary.looks_around();
+    else
+        return 0;
+}
+
+/// May nodes of the box [lower, upper] be changed by one of several, `count` of them, which look at one another?
+/// \param part  part(k, f) calls f(the k-th)
+template <int D, class Part>
+bool reach_together(int count, const Part& part, const Vec<double, D>& lower, const Vec<double, D>& upper) {
+    bool reached = false;
+    double around = 0;
+    for (int k = 0; k < count && !reached; ++k)
+        part(k, [&](const auto& one) {
+            reached = one.reaches(lower, upper);
+            around = std::max(around, looks_around(one));
+        });
+    if (reached || around == 0) return reached;
+    int near = 0;
+    const Vec<double, D> margin = Vec<double, D>::filled(around);
+    for (int k = 0; k < count && near < 2; ++k)
+        part(k, [&](const auto& one) { near += one.reaches(lower - margin, upper + margin); });
+    return near == 2;
 }
 
 // For points that are not nodes, a boundary says where its surfaces are: surfaces(x, seen) calls

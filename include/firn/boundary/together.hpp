@@ -30,6 +30,7 @@ struct part_parameter {
 }  // namespace detail
 
 /// Boundaries that act on a node one after another, the first first: where two of them touch it, the last has its way.
+/// A face that another covers, as a floor does what stands on it, holds nothing there. \see Collider
 /// \tparam B  boundary policies in one scalar, twelve at most
 template <class... B>
 struct Together {
@@ -66,11 +67,15 @@ struct Together {
         return std::apply([&](const auto&... part) { return Together(firn::advanced(part, dt)...); }, parts);
     }
 
+    /// On the nodes of a grid with cells of side h [m].
+    template <class H>
+    FIRN_INLINE Together on_grid(const H& h) const {
+        return std::apply([&](const auto&... part) { return Together(firn::on_grid(part, h)...); }, parts);
+    }
+
     template <class S, int D>
-    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v) const {
-        unroll<int(sizeof...(B))>([&](auto i)
-                                      FIRN_LAMBDA { v = detail::in_own_terms(std::get<i>(parts).velocity(x, v)); });
-        return v;
+    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
+        return velocity_among(x, v, NoOthers{}, AnySurface{}, 0);
     }
 
     /// Of all parts, in their order. \see has_surfaces
@@ -82,7 +87,15 @@ struct Together {
 
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
-        return std::apply([&](const auto&... part) { return (part.reaches(lower, upper) || ...); }, parts);
+        const auto part = [&](int k, const auto& f) {
+            unroll<int(sizeof...(B))>([&](auto i) {
+                if (k == int(i)) f(std::get<i>(parts));
+            });
+        };
+        return reach_together(int(sizeof...(B)), part, lower, upper);
+    }
+    double looks_around() const {
+        return std::apply([](const auto&... part) { return std::max({firn::looks_around(part)...}); }, parts);
     }
 
     template <int D>
@@ -96,11 +109,16 @@ struct Together {
     int part_count() const {
         return std::apply([](const auto&... part) { return (firn::part_count(part) + ...); }, parts);
     }
-    template <class S, int D, class Seen>
-    FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v, const Seen& seen, int first) const {
+    template <class S, int D, class Others, class Seen>
+    FIRN_INLINE Vec<S, D> velocity_among(const Vec<S, D>& x, Vec<S, D> v, const Others& others, const Seen& seen,
+                                         int first) const {
         unroll<int(sizeof...(B))>([&](auto i) FIRN_LAMBDA {
             const auto& part = std::get<i>(parts);
-            v = velocity_by_parts(part, x, v, seen, first);
+            const auto beside = [&](const Vec<S, D>& at, const auto& see) {
+                others(at, see);
+                surfaces_but(i, at, see);
+            };
+            v = firn::velocity_among(part, x, v, beside, seen, first);
             first += firn::part_count(part);
         });
         return v;
@@ -125,6 +143,17 @@ struct Together {
         };
         std::apply([&](const auto&... part) { (add(part), ...); }, parts);
         return text;
+    }
+
+private:
+    /// Of all parts that have surfaces but the i-th.
+    template <class S, int D, class Seen>
+    void surfaces_but(int i, const Vec<S, D>& x, const Seen& seen) const {
+        unroll<int(sizeof...(B))>([&](auto j) FIRN_LAMBDA {
+            using Part = std::tuple_element_t<j, std::tuple<B...>>;
+            if constexpr (has_surfaces<Part, S, D>)
+                if (int(j) != i) std::get<j>(parts).surfaces(x, seen);
+        });
     }
 };
 

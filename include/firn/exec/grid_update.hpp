@@ -67,7 +67,8 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
                   "firn: the boundary must offer velocity(x, v) and reaches(lower, upper)");
     check_step(dt);
     const double h = grid.domain().cell_size;
-    const auto lifted = lift<native_pack<S>>(boundary);
+    const Boundary here = on_grid(boundary, h);
+    const auto lifted = lift<native_pack<S>>(here);
     const auto field = lifted_acceleration<native_pack<S>>(acceleration);
 
     std::vector<Reaction<D>> of_blocks;
@@ -87,7 +88,7 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
             high[a] = low[a] + h * (block_size - 1);
         }
         const Vec<S, D> first = cast<S>(low);
-        if (!boundary.reaches(low, high)) {
+        if (!here.reaches(low, high)) {
             update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{}, nullptr);
         } else if (reactions) {
             Reaction<D>* const of_block = of_blocks.data() + b * parts;

@@ -57,7 +57,7 @@ struct Watched {
                 sum.angular_impulse += axial_product(arm, impulse);
             }
         };
-        return velocity_by_parts(boundary, x, v, add);
+        return velocity_among(boundary, x, v, NoOthers{}, add);
     }
 };
 

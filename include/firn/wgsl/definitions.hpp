@@ -159,7 +159,7 @@ void add_grid_update(Module& module, const Boundary& boundary, const Field& fiel
         "velocity_of_node", std::string(Boundary::name) + ", " + Field::name + ", firn/stage/grid_update.hpp",
         {"momentum", "mass", "position"}, [&](const V& momentum, const R& mass, const V& position) {
             return node_velocity(momentum, mass, position, detail::with_uniforms(field, "field"), detail::time_step(),
-                                 detail::with_uniforms(boundary, "boundary"));
+                                 on_grid(detail::with_uniforms(boundary, "boundary"), detail::cell_size()));
         });
 }
 

@@ -51,6 +51,25 @@ Vec<double, D> speed_of_surface(const Solid& solid, const Vec<double, D>& x) {
     return (at(1e-5) - at(-1e-5)) * (1 / 2e-5);
 }
 
+/// That a lane of boundary.velocity(x, v) is `alone`, what one number gives.
+template <class Boundary, class S, int D, class Lane>
+void check_lane(const Boundary& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Vec<S, D>& alone,
+                const Lane& lane) {
+#ifdef __FMA__  // contracted where the compiler likes: as if the node were elsewhere by some rounding
+    S allowed = 40 * std::numeric_limits<S>::epsilon();
+    for (int a = 0; a < D; ++a)
+        for (const S sign : {S(-1), S(1)}) {
+            Vec<S, D> beside = x;
+            beside[a] += sign * 8 * std::numeric_limits<S>::epsilon();
+            allowed = std::max(allowed, norm(boundary.velocity(beside, v) - alone));
+        }
+    for (int a = 0; a < D; ++a) CHECK(std::abs(lane(a) - alone[a]) <= allowed);
+#else
+    static_cast<void>(boundary), static_cast<void>(x), static_cast<void>(v);
+    for (int a = 0; a < D; ++a) CHECK(lane(a) == alone[a]);
+#endif
+}
+
 }  // namespace
 
 #define FINITE_SHAPES Ball<2>, Ball<3>, Cuboid<2>, Cuboid<3>, Rounded<2>, Rounded<3>, Torus<2>, Torus<3>
@@ -126,7 +145,7 @@ TEMPLATE_TEST_CASE("reaches() never misses a node that velocity() changes, and m
         constexpr int D = decltype(solid)::D;
         if (trial % 3 == 0) solid.thickness = random.uniform(0, 0.1);
         // As a simulation in float has it: nodes and distances rounded to float.
-        const Single single{lift<float>(solid.shape), solid.contact,  solid.friction,        solid.thickness,
+        const Single single{lift<float>(solid.shape), solid.contact,  solid.friction,        solid.thickness, solid.thickness_in_cells,
                             solid.position,           solid.rotation, solid.linear_velocity, solid.angular_velocity};
         const auto low = solid.position + random.vector<D>(-0.9, 0.7), high = low + Vec<double, D>::filled(0.09);
         bool changed = false, changed_single = false;
@@ -186,6 +205,120 @@ TEMPLATE_TEST_CASE_SIG("a node on a face follows it however the numbers are roun
     }
 }
 
+TEMPLATE_TEST_CASE("on a grid, nodes within 1.5 cells are held, the radius of the quadratic spline",
+                   "[boundary][collider]", ALL_SHAPES) {
+    Random random(57);
+    const double h = 0.04;
+    int layer = 0;
+    for (int trial = 0; trial < 500; ++trial) {
+        auto solid = somewhere<TestType>(random, Contact::stick, 0);
+        constexpr int D = decltype(solid)::D;
+        const auto x = solid.position + random.vector<D>(-0.6, 0.6), v = random.vector<D>(-5, 5);
+        const double distance =
+            solid.shape.signed_distance(transpose(matrix_of(solid.rotation)) * (x - solid.position));
+        const auto touched = [&](const auto& one) { return !(on_grid(one, h).velocity(x, v) == v); };
+        CHECK(touched(solid) == (distance <= 1.5 * h));
+        layer += touched(solid) && distance > 0;
+        if (touched(solid)) CHECK(on_grid(solid, h).reaches(x, x));
+        solid.thickness = 0.03;
+        CHECK(touched(solid) == (distance <= 1.5 * h + 0.03));
+        solid.thickness_in_cells = 0;
+        CHECK(touched(solid) == (distance <= 0.03));
+    }
+    CHECK(layer > 10);
+}
+
+TEMPLATE_TEST_CASE_SIG("what stands on a floor or in a corner pushes sideways there, not up and down",
+                       "[boundary][collider]", ((int D), D), 2, 3) {
+    using V = Vec<double, D>;
+    const double h = 1.0 / 64;
+    const auto walls = Walls<double, D>::all(V::zero(), V::filled(1), {Contact::separate, 0});
+    // From wall to wall across; half a cell above the floor, on it, or in it.
+    for (const double bottom : {h / 2, 0.0, -h / 2}) {
+        Collider<Box<double, D>> box{.shape = {V::filled(0.5)}, .position = V::filled(0.5)};
+        box.shape.half_extents[0] = 0.1;
+        box.position[1] = 0.5 + bottom;
+        box.linear_velocity[0] = 2;
+        Collider<Box<double, D>> floor{.shape = {V::filled(2.0)}};
+        floor.position[1] = -2;
+        const auto check = [&](const auto& given) {
+            const auto boundary = on_grid(given, h);
+            // Whatever a particle at the side touches: in the floor's rows and those above, in the corners' and beside.
+            for (const double along : {0.601 + h, 0.601, 0.599, 0.6 - h, 0.6 - 1.4 * h})
+                for (const double height : {-2 * h, -h, 0.0, h, 2 * h, 5 * h})
+                    for (const double across : {-h, 0.0, 0.5, 1.0 + h}) {
+                        V x{};
+                        x[0] = along;
+                        x[1] = height;
+                        if (D == 3) x[D - 1] = across;
+                        CAPTURE(bottom, along, height, across);
+                        const V v = boundary.velocity(x, V::zero());
+                        CHECK(std::abs(v[0] - 2) <= 1e-12);
+                        CHECK(std::abs(v[1]) <= 1e-12);
+                        CHECK(boundary.reaches(x, x));
+                    }
+        };
+        check(Together(walls, box));
+        check(Together(box, walls));
+        check(Together(walls, BoundaryList<Collider<Box<double, D>>>{{box}}));
+        if (D == 2) {  // no walls, another solid; in any order
+            check(Together(floor, box));
+            check(Together(box, floor));
+            check(BoundaryList<Collider<Box<double, D>>>{{floor, box}});
+            check(BoundaryList<Collider<Box<double, D>>>{{box, floor}});
+        }
+    }
+    // A plate that lies on the floor, thinner than the distance that is looked over, is there all the same.
+    Collider<Box<double, D>> plate{.shape = {V::filled(0.3)}, .position = V::filled(0.5)};
+    for (const double thickness : {0.1, 0.5, 1.0, 3.0}) {
+        plate.shape.half_extents[1] = plate.position[1] = thickness * h / 2;
+        const auto boundary = on_grid(Together(walls, plate), h);
+        for (const double height : {0.0, thickness * h, (thickness + 1.4) * h}) {
+            V x = V::filled(0.5), v = V::zero();
+            x[1] = height;
+            v[1] = -1;
+            CAPTURE(thickness, height);
+            CHECK(std::abs(boundary.velocity(x, v)[1]) <= 1e-12);
+        }
+    }
+}
+
+TEMPLATE_TEST_CASE("beside others, too, lanes are what one number gives, and reaches() misses no node",
+                   "[boundary][collider]", FINITE_SHAPES) {
+    using Shape = typename TestType::Shape;
+    using P = native_pack<double>;
+    constexpr int D = shape_facts<Shape>::dimension, lanes = scalar_traits<P>::lanes;
+    using V = Vec<double, D>;
+    Random random(58);
+    int moved = 0;
+    for (int trial = 0; trial < 200; ++trial) {
+        const auto one = somewhere<TestType>(random, Contact::separate, 0.3);
+        const auto other = somewhere<TestType>(random, Contact::slip, 0.2);
+        const auto walls = Walls<double, D>::all(V::filled(-0.7), V::filled(0.7), {Contact::separate, 0});
+        const auto both = on_grid(Together(walls, one, other), 0.08);
+        const auto alone = Together(on_grid(one, 0.08));  // nothing beside
+        const auto in_lanes = lift<P>(both);
+        V at[lanes], with[lanes];
+        Vec<P, D> x{}, v{};
+        for (int lane = 0; lane < lanes; ++lane) {
+            at[lane] = random.vector<D>(-1, 1);
+            with[lane] = random.vector<D>(-3, 3);
+            for (int a = 0; a < D; ++a) {
+                x[a].set(lane, at[lane][a]);
+                v[a].set(lane, with[lane][a]);
+            }
+        }
+        const auto after = in_lanes.velocity(x, v);
+        for (int lane = 0; lane < lanes; ++lane) {
+            const V of_one = both.velocity(at[lane], with[lane]);
+            if (!(of_one == with[lane])) CHECK(both.reaches(at[lane], at[lane]));
+            moved += !(of_one == other.velocity(at[lane], alone.velocity(at[lane], with[lane])));
+            check_lane(both, at[lane], with[lane], of_one, [&](int a) { return after[a][lane]; });
+        }
+    }
+    CHECK(moved > 100);
+}
+
 TEMPLATE_TEST_CASE("every lane of a register is what one number alone gives", "[boundary][collider]", ALL_SHAPES) {
     using Shape = typename TestType::Shape;
     constexpr int D = shape_facts<Shape>::dimension;
@@ -197,7 +330,7 @@ TEMPLATE_TEST_CASE("every lane of a register is what one number alone gives", "[
         for (int trial = 0; trial < 60; ++trial) {
             const auto given = somewhere<TestType>(random, trial % 3 == 0 ? Contact::slip : Contact::separate, 0.4);
             const Collider<with_scalar_t<Shape, S>> solid{lift<S>(given.shape),  given.contact,         given.friction,
-                                                          given.thickness,       given.position,        given.rotation,
+                                                          given.thickness, given.thickness_in_cells,       given.position,        given.rotation,
                                                           given.linear_velocity, given.angular_velocity};
             const auto in_lanes = lift<P>(solid);
             Vec<P, D> x{}, v{};
@@ -217,18 +350,7 @@ TEMPLATE_TEST_CASE("every lane of a register is what one number alone gives", "[
                 }
                 const auto alone = solid.velocity(of_lane, with);
                 CAPTURE(trial, lane);
-#ifdef __FMA__  // contracted where the compiler likes: as if the node were elsewhere by some rounding
-                S allowed = 40 * std::numeric_limits<S>::epsilon();
-                for (int a = 0; a < D; ++a)
-                    for (const S sign : {S(-1), S(1)}) {
-                        Vec<S, D> beside = of_lane;
-                        beside[a] += sign * 8 * std::numeric_limits<S>::epsilon();
-                        allowed = std::max(allowed, norm(solid.velocity(beside, with) - alone));
-                    }
-                for (int a = 0; a < D; ++a) CHECK(std::abs(after[a][lane] - alone[a]) <= allowed);
-#else
-                for (int a = 0; a < D; ++a) CHECK(after[a][lane] == alone[a]);
-#endif
+                check_lane(solid, of_lane, with, alone, [&](int a) { return after[a][lane]; });
             }
         }
     };
@@ -250,7 +372,7 @@ TEMPLATE_TEST_CASE("float gives what double gives, to rounding", "[boundary][col
         Vec<double, D> nudge = Vec<double, D>::filled(1e-5);  // not at a kink of the distance
         if (norm(normal_of(solid.shape, local + nudge) - normal_of(solid.shape, local - nudge)) > 1e-2) continue;
         const Collider<with_scalar_t<Shape, float>> single{
-            lift<float>(solid.shape), solid.contact,  solid.friction,        solid.thickness,
+            lift<float>(solid.shape), solid.contact,  solid.friction,        solid.thickness, solid.thickness_in_cells,
             solid.position,           solid.rotation, solid.linear_velocity, solid.angular_velocity};
         const auto exact = solid.velocity(x, v);
         CAPTURE(trial);
@@ -350,7 +472,7 @@ TEST_CASE("the parameters of boundaries together have names of their own, and be
     std::get<2>(both.parts).position = {0.1, 0.2};
     std::vector<std::string> names;
     for_parameters(both, [&](const std::string& name, const char*, const auto&) { names.push_back(name); });
-    CHECK(names.size() == 2 + 2 * 7);
+    CHECK(names.size() == 2 + 2 * 8);
     CHECK(std::count(names.begin(), names.end(), "0_lower") == 1);
     CHECK(std::count(names.begin(), names.end(), "1_shape_radius") == 1);
     CHECK(std::count(names.begin(), names.end(), "2_position") == 1);

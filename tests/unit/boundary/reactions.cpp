@@ -21,7 +21,8 @@ bool same_bits(const Reactions<D>& a, const Reactions<D>& b) {
 /// Nodes with mass, and the velocities that the boundary is given: by one thread, without registers.
 template <class Boundary, int D>
 Reactions<D> by_definition(const SparseGrid<double, D>& momenta, double dt, const Vec<double, D>& gravity,
-                           const Boundary& boundary, const Vec<double, D>& about) {
+                           const Boundary& everywhere, const Vec<double, D>& about) {
+    const Boundary boundary = on_grid(everywhere, momenta.domain().cell_size);
     Reactions<D> sum;
     sum.parts.resize(std::size_t(part_count(boundary)));
     for (std::size_t b = 0; b < momenta.block_count(); ++b)
@@ -39,7 +40,7 @@ Reactions<D> by_definition(const SparseGrid<double, D>& momenta, double dt, cons
                 sum.parts[std::size_t(k)].impulse += impulse;
                 sum.parts[std::size_t(k)].angular_impulse += axial_product(x - about, impulse);
             };
-            velocity_by_parts(boundary, x, v, add);
+            velocity_among(boundary, x, v, NoOthers{}, add);
         }
     return sum;
 }
