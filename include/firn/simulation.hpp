@@ -18,6 +18,7 @@
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/simulation/blow_up.hpp>
 #include <firn/simulation/material_set.hpp>
+#include <firn/simulation/warnings.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/apic.hpp>
 
@@ -28,6 +29,7 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <utility>
 
 namespace firn {
 
@@ -75,8 +77,10 @@ public:
     /// Particles are sorted when one may leave the reach of its block; and whenever the number of steps is a multiple
     /// of this, unless it is 0.
     std::uint64_t most_steps_between_sorts = 0;
-    /// Takes warnings: a fixed time step above the bound. By default they go to std::cerr; empty: nowhere. It is called
-    /// outside any parallel region, before the step that it warns of.
+    /// Takes warnings, each once: of a fixed time step above the bound (again whenever that gets worse), of a bound that
+    /// has fallen by 10³ or needs more than 10⁶ steps a second, of bodies whose particles lie further apart than a cell,
+    /// that overlap or lie inside a solid, and of walls that are not the domain's. By default they go to std::cerr;
+    /// empty: nowhere. It is called outside any parallel region, before the step that it warns of.
     std::function<void(const std::string&)> warn = [](const std::string& text) {
         std::cerr << "firn: " << text << '\n';
     };
@@ -160,7 +164,9 @@ public:
     /// \throws parameter_error, particle_error (nothing is added)
     template <std::size_t I = 0>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
-        return std::get<I>(sets_).add(samples, density, velocity, workers());
+        const Body body = std::get<I>(sets_).add(samples, density, velocity, workers());
+        warn_of_spacing(samples);
+        return body;
     }
     template <class M>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
@@ -212,6 +218,7 @@ public:
     template <std::size_t I = 0>
     void add_source(const Source<D>& source) {
         source.check();
+        warn_of_spacing(source.samples);
         Source<D> added = source;
         if (steps_ > 0) added.skip(time_);
         std::get<I>(sets_).sources.push_back(std::move(added));
@@ -263,17 +270,9 @@ public:
     /// The largest stable time step for the particles as they are [s].
     double stable_time_step() {
         prepare();
-        double fastest = 0;
-        for_sets([&](const auto& set) { fastest = std::max(fastest, set.report.signal_speed); });
-        if (fastest > 0)
-            fastest = std::max(fastest, largest_speed(on_grid(boundary, domain().cell_size), domain().lower,
-                                                      domain().upper));
-        double bound = fastest > 0 ? firn::stable_time_step<Kernel>(domain().cell_size, fastest) : next_burst() - time_;
-        for_sets([&](auto& set) {
-            for (auto& force : set.forces)
-                bound = std::min(bound, force_safety * force.largest_step(set.particles, time_, workers()));
-        });
-        if (!std::isfinite(bound) && !is_waiting()) throw_at_rest(fastest);
+        double bound = signal_bound(largest_speed_of_boundary());
+        for_sets([&](auto& set) { bound = std::min(bound, force_bound(set)); });
+        if (!std::isfinite(bound) && !is_waiting()) throw_at_rest(fastest_signal());
         return bound;
     }
 
@@ -354,6 +353,7 @@ private:
     /// one parallel region, which is left where something of the user's is to be called.
     template <class Acceleration>
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
+        warn_of_start();
         std::string warning;
         const auto is_done = [&] { return !(time_ < end) || steps_ == last_step; };
         while (!is_done()) {
@@ -373,6 +373,55 @@ private:
         }
     }
 
+    /// Of all particles, their velocity and the waves in them [m/s].
+    double fastest_signal() {
+        double fastest = 0;
+        for_sets([&](const auto& set) { fastest = std::max(fastest, set.report.signal_speed); });
+        return fastest;
+    }
+    double largest_speed_of_boundary() const {
+        return largest_speed(on_grid(boundary, domain().cell_size), domain().lower, domain().upper);
+    }
+    /// Of the time step [s], for what moves on the grid.
+    double signal_bound(double of_boundary) {
+        const double fastest = fastest_signal();
+        if (!(fastest > 0)) return next_burst() - time_;
+        return firn::stable_time_step<Kernel>(domain().cell_size, std::max(fastest, of_boundary));
+    }
+    /// Of the time step [s], for the forces between the particles of a set.
+    template <class Set>
+    double force_bound(Set& set) {
+        double bound = std::numeric_limits<double>::infinity();
+        for (auto& force : set.forces)
+            bound = std::min(bound, force_safety * force.largest_step(set.particles, time_, workers()));
+        return bound;
+    }
+    /// A sentence about what the bound of the time step comes from.
+    [[gnu::cold]] std::string reason_of_bound() {
+        const double of_boundary = largest_speed_of_boundary(), of_signals = signal_bound(of_boundary);
+        bool forced = false;
+        for_sets([&](auto& set) { forced = forced || force_bound(set) < of_signals; });
+        if (forced) return "It is set by forces between particles: take softer ones, or larger masses.";
+        if (of_boundary > fastest_signal())
+            return sentence("It is set by the boundary, which moves at up to ", of_boundary, " m/s.");
+        return detail::fastest_particle(sets_, domain());
+    }
+
+    void warn_of_spacing(const Samples<D>& samples) {
+        if (!warn || warnings_.spacing_said) return;
+        const std::string text = detail::wide_spacing(samples, domain().cell_size);
+        warnings_.spacing_said = !text.empty();
+        if (!text.empty()) warn(text);
+    }
+    /// Of bodies and walls, before the first step.
+    void warn_of_start() {
+        if (steps_ > 0 || !warn || std::exchange(warnings_.started, true)) return;
+        for (const std::string& text :
+             {detail::other_walls(boundary, domain()), detail::matter_in_solids(sets_, domain(), boundary),
+              detail::overlapping_bodies<D>(sets_)})
+            if (!text.empty()) warn(text);
+    }
+
     /// The fixed time step, or the bound.
     /// \param warning  of a fixed time step above the bound, if there is to be one
     double next_time_step(std::string& warning) {
@@ -382,15 +431,15 @@ private:
                 sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
         bound_ = bound;
         if (fixed_time_step > bound) warning = warning_of(fixed_time_step / bound);
+        if (warn && warning.empty() && fastest_signal() > 0)
+            warning = warnings_.of_bound(bound, steps_, time_, [&] { return reason_of_bound(); });
         return fixed_time_step > 0 ? fixed_time_step : bound;
     }
 
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
         detail::check_acceleration<D>(acceleration);
-        if (!(time_ + dt > time_) || !std::isfinite(time_ + dt))
-            throw parameter_error(sentence("A step of ", dt, " s leads nowhere from the time of ", time_,
-                                           " s: it must be positive and finite, and not vanish beside the time."));
+        if (!(time_ + dt > time_) || !std::isfinite(time_ + dt)) throw_no_step(dt);
         if constexpr (requires { transfer.check(); }) transfer.check();
         static_cast<void>(lift<native_pack<S>>(boundary));  // it looks at its parameters, before anything is changed
         restored_.fill(false);
@@ -481,6 +530,15 @@ private:
         set.prepared = true;
     }
 
+    [[noreturn, gnu::cold]] void throw_no_step(double dt) {
+        const std::string nowhere = sentence(" of ", dt, " s leads nowhere from the time of ", time_, " s");
+        if (fixed_time_step > 0 || !(bound_ > 0) || dt < bound_)
+            throw parameter_error("A step" + nowhere +
+                                  ": it must be positive and finite, and not vanish beside the time.");
+        throw particle_error(sentence("At step ", steps_, " a step", nowhere, ", and larger ones are not stable. ",
+                                      reason_of_bound(),
+                                      " The simulation cannot go on; what was written before is as it was."));
+    }
     [[noreturn]] static void throw_at_rest(double fastest) {
         throw particle_error(
             sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ",
@@ -542,6 +600,7 @@ private:
     detail::StepHelpers helpers_;
     double time_ = 0, last_time_step_ = 0, warned_ratio_ = 1 / 1.2;
     double bound_ = 0;  // of the step that is taken
+    detail::Warnings warnings_;
     std::uint64_t steps_ = 0;
     bool is_spoiled_ = false;  // by a step that failed half-way
 };

@@ -189,6 +189,46 @@ TEST_CASE("sums in integers refuse what is not finite before anything is convert
     CHECK(holds(said, "not finite"));
 }
 
+TEST_CASE("sums in integers refuse what is so light that float has no scale for it", "") {
+    // Against floats, of the same particles: 5e-8 m apart where they are not refused.
+    using Fixed = Elastic<3, float, FixedPoint<>>;
+    using Float = Elastic<3, float, Coloured>;
+    const auto end = [](auto simulation, double of_particle, double speed) {
+        const double spacing = 1.0 / 32, density = of_particle / std::pow(spacing, 3);
+        decltype(simulation) light(simulation.domain(), FixedCorotated<float>::from_young_poisson(100 * density, 0.3));
+        light.add(sample_box<3>({0.4, 0.4, 0.4}, {0.6, 0.6, 0.6}, {.spacing = spacing}), density, {speed, 0.0, 0.0});
+        light.fixed_time_step = 1e-3;
+        for (int i = 0; i < 20; ++i) light.step();
+        return light.totals();
+    };
+    for (const double kilograms : {1e-3, 1e-20, 1e-26, 1e-28, 1e-31, 1e-34})
+        for (const double speed : {1.0, 1e-5, 1e-15, 0.0}) {
+            CAPTURE(kilograms, speed);
+            const auto right = end(cube<Float>(1), kilograms, speed);
+            std::string said;
+            try {
+                const auto found = end(cube<Fixed>(1), kilograms, speed);
+                CHECK(norm(found.first_moment * (1 / found.mass) - right.first_moment * (1 / right.mass)) <= 1e-6);
+                CHECK(kilograms > 1e-30);
+            } catch (const overflow_error& failure) {
+                said = failure.what();
+                CAPTURE(said);
+                CHECK(holds(said, "are too light for fixed-point sums in float"));
+                CHECK(holds(said, "Use double"));
+                CHECK(kilograms < 1e-19);
+            }
+            if (kilograms == 1e-34) CHECK(!said.empty());
+        }
+    const auto in_double = [&] {
+        Elastic<3, double, FixedPoint<>> light({Vec<double, 3>::zero(), Vec<double, 3>::filled(1), 1.0 / 16});
+        light.add(sample_box<3>({0.4, 0.4, 0.4}, {0.6, 0.6, 0.6}, {.spacing = 1.0 / 32}), 1e-28);
+        light.fixed_time_step = 1e-20;
+        light.warn = nullptr;
+        light.step();
+    };
+    CHECK_NOTHROW(in_double());
+}
+
 TEMPLATE_TEST_CASE("particles that leave the domain in a step are counted and listed", "", (Elastic<2, double>),
                    (Elastic<3, float>)) {
     using S = typename TestType::scalar_type;

@@ -12,6 +12,7 @@ namespace firn {
 template <int D>
 struct ArenaBox {
     int first[D], last[D];
+    bool strays = false;  ///< some particle lies beyond the arena
 };
 
 /// Numbers of the blocks around the block or cube of a group, or no_block: those that the grid has around its ranges.

@@ -25,9 +25,29 @@ S chosen_scale(std::optional<double> given, S largest, const char* what, const c
                                       " are safe here. Give a smaller scale, leave it out, or use 64-bit integers."));
     return S(*given);
 }
+
+/// Sums of so small numbers that S cannot hold the scale they need. Coarse steps of momentum do no harm where they are
+/// no motion that anybody could see: of matter at rest.
+/// \throws overflow_error
+template <class S>
+void check_resolution(const FixedPointLoad<S>& load, const FixedPointBound<S>& bound,
+                      const FixedPointScale<S>& scale) {
+    constexpr double fewest_quanta = 0x1p24, unseen_velocity = 1e-20;  // [m/s]
+    const auto is_coarse = [](S most, S per_unit) {
+        return most > 0 && double(most) * double(per_unit) < fewest_quanta;
+    };
+    const bool moves = 1 / (double(scale.momentum) * double(load.mass)) > unseen_velocity;
+    if (is_coarse(bound.mass, scale.mass) || (is_coarse(bound.momentum, scale.momentum) && moves))
+        throw overflow_error(sentence("Particles of at most ", load.mass, " kg and ", load.momentum,
+                                      " kg m/s are too light for fixed-point sums in ",
+                                      sizeof(S) == 4 ? "float" : "double", ", which has no scale above ",
+                                      scale.momentum, " quanta. Use ", sizeof(S) == 4 ? "double, Coloured, " : "Coloured ",
+                                      "or units in which masses are larger."));
+}
 }  // namespace detail
 
-/// \throws overflow_error  if no scale, or not the given one, keeps every sum in range
+/// \throws overflow_error  if no scale, or not the given one, keeps every sum in range; or if the largest that S can
+///         hold, 2^120 quanta in float, leaves too few to a sum
 template <class Kernel, int D, class Integer, std::floating_point S>
 FixedPointScale<S> fixed_point_scale(const FixedPointLoad<S>& load, std::optional<double> momentum,
                                      std::optional<double> mass) {
@@ -44,6 +64,7 @@ FixedPointScale<S> fixed_point_scale(const FixedPointLoad<S>& load, std::optiona
                                       " particles may add to one node: too many for integers of ", 8 * sizeof(Integer),
                                       " bits. Use smaller cells, fewer particles a cell or 64-bit integers."));
     const FixedPointScale<S> largest = largest_scale(bound, integer_max);
+    detail::check_resolution(load, bound, largest);
     return {detail::chosen_scale(momentum, largest.momentum, "momentum", "kg m/s"),
             detail::chosen_scale(mass, largest.mass, "mass", "kg")};
 }

@@ -33,6 +33,7 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
 [[gnu::noinline]] void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
                                         const BlockPartition<D>& partition, const BlockGroup& group,
                                         const SparseGrid<S, D>& grid, const Sums& sums, typename Sums::number* nodes) {
+    if (places.template has_strays<Kernel>(group)) throw_strays();
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, arena_size<Kernel>, sums,
         [&](const auto& records, std::size_t slot, int used) FIRN_LAMBDA {
@@ -64,6 +65,7 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
     using GroupArena = Arena<Kernel, Number, D>;
     using Rows = ArenaRows<Sums, Kernel, S, D>;
     const ArenaBox<D> box = places.template box<Kernel>(group);
+    if (box.strays) throw_strays();
     GroupArena arena;
     arena.clear(group, box);
     const int n = arena.n;  // out of reach of the integers that are added to the arena
@@ -136,7 +138,8 @@ void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
 /// dt included. Needs: the grid activated for the partitions of all sets, and no particle more than `allowed_drift`
 /// cells from the block it was sorted into. Sets follow one another, so that the same bits come from any number of
 /// threads.
-/// \throws parameter_error  unless dt is finite and not negative;  usage_error  if the grid was not activated
+/// \throws parameter_error  unless dt is finite and not negative;  usage_error  if the grid was not activated, or a
+///         particle has drifted further (the grid is then of no use)
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
 void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);

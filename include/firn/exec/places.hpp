@@ -143,6 +143,13 @@ FIRN_INLINE mask_t<P> strays(const Vec<P, D>& position) {
     return stray;
 }
 
+[[noreturn, gnu::cold, gnu::noinline]] inline void throw_strays() {
+    throw usage_error(
+        "P2G is given a partition that is stale: particles have left the reach of the blocks that they were sorted "
+        "into. When g2p() reports sort_needed, and when you have moved particles yourself, call partition_particles() "
+        "(or sort_particles()) and grid.activate() before the next p2g().");
+}
+
 /// Where the particles of a group are.
 template <class View>
 class GroupPlaces {
@@ -179,27 +186,43 @@ public:
         using P = native_pack<S>;
         constexpr S far = std::numeric_limits<S>::max();
         Vec<P, D> low = Vec<P, D>::filled(P(far)), high = -low;
+        mask_t<P> stray = P(1) < P(0);
         for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += scalar_traits<P>::lanes) {
             Vec<P, D> x = position<P>(slot);
             // Of one block's particles the outermost have the outermost nodes. Not so of several blocks': the sum of a
             // position and its block's corner may be rounded to the next cell.
-            if (group.sparse) x = locate<Kernel>(x).node + blocks_.template in_cube<P>(slot);
+            if (group.sparse) {
+                stray = stray | strays<Kernel>(x);
+                x = locate<Kernel>(x).node + blocks_.template in_cube<P>(slot);
+            }
             unroll<D>([&](auto a) FIRN_LAMBDA {
                 low.v[a] = min(low.v[a], x.v[a]);  // what is not a number is left out: it reaches wrong nodes anyway
                 high.v[a] = max(high.v[a], x.v[a]);
             });
         }
         ArenaBox<D> box;
+        box.strays = group.sparse && any(stray);
         const auto node = [&](S x) {
             if (group.sparse) return int(x);
-            const S last = S(block_size - 1 + 2 * allowed_drift);
-            return int(std::clamp(base_node<Kernel>(x) + S(allowed_drift), S(0), last));
+            const S last = S(block_size - 1 + 2 * allowed_drift), found = base_node<Kernel>(x) + S(allowed_drift);
+            box.strays = box.strays || found < S(0) || found > last;
+            return int(std::clamp(found, S(0), last));
         };
         unroll<D>([&](auto a) {
             box.first[a] = node(-reduce_max(-low.v[a]));
             box.last[a] = node(reduce_max(high.v[a])) + Kernel::support - 1;
         });
         return box;
+    }
+
+    /// Does some particle of the group lie beyond the reach of its block?
+    template <class Kernel>
+    FIRN_INLINE bool has_strays(const BlockGroup& group) const {
+        using P = native_pack<S>;
+        mask_t<P> stray = P(1) < P(0);
+        for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += scalar_traits<P>::lanes)
+            stray = stray | strays<Kernel>(position<P>(slot));
+        return any(stray);
     }
 
 private:

@@ -70,16 +70,34 @@ public:
 
     /// "particle 7 at (1, 2) m with velocity (3, 4) m/s, J = 1: its stress is not finite"
     [[gnu::cold]] std::string text(std::uint32_t id) const {
+        const std::string wrong = not_finite();
+        return state_text(id) + ": " + (wrong.empty() ? "it has left the domain" : wrong);
+    }
+
+    /// "particle 7 at (1, 2) m with velocity (3, 4) m/s, J = 1"
+    [[gnu::cold]] std::string state_text(std::uint32_t id) const {
         const auto position = [&](std::size_t, int a) {
             const double x = double(view_.position.at(slots_, a));
             return Positions<View>::in_cells ? position_of_place(*domain_, range_.block, a, x) : x;
         };
         const auto velocity = [&](std::size_t, int a) { return double(view_.velocity.at(slots_, a)); };
-        const std::string wrong = not_finite();
         const bool is_known = domain_ || !Positions<View>::in_cells;
         return sentence("particle ", id, is_known ? " at " + point_text(0, D, position) + " m" : "", " with velocity ",
-                        point_text(0, D, velocity), " m/s", volume_text(), ": ",
-                        wrong.empty() ? "it has left the domain" : wrong);
+                        point_text(0, D, velocity), " m/s", volume_text());
+    }
+
+    /// |v| + c [m/s], that the bound of the time step comes from. \see firn::signal_speed
+    double signal_speed() const { return double(lane_value(speed(lift<P>(material_)), 0)); }
+    double velocity() const {  ///< |v| [m/s]
+        double square = 0;
+        for (int a = 0; a < D; ++a) square += std::pow(double(view_.velocity.at(slots_, a)), 2);
+        return std::sqrt(square);
+    }
+    /// Of sound in matter of its density that is not deformed [m/s].
+    double undeformed_speed() const {
+        const P density = P(view_.mass.at(slots_, 0)) / P(view_.volume.at(slots_, 0));
+        const auto lifted = lift<P>(material_);
+        return double(lane_value(wave_speed(lifted, density, initial_state<D>(lifted)), 0));
     }
 
 private:
@@ -102,7 +120,7 @@ private:
         look("velocity", view_.velocity, D);
         for_state([&](const char* name, const auto& field, auto components) { look(name, field, components); });
         look("stress", view_.stress, symmetric_size<D>);
-        if (text.empty() && !std::isfinite(double(lane_value(speed(lift<P>(material_)), 0))))
+        if (text.empty() && !std::isfinite(signal_speed()))
             text = "not finite: the speed of waves in it";
         return text;
     }
@@ -119,7 +137,7 @@ private:
         });
         Vec<P, D> velocity;
         for (int a = 0; a < D; ++a) velocity[a] = P(view_.velocity.at(slots_, a));
-        return signal_speed(material, velocity, P(view_.mass.at(slots_, 0)), P(view_.volume.at(slots_, 0)), state,
+        return firn::signal_speed(material, velocity, P(view_.mass.at(slots_, 0)), P(view_.volume.at(slots_, 0)), state,
                             P(S(cell_size_)));
     }
 
