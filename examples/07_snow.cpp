@@ -15,7 +15,7 @@ using Simulation =
     firn::Simulation<D, Snow, firn::Apic, firn::MlsForce, firn::QuadraticBSpline, firn::Coloured, Boundary>;
 
 constexpr double size = 4;  // of the box [m]
-constexpr double slope = 30 * 3.14159265358979 / 180;
+constexpr firn::Angle slope = firn::degrees(30);
 
 /// What the snow meets: an upright wall that it sticks to, and a plank that it slides down on.
 Obstacle wall() {

@@ -60,14 +60,14 @@ int four_materials(int argc, char** argv) {
 
     const Four materials(Jelly::from_young_poisson(2e4, 0.3),
                          Water::from_properties({.bulk = 3e5, .viscosity = viscosity}),
-                         Sand::from_properties({.friction_angle = friction_angle}), Snow::from_properties({}));
+                         Sand::from_properties({.friction_angle = firn::degrees(friction_angle)}), Snow::from_properties({}));
     // The bunny, about its centre of mass; wood of a density that floats.
     const auto upright = firn::fitted(firn::read_obj(FIRN_EXAMPLES_DATA_DIR "/bunny.obj"), {0.0, 0.0, 0.0}, 0.36);
     const MassProperties wood = mass_properties(upright, 600, 0.01);
     const auto mesh = firn::translated(upright, wood.centre * -1.0);
     example::RigidBody<3> body(wood.mass, wood.inertia);
     body.position = {0.32, 0.95, 0.4};
-    body.rotation = firn::rotor({0.3, 1.0, 0.2}, 0.8);
+    body.rotation = firn::rotor({0.3, 1.0, 0.2}, firn::radians(0.8));
     Bunny bunny{.shape = {firn::mesh_distance(mesh, {.spacing = spacing})},
                 .contact = firn::Contact::separate,
                 .friction = 0.3};

@@ -129,7 +129,7 @@ auto distances_of_box(double spacing) {
 template <int D>
 auto capsule(double speed) {
     Collider<Capsule<float, D>> solid = driven(Capsule<float, D>{0.3F, 0.12F}, D == 2 ? 0.42 : 0.12, speed);
-    if constexpr (D == 3) solid.rotation = rotor({1.0, 0.0, 0.0}, std::numbers::pi / 2);
+    if constexpr (D == 3) solid.rotation = rotor({1.0, 0.0, 0.0}, degrees(90));
     return solid;
 }
 

@@ -19,8 +19,8 @@ TEST_CASE("A column of sand runs out between what was measured of sand and of gl
 }
 
 TEST_CASE("The steeper the friction angle of sand, the less its column runs out") {
-    const auto run_out = [](double friction_angle) {
-        SandColumn<float> column(1, 10, friction_angle);
+    const auto run_out = [](double angle) {
+        SandColumn<float> column(1, 10, degrees(angle));
         column.simulation.advance(5 * std::sqrt(column.height() / column.g));
         return column.run_out();
     };

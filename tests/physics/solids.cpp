@@ -25,7 +25,7 @@ TEST_CASE("a block slides down a slope by ½ g t² (sin θ − μ cos θ)") {
 
 TEST_CASE("steeper friction than the slope holds a block") {
     Collider<HalfSpace<double, 2>> ground{.friction = 0.8};
-    ground.rotation = rotor(-std::numbers::pi / 6);
+    ground.rotation = rotor(degrees(-30));
     const auto R = matrix_of(ground.rotation);
     WatchedRun<2, double, decltype(ground)> run({{-1.0, -1.0}, {1.0, 1.0}, 1.0 / 40},
                                                 FixedCorotated<double>::from_young_poisson(1e6, 0.3), ground);

@@ -173,10 +173,10 @@ void write_solids(const std::filesystem::path& root, const scenes::Matter& matte
     tube.position = Vec<double, D>::filled(0.5);
     if constexpr (D == 2) {
         ball.angular_velocity = -3;
-        tube.rotation = rotor(0.7);
+        tube.rotation = rotor(radians(0.7));
     } else {
         ball.angular_velocity = {1.0, -2.0, 3.0};
-        tube.rotation = rotor({1.0, 2.0, 3.0}, 0.7);
+        tube.rotation = rotor({1.0, 2.0, 3.0}, radians(0.7));
     }
     const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.3);
     write_case<D, Apic, MlsForce>(root, std::to_string(D) + "d_solids", matter, "step", 1, material, 0,
@@ -302,7 +302,7 @@ int main(int count, char** words) {
         write_case<2, Apic, MlsForce>(root, "2d_snow", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, Snow<float>{});
         write_case<3, Pic, WeightGradientForce>(root, "3d_snow", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, Snow<float>{});
         write_case<3, Apic, MlsForce>(root, "3d_sand", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50,
-                                      Sand<float>::from_properties({.hardening = 9, .hardening_decay = 0.2}));
+                                      Sand<float>::from_properties({.hardening = degrees(9), .hardening_decay = 0.2}));
         const auto honey = Fluid<float>::from_properties({.viscosity = 5});
         write_case<2, Apic, MlsForce>(root, "2d_fluid", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, honey);
         write_case<3, Pic, MlsForce>(root, "3d_fluid", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, honey);

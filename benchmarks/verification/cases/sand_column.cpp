@@ -16,7 +16,7 @@ struct Outcome {
 
 /// Until 6 √(H0/g): at rest.
 Outcome collapse(double aspect, int cells, double friction_angle = 30) {
-    SandColumn<float> column(aspect, cells, friction_angle);
+    SandColumn<float> column(aspect, cells, firn::degrees(friction_angle));
     Outcome out{aspect};
     const double unit = std::sqrt(column.height() / column.g);
     out.front.label = out.profile.label = sentence("a = ", aspect);

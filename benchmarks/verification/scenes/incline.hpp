@@ -39,7 +39,7 @@ Slide slide(const InclineOptions& options, const Transfer& transfer = {}) {
     const double g = 9.81;
     Collider<HalfSpace<S, 2>> ground{.friction = S(options.friction)};
     ground.position = {S(0.2), S(0.5)};
-    if (options.askew) ground.rotation = rotor(S(-options.slope));
+    if (options.askew) ground.rotation = rotor(radians(-options.slope));
     const auto R = cast<double>(matrix_of(ground.rotation));
     const auto down = Vec<double, 2>{std::sin(options.slope), -std::cos(options.slope)} * g;
     Simulation<2, FixedCorotated<S>, Transfer, Force, Kernel, Coloured, decltype(ground)> simulation(

@@ -36,7 +36,7 @@ struct SandColumn {
     firn::Simulation<2, firn::Sand<S>> simulation;
     double aspect, h;
 
-    SandColumn(double aspect_, int cells_across, double friction_angle = 30)
+    SandColumn(double aspect_, int cells_across, firn::Angle friction_angle = firn::degrees(30))
         : simulation({{0.0, 0.0}, {width * (2 + 3.5 * aspect_), width * (aspect_ + 1)}, width / cells_across},
                      firn::Sand<S>::from_properties({.young = 1e6, .poisson = 0.3, .friction_angle = friction_angle})),
           aspect(aspect_),

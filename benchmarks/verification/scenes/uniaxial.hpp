@@ -270,7 +270,7 @@ struct UniaxialModels {
     firn::Fluid<double> fluid = firn::Fluid<double>::from_properties({});
     firn::Snow<double> snow = firn::Snow<double>::from_properties({});
     firn::VonMises<double> von_mises = firn::VonMises<double>::from_properties({.hardening = 1e5});
-    firn::Sand<double> sand = firn::Sand<double>::from_properties({.friction_angle = 20});
+    firn::Sand<double> sand = firn::Sand<double>::from_properties({.friction_angle = firn::degrees(20)});
     firn::Nacc<double> nacc = firn::Nacc<double>::from_properties({});
 
     Path of_solid{{1, 0.5, 2}};

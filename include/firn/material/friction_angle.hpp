@@ -1,6 +1,7 @@
 /// \file The friction angle of granular matter, and the slope of its cone.
 #pragma once
 
+#include <firn/core/angle.hpp>
 #include <firn/core/error.hpp>
 #include <firn/core/scalar.hpp>
 
@@ -20,12 +21,12 @@ FIRN_INLINE S friction_slope(const S& sine) {
         return S(1 / std::numbers::sqrt2) * sine;
 }
 
-/// \throws parameter_error unless 0 ≤ φ < 90 [degrees]; returns φ in radians
-inline double check_friction_angle(double degrees) {
-    if (!(degrees >= 0 && degrees < 90))
-        throw parameter_error(sentence("The friction angle is ", degrees,
+/// \throws parameter_error unless 0° ≤ φ < 90°; returns φ
+inline Angle check_friction_angle(Angle angle) {
+    if (!(angle >= degrees(0) && angle < degrees(90)))
+        throw parameter_error(sentence("The friction angle is ", angle.in_degrees(),
                                        " degrees; it must be at least 0 and below 90. Dry sand has 30 to 40."));
-    return degrees * std::numbers::pi / 180;
+    return angle;
 }
 
 }  // namespace firn

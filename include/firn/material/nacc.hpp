@@ -12,7 +12,7 @@ namespace firn {
 struct NaccProperties {
     double young = 1e6;          ///< Young's modulus [Pa]
     double poisson = 0.3;        ///< Poisson's ratio [1]
-    double friction_angle = 45;  ///< φ of the critical state [degrees]
+    Angle friction_angle = degrees(45);  ///< φ of the critical state
     double cohesion = 0.5;       ///< β: what it bears in tension, as a part of the consolidation pressure [1]
     double consolidation = 2e4;  ///< p₀ before any flow, the pressure that crushes it [Pa]
     double hardening = 3;        ///< ξ [1]
@@ -69,7 +69,7 @@ struct Nacc {
         Nacc model;
         model.mu = elastic.mu;
         model.lambda = elastic.lambda;
-        model.friction_sine = S(std::sin(check_friction_angle(clay.friction_angle)));
+        model.friction_sine = S(std::sin(check_friction_angle(clay.friction_angle).in_radians()));
         model.cohesion = S(clay.cohesion);
         model.hardening = S(clay.hardening);
         model.first_log_volume = S(-std::asinh(clay.consolidation / kappa) / clay.hardening);

@@ -10,14 +10,14 @@
 namespace firn {
 
 /// Sand in terms that can be measured. Klár et al. harden from 35° − 10° by 9° a unit of plastic strain with a decay of
-/// 0.2: `{.friction_angle = 35, .hardening = 9, .hardening_decay = 0.2, .initial_loss = 10}`.
+/// 0.2: `{.friction_angle = degrees(35), .hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)}`.
 struct SandProperties {
     double young = 3.537e5;      ///< Young's modulus [Pa]
     double poisson = 0.3;        ///< Poisson's ratio [1]
-    double friction_angle = 35;  ///< φ [degrees], after all hardening
-    double hardening = 0;        ///< h₁ [degrees a unit of plastic strain]
+    Angle friction_angle = degrees(35);  ///< φ, after all hardening
+    Angle hardening = degrees(0);        ///< h₁, for a unit of plastic strain
     double hardening_decay = 0;  ///< h₂ [1]
-    double initial_loss = 0;     ///< h₃, what φ lacks before any flow [degrees]
+    Angle initial_loss = degrees(0);     ///< h₃, what φ lacks before any flow
 };
 
 /// Yields where ‖dev τ‖ + α tr τ > 0, α from the friction angle φ = h₀ + (h₁ q − h₃) e^{−h₂ q} (friction_slope()).
@@ -58,24 +58,24 @@ struct Sand {
     /// h₁, h₂ ≥ 0
     static Sand from_properties(const SandProperties& sand) {
         const Hencky<S> elastic = Hencky<S>::from_young_poisson(sand.young, sand.poisson);
-        const auto radians = [](double degrees) { return S(degrees * (std::numbers::pi / 180)); };
-        if (!(sand.hardening >= 0 && std::isfinite(sand.hardening)) ||
+        const double hardening = sand.hardening.in_radians();
+        if (!(hardening >= 0 && std::isfinite(hardening)) ||
             !(sand.hardening_decay >= 0 && std::isfinite(sand.hardening_decay)) ||
-            (sand.hardening > 0 && sand.hardening_decay == 0))
+            (hardening > 0 && sand.hardening_decay == 0))
             throw parameter_error(sentence(
-                "The friction of sand hardens by ", sand.hardening, " degrees with a decay of ", sand.hardening_decay,
+                "The friction of sand hardens by ", sand.hardening.in_degrees(), " degrees with a decay of ", sand.hardening_decay,
                 "; both must be finite and not negative, and what hardens must decay, as the "
                 "angle would grow without a bound."));
-        const double most = sand.hardening > 0 ? sand.hardening / sand.hardening_decay / std::numbers::e : 0;
+        const double most = hardening > 0 ? hardening / sand.hardening_decay / std::numbers::e : 0;
         Sand model;
         model.mu = elastic.mu;
         model.lambda = elastic.lambda;
         check_friction_angle(sand.friction_angle - sand.initial_loss);
-        check_friction_angle(sand.friction_angle + most);
-        model.friction_angle = S(check_friction_angle(sand.friction_angle));
-        model.hardening = radians(sand.hardening);
+        check_friction_angle(sand.friction_angle + radians(most));
+        model.friction_angle = S(check_friction_angle(sand.friction_angle).in_radians());
+        model.hardening = S(hardening);
         model.hardening_decay = S(sand.hardening_decay);
-        model.initial_loss = radians(sand.initial_loss);
+        model.initial_loss = S(sand.initial_loss.in_radians());
         return model;
     }
     /// \throws parameter_error unless the moduli are those of a stable solid, 0 ≤ h₀ < π/2, h₁, h₂ ≥ 0, h₃ is finite,
@@ -84,7 +84,7 @@ struct Sand {
         requires std::floating_point<S>
     {
         check_lame_of_plastic(double(mu), double(lambda));
-        check_friction_angle(double(friction_angle) * (180 / std::numbers::pi));
+        check_friction_angle(radians(double(friction_angle)));
         if (!(hardening >= 0 && hardening_decay >= 0 && std::isfinite(hardening + hardening_decay + initial_loss)) ||
             (hardening > 0 && hardening_decay == 0))
             throw parameter_error(

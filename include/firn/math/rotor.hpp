@@ -1,6 +1,7 @@
 /// \file Rotations of the plane and of space from the same lines: unit quaternions, and what turns about an axis.
 #pragma once
 
+#include <firn/core/angle.hpp>
 #include <firn/core/tensor.hpp>
 #include <firn/math/trigonometric.hpp>
 
@@ -99,12 +100,12 @@ Vec<S, N> turned(const Vec<S, N>& q, const Axial<S, N == 2 ? 2 : 3>& turn) {
     return product * (1 / norm(product));
 }
 
-/// The rotation by `angle` [rad] of the plane, counter-clockwise.
-inline Rotor<double, 2> rotor(double angle) { return turned(no_rotation<double, 2>(), angle); }
+/// The rotation of the plane by an angle, counter-clockwise: rotor(degrees(30)).
+inline Rotor<double, 2> rotor(Angle angle) { return turned(no_rotation<double, 2>(), angle.in_radians()); }
 
-/// The rotation by `angle` [rad] about `axis` (any length but 0), by the right hand.
-inline Rotor<double, 3> rotor(const Vec<double, 3>& axis, double angle) {
-    return turned(no_rotation<double, 3>(), axis * (angle / norm(axis)));
+/// The rotation by an angle about `axis` (any length but 0), by the right hand.
+inline Rotor<double, 3> rotor(const Vec<double, 3>& axis, Angle angle) {
+    return turned(no_rotation<double, 3>(), axis * (angle.in_radians() / norm(axis)));
 }
 
 }  // namespace firn

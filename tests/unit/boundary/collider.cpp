@@ -22,10 +22,10 @@ auto somewhere(Random& random, Contact contact, double friction) {
     solid.position = random.vector<D>(-1, 1);
     solid.linear_velocity = random.vector<D>(-2, 2);
     if constexpr (D == 2) {
-        solid.rotation = rotor(random.uniform(-3, 3));
+        solid.rotation = rotor(radians(random.uniform(-3, 3)));
         solid.angular_velocity = random.uniform(-4, 4);
     } else {
-        solid.rotation = rotor(random.direction<3>(), random.uniform(-3, 3));
+        solid.rotation = rotor(random.direction<3>(), radians(random.uniform(-3, 3)));
         solid.angular_velocity = random.vector<3>(-4, 4);
     }
     return solid;
@@ -415,7 +415,11 @@ TEMPLATE_TEST_CASE_SIG(
 }
 
 TEST_CASE("rotor() turns by the right hand", "[boundary][collider]") {
-    const double quarter = std::numbers::pi / 2;
+    const Angle quarter = degrees(90);
+    CHECK(quarter.in_radians() == Approx(std::numbers::pi / 2));
+    CHECK(radians(std::numbers::pi / 6).in_degrees() == Approx(30));
+    CHECK((2 * degrees(30) + degrees(50) / 2 - degrees(-5)).in_degrees() == Approx(90));
+    CHECK(degrees(-90) < degrees(1));
     const auto moved = matrix_of(rotor(quarter)) * Vec<double, 2>{1.0, 0.0};
     CHECK(norm(moved - Vec<double, 2>{0.0, 1.0}) <= 1e-15);
     const auto of_y = matrix_of(rotor(Vec<double, 3>{0.0, 0.0, 5.0}, quarter)) * Vec<double, 3>{0.0, 2.0, 1.0};

@@ -187,7 +187,7 @@ TEMPLATE_TEST_CASE("a mesh as a collider, turned and moving: what the ball it st
         .shape = {mesh_distance(test_meshes::sphere({0, 0, 0}, 0.3, 4), {.spacing = spacing})},
         .friction = 0.3,
         .position = {0.5, -0.2, 0.1},
-        .rotation = rotor({1, 2, -1}, 0.8),
+        .rotation = rotor({1, 2, -1}, radians(0.8)),
         .linear_velocity = {0.3, 1, -0.4},
         .angular_velocity = {2, -1, 0.5}};
     Collider<Sphere<S, 3>> of_ball{.shape = {S(0.3)},

@@ -72,7 +72,7 @@ TEST_CASE("surfaces: a boundary changes the velocity of nodes exactly where it s
                                     .friction = 0.3,
                                     .thickness = 0.05,
                                     .position = {{0.5, 0.4, 0.6}},
-                                    .rotation = rotor({{0.3, -0.5, 0.8}}, 0.9),
+                                    .rotation = rotor({{0.3, -0.5, 0.8}}, radians(0.9)),
                                     .linear_velocity = {{1, 2, 3}},
                                     .angular_velocity = {{-3, 1, 2}}};
     const Together<Walls<double, 3>, Collider<Box<double, 3>>> boundary(
@@ -95,7 +95,7 @@ TEST_CASE("surfaces: a boundary changes the velocity of nodes exactly where it s
 TEST_CASE("surfaces: the rate of the distance at rest is that of the surface along its normal", "[lagrangian]") {
     const Collider<Capsule<double, 3>> now{.shape = {0.2, 0.1},
                                            .position = {{0.1, 0.2, 0.3}},
-                                           .rotation = rotor({{0.4, 0.2, -0.7}}, 0.9),
+                                           .rotation = rotor({{0.4, 0.2, -0.7}}, radians(0.9)),
                                            .linear_velocity = {{0.5, -1, 0.2}},
                                            .angular_velocity = {{2, -1, 0.5}}};
     const double dt = 1e-6;

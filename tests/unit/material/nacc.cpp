@@ -176,7 +176,7 @@ TEST_CASE("Cam clay refuses properties that are none", "[material][error]") {
     const auto from = [](const NaccProperties& p) { return Nacc<float>::from_properties(p); };
     CHECK_THROWS_AS(from({.young = 0}), parameter_error);
     CHECK_THROWS_AS(from({.poisson = 0.5}), parameter_error);
-    CHECK_THROWS_AS(from({.friction_angle = 90}), parameter_error);
+    CHECK_THROWS_AS(from({.friction_angle = degrees(90)}), parameter_error);
     for (const double wrong : {-1.0, std::nan(""), double(INFINITY)})
         CHECK_THROWS_AS(from({.cohesion = wrong}), parameter_error);
     for (const double wrong : {0.0, -1.0, std::nan(""), 5e5})

@@ -85,9 +85,9 @@ TEMPLATE_TEST_CASE_SIG("returned sand lies in the cone, with the volume and the 
 }
 
 TEST_CASE("sand fails where Mohr and Coulomb say: in 2D always, in 3D in triaxial compression", "[material]") {
-    for (const double degrees : {10.0, 35.0, 50.0}) {
-        const auto sand = Sand<double>::from_properties({.friction_angle = degrees});
-        const double sine = std::sin(degrees * pi / 180);
+    for (const double angle : {10.0, 35.0, 50.0}) {
+        const auto sand = Sand<double>::from_properties({.friction_angle = degrees(angle)});
+        const double sine = std::sin(angle * pi / 180);
         // Pressed hard along the first axis, stretched a little along the others: (p₁ − p₃) = (p₁ + p₃) sin φ.
         SandState<2> flat{diagonal_of<2>({0.8, 1.08})};
         const auto two = stresses<2>(sand, sand.returned(flat).F);
@@ -123,7 +123,7 @@ TEMPLATE_TEST_CASE_SIG("sand that has opened bears no pressure until it is close
 TEMPLATE_TEST_CASE_SIG("sand gathers as plastic strain how far its return mapping goes, at the tip as on the cone",
                        "[material]", ((int D), D), 2, 3) {
     // Klár et al. 2016: q grows by δγ on the cone and by ‖ε‖ at its tip, the length of the plastic Hencky strain.
-    const auto sand = Sand<double>::from_properties({.hardening = 9, .hardening_decay = 0.2, .initial_loss = 10});
+    const auto sand = Sand<double>::from_properties({.hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)});
     Random random(43);
     int tips = 0, slips = 0;
     for (int trial = 0; trial < 300; ++trial) {
@@ -145,7 +145,7 @@ TEMPLATE_TEST_CASE_SIG("sand gathers as plastic strain how far its return mappin
 
 TEST_CASE("sand hardens as in Klár et al. 2016, table 3: φ = 35° + (9° q − 10°) e^{−0.2 q}", "[material]") {
     const auto sand = Sand<double>::from_properties(
-        {.friction_angle = 35, .hardening = 9, .hardening_decay = 0.2, .initial_loss = 10});
+        {.friction_angle = degrees(35), .hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)});
     for (const double q : {0.0, 0.3, 2.0, 8.0, 50.0}) {
         const double phi = (35 + (9 * q - 10) * std::exp(-0.2 * q)) * pi / 180;
         CHECK(sand.slope<3>(q) == Approx(std::sqrt(2. / 3) * 2 * std::sin(phi) / (3 - std::sin(phi))).epsilon(1e-13));
@@ -179,7 +179,7 @@ TEMPLATE_TEST_CASE_SIG("sand in lanes gives the bits of plain numbers, and float
         state.plastic_strain = random.uniform(0, 2);
         return state;
     };
-    const SandProperties hardening{.friction_angle = 35, .hardening = 9, .hardening_decay = 0.2, .initial_loss = 10};
+    const SandProperties hardening{.friction_angle = degrees(35), .hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)};
     check_nan<D>(Sand<float>{});
     check_lanes<float, D>(Sand<float>::from_properties(hardening), state_of, 320);
     check_lanes<double, D>(Sand<double>::from_properties(hardening), state_of, 160);
@@ -207,12 +207,12 @@ TEST_CASE("sand refuses properties that are none", "[material][error]") {
     CHECK_THROWS_AS(from({.young = 0}), parameter_error);
     CHECK_THROWS_AS(from({.poisson = 0.5}), parameter_error);
     for (const double wrong : {-1.0, 90.0, std::nan("")})
-        CHECK_THROWS_AS(from({.friction_angle = wrong}), parameter_error);
-    CHECK_THROWS_AS(from({.friction_angle = 5, .initial_loss = 10}), parameter_error);
-    CHECK_THROWS_AS(from({.friction_angle = 80, .hardening = 90, .hardening_decay = 0.5}), parameter_error);
-    CHECK_THROWS_AS(from({.hardening = 9}), parameter_error);  // would grow without a bound
-    CHECK_THROWS_AS(from({.hardening = -1, .hardening_decay = 1}), parameter_error);
-    CHECK_THROWS_AS(from({.hardening = 1, .hardening_decay = std::nan("")}), parameter_error);
+        CHECK_THROWS_AS(from({.friction_angle = degrees(wrong)}), parameter_error);
+    CHECK_THROWS_AS(from({.friction_angle = degrees(5), .initial_loss = degrees(10)}), parameter_error);
+    CHECK_THROWS_AS(from({.friction_angle = degrees(80), .hardening = degrees(90), .hardening_decay = 0.5}), parameter_error);
+    CHECK_THROWS_AS(from({.hardening = degrees(9)}), parameter_error);  // would grow without a bound
+    CHECK_THROWS_AS(from({.hardening = degrees(-1), .hardening_decay = 1}), parameter_error);
+    CHECK_THROWS_AS(from({.hardening = degrees(1), .hardening_decay = std::nan("")}), parameter_error);
     const Sand<float> defaults, same = from({});
     CHECK(double(defaults.mu) == Approx(double(same.mu)).epsilon(1e-7));
     CHECK(double(defaults.lambda) == Approx(double(same.lambda)).epsilon(1e-7));
