@@ -41,20 +41,23 @@ template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, 
           class Kernel = QuadraticBSpline, class Execution = Coloured,
           class Boundary = Walls<detail::precision_of_t<Material>, D>>
 class Simulation {
-    using List = typename detail::material_list<Material>::type;
+    using List = detail::material_list<Material, D>;
     using Make = detail::material_sets<D, List>;
 
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
     static_assert(require_kernel<Kernel>());
     static_assert(transfer<Transfer> && force<Force>);
+    static constexpr bool boundary_fits =
+        detail::require_fitting_boundary<Boundary, detail::precision_of_t<List>, D>();
 
-    using scalar_type = detail::precision_of_t<Material>;
+    using scalar_type = detail::precision_of_t<List>;
     using material_type = Material;
     using S = scalar_type;
     using Sets = typename Make::type;
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;
+    static constexpr std::size_t unnamed = detail::unnamed_material;
 
     /// \param walls  without them, walls on all faces that let go, if the boundary is Walls; others must be given
     /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells; if a parameter of
@@ -62,9 +65,16 @@ public:
     explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
         : Simulation(domain, material, how, default_boundary(domain)) {}
     Simulation(const Domain<D>& domain, const Material& material, const Execution& how, const Boundary& walls)
-        : boundary(walls), execution(how), grid_(domain), sets_(Make::make(List(material), domain)) {
+        : boundary(walls), execution(how), grid_(domain), sets_(Make::make(material, domain)) {
         gravity[1] = -9.81;
         for_sets([](const auto& set) { check_material<D>(set.material); });
+    }
+
+    template <int Other, class... Rest>
+        requires(Other != D)
+    explicit Simulation(const Domain<Other>&, const Rest&...) : Simulation(Domain<D>{}) {
+        static_assert(Other == D, "firn: this domain has another dimension than the simulation: Domain<3> goes with "
+                                  "Simulation<3>.");
     }
 
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
@@ -91,18 +101,18 @@ public:
     std::uint64_t steps() const { return steps_; }
     double last_time_step() const { return last_time_step_; }  ///< [s]
 
-    /// Of the material with that place in the list; the first where none is named.
-    template <std::size_t I = 0>
+    /// Of the material with that place in the list, which must be named where there are several.
+    template <std::size_t I = unnamed>
     const auto& material() const {
-        return std::get<I>(sets_).material;
+        return set_of<I>().material;
     }
-    template <std::size_t I = 0>
+    template <std::size_t I = unnamed>
     const auto& particles() const {
-        return std::get<I>(sets_).particles;
+        return set_of<I>().particles;
     }
-    template <std::size_t I = 0>
+    template <std::size_t I = unnamed>
     const std::vector<Body>& bodies() const {
-        return std::get<I>(sets_).bodies;
+        return set_of<I>().bodies;
     }
     /// Of the material M.
     template <class M>
@@ -119,9 +129,9 @@ public:
     }
 
     /// Particles for editing (velocities of a body, say). The next step looks at them anew.
-    template <std::size_t I = 0>
+    template <std::size_t I = unnamed>
     auto& edit_particles() {
-        auto& set = std::get<I>(sets_);
+        auto& set = set_of<I>();
         set.prepared = set.checked = false;
         return set.particles;
     }
@@ -133,9 +143,9 @@ public:
     /// Changes the states of a body's particles: change(position [m], state of the material). The next step computes
     /// their stress anew.
     /// \throws parameter_error  if there is no such body
-    template <std::size_t I = 0, class Change>
+    template <std::size_t I = unnamed, class Change>
     void set_states(const Body& body, const Change& change) {
-        std::get<I>(sets_).check_body(body);
+        set_of<I>().check_body(body);
         auto& particles = edit_particles<I>();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot) || !body.holds(particles.id(slot))) continue;
@@ -150,9 +160,9 @@ public:
     }
 
     /// What a material's particles have in all, now.
-    template <std::size_t I = 0>
+    template <std::size_t I = unnamed>
     Totals<D> totals() const {
-        const auto& set = std::get<I>(sets_);
+        const auto& set = set_of<I>();
         return firn::totals<Kernel>(set.particles, domain(), set.material, requested_threads(execution));
     }
     template <class M>
@@ -162,9 +172,9 @@ public:
 
     /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
     /// \throws parameter_error, particle_error (nothing is added)
-    template <std::size_t I = 0>
+    template <std::size_t I = unnamed>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
-        const Body body = std::get<I>(sets_).add(samples, density, velocity, workers());
+        const Body body = set_of<I>().add(samples, density, velocity, workers());
         warn_of_spacing(samples);
         return body;
     }
@@ -173,12 +183,27 @@ public:
         return add<place_of<M>>(samples, density, velocity);
     }
 
+    template <std::size_t I = unnamed, int Other, class... Rest>
+        requires(Other != D)
+    Body add(const Samples<Other>&, double, const Rest&...) {
+        static_assert(Other == D, "firn: these samples have another dimension than the simulation: sample_box<3>(…) goes "
+                                  "with Simulation<3>.");
+        return {};
+    }
+    template <std::size_t I = unnamed, int Other>
+        requires(Other != D)
+    Body add(const Samples<D>&, double, const Vec<double, Other>&) {
+        static_assert(Other == D, "firn: this velocity has another dimension than the simulation: Vec<double, 3> goes "
+                                  "with Simulation<3>.");
+        return {};
+    }
+
     /// Adds the points of a net, which carry mass [kg] and no volume, at one velocity [m/s]: to the material NoStress.
     /// \param masses  of each [kg]
     /// \throws parameter_error, particle_error (nothing is added)
-    template <std::size_t I = 0>
+    template <std::size_t I = unnamed>
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
-        return std::get<I>(sets_).add(net, masses, velocity, workers());
+        return set_of<I>().add(net, masses, velocity, workers());
     }
     template <class M>
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
@@ -186,9 +211,9 @@ public:
     }
 
     /// The facets of the nets, by ids of particles. Some of those may have been taken out.
-    template <std::size_t I = 0>
+    template <std::size_t I = unnamed>
     const std::vector<Facet<D>>& facets() const {
-        return std::get<I>(sets_).facets;
+        return set_of<I>().facets;
     }
     template <class M>
     const std::vector<Facet<D>>& facets() const {
@@ -201,10 +226,10 @@ public:
     /// \return the force as it is kept: its parameters may be changed
     /// \throws parameter_error  if there is no such body
     /// \see element_forces.hpp
-    template <std::size_t I = 0, class BetweenPoints>
+    template <std::size_t I = unnamed, class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
-        std::get<I>(sets_).check_body(body);
-        auto& forces = std::get<I>(sets_).forces;
+        set_of<I>().check_body(body);
+        auto& forces = set_of<I>().forces;
         forces.emplace_back(body, detail::AnyForce<S, D>(std::move(force)));
         return forces.back().force().template as<BetweenPoints>();
     }
@@ -215,13 +240,13 @@ public:
 
     /// Gives particles of a material from now on; every burst is a body.
     /// \throws parameter_error  if a number is out of range
-    template <std::size_t I = 0>
+    template <std::size_t I = unnamed>
     void add_source(const Source<D>& source) {
         source.check();
         warn_of_spacing(source.samples);
         Source<D> added = source;
         if (steps_ > 0) added.skip(time_);
-        std::get<I>(sets_).sources.push_back(std::move(added));
+        set_of<I>().sources.push_back(std::move(added));
     }
     template <class M>
     void add_source(const Source<D>& source) {
@@ -229,10 +254,10 @@ public:
     }
     /// Takes out a material's particles, after every step, where they are in the sink.
     /// \throws parameter_error  if upper is below lower
-    template <std::size_t I = 0>
+    template <std::size_t I = unnamed>
     void add_sink(const Sink<D>& sink) {
         sink.check();
-        std::get<I>(sets_).sinks.push_back(sink);
+        set_of<I>().sinks.push_back(sink);
     }
     template <class M>
     void add_sink(const Sink<D>& sink) {
@@ -241,7 +266,7 @@ public:
     /// Pushes the particles of a body, in every step from now on: force(position [m], time [s]) on each [N], called
     /// from several threads at once.
     /// \throws parameter_error  if there is no such body, or the force is an empty function
-    template <std::size_t I = 0, class OfParticle>
+    template <std::size_t I = unnamed, class OfParticle>
     void add_load(const Body& body, const OfParticle& force) {
         static_assert(
             detail::returns_numbers<OfParticle, Vec<double, D>, double>,
@@ -249,8 +274,8 @@ public:
             "Give it a return type that holds the numbers: -> Eigen::Vector3d.");
         Load<D> load{body, force};
         if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
-        std::get<I>(sets_).check_body(body);
-        std::get<I>(sets_).loads.push_back(std::move(load));
+        set_of<I>().check_body(body);
+        set_of<I>().loads.push_back(std::move(load));
     }
     template <class M, class OfParticle>
     void add_load(const Body& body, const OfParticle& force) {
@@ -258,9 +283,9 @@ public:
     }
     /// Takes out the particles for which wanted(position [m], id) says so. Ids of others stay.
     /// \return how many that were
-    template <std::size_t I = 0, class Wanted>
+    template <std::size_t I = unnamed, class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
-        return std::get<I>(sets_).remove_if(wanted);
+        return set_of<I>().remove_if(wanted);
     }
     template <class M, class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
@@ -297,17 +322,17 @@ public:
     }
 
     /// The partition in use: which blocks a material's particles are sorted into.
-    template <std::size_t I = 0>
+    template <std::size_t I = unnamed>
     const BlockPartition<D>& partition() {
         prepare();
-        return std::get<I>(sets_).partition;
+        return set_of<I>().partition;
     }
 
     /// What the last G2P saw: the bound of the next step comes from it.
-    template <std::size_t I = 0>
+    template <std::size_t I = unnamed>
     const G2PReport& report() {
         prepare();
-        return std::get<I>(sets_).report;
+        return set_of<I>().report;
     }
 
     /// Goes back to a stored moment: the particles of then; if the set is prepared, in the order of then with partition
@@ -380,7 +405,8 @@ private:
         return fastest;
     }
     double largest_speed_of_boundary() const {
-        return largest_speed(on_grid(boundary, domain().cell_size), domain().lower, domain().upper);
+        if constexpr (boundary_fits) return largest_speed(on_grid(boundary, domain().cell_size), domain().lower, domain().upper);
+        return 0;
     }
     /// Of the time step [s], for what moves on the grid.
     double signal_bound(double of_boundary) {
@@ -457,10 +483,12 @@ private:
         is_spoiled_ = std::apply([](const auto&... set) { return (set.is_pushed() || ...); }, sets_);
         for_sets([&](auto& set) { set.push(time_, dt, steps_, workers()); });
         make_grid(dt);
-        if (reactions)
-            grid_update(execution, grid_, dt, acceleration, boundary, *reactions);
-        else
-            grid_update(execution, grid_, dt, acceleration, boundary);
+        if constexpr (boundary_fits) {
+            if (reactions)
+                grid_update(execution, grid_, dt, acceleration, boundary, *reactions);
+            else
+                grid_update(execution, grid_, dt, acceleration, boundary);
+        }
         is_spoiled_ = true;  // until all sets are where they should be
         bool right = true;
         for_sets([&](auto& set) {
@@ -592,6 +620,15 @@ private:
 
     template <class M>
     static constexpr std::size_t place_of = Make::template place<M>();
+
+    template <std::size_t I>
+    auto& set_of() {
+        return std::get<detail::named_material<I, material_count>()>(sets_);
+    }
+    template <std::size_t I>
+    const auto& set_of() const {
+        return std::get<detail::named_material<I, material_count>()>(sets_);
+    }
 
     SparseGrid<S, D> grid_;
     Sets sets_;

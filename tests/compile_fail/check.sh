@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # check.sh COMPILER FLAGS SOURCE: SOURCE compiles with -DFIRN_GOOD; without, it fails and the compiler's output holds
-# the text of each line `// expect: <text>`.
+# the text of each line `// expect: <text>`. With a line `// errors: N` it holds N errors and no more.
 set -euo pipefail
 export LC_ALL=C
 
@@ -24,3 +24,8 @@ for text in "${expected[@]}"; do
         exit 1
     fi
 done
+most=$(sed -n 's|^// errors: *||p' "$source")
+if [[ -n $most ]] && found=$(grep -c ' error: ' <<<"$output") && ((found != most)); then
+    printf '%s\nThe compiler reports %s errors, not %s.\n' "$output" "$found" "$most"
+    exit 1
+fi

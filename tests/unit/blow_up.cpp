@@ -40,7 +40,7 @@ std::pair<std::uint64_t, std::string> blown_up(Simulation& simulation, const Ste
         } catch (const particle_error& failure) {
             return {simulation.steps(), failure.what()};
         }
-        const auto& particles = simulation.particles();
+        const auto& particles = simulation.template particles<0>();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot)) continue;
             REQUIRE(detail::is_finite(particles.exact_position(slot)));

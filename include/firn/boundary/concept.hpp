@@ -5,6 +5,7 @@
 #include <firn/core/tensor.hpp>
 
 #include <algorithm>
+#include <type_traits>
 
 namespace firn {
 
@@ -21,6 +22,32 @@ concept says_where = requires(const B b, const Vec<double, D> x) {
 /// B is given with the scalar S.
 template <class B, class S, int D>
 concept boundary = changes_velocity<B, S, D> && says_where<B, D>;
+
+namespace detail {
+/// Is B made for nodes in S and D? Of a boundary that does not say what it is made for it is not known: true.
+template <class B, class S, int D>
+struct boundary_fits : std::true_type {};
+template <template <class, int> class B, class T, int N, class S, int D>
+struct boundary_fits<B<T, N>, S, D> : std::bool_constant<std::same_as<T, S> && N == D> {};
+template <class B, class S, int D>
+    requires requires {
+        typename B::S;
+        B::D;
+    }
+struct boundary_fits<B, S, D> : std::bool_constant<std::same_as<typename B::S, S> && B::D == D> {};
+template <template <class...> class All, class... B, class S, int D>  // a Together, a BoundaryList
+    requires(requires(All<B...> all) { all.parts; } || requires(All<B...> all) { all.all; })
+struct boundary_fits<All<B...>, S, D> : std::conjunction<boundary_fits<B, S, D>...> {};
+
+/// True, or the compiler says that B is made for others.
+template <class B, class S, int D>
+consteval bool require_fitting_boundary() {
+    static_assert(boundary_fits<B, S, D>::value,
+                  "firn: the boundary is of another precision or dimension than the particles and the grid: with "
+                  "FixedCorotated<float> in 3D go Walls<float, 3> and Collider<Sphere<float, 3>>.");
+    return boundary_fits<B, S, D>::value;
+}
+}  // namespace detail
 
 /// \throws what the boundary's own check throws, if it has one
 template <class B>

@@ -288,22 +288,25 @@ PassReport update_stress_pass(const Execution& execution, const ParticleView<S, 
 /// Particles are kept inside the domain. A transfer that blends needs before_p2g(). \see exec/transfer_passes.hpp
 /// \throws particle_error  if particles are not finite, or would have moved more than a cell beyond the domain: how
 ///                         many, and what is known of the one with the lowest id
-template <class Kernel, class Transfer, class Force, class Execution, class Material, std::floating_point S, int D,
-          class Field, class State>
-G2PReport g2p(const Execution& execution, const ParticleView<S, D, Field, State>& view,
-              const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material, double dt,
-              const Transfer& transfer = {}) {
-    check_material<D>(material);
-    detail::check_step(dt);
-    const auto pass =
-        detail::g2p_pass<Kernel, Transfer, Force>(execution, view, partition, grid, material, dt, transfer);
-    if (!pass.right)
-        detail::throw_wrong(
-            detail::wrong_particles<D>(view, partition, &grid.domain(), grid.domain().cell_size, material, dt),
-            sentence("They come from a step of ", dt,
-                     " s: compare it with the bound of the time step, and look for a force or a "
-                     "stiffness that is too large."));
-    return pass.report;
+template <class Kernel, class Transfer, class Force, class Execution, class View, class Material, int N,
+          std::floating_point S, int D>
+G2PReport g2p(const Execution& execution, const View& view, const BlockPartition<N>& partition,
+              const SparseGrid<S, D>& grid, const Material& material, double dt, const Transfer& transfer = {}) {
+    if constexpr (detail::require_same_kind<View, N, S, D>() && require_material<Material, D>()) {
+        if constexpr (detail::require_same_precision<Material, S>()) {
+            check_material<D>(material);
+            detail::check_step(dt);
+            const auto pass =
+                detail::g2p_pass<Kernel, Transfer, Force>(execution, view, partition, grid, material, dt, transfer);
+            if (pass.right) return pass.report;
+            detail::throw_wrong(
+                detail::wrong_particles<D>(view, partition, &grid.domain(), grid.domain().cell_size, material, dt),
+                sentence("They come from a step of ", dt,
+                         " s: compare it with the bound of the time step, and look for a force or a "
+                         "stiffness that is too large."));
+        }
+    }
+    return {};
 }
 
 /// The stress and signal speed of particles as they are: before the first step, and after a state was changed by hand.

@@ -113,15 +113,17 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary) {
-    detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary,
-                        static_cast<Reactions<D>*>(nullptr));
+    if constexpr (detail::require_fitting_boundary<Boundary, S, D>())
+        detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary,
+                            static_cast<Reactions<D>*>(nullptr));
 }
 
 /// The same, to the bit; and what the boundary gave to matter. \see Reactions
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary, Reactions<D>& reactions) {
-    detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary, &reactions);
+    if constexpr (detail::require_fitting_boundary<Boundary, S, D>())
+        detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary, &reactions);
 }
 
 }  // namespace firn

@@ -165,10 +165,11 @@ void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, const ParticleSet<Vie
 
 /// \copydoc p2g
 /// One set of particles.
-template <class Kernel, class Transfer, class Force, class Execution, class View, int D>
-void p2g(const Execution& execution, const View& view, const BlockPartition<D>& partition,
-         SparseGrid<typename View::scalar_type, D>& grid, double dt) {
-    p2g<Kernel, Transfer, Force>(execution, grid, dt, ParticleSet<View>{view, partition});
+template <class Kernel, class Transfer, class Force, class Execution, class View, int N, std::floating_point S, int D>
+void p2g(const Execution& execution, const View& view, const BlockPartition<N>& partition, SparseGrid<S, D>& grid,
+         double dt) {
+    if constexpr (detail::require_same_kind<View, N, S, D>())
+        p2g<Kernel, Transfer, Force>(execution, grid, dt, ParticleSet<View>{view, partition});
 }
 
 }  // namespace firn

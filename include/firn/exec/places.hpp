@@ -6,6 +6,7 @@
 #include <firn/exec/row.hpp>
 #include <firn/exec/transpose.hpp>
 #include <firn/kernel/concept.hpp>
+#include <firn/material/concept.hpp>
 
 #include <algorithm>
 #include <limits>
@@ -142,6 +143,26 @@ FIRN_INLINE mask_t<P> strays(const Vec<P, D>& position) {
     });
     return stray;
 }
+
+namespace detail {
+/// True, or the compiler says that the particles are others than the grid is for.
+template <class View, int N, class S, int D>
+consteval bool require_same_kind() {
+    constexpr bool same = View::dimension == D && N == D && std::same_as<typename View::scalar_type, S>;
+    static_assert(same, "firn: the particles, their partition and the grid are of one precision and dimension: "
+                        "ForeignParticles<double, 3> go with BlockPartition<3> and SparseGrid<double, 3>.");
+    return same;
+}
+
+/// True, or the compiler says that the material is of another precision.
+template <class Material, class S>
+consteval bool require_same_precision() {
+    constexpr bool same = std::same_as<material_scalar_t<Material>, S>;
+    static_assert(same, "firn: the material and the particles are of one precision: FixedCorotated<double> goes with "
+                        "ForeignParticles<double, 3>.");
+    return same;
+}
+}  // namespace detail
 
 [[noreturn, gnu::cold, gnu::noinline]] inline void throw_strays() {
     throw usage_error(

@@ -229,14 +229,15 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
 /// With several materials: once for each, with the states of one moment.
 /// With Restart::converted only particles with their ids, velocities and states are taken over, and time and steps; all
 /// else (domain, boundary, gravity, …) is the program's. Where the state has no affine_velocity, it is 0.
-/// \tparam I   of which of the simulation's materials
+/// \tparam Named  which of the simulation's materials; of several one must be named
 /// \param how  what is asked of the state
 /// \throws io_error  naming what differs, is missing or is damaged; the simulation is then as it was
 /// \throws particle_error  naming particles outside the domain
-template <std::size_t I = 0, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
+template <std::size_t Named = detail::unnamed_material, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
           class Boundary, state_scalar T>
 void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation, const State<T>& state,
              Restart how = Restart::same_bits) {
+    constexpr std::size_t I = detail::named_material<Named, std::remove_cvref_t<decltype(simulation)>::material_count>();
     using S = detail::precision_of_t<Materials>;
     using Material = std::remove_cvref_t<decltype(simulation.template material<I>())>;
     detail::check_dimension(state, D);

@@ -186,17 +186,18 @@ void fill_state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, 
 /// what positions are rounded from], velocities [m/s], C [1/s], the material's state (F), τ [Pa],
 /// mass [kg], volume [m^D], in the order of ids; the facets of nets; the order of the slots and blocks beside them, so
 /// that sums go on in the same order; parameters with units; names of policies.
-/// \tparam I  of which of the simulation's materials
+/// \tparam I  of which of the simulation's materials; of several one must be named
 /// \param into  whose memory is used anew: what a series gives back (BackgroundSeries::spare), or nothing yet
-template <std::size_t I = 0, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
+template <std::size_t I = detail::unnamed_material, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
           class Boundary>
 void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation,
               State<detail::precision_of_t<Materials>>& into) {
+    constexpr std::size_t named = detail::named_material<I, std::remove_cvref_t<decltype(simulation)>::material_count>();
     parallel_region(thread_count(requested_threads(simulation.execution)),
-                    [&] { detail::fill_state_of<I>(simulation, into); });
+                    [&] { detail::fill_state_of<named>(simulation, into); });
 }
 /// The same, in memory of its own.
-template <std::size_t I = 0, int D, class Materials, class... Policies>
+template <std::size_t I = detail::unnamed_material, int D, class Materials, class... Policies>
 State<detail::precision_of_t<Materials>> state_of(Simulation<D, Materials, Policies...>& simulation) {
     State<detail::precision_of_t<Materials>> state;
     state_of<I>(simulation, state);

@@ -175,10 +175,20 @@ concept material =
 template <class M>
 concept has_material_scalar = requires { typename material_scalar_t<M>; } && scalar<material_scalar_t<M>>;
 
+/// True, or the compiler says that M has no scalar.
+template <class M>
+consteval bool require_material_scalar() {
+    static_assert(has_material_scalar<M>,
+                  "firn: a material is a template over its scalar, `template <firn::scalar S> struct MyMaterial`, given "
+                  "with one: MyMaterial<float>. The same lines then run with any scalar; see "
+                  "examples/own_material.hpp.");
+    return has_material_scalar<M>;
+}
+
 /// True, or the compiler says what M lacks.
 template <class M, int D>
 consteval bool require_material() {
-    if constexpr (has_material_scalar<M>) {
+    if constexpr (require_material_scalar<M>()) {
         static_assert(has_parameters<M>,
                       "firn: a material lists its parameters in a static function parameters(); see "
                       "firn/core/parameters.hpp.");
@@ -188,10 +198,6 @@ consteval bool require_material() {
         static_assert(has_wave_speed<M, D>,
                       "firn: a material offers `S wave_speed(const S& density, const Mat<S, D>& F) "
                       "const` [m/s], or of its own `state<D>`; the time step is bounded by it.");
-    } else {
-        static_assert(has_material_scalar<M>,
-                      "firn: a material is a template over its scalar, "
-                      "`template <firn::scalar S> struct MyMaterial`.");
     }
     return material<M, D>;
 }

@@ -31,24 +31,54 @@ struct Materials {
 
 namespace detail {
 template <class Material>
-struct material_list {
+struct listed {
     using type = Materials<Material>;
 };
 template <class... M>
-struct material_list<Materials<M...>> {
+struct listed<Materials<M...>> {
     using type = Materials<M...>;
 };
+
 template <class List>
-struct first_material;
+struct precision_of;
 template <class First, class... Rest>
-struct first_material<Materials<First, Rest...>> {
-    using type = First;
-    static_assert((std::same_as<material_scalar_t<First>, material_scalar_t<Rest>> && ...),
-                  "firn: the materials of one simulation are of one precision.");
+struct precision_of<Materials<First, Rest...>> {
+    using type = typename std::conditional_t<require_material_scalar<First>(), material_scalar<First>,
+                                             std::type_identity<float>>::type;
 };
 /// The precision of a material, or of a list of them.
 template <class Material>
-using precision_of_t = material_scalar_t<typename first_material<typename material_list<Material>::type>::type>;
+using precision_of_t = typename precision_of<typename listed<Material>::type>::type;
+
+/// True, or the compiler says why a simulation cannot have these materials.
+template <int D, class First, class... Rest>
+consteval bool require_materials(std::type_identity<Materials<First, Rest...>>) {
+    if constexpr ((require_material<First, D>() && ... && require_material<Rest, D>())) {
+        constexpr bool same = (std::same_as<material_scalar_t<First>, material_scalar_t<Rest>> && ...);
+        static_assert(same,
+                      "firn: the materials of one simulation are of one precision: Materials<Snow<float>, Sand<float>>.");
+        return same;
+    } else {
+        return false;
+    }
+}
+/// The materials; or where they cannot be used one that can, so that the compiler says why, and no more.
+template <class Material, int D>
+using material_list = std::conditional_t<require_materials<D>(std::type_identity<typename listed<Material>::type>{}),
+                                         typename listed<Material>::type, Materials<NoStress<float>>>;
+}  // namespace detail
+
+namespace detail {
+inline constexpr std::size_t unnamed_material = std::size_t(-1);
+
+/// The place in the list of the material that was named; of several one must be.
+template <std::size_t I, std::size_t Count>
+constexpr std::size_t named_material() {
+    static_assert(I != unnamed_material || Count == 1,
+                  "firn: this simulation has several materials: say which one is meant, simulation.add<Snow<float>>(…), "
+                  "or give its place in the list, simulation.add<1>(…).");
+    return I == unnamed_material ? 0 : I;
+}
 }  // namespace detail
 
 /// A force on every particle of a body: a traction [Pa] on a face comes to traction × area / particles of the face.
@@ -61,7 +91,6 @@ struct Load {
 /// A material's particles and what is known of them.
 template <int D, class Material>
 struct MaterialSet {
-    static_assert(require_material<Material, D>());
     using S = material_scalar_t<Material>;
 
     Material material;
@@ -243,7 +272,11 @@ template <int D, class... M>
 struct material_sets<D, Materials<M...>> {
     using type = std::tuple<MaterialSet<D, M>...>;
 
-    static type make(const Materials<M...>& materials, const Domain<D>& domain) {
+    /// \param materials  a list of them, or the only one
+    template <class Given>
+    static type make(const Given& given, const Domain<D>& domain) {
+        Materials<M...> materials;
+        if constexpr (std::is_constructible_v<Materials<M...>, const Given&>) materials = Materials<M...>(given);
         return std::apply(
             [&](const M&... model) {
                 return type{MaterialSet<D, M>{model, decltype(MaterialSet<D, M>::particles)(domain)}...};

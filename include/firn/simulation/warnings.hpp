@@ -40,7 +40,7 @@ std::string wide_spacing(const Samples<D>& samples, double cell_size) {
 /// A sentence about walls that are not the faces of the domain; or nothing.
 template <class Boundary, int D>
 std::string other_walls(const Boundary& boundary, const Domain<D>& domain) {
-    if constexpr (requires { boundary.at_lower, boundary.lower[D - 1]; }) {
+    if constexpr (requires { boundary.at_lower[D - 1], Vec<double, D>(cast<double>(boundary.lower)); }) {
         const Vec<double, D> lower = cast<double>(boundary.lower), upper = cast<double>(boundary.upper);
         bool same = true;
         for (int a = 0; a < D; ++a) {

@@ -121,7 +121,7 @@ TEST_CASE("several materials: the same bits for any number of threads") {
 TEST_CASE("a material of which there are no particles yet changes nothing") {
     Mixture both(box<2>(), {FixedCorotated<double>::from_young_poisson(1e4, 0.3), {}});
     Simulation<2, FixedCorotated<double>> alone(box<2>(), FixedCorotated<double>::from_young_poisson(1e4, 0.3));
-    both.add(ball<2>(0.35, 0.5), 1000, {1.5, 0.0});
+    both.add<0>(ball<2>(0.35, 0.5), 1000, {1.5, 0.0});
     alone.add(ball<2>(0.35, 0.5), 1000, {1.5, 0.0});
     for (int step = 0; step < 20; ++step) {
         both.step();
