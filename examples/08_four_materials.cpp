@@ -58,9 +58,9 @@ int four_materials(int argc, char** argv) {
         std::cbrt((water_volume + sand_volume + jelly_volume + snow_volume) / double(options.particles));
     const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered};
 
-    const Four materials(Jelly::from_young_poisson(2e4, 0.3),
-                         Water::from_properties({.bulk = 3e5, .viscosity = viscosity}),
-                         Sand::from_properties({.friction_angle = firn::degrees(friction_angle)}), Snow::from_properties({}));
+    const Four materials(
+        Jelly::from_young_poisson(2e4, 0.3), Water::from_properties({.bulk = 3e5, .viscosity = viscosity}),
+        Sand::from_properties({.friction_angle = firn::degrees(friction_angle)}), Snow::from_properties({}));
     // The bunny, about its centre of mass; wood of a density that floats.
     const auto upright = firn::fitted(firn::read_obj(FIRN_EXAMPLES_DATA_DIR "/bunny.obj"), {0.0, 0.0, 0.0}, 0.36);
     const MassProperties wood = mass_properties(upright, 600, 0.01);

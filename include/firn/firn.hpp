@@ -1,6 +1,8 @@
 /// \file All of firn that needs no library (and uses OpenMP where it is enabled). Eigen: core/eigen.hpp. HDF5: firn/io.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/boundary/boundary_list.hpp>
 #include <firn/boundary/collider.hpp>
 #include <firn/boundary/distance_grid.hpp>

@@ -2,6 +2,8 @@
 /// firn.hpp need not be included. For nets on the grid of a simulation see Simulation::add_force.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/lagrangian/any_force.hpp>
 #include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/collision_grid.hpp>

@@ -1,6 +1,8 @@
 /// \file Sets of particles, a grid and a boundary, stepped through time. It only composes the stages of exec/.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/boundary/walls.hpp>
 #include <firn/core/step_region.hpp>
 #include <firn/data/check_particles.hpp>
@@ -16,7 +18,7 @@
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/check.hpp>
 #include <firn/material/fixed_corotated.hpp>
-#include <firn/simulation/blow_up.hpp>
+#include <firn/simulation/bound.hpp>
 #include <firn/simulation/material_set.hpp>
 #include <firn/simulation/warnings.hpp>
 #include <firn/stage/time_step.hpp>
@@ -48,8 +50,7 @@ public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
     static_assert(require_kernel<Kernel>());
     static_assert(transfer<Transfer> && force<Force>);
-    static constexpr bool boundary_fits =
-        detail::require_fitting_boundary<Boundary, detail::precision_of_t<List>, D>();
+    static constexpr bool boundary_fits = detail::require_fitting_boundary<Boundary, detail::precision_of_t<List>, D>();
 
     using scalar_type = detail::precision_of_t<List>;
     using material_type = Material;
@@ -70,11 +71,10 @@ public:
         for_sets([](const auto& set) { check_material<D>(set.material); });
     }
 
-    template <int Other, class... Rest>
-        requires(Other != D)
-    explicit Simulation(const Domain<Other>&, const Rest&...) : Simulation(Domain<D>{}) {
-        static_assert(Other == D, "firn: this domain has another dimension than the simulation: Domain<3> goes with "
-                                  "Simulation<3>.");
+    template <int N, class... Rest>
+        requires(N != D)
+    explicit Simulation(const Domain<N>&, const Rest&...) : Simulation(Domain<D>{}) {
+        static_assert(N == D, "firn: this domain has another dimension than the simulation.");
     }
 
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
@@ -87,10 +87,10 @@ public:
     /// Particles are sorted when one may leave the reach of its block; and whenever the number of steps is a multiple
     /// of this, unless it is 0.
     std::uint64_t most_steps_between_sorts = 0;
-    /// Takes warnings, each once: of a fixed time step above the bound (again whenever that gets worse), of a bound that
-    /// has fallen by 10³ or needs more than 10⁶ steps a second, of bodies whose particles lie further apart than a cell,
-    /// that overlap or lie inside a solid, and of walls that are not the domain's. By default they go to std::cerr;
-    /// empty: nowhere. It is called outside any parallel region, before the step that it warns of.
+    /// Takes warnings, each once: of a fixed time step above the bound (again whenever that gets worse), of a bound
+    /// that has fallen by 10³ or needs more than 10⁶ steps a second, of bodies whose particles lie further apart than a
+    /// cell, that overlap or lie inside a solid, and of walls that are not the domain's. By default they go to
+    /// std::cerr; empty: nowhere. It is called outside any parallel region, before the step that it warns of.
     std::function<void(const std::string&)> warn = [](const std::string& text) {
         std::cerr << "firn: " << text << '\n';
     };
@@ -175,7 +175,7 @@ public:
     template <std::size_t I = unnamed>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
         const Body body = set_of<I>().add(samples, density, velocity, workers());
-        warn_of_spacing(samples);
+        warnings_.of_spacing(samples, domain(), warn);
         return body;
     }
     template <class M>
@@ -183,18 +183,11 @@ public:
         return add<place_of<M>>(samples, density, velocity);
     }
 
-    template <std::size_t I = unnamed, int Other, class... Rest>
-        requires(Other != D)
-    Body add(const Samples<Other>&, double, const Rest&...) {
-        static_assert(Other == D, "firn: these samples have another dimension than the simulation: sample_box<3>(…) goes "
-                                  "with Simulation<3>.");
-        return {};
-    }
-    template <std::size_t I = unnamed, int Other>
-        requires(Other != D)
-    Body add(const Samples<D>&, double, const Vec<double, Other>&) {
-        static_assert(Other == D, "firn: this velocity has another dimension than the simulation: Vec<double, 3> goes "
-                                  "with Simulation<3>.");
+    template <std::size_t I = unnamed, int N, int M = D>
+        requires(N != D || M != D)
+    Body add(const Samples<N>&, double, const Vec<double, M>& = {}) {
+        static_assert(N == D, "firn: these samples have another dimension than the simulation.");
+        static_assert(M == D, "firn: this velocity has another dimension than the simulation.");
         return {};
     }
 
@@ -243,7 +236,7 @@ public:
     template <std::size_t I = unnamed>
     void add_source(const Source<D>& source) {
         source.check();
-        warn_of_spacing(source.samples);
+        warnings_.of_spacing(source.samples, domain(), warn);
         Source<D> added = source;
         if (steps_ > 0) added.skip(time_);
         set_of<I>().sources.push_back(std::move(added));
@@ -295,9 +288,12 @@ public:
     /// The largest stable time step for the particles as they are [s].
     double stable_time_step() {
         prepare();
-        double bound = signal_bound(largest_speed_of_boundary());
-        for_sets([&](auto& set) { bound = std::min(bound, force_bound(set)); });
-        if (!std::isfinite(bound) && !is_waiting()) throw_at_rest(fastest_signal());
+        const double fastest = detail::fastest_signal(sets_);
+        const double on_grid =
+            fastest > 0 ? firn::stable_time_step<Kernel>(domain().cell_size, std::max(fastest, speed_of_boundary()))
+                        : next_burst() - time_;
+        const double bound = std::min(on_grid, detail::force_bound(sets_, time_, workers()));
+        if (!std::isfinite(bound) && !is_waiting()) throw_at_rest(fastest);
         return bound;
     }
 
@@ -378,7 +374,7 @@ private:
     /// one parallel region, which is left where something of the user's is to be called.
     template <class Acceleration>
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
-        warn_of_start();
+        if (steps_ == 0) warnings_.of_start(sets_, domain(), boundary, warn);
         std::string warning;
         const auto is_done = [&] { return !(time_ < end) || steps_ == last_step; };
         while (!is_done()) {
@@ -398,54 +394,13 @@ private:
         }
     }
 
-    /// Of all particles, their velocity and the waves in them [m/s].
-    double fastest_signal() {
-        double fastest = 0;
-        for_sets([&](const auto& set) { fastest = std::max(fastest, set.report.signal_speed); });
-        return fastest;
-    }
-    double largest_speed_of_boundary() const {
-        if constexpr (boundary_fits) return largest_speed(on_grid(boundary, domain().cell_size), domain().lower, domain().upper);
+    double speed_of_boundary() const {
+        if constexpr (boundary_fits) return detail::speed_of_boundary(boundary, domain());
         return 0;
     }
-    /// Of the time step [s], for what moves on the grid.
-    double signal_bound(double of_boundary) {
-        const double fastest = fastest_signal();
-        if (!(fastest > 0)) return next_burst() - time_;
-        return firn::stable_time_step<Kernel>(domain().cell_size, std::max(fastest, of_boundary));
-    }
-    /// Of the time step [s], for the forces between the particles of a set.
-    template <class Set>
-    double force_bound(Set& set) {
-        double bound = std::numeric_limits<double>::infinity();
-        for (auto& force : set.forces)
-            bound = std::min(bound, force_safety * force.largest_step(set.particles, time_, workers()));
-        return bound;
-    }
-    /// A sentence about what the bound of the time step comes from.
     [[gnu::cold]] std::string reason_of_bound() {
-        const double of_boundary = largest_speed_of_boundary(), of_signals = signal_bound(of_boundary);
-        bool forced = false;
-        for_sets([&](auto& set) { forced = forced || force_bound(set) < of_signals; });
-        if (forced) return "It is set by forces between particles: take softer ones, or larger masses.";
-        if (of_boundary > fastest_signal())
-            return sentence("It is set by the boundary, which moves at up to ", of_boundary, " m/s.");
-        return detail::fastest_particle(sets_, domain());
-    }
-
-    void warn_of_spacing(const Samples<D>& samples) {
-        if (!warn || warnings_.spacing_said) return;
-        const std::string text = detail::wide_spacing(samples, domain().cell_size);
-        warnings_.spacing_said = !text.empty();
-        if (!text.empty()) warn(text);
-    }
-    /// Of bodies and walls, before the first step.
-    void warn_of_start() {
-        if (steps_ > 0 || !warn || std::exchange(warnings_.started, true)) return;
-        for (const std::string& text :
-             {detail::other_walls(boundary, domain()), detail::matter_in_solids(sets_, domain(), boundary),
-              detail::overlapping_bodies<D>(sets_)})
-            if (!text.empty()) warn(text);
+        return detail::reason_of_bound<Kernel>(sets_, domain(), speed_of_boundary(),
+                                               detail::force_bound(sets_, time_, workers()));
     }
 
     /// The fixed time step, or the bound.
@@ -457,7 +412,7 @@ private:
                 sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
         bound_ = bound;
         if (fixed_time_step > bound) warning = warning_of(fixed_time_step / bound);
-        if (warn && warning.empty() && fastest_signal() > 0)
+        if (warn && warning.empty() && detail::fastest_signal(sets_) > 0)
             warning = warnings_.of_bound(bound, steps_, time_, [&] { return reason_of_bound(); });
         return fixed_time_step > 0 ? fixed_time_step : bound;
     }
@@ -614,9 +569,6 @@ private:
         return sentence("the fixed time step of ", fixed_time_step, " s is ", ratio, " times the bound of ",
                         fixed_time_step / ratio, " s at step ", steps_, "; the simulation may become unstable.");
     }
-
-    /// Part of the largest step of the forces between particles that a step may take: stiffness changes with strain.
-    static constexpr double force_safety = 0.5;
 
     template <class M>
     static constexpr std::size_t place_of = Make::template place<M>();

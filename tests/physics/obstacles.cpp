@@ -64,8 +64,8 @@ template <int D, class Material, class Distance>
 Leaks push(const Trough<D>& trough, const Material& material, const Solids<D>& solids, double duration,
            double centre_at_the_end, const Distance& distance) {
     const Domain<D> domain = trough.domain();
-    const auto walls = Walls<float, D>::all(cast<float>(domain.lower), cast<float>(domain.upper),
-                                            {Contact::separate, 0.3});
+    const auto walls =
+        Walls<float, D>::all(cast<float>(domain.lower), cast<float>(domain.upper), {Contact::separate, 0.3});
     Simulation simulation(domain, material, Coloured{}, solids.with(walls));
     simulation.add(trough.matter(), 1600);
     simulation.advance(duration);
@@ -108,8 +108,7 @@ auto distances_of_box(double spacing) {
     if constexpr (D == 3) {
         TriangleMesh mesh;
         for (int corner = 0; corner < 8; ++corner)
-            mesh.vertices.push_back(
-                {corner & 1 ? 0.1 : -0.1, corner & 2 ? 0.3 : -0.3, corner & 4 ? 0.3 : -0.3});
+            mesh.vertices.push_back({corner & 1 ? 0.1 : -0.1, corner & 2 ? 0.3 : -0.3, corner & 4 ? 0.3 : -0.3});
         mesh.triangles = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
                           {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
         return DistanceGrid<float, 3>{mesh_distance(mesh, {.spacing = spacing})};

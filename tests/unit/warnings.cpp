@@ -163,7 +163,8 @@ TEST_CASE("matter inside a solid, and walls that are not the domain's, are warne
     int expected = 0;
     for (int i = 0; i < 13; ++i)
         for (int j = 0; j < 13; ++j)
-            expected += std::hypot(0.4 + (i + 0.5) * 0.2 / 13 - 0.65, 0.4 + (j + 0.5) * 0.2 / 13 - 0.5) < 0.1 - 0.1 / 32;
+            expected +=
+                std::hypot(0.4 + (i + 0.5) * 0.2 / 13 - 0.65, 0.4 + (j + 0.5) * 0.2 / 13 - 0.5) < 0.1 - 0.1 / 32;
     CHECK(holds(inside[0], sentence(expected, " of 169 particles lie inside a solid")));
     CHECK(holds(inside[0], "Move the body or the solid"));
     const auto walls = run(0.8, 0.875F);

@@ -25,8 +25,8 @@ struct named_collider {
 ///
 /// The layer keeps matter out. A particle on the surface of the solid takes its velocity from nodes up to 1.5 cells
 /// away, the radius of the quadratic spline; if all of them are held, it does not move in, wherever the surface lies
-/// between nodes. Without a layer, matter gets in by up to 1.5 cells; with one, it comes to rest up to a cell before the
-/// surface.
+/// between nodes. Without a layer, matter gets in by up to 1.5 cells; with one, it comes to rest up to a cell before
+/// the surface.
 ///
 /// Beside other solids (in a Together or a BoundaryList), a face that another solid covers is no nearest face. What
 /// stands on a floor would else push up and down there and let matter through sideways. So a node in another solid, or
@@ -216,9 +216,10 @@ private:
     FIRN_INLINE Vec<S, D> way_out_of(const Others& others, const Vec<S, D>& x) const {
         const S cell = S(cell_size), off = S(off_others) * cell, most = S(farthest_off) * cell;
         Vec<S, D> way = Vec<S, D>::zero();
-        others(x, [&](const S& distance, const Vec<S, D>& normal, const Vec<S, D>&, Contact kind, const S&) FIRN_LAMBDA {
-            if (kind != Contact::none) way += normal * min(max(off - distance, S(0)), most);
-        });
+        others(x,
+               [&](const S& distance, const Vec<S, D>& normal, const Vec<S, D>&, Contact kind, const S&) FIRN_LAMBDA {
+                   if (kind != Contact::none) way += normal * min(max(off - distance, S(0)), most);
+               });
         unroll<D>([&](auto a) FIRN_LAMBDA { way.v[a] = min(max(way.v[a], -most), most); });
         return way;
     }

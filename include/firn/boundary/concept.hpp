@@ -36,7 +36,8 @@ template <class B, class S, int D>
     }
 struct boundary_fits<B, S, D> : std::bool_constant<std::same_as<typename B::S, S> && B::D == D> {};
 template <template <class...> class All, class... B, class S, int D>  // a Together, a BoundaryList
-    requires(requires(All<B...> all) { all.parts; } || requires(All<B...> all) { all.all; })
+    requires(
+        requires(All<B...> all) { all.parts; } || requires(All<B...> all) { all.all; })
 struct boundary_fits<All<B...>, S, D> : std::conjunction<boundary_fits<B, S, D>...> {};
 
 /// True, or the compiler says that B is made for others.

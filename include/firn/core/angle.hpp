@@ -1,6 +1,8 @@
 /// \file Angles, which say their unit: degrees(35), radians(0.6).
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <compare>
 #include <numbers>
 

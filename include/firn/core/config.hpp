@@ -1,12 +1,10 @@
 /// \file Compiler-dependent words: forced inlining, and how many lanes the target's registers hold.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <cstddef>
 #include <utility>
-
-#if !defined(__clang__) && !defined(__GNUC__)
-#error "firn needs g++ 12 or clang 19, or later: it uses their vector extension for SIMD lanes."
-#endif
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define FIRN_SANITIZED

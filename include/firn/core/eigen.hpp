@@ -11,6 +11,8 @@
 /// records WGSL). What Eigen does by branching on values is refused at compile time.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/core/error.hpp>
 #include <firn/core/tensor.hpp>
 

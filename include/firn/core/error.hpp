@@ -1,6 +1,8 @@
 /// \file The errors firn throws. Each says what was given, what is allowed and what to do.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <sstream>
 #include <stdexcept>
 #include <string>

@@ -1,6 +1,8 @@
 /// \file Where the threads of a call come from: OpenMP's parallel region, or a host that lends threads of its own.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/core/team.hpp>
 
 #include <unistd.h>

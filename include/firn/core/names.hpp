@@ -1,6 +1,8 @@
 /// \file Names of policies that are made of other policies.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>

@@ -1,6 +1,8 @@
 /// \file Threads of firn's own, to be lent to its loops: for a program without OpenMP, and for a child of fork().
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/core/parallel.hpp>
 
 #include <condition_variable>

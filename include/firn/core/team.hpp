@@ -13,6 +13,8 @@
 /// of whom it waits for, it soon looks no longer than it must.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>

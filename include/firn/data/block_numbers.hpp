@@ -1,6 +1,8 @@
 /// \file Numbers for the blocks that are met, in the order in which they are met.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>

@@ -4,6 +4,8 @@
 /// of sixteen, which no strides describe. A vector of points (samples, nets, PointMasses, meshes) is as_eigen(vector).
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/core/eigen.hpp>
 #include <firn/data/mesh.hpp>
 #include <firn/data/particles.hpp>

@@ -3,6 +3,8 @@
 /// The distributions of <random> may differ between standard libraries, so none is used.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <cstdint>
 
 namespace firn {

@@ -30,19 +30,18 @@ S chosen_scale(std::optional<double> given, S largest, const char* what, const c
 /// no motion that anybody could see: of matter at rest.
 /// \throws overflow_error
 template <class S>
-void check_resolution(const FixedPointLoad<S>& load, const FixedPointBound<S>& bound,
-                      const FixedPointScale<S>& scale) {
+void check_resolution(const FixedPointLoad<S>& load, const FixedPointBound<S>& bound, const FixedPointScale<S>& scale) {
     constexpr double fewest_quanta = 0x1p24, unseen_velocity = 1e-20;  // [m/s]
     const auto is_coarse = [](S most, S per_unit) {
         return most > 0 && double(most) * double(per_unit) < fewest_quanta;
     };
     const bool moves = 1 / (double(scale.momentum) * double(load.mass)) > unseen_velocity;
     if (is_coarse(bound.mass, scale.mass) || (is_coarse(bound.momentum, scale.momentum) && moves))
-        throw overflow_error(sentence("Particles of at most ", load.mass, " kg and ", load.momentum,
-                                      " kg m/s are too light for fixed-point sums in ",
-                                      sizeof(S) == 4 ? "float" : "double", ", which has no scale above ",
-                                      scale.momentum, " quanta. Use ", sizeof(S) == 4 ? "double, Coloured, " : "Coloured ",
-                                      "or units in which masses are larger."));
+        throw overflow_error(
+            sentence("Particles of at most ", load.mass, " kg and ", load.momentum,
+                     " kg m/s are too light for fixed-point sums in ", sizeof(S) == 4 ? "float" : "double",
+                     ", which has no scale above ", scale.momentum, " quanta. Use ",
+                     sizeof(S) == 4 ? "double, Coloured, " : "Coloured ", "or units in which masses are larger."));
 }
 }  // namespace detail
 

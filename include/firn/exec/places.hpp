@@ -9,6 +9,7 @@
 #include <firn/material/concept.hpp>
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 
 namespace firn {
@@ -149,8 +150,9 @@ namespace detail {
 template <class View, int N, class S, int D>
 consteval bool require_same_kind() {
     constexpr bool same = View::dimension == D && N == D && std::same_as<typename View::scalar_type, S>;
-    static_assert(same, "firn: the particles, their partition and the grid are of one precision and dimension: "
-                        "ForeignParticles<double, 3> go with BlockPartition<3> and SparseGrid<double, 3>.");
+    static_assert(same,
+                  "firn: the particles, their partition and the grid are of one precision and dimension: "
+                  "ForeignParticles<double, 3> go with BlockPartition<3> and SparseGrid<double, 3>.");
     return same;
 }
 
@@ -158,8 +160,9 @@ consteval bool require_same_kind() {
 template <class Material, class S>
 consteval bool require_same_precision() {
     constexpr bool same = std::same_as<material_scalar_t<Material>, S>;
-    static_assert(same, "firn: the material and the particles are of one precision: FixedCorotated<double> goes with "
-                        "ForeignParticles<double, 3>.");
+    static_assert(same,
+                  "firn: the material and the particles are of one precision: FixedCorotated<double> goes with "
+                  "ForeignParticles<double, 3>.");
     return same;
 }
 }  // namespace detail
@@ -206,29 +209,33 @@ public:
     FIRN_INLINE ArenaBox<D> box(const BlockGroup& group) const {
         using P = native_pack<S>;
         constexpr S far = std::numeric_limits<S>::max();
+        constexpr std::size_t lanes = scalar_traits<P>::lanes;
         Vec<P, D> low = Vec<P, D>::filled(P(far)), high = -low;
         mask_t<P> stray = P(1) < P(0);
-        for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += scalar_traits<P>::lanes) {
+        const auto see = [&](std::size_t slot, bool look) FIRN_LAMBDA {
             Vec<P, D> x = position<P>(slot);
+            if (look) stray = stray | (strays<Kernel>(x) & is_used(group, slot));
             // Of one block's particles the outermost have the outermost nodes. Not so of several blocks': the sum of a
             // position and its block's corner may be rounded to the next cell.
-            if (group.sparse) {
-                stray = stray | strays<Kernel>(x);
-                x = locate<Kernel>(x).node + blocks_.template in_cube<P>(slot);
-            }
+            if (group.sparse) x = locate<Kernel>(x).node + blocks_.template in_cube<P>(slot);
             unroll<D>([&](auto a) FIRN_LAMBDA {
                 low.v[a] = min(low.v[a], x.v[a]);  // what is not a number is left out: it reaches wrong nodes anyway
                 high.v[a] = max(high.v[a], x.v[a]);
             });
-        }
-        ArenaBox<D> box;
-        box.strays = group.sparse && any(stray);
-        const auto node = [&](S x) {
-            if (group.sparse) return int(x);
-            const S last = S(block_size - 1 + 2 * allowed_drift), found = base_node<Kernel>(x) + S(allowed_drift);
-            box.strays = box.strays || found < S(0) || found > last;
-            return int(std::clamp(found, S(0), last));
         };
+        ArenaBox<D> box;
+        const auto node_of = [](S x) { return base_node<Kernel>(x) + S(allowed_drift); };
+        constexpr S last = S(block_size - 1 + 2 * allowed_drift);
+        const std::size_t whole = group.particles / lanes * lanes;
+        for (std::size_t slot = 0; slot < whole; slot += lanes) see(slot, group.sparse);
+        if (!group.sparse && whole > 0)
+            unroll<D>([&](auto a) {
+                box.strays =
+                    box.strays || node_of(-reduce_max(-low.v[a])) < S(0) || node_of(reduce_max(high.v[a])) > last;
+            });
+        for (std::size_t slot = whole; slot < group.packs() * pack_size; slot += lanes) see(slot, true);
+        box.strays = box.strays || any(stray);
+        const auto node = [&](S x) { return group.sparse ? int(x) : int(std::clamp(node_of(x), S(0), last)); };
         unroll<D>([&](auto a) {
             box.first[a] = node(-reduce_max(-low.v[a]));
             box.last[a] = node(reduce_max(high.v[a])) + Kernel::support - 1;
@@ -241,12 +248,20 @@ public:
     FIRN_INLINE bool has_strays(const BlockGroup& group) const {
         using P = native_pack<S>;
         mask_t<P> stray = P(1) < P(0);
-        for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += scalar_traits<P>::lanes)
-            stray = stray | strays<Kernel>(position<P>(slot));
+        for (std::size_t slot = 0; slot < group.particles; slot += scalar_traits<P>::lanes)
+            stray = stray | (strays<Kernel>(position<P>(slot)) & is_used(group, slot));
         return any(stray);
     }
 
 private:
+    /// Which lanes from `slot` on hold particles, and not padding, which stands for any of them.
+    FIRN_INLINE static auto is_used(const BlockGroup& group, std::size_t slot) {
+        using P = native_pack<S>;
+        S lane[scalar_traits<P>::lanes];
+        for (int l = 0; l < scalar_traits<P>::lanes; ++l) lane[l] = S(l);
+        return P::load(lane) < P(S(int(std::int64_t(group.particles) - std::int64_t(slot))));
+    }
+
     const View& view_;
     const Positions<View>& positions_;
     BlocksOfSlots<S, D> blocks_;

@@ -120,8 +120,7 @@ private:
         look("velocity", view_.velocity, D);
         for_state([&](const char* name, const auto& field, auto components) { look(name, field, components); });
         look("stress", view_.stress, symmetric_size<D>);
-        if (text.empty() && !std::isfinite(signal_speed()))
-            text = "not finite: the speed of waves in it";
+        if (text.empty() && !std::isfinite(signal_speed())) text = "not finite: the speed of waves in it";
         return text;
     }
 
@@ -138,7 +137,7 @@ private:
         Vec<P, D> velocity;
         for (int a = 0; a < D; ++a) velocity[a] = P(view_.velocity.at(slots_, a));
         return firn::signal_speed(material, velocity, P(view_.mass.at(slots_, 0)), P(view_.volume.at(slots_, 0)), state,
-                            P(S(cell_size_)));
+                                  P(S(cell_size_)));
     }
 
     /// ", J = 1" of the first matrix of the state, the deformation gradient; nothing where there is none.

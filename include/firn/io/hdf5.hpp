@@ -4,6 +4,8 @@
 /// (`naming_file`).
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/core/error.hpp>
 
 #include <hdf5.h>

@@ -233,11 +233,12 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
 /// \param how  what is asked of the state
 /// \throws io_error  naming what differs, is missing or is damaged; the simulation is then as it was
 /// \throws particle_error  naming particles outside the domain
-template <std::size_t Named = detail::unnamed_material, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
-          class Boundary, state_scalar T>
+template <std::size_t Named = detail::unnamed_material, int D, class Materials, class Transfer, class Force,
+          class Kernel, class Execution, class Boundary, state_scalar T>
 void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation, const State<T>& state,
              Restart how = Restart::same_bits) {
-    constexpr std::size_t I = detail::named_material<Named, std::remove_cvref_t<decltype(simulation)>::material_count>();
+    constexpr std::size_t I =
+        detail::named_material<Named, std::remove_cvref_t<decltype(simulation)>::material_count>();
     using S = detail::precision_of_t<Materials>;
     using Material = std::remove_cvref_t<decltype(simulation.template material<I>())>;
     detail::check_dimension(state, D);

@@ -188,11 +188,12 @@ void fill_state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, 
 /// that sums go on in the same order; parameters with units; names of policies.
 /// \tparam I  of which of the simulation's materials; of several one must be named
 /// \param into  whose memory is used anew: what a series gives back (BackgroundSeries::spare), or nothing yet
-template <std::size_t I = detail::unnamed_material, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
-          class Boundary>
+template <std::size_t I = detail::unnamed_material, int D, class Materials, class Transfer, class Force, class Kernel,
+          class Execution, class Boundary>
 void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation,
               State<detail::precision_of_t<Materials>>& into) {
-    constexpr std::size_t named = detail::named_material<I, std::remove_cvref_t<decltype(simulation)>::material_count>();
+    constexpr std::size_t named =
+        detail::named_material<I, std::remove_cvref_t<decltype(simulation)>::material_count>();
     parallel_region(thread_count(requested_threads(simulation.execution)),
                     [&] { detail::fill_state_of<named>(simulation, into); });
 }

@@ -2,6 +2,8 @@
 /// units. It knows neither the simulation nor the file.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/core/error.hpp>
 
 #include <cmath>

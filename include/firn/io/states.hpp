@@ -1,6 +1,8 @@
 /// \file All of firn's HDF5 states: writing a series of them, reading one, and going on from it.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/io/background_series.hpp>
 #include <firn/io/interruption.hpp>
 #include <firn/io/restart.hpp>

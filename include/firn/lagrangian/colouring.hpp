@@ -1,6 +1,8 @@
 /// \file Colours for links: links of one colour share no point, so that they may move their ends at the same time.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <algorithm>
 #include <array>
 #include <bit>

@@ -1,6 +1,8 @@
 /// \file Which elements a point belongs to: sums over elements that need neither atomics nor colours.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <array>
 #include <cstdint>
 #include <span>

@@ -178,10 +178,11 @@ concept has_material_scalar = requires { typename material_scalar_t<M>; } && sca
 /// True, or the compiler says that M has no scalar.
 template <class M>
 consteval bool require_material_scalar() {
-    static_assert(has_material_scalar<M>,
-                  "firn: a material is a template over its scalar, `template <firn::scalar S> struct MyMaterial`, given "
-                  "with one: MyMaterial<float>. The same lines then run with any scalar; see "
-                  "examples/own_material.hpp.");
+    static_assert(
+        has_material_scalar<M>,
+        "firn: a material is a template over its scalar, `template <firn::scalar S> struct MyMaterial`, given "
+        "with one: MyMaterial<float>. The same lines then run with any scalar; see "
+        "examples/own_material.hpp.");
     return has_material_scalar<M>;
 }
 

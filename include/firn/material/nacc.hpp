@@ -10,12 +10,12 @@ namespace firn {
 
 /// Cam clay in terms that can be measured.
 struct NaccProperties {
-    double young = 1e6;          ///< Young's modulus [Pa]
-    double poisson = 0.3;        ///< Poisson's ratio [1]
+    double young = 1e6;                  ///< Young's modulus [Pa]
+    double poisson = 0.3;                ///< Poisson's ratio [1]
     Angle friction_angle = degrees(45);  ///< φ of the critical state
-    double cohesion = 0.5;       ///< β: what it bears in tension, as a part of the consolidation pressure [1]
-    double consolidation = 2e4;  ///< p₀ before any flow, the pressure that crushes it [Pa]
-    double hardening = 3;        ///< ξ [1]
+    double cohesion = 0.5;               ///< β: what it bears in tension, as a part of the consolidation pressure [1]
+    double consolidation = 2e4;          ///< p₀ before any flow, the pressure that crushes it [Pa]
+    double hardening = 3;                ///< ξ [1]
 };
 
 /// Elastic: ψ = μ/2 (tr b̂ − D) + κ/2 ((J² − 1)/2 − ln J), b̂ = J^{−2/D} FFᵀ, κ = λ + 2μ/D (in 2D plane strain, at small

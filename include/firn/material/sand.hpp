@@ -10,13 +10,14 @@
 namespace firn {
 
 /// Sand in terms that can be measured. Klár et al. harden from 35° − 10° by 9° a unit of plastic strain with a decay of
-/// 0.2: `{.friction_angle = degrees(35), .hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)}`.
+/// 0.2: `{.friction_angle = degrees(35), .hardening = degrees(9), .hardening_decay = 0.2, .initial_loss =
+/// degrees(10)}`.
 struct SandProperties {
-    double young = 3.537e5;      ///< Young's modulus [Pa]
-    double poisson = 0.3;        ///< Poisson's ratio [1]
+    double young = 3.537e5;              ///< Young's modulus [Pa]
+    double poisson = 0.3;                ///< Poisson's ratio [1]
     Angle friction_angle = degrees(35);  ///< φ, after all hardening
     Angle hardening = degrees(0);        ///< h₁, for a unit of plastic strain
-    double hardening_decay = 0;  ///< h₂ [1]
+    double hardening_decay = 0;          ///< h₂ [1]
     Angle initial_loss = degrees(0);     ///< h₃, what φ lacks before any flow
 };
 
@@ -62,10 +63,11 @@ struct Sand {
         if (!(hardening >= 0 && std::isfinite(hardening)) ||
             !(sand.hardening_decay >= 0 && std::isfinite(sand.hardening_decay)) ||
             (hardening > 0 && sand.hardening_decay == 0))
-            throw parameter_error(sentence(
-                "The friction of sand hardens by ", sand.hardening.in_degrees(), " degrees with a decay of ", sand.hardening_decay,
-                "; both must be finite and not negative, and what hardens must decay, as the "
-                "angle would grow without a bound."));
+            throw parameter_error(
+                sentence("The friction of sand hardens by ", sand.hardening.in_degrees(), " degrees with a decay of ",
+                         sand.hardening_decay,
+                         "; both must be finite and not negative, and what hardens must decay, as the "
+                         "angle would grow without a bound."));
         const double most = hardening > 0 ? hardening / sand.hardening_decay / std::numbers::e : 0;
         Sand model;
         model.mu = elastic.mu;

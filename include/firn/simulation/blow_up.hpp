@@ -106,13 +106,14 @@ template <class Sets, int D>
                 if (speed <= fastest) continue;  // one that is not a number is taken
                 fastest = speed;
                 const double own = one.velocity(), sound = one.undeformed_speed();
-                text = sentence("It is set by ", one.state_text(id), ": its velocity and the waves in it come to ", speed,
-                                " m/s. ");
+                text = sentence("It is set by ", one.state_text(id), ": its velocity and the waves in it come to ",
+                                speed, " m/s. ");
                 if (sound > 0 && speed > 10 * sound)
-                    text += sentence("Waves in the material travel at ", sound, " m/s while it is not deformed. ",
-                                     own > sound ? "Matter that meets faster than that" : "Matter that is deformed so far",
-                                     " is squeezed and torn without a limit: take a stiffer material, lower speeds, "
-                                     "more particles a cell, or a fixed_time_step far below the bound at the start.");
+                    text +=
+                        sentence("Waves in the material travel at ", sound, " m/s while it is not deformed. ",
+                                 own > sound ? "Matter that meets faster than that" : "Matter that is deformed so far",
+                                 " is squeezed and torn without a limit: take a stiffer material, lower speeds, "
+                                 "more particles a cell, or a fixed_time_step far below the bound at the start.");
                 else
                     text += "Look for a load, a velocity, a force between particles or a stiffness that is too large.";
             }

@@ -55,8 +55,8 @@ template <int D, class First, class... Rest>
 consteval bool require_materials(std::type_identity<Materials<First, Rest...>>) {
     if constexpr ((require_material<First, D>() && ... && require_material<Rest, D>())) {
         constexpr bool same = (std::same_as<material_scalar_t<First>, material_scalar_t<Rest>> && ...);
-        static_assert(same,
-                      "firn: the materials of one simulation are of one precision: Materials<Snow<float>, Sand<float>>.");
+        static_assert(
+            same, "firn: the materials of one simulation are of one precision: Materials<Snow<float>, Sand<float>>.");
         return same;
     } else {
         return false;
@@ -74,9 +74,10 @@ inline constexpr std::size_t unnamed_material = std::size_t(-1);
 /// The place in the list of the material that was named; of several one must be.
 template <std::size_t I, std::size_t Count>
 constexpr std::size_t named_material() {
-    static_assert(I != unnamed_material || Count == 1,
-                  "firn: this simulation has several materials: say which one is meant, simulation.add<Snow<float>>(…), "
-                  "or give its place in the list, simulation.add<1>(…).");
+    static_assert(
+        I != unnamed_material || Count == 1,
+        "firn: this simulation has several materials: say which one is meant, simulation.add<Snow<float>>(…), "
+        "or give its place in the list, simulation.add<1>(…).");
     return I == unnamed_material ? 0 : I;
 }
 }  // namespace detail

@@ -54,8 +54,9 @@ std::string other_walls(const Boundary& boundary, const Domain<D>& domain) {
                         "stops the run. Give both the same corners.");
     } else if constexpr (requires { boundary.parts; }) {
         std::string text;
-        std::apply([&](const auto&... part) { ((text.empty() ? void(text = other_walls(part, domain)) : void()), ...); },
-                   boundary.parts);
+        std::apply(
+            [&](const auto&... part) { ((text.empty() ? void(text = other_walls(part, domain)) : void()), ...); },
+            boundary.parts);
         return text;
     } else {
         return {};
@@ -128,9 +129,8 @@ template <class Set, class F>
 void for_bodies(const Set& set, const F& f) {
     for (std::size_t slot = 0; slot < set.particles.slots(); ++slot) {
         if (!set.particles.is_particle(slot)) continue;
-        const auto next = std::upper_bound(
-            set.bodies.begin(), set.bodies.end(), set.particles.id(slot),
-            [](std::uint32_t id, const Body& body) { return id < body.first; });
+        const auto next = std::upper_bound(set.bodies.begin(), set.bodies.end(), set.particles.id(slot),
+                                           [](std::uint32_t id, const Body& body) { return id < body.first; });
         if (next != set.bodies.begin()) f(std::size_t(next - set.bodies.begin()) - 1, slot);
     }
 }
@@ -158,8 +158,8 @@ template <class Sets, class Boundary, int D>
             });
     });
     if (inside == 0) return {};
-    return sentence(inside, " of ", all, " particles lie inside a solid of the boundary, ", where,
-                    " the deepest, by ", deepest,
+    return sentence(inside, " of ", all, " particles lie inside a solid of the boundary, ", where, " the deepest, by ",
+                    deepest,
                     " m: they are held there and do not come out. Move the body or the solid, or leave out such "
                     "positions before you add them.");
 }
@@ -172,8 +172,7 @@ template <int D, class Sets>
     for_sets(sets, [&](const auto& set) {
         const std::size_t first = all.size(), material = first_of_material.size();
         first_of_material.push_back(first);
-        for (std::size_t k = 0; k < set.bodies.size(); ++k)
-            all.push_back({material, set.bodies[k]});
+        for (std::size_t k = 0; k < set.bodies.size(); ++k) all.push_back({material, set.bodies[k]});
         for_bodies(set, [&](std::size_t k, std::size_t slot) {
             BodyPoints<D>& body = all[first + k];
             body.spacing = std::pow(double(set.particles.volume(slot)), 1.0 / D);
@@ -202,8 +201,7 @@ template <int D, class Sets>
     });
     for (const auto& [i, j] : pairs)
         if (Vec<double, D> where{}; all[i].overlaps(all[j], where))
-            return sentence("two bodies overlap around ", text_of(where), " m, ", all[j].name(), " and ",
-                            all[i].name(),
+            return sentence("two bodies overlap around ", text_of(where), " m, ", all[j].name(), " and ", all[i].name(),
                             ": their matter is there twice, and will burst apart. Move one of them, or leave out "
                             "the positions that lie in both.");
     return {};
@@ -221,7 +219,24 @@ public:
         return of_small_bound(bound, step, time, reason);
     }
 
-    bool started = false, spacing_said = false;
+    /// Of samples, when they are added.
+    /// \param warn  takes the warning; may be empty
+    template <int D, class Warn>
+    void of_spacing(const Samples<D>& samples, const Domain<D>& domain, const Warn& warn) {
+        if (!warn || spacing_said_) return;
+        const std::string text = wide_spacing(samples, domain.cell_size);
+        spacing_said_ = !text.empty();
+        if (!text.empty()) warn(text);
+    }
+    /// Of bodies and walls, before the first step.
+    template <class Sets, int D, class Boundary, class Warn>
+    void of_start(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, const Warn& warn) {
+        if (!warn || started_) return;
+        started_ = true;
+        for (const std::string& text :
+             {other_walls(boundary, domain), matter_in_solids(sets, domain, boundary), overlapping_bodies<D>(sets)})
+            if (!text.empty()) warn(text);
+    }
 
 private:
     template <class Reason>
@@ -240,7 +255,7 @@ private:
     }
 
     double largest_ = 0;
-    bool fallen_said_ = false, small_said_ = false;
+    bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false;
 };
 
 }  // namespace firn::detail

@@ -2,6 +2,8 @@
 /// serves; the header is that of its present revision (string views, futures).
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/core/error.hpp>
 #include <firn/wgsl/limits.hpp>
 

@@ -10,6 +10,8 @@
 ///     const std::vector<float> velocities = simulation.read("velocity");  // m/s, three for each particle
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/webgpu/pipeline.hpp>
 #include <firn/wgsl/inputs.hpp>
 #include <firn/wgsl/manifest.hpp>

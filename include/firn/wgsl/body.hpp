@@ -1,6 +1,8 @@
 /// \file From a graph to the statements of a WGSL function.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/wgsl/graph.hpp>
 
 #include <algorithm>

@@ -2,6 +2,8 @@
 /// of a fixed number of passes kept as loops, and a note of what is only needed where a mask holds.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/core/error.hpp>
 
 #include <bit>

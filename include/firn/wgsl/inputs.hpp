@@ -141,7 +141,8 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     for (const std::size_t slot : slots)  // in sums of integers; on the CPU fixed_point_scale() knows more of them
         if (!(particles.mass(slot) >= 0x1p-86F))
             throw particle_error(sentence("Particle ", particles.id(slot), " has a mass of ", particles.mass(slot),
-                                          " kg; what is lighter than ", 0x1p-86, " kg moves in coarse steps on a GPU. "
+                                          " kg; what is lighter than ", 0x1p-86,
+                                          " kg moves in coarse steps on a GPU. "
                                           "Use units in which masses are larger."));
     fill("constants", [&](std::size_t slot, int c) { return c == 0 ? particles.mass(slot) : particles.volume(slot); });
 

@@ -1,6 +1,8 @@
 /// \file Writes JSON.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <charconv>
 #include <cmath>
 #include <concepts>

@@ -7,6 +7,8 @@
 /// axis.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 namespace firn::wgsl::text {
 
 inline constexpr const char* helpers = R"(

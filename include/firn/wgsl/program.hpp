@@ -1,6 +1,8 @@
 /// \file From a simulation's policies to a complete WGSL program.
 #pragma once
 
+#include <firn/core/requirements.hpp>
+
 #include <firn/field/gravity.hpp>
 #include <firn/transfer/concept.hpp>
 #include <firn/version.hpp>

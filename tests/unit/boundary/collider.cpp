@@ -145,8 +145,9 @@ TEMPLATE_TEST_CASE("reaches() never misses a node that velocity() changes, and m
         constexpr int D = decltype(solid)::D;
         if (trial % 3 == 0) solid.thickness = random.uniform(0, 0.1);
         // As a simulation in float has it: nodes and distances rounded to float.
-        const Single single{lift<float>(solid.shape), solid.contact,  solid.friction,        solid.thickness, solid.thickness_in_cells,
-                            solid.position,           solid.rotation, solid.linear_velocity, solid.angular_velocity};
+        const Single single{lift<float>(solid.shape), solid.contact,  solid.friction, solid.thickness,
+                            solid.thickness_in_cells, solid.position, solid.rotation, solid.linear_velocity,
+                            solid.angular_velocity};
         const auto low = solid.position + random.vector<D>(-0.9, 0.7), high = low + Vec<double, D>::filled(0.09);
         bool changed = false, changed_single = false;
         for (int node = 0; node < (D == 2 ? 16 : 64); ++node) {
@@ -329,9 +330,10 @@ TEMPLATE_TEST_CASE("every lane of a register is what one number alone gives", "[
         constexpr int lanes = scalar_traits<P>::lanes;
         for (int trial = 0; trial < 60; ++trial) {
             const auto given = somewhere<TestType>(random, trial % 3 == 0 ? Contact::slip : Contact::separate, 0.4);
-            const Collider<with_scalar_t<Shape, S>> solid{lift<S>(given.shape),  given.contact,         given.friction,
-                                                          given.thickness, given.thickness_in_cells,       given.position,        given.rotation,
-                                                          given.linear_velocity, given.angular_velocity};
+            const Collider<with_scalar_t<Shape, S>> solid{
+                lift<S>(given.shape),     given.contact,  given.friction, given.thickness,
+                given.thickness_in_cells, given.position, given.rotation, given.linear_velocity,
+                given.angular_velocity};
             const auto in_lanes = lift<P>(solid);
             Vec<P, D> x{}, v{};
             for (int lane = 0; lane < lanes; ++lane) {
@@ -372,8 +374,9 @@ TEMPLATE_TEST_CASE("float gives what double gives, to rounding", "[boundary][col
         Vec<double, D> nudge = Vec<double, D>::filled(1e-5);  // not at a kink of the distance
         if (norm(normal_of(solid.shape, local + nudge) - normal_of(solid.shape, local - nudge)) > 1e-2) continue;
         const Collider<with_scalar_t<Shape, float>> single{
-            lift<float>(solid.shape), solid.contact,  solid.friction,        solid.thickness, solid.thickness_in_cells,
-            solid.position,           solid.rotation, solid.linear_velocity, solid.angular_velocity};
+            lift<float>(solid.shape), solid.contact,  solid.friction, solid.thickness,
+            solid.thickness_in_cells, solid.position, solid.rotation, solid.linear_velocity,
+            solid.angular_velocity};
         const auto exact = solid.velocity(x, v);
         CAPTURE(trial);
         CHECK(norm(cast<double>(single.velocity(cast<float>(x), cast<float>(v))) - exact) <= 1e-3);

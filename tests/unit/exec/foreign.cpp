@@ -120,8 +120,8 @@ TEST_CASE("Arrays of each component, and matrices by columns, are seen as well")
     }
 }
 
-TEMPLATE_TEST_CASE("P2G with a partition that is stale is refused, however its particles are scattered", "",
-                   Serial, Coloured, FixedPoint<std::int32_t>, ColouredFixedPoint<std::int32_t>) {
+TEMPLATE_TEST_CASE("P2G with a partition that is stale is refused, however its particles are scattered", "", Serial,
+                   Coloured, FixedPoint<std::int32_t>, ColouredFixedPoint<std::int32_t>) {
     // 16 particles a cell: blocks of their own; 1: sparse blocks that share an arena; few of them: spray.
     using Kernel = QuadraticBSpline;
     for (const double apart : {1.0 / 128, 1.0 / 32, 1.0 / 4})
@@ -129,20 +129,17 @@ TEMPLATE_TEST_CASE("P2G with a partition that is stale is refused, however its p
             const Domain<2> domain{{0.0, 0.0}, {4.0, 1.0}, 1.0 / 32};
             const auto samples = sample_box<2>({0.1, 0.3}, {0.9, 0.7}, {.spacing = apart});
             const std::size_t n = samples.positions.size();
-            std::vector<float> x(2 * n), v(2 * n), C(4 * n), F(4 * n), stress(3 * n), mass(n, 1), volume(n, 1e-3F);
+            std::vector<float> x(2 * n), v(2 * n), C(4 * n), F(4 * n), stress(4 * n), mass(n, 1), volume(n, 1e-3F);
             for (std::size_t i = 0; i < n; ++i) {
                 for (std::size_t a = 0; a < 2; ++a) x[2 * i + a] = float(samples.positions[i][int(a)]);
                 v[2 * i] = 10;
                 F[4 * i] = F[4 * i + 3] = 1;
             }
             using Span = StridedSpan<float>;
-            const ForeignParticles<float, 2> view{Span::vectors<2>(x.data()),
-                                                  Span::vectors<2>(v.data()),
-                                                  Span::matrices<2>(C.data(), true),
-                                                  symmetric_matrices<2>(stress.data()),
-                                                  Span::scalars(mass.data()),
-                                                  Span::scalars(volume.data()),
-                                                  {Span::matrices<2>(F.data(), true)}};
+            const ForeignParticles<float, 2> view{
+                Span::vectors<2>(x.data()),           Span::vectors<2>(v.data()), Span::matrices<2>(C.data(), true),
+                symmetric_matrices<2>(stress.data()), Span::scalars(mass.data()), Span::scalars(volume.data()),
+                {Span::matrices<2>(F.data(), true)}};
             const FixedCorotated<float> material;
             TestType execution{};
             auto partition = partition_particles<Kernel>(view, n, domain);

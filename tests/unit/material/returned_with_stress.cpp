@@ -125,7 +125,8 @@ struct Wet : Sand<S> {
 
 TEMPLATE_TEST_CASE("The stress that comes with a return is that of the state", "", float, double) {
     using S = TestType;
-    const Sand<S> sand = Sand<S>::from_properties({.hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)});
+    const Sand<S> sand =
+        Sand<S>::from_properties({.hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)});
     const VonMises<S> clay = VonMises<S>::from_properties({.hardening = 1e5});
     check_stress<2>(sand);
     check_stress<3>(sand);

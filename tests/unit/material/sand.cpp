@@ -123,7 +123,8 @@ TEMPLATE_TEST_CASE_SIG("sand that has opened bears no pressure until it is close
 TEMPLATE_TEST_CASE_SIG("sand gathers as plastic strain how far its return mapping goes, at the tip as on the cone",
                        "[material]", ((int D), D), 2, 3) {
     // Klár et al. 2016: q grows by δγ on the cone and by ‖ε‖ at its tip, the length of the plastic Hencky strain.
-    const auto sand = Sand<double>::from_properties({.hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)});
+    const auto sand =
+        Sand<double>::from_properties({.hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)});
     Random random(43);
     int tips = 0, slips = 0;
     for (int trial = 0; trial < 300; ++trial) {
@@ -179,7 +180,8 @@ TEMPLATE_TEST_CASE_SIG("sand in lanes gives the bits of plain numbers, and float
         state.plastic_strain = random.uniform(0, 2);
         return state;
     };
-    const SandProperties hardening{.friction_angle = degrees(35), .hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)};
+    const SandProperties hardening{
+        .friction_angle = degrees(35), .hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)};
     check_nan<D>(Sand<float>{});
     check_lanes<float, D>(Sand<float>::from_properties(hardening), state_of, 320);
     check_lanes<double, D>(Sand<double>::from_properties(hardening), state_of, 160);
@@ -209,7 +211,8 @@ TEST_CASE("sand refuses properties that are none", "[material][error]") {
     for (const double wrong : {-1.0, 90.0, std::nan("")})
         CHECK_THROWS_AS(from({.friction_angle = degrees(wrong)}), parameter_error);
     CHECK_THROWS_AS(from({.friction_angle = degrees(5), .initial_loss = degrees(10)}), parameter_error);
-    CHECK_THROWS_AS(from({.friction_angle = degrees(80), .hardening = degrees(90), .hardening_decay = 0.5}), parameter_error);
+    CHECK_THROWS_AS(from({.friction_angle = degrees(80), .hardening = degrees(90), .hardening_decay = 0.5}),
+                    parameter_error);
     CHECK_THROWS_AS(from({.hardening = degrees(9)}), parameter_error);  // would grow without a bound
     CHECK_THROWS_AS(from({.hardening = degrees(-1), .hardening_decay = 1}), parameter_error);
     CHECK_THROWS_AS(from({.hardening = degrees(1), .hardening_decay = std::nan("")}), parameter_error);

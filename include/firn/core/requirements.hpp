@@ -1,0 +1,18 @@
+/// \file Which compilers firn needs. Others stop here, before they stumble over what follows.
+///
+/// An #error alone does not stop a compiler; a header that is not there does, and its name says why.
+#pragma once
+
+// AppleClang counts differently: its 17 is LLVM's 19.
+#if __cplusplus < 202002L || (!defined(__clang__) && !defined(__GNUC__)) ||              \
+    (defined(__apple_build_version__) && __clang_major__ < 17) ||                        \
+    (defined(__clang__) && !defined(__apple_build_version__) && __clang_major__ < 19) || \
+    (defined(__GNUC__) && !defined(__clang__) && __GNUC__ < 12)
+#if __cplusplus < 202002L && (defined(__clang__) || defined(__GNUC__))
+#error "firn needs C++20: compile with -std=c++20, or in CMake target_compile_features(NAME PRIVATE cxx_std_20)."
+#include <firn needs C++20>
+#else
+#error "firn needs g++ 12, clang 19 or AppleClang 17, or later: it uses their vector types for SIMD lanes."
+#include <firn needs a later compiler>
+#endif
+#endif
