@@ -104,15 +104,15 @@ public:
     /// Of the material with that place in the list, which must be named where there are several.
     template <std::size_t I = unnamed>
     const auto& material() const {
-        return set_of<I>().material;
+        return std::get<at<I>>(sets_).material;
     }
     template <std::size_t I = unnamed>
     const auto& particles() const {
-        return set_of<I>().particles;
+        return std::get<at<I>>(sets_).particles;
     }
     template <std::size_t I = unnamed>
     const std::vector<Body>& bodies() const {
-        return set_of<I>().bodies;
+        return std::get<at<I>>(sets_).bodies;
     }
     /// Of the material M.
     template <class M>
@@ -131,7 +131,7 @@ public:
     /// Particles for editing (velocities of a body, say). The next step looks at them anew.
     template <std::size_t I = unnamed>
     auto& edit_particles() {
-        auto& set = set_of<I>();
+        auto& set = std::get<at<I>>(sets_);
         set.prepared = set.checked = false;
         return set.particles;
     }
@@ -145,7 +145,7 @@ public:
     /// \throws parameter_error  if there is no such body
     template <std::size_t I = unnamed, class Change>
     void set_states(const Body& body, const Change& change) {
-        set_of<I>().check_body(body);
+        std::get<at<I>>(sets_).check_body(body);
         auto& particles = edit_particles<I>();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot) || !body.holds(particles.id(slot))) continue;
@@ -162,7 +162,7 @@ public:
     /// What a material's particles have in all, now.
     template <std::size_t I = unnamed>
     Totals<D> totals() const {
-        const auto& set = set_of<I>();
+        const auto& set = std::get<at<I>>(sets_);
         return firn::totals<Kernel>(set.particles, domain(), set.material, requested_threads(execution));
     }
     template <class M>
@@ -174,7 +174,7 @@ public:
     /// \throws parameter_error, particle_error (nothing is added)
     template <std::size_t I = unnamed>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
-        const Body body = set_of<I>().add(samples, density, velocity, workers());
+        const Body body = std::get<at<I>>(sets_).add(samples, density, velocity, workers());
         warnings_.of_spacing(samples, domain(), warn);
         return body;
     }
@@ -196,7 +196,7 @@ public:
     /// \throws parameter_error, particle_error (nothing is added)
     template <std::size_t I = unnamed>
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
-        return set_of<I>().add(net, masses, velocity, workers());
+        return std::get<at<I>>(sets_).add(net, masses, velocity, workers());
     }
     template <class M>
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
@@ -206,7 +206,7 @@ public:
     /// The facets of the nets, by ids of particles. Some of those may have been taken out.
     template <std::size_t I = unnamed>
     const std::vector<Facet<D>>& facets() const {
-        return set_of<I>().facets;
+        return std::get<at<I>>(sets_).facets;
     }
     template <class M>
     const std::vector<Facet<D>>& facets() const {
@@ -221,8 +221,8 @@ public:
     /// \see element_forces.hpp
     template <std::size_t I = unnamed, class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
-        set_of<I>().check_body(body);
-        auto& forces = set_of<I>().forces;
+        std::get<at<I>>(sets_).check_body(body);
+        auto& forces = std::get<at<I>>(sets_).forces;
         forces.emplace_back(body, detail::AnyForce<S, D>(std::move(force)));
         return forces.back().force().template as<BetweenPoints>();
     }
@@ -239,7 +239,7 @@ public:
         warnings_.of_spacing(source.samples, domain(), warn);
         Source<D> added = source;
         if (steps_ > 0) added.skip(time_);
-        set_of<I>().sources.push_back(std::move(added));
+        std::get<at<I>>(sets_).sources.push_back(std::move(added));
     }
     template <class M>
     void add_source(const Source<D>& source) {
@@ -250,7 +250,7 @@ public:
     template <std::size_t I = unnamed>
     void add_sink(const Sink<D>& sink) {
         sink.check();
-        set_of<I>().sinks.push_back(sink);
+        std::get<at<I>>(sets_).sinks.push_back(sink);
     }
     template <class M>
     void add_sink(const Sink<D>& sink) {
@@ -267,8 +267,8 @@ public:
             "Give it a return type that holds the numbers: -> Eigen::Vector3d.");
         Load<D> load{body, force};
         if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
-        set_of<I>().check_body(body);
-        set_of<I>().loads.push_back(std::move(load));
+        std::get<at<I>>(sets_).check_body(body);
+        std::get<at<I>>(sets_).loads.push_back(std::move(load));
     }
     template <class M, class OfParticle>
     void add_load(const Body& body, const OfParticle& force) {
@@ -278,7 +278,7 @@ public:
     /// \return how many that were
     template <std::size_t I = unnamed, class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
-        return set_of<I>().remove_if(wanted);
+        return std::get<at<I>>(sets_).remove_if(wanted);
     }
     template <class M, class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
@@ -293,7 +293,7 @@ public:
             fastest > 0 ? firn::stable_time_step<Kernel>(domain().cell_size, std::max(fastest, speed_of_boundary()))
                         : next_burst() - time_;
         const double bound = std::min(on_grid, detail::force_bound(sets_, time_, workers()));
-        if (!std::isfinite(bound) && !is_waiting()) throw_at_rest(fastest);
+        if (!std::isfinite(bound) && !is_waiting()) detail::throw_at_rest(fastest);
         return bound;
     }
 
@@ -321,14 +321,14 @@ public:
     template <std::size_t I = unnamed>
     const BlockPartition<D>& partition() {
         prepare();
-        return set_of<I>().partition;
+        return std::get<at<I>>(sets_).partition;
     }
 
     /// What the last G2P saw: the bound of the next step comes from it.
     template <std::size_t I = unnamed>
     const G2PReport& report() {
         prepare();
-        return set_of<I>().report;
+        return std::get<at<I>>(sets_).report;
     }
 
     /// Goes back to a stored moment: the particles of then; if the set is prepared, in the order of then with partition
@@ -411,7 +411,7 @@ private:
             throw parameter_error(
                 sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
         bound_ = bound;
-        if (fixed_time_step > bound) warning = warning_of(fixed_time_step / bound);
+        if (fixed_time_step > bound) warning = warnings_.of_step(fixed_time_step, bound, steps_, warn);
         if (warn && warning.empty() && detail::fastest_signal(sets_) > 0)
             warning = warnings_.of_bound(bound, steps_, time_, [&] { return reason_of_bound(); });
         return fixed_time_step > 0 ? fixed_time_step : bound;
@@ -474,8 +474,7 @@ private:
             std::apply([&](auto&... set) { make_grid(dt, ParticleSet{set.particles.view(), set.partition}...); },
                        sets_);
         } catch (const overflow_error& failure) {
-            throw overflow_error(sentence("At step ", steps_, ", of ", dt, " s from ", time_, " s on (", dt / bound_,
-                                          " times the bound of the time step): ", failure.what()));
+            detail::throw_overflow(failure, steps_, dt, time_, dt / bound_);
         }
     }
     template <class... Views>
@@ -514,24 +513,14 @@ private:
     }
 
     [[noreturn, gnu::cold]] void throw_no_step(double dt) {
-        const std::string nowhere = sentence(" of ", dt, " s leads nowhere from the time of ", time_, " s");
-        if (fixed_time_step > 0 || !(bound_ > 0) || dt < bound_)
-            throw parameter_error("A step" + nowhere +
-                                  ": it must be positive and finite, and not vanish beside the time.");
-        throw particle_error(sentence("At step ", steps_, " a step", nowhere, ", and larger ones are not stable. ",
-                                      reason_of_bound(),
-                                      " The simulation cannot go on; what was written before is as it was."));
-    }
-    [[noreturn]] static void throw_at_rest(double fastest) {
-        throw particle_error(
-            sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ",
-                     fastest, " m/s; velocities and deformation gradients must be finite, and the moduli positive."));
+        const bool is_chosen = fixed_time_step > 0 || !(bound_ > 0) || dt < bound_;
+        detail::throw_no_step(dt, time_, steps_, is_chosen ? "" : reason_of_bound());
     }
     bool has_particles() const {
-        return std::apply([](const auto&... set) { return ((set.particles.size() > 0) || ...); }, sets_);
+        return std::apply([](const auto&... s) { return ((s.particles.size() > 0) || ...); }, sets_);
     }
     bool has_forces() const {
-        return std::apply([](const auto&... set) { return (!set.forces.empty() || ...); }, sets_);
+        return std::apply([](const auto&... s) { return (!s.forces.empty() || ...); }, sets_);
     }
     /// Do forces of the user's open regions of their own?
     bool may_leave_regions() const {
@@ -560,35 +549,18 @@ private:
     void for_sets(const F& f) {
         std::apply([&](auto&... set) { (f(set), ...); }, sets_);
     }
-
-    /// Empty where nobody is to be warned, or has been of about that ratio.
-    std::string warning_of(double ratio) {
-        if (ratio < 1.2 * warned_ratio_) return {};
-        warned_ratio_ = ratio;
-        if (!warn) return {};
-        return sentence("the fixed time step of ", fixed_time_step, " s is ", ratio, " times the bound of ",
-                        fixed_time_step / ratio, " s at step ", steps_, "; the simulation may become unstable.");
-    }
-
     template <class M>
     static constexpr std::size_t place_of = Make::template place<M>();
 
     template <std::size_t I>
-    auto& set_of() {
-        return std::get<detail::named_material<I, material_count>()>(sets_);
-    }
-    template <std::size_t I>
-    const auto& set_of() const {
-        return std::get<detail::named_material<I, material_count>()>(sets_);
-    }
+    static constexpr std::size_t at = detail::named_material<I, material_count>();
 
     SparseGrid<S, D> grid_;
     Sets sets_;
     std::array<bool, material_count> restored_{};  // since the last step
     TransferMemory<S> transfer_memory_;
     detail::StepHelpers helpers_;
-    double time_ = 0, last_time_step_ = 0, warned_ratio_ = 1 / 1.2;
-    double bound_ = 0;  // of the step that is taken
+    double time_ = 0, last_time_step_ = 0, bound_ = 0;  // the bound of the step that is taken
     detail::Warnings warnings_;
     std::uint64_t steps_ = 0;
     bool is_spoiled_ = false;  // by a step that failed half-way
@@ -609,10 +581,7 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::adva
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
 void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prepare() {
-    if (is_spoiled_)
-        throw particle_error(sentence("Step ", steps_,
-                                      " failed and has left particles that are of no use, neither for a step nor "
-                                      "for a state. Go on from the last state that was written: restore()."));
+    if (is_spoiled_) detail::throw_spoiled(steps_);
     if (steps_ == 0) for_sets([&](auto& set) { set.give(time_, workers()); });
     const bool changed = std::apply([](const auto&... set) { return (!set.prepared || ...); }, sets_);
     if (!changed) return;
@@ -625,7 +594,7 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prep
     });
     if (!std::isfinite(fastest) || (!(fastest > 0) && !is_waiting() && !has_forces())) {
         for_sets([](auto& set) { set.prepared = false; });
-        throw_at_rest(fastest);
+        detail::throw_at_rest(fastest);
     }
     activate();
 }

@@ -7,6 +7,7 @@
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <string>
 #include <tuple>
@@ -53,6 +54,34 @@ template <class Kernel, class Sets, int D>
     if (of_boundary > fastest)
         return sentence("It is set by the boundary, which moves at up to ", of_boundary, " m/s.");
     return fastest_particle(sets, domain);
+}
+
+[[noreturn, gnu::cold]] inline void throw_at_rest(double fastest) {
+    throw particle_error(
+        sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ", fastest,
+                 " m/s; velocities and deformation gradients must be finite, and the moduli positive."));
+}
+
+[[noreturn, gnu::cold]] inline void throw_spoiled(std::uint64_t step) {
+    throw particle_error(sentence("Step ", step,
+                                  " failed and has left particles that are of no use, neither for a step nor for a "
+                                  "state. Go on from the last state that was written: restore()."));
+}
+[[noreturn, gnu::cold]] inline void throw_overflow(const overflow_error& failure, std::uint64_t step, double dt,
+                                                   double time, double times_the_bound) {
+    throw overflow_error(sentence("At step ", step, ", of ", dt, " s from ", time, " s on (", times_the_bound,
+                                  " times the bound of the time step): ", failure.what()));
+}
+
+/// A step that time does not notice.
+/// \param reason  what the step comes from, if it is the bound; empty: it was chosen
+[[noreturn, gnu::cold]] inline void throw_no_step(double dt, double time, std::uint64_t step,
+                                                  const std::string& reason) {
+    const std::string nowhere = sentence(" of ", dt, " s leads nowhere from the time of ", time, " s");
+    if (reason.empty())
+        throw parameter_error("A step" + nowhere + ": it must be positive and finite, and not vanish beside the time.");
+    throw particle_error(sentence("At step ", step, " a step", nowhere, ", and larger ones are not stable. ", reason,
+                                  " The simulation cannot go on; what was written before is as it was."));
 }
 
 }  // namespace firn::detail

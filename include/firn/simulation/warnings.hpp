@@ -219,6 +219,16 @@ public:
         return of_small_bound(bound, step, time, reason);
     }
 
+    /// Of a fixed time step [s] above the bound; nothing where it has been of about that ratio.
+    template <class Warn>
+    std::string of_step(double fixed, double bound, std::uint64_t step, const Warn& warn) {
+        const double ratio = fixed / bound;
+        if (ratio < 1.2 * said_ratio_) return {};
+        said_ratio_ = ratio;
+        if (!warn) return {};
+        return sentence("the fixed time step of ", fixed, " s is ", ratio, " times the bound of ", bound, " s at step ",
+                        step, "; the simulation may become unstable.");
+    }
     /// Of samples, when they are added.
     /// \param warn  takes the warning; may be empty
     template <int D, class Warn>
@@ -254,7 +264,7 @@ private:
         return text + reason();
     }
 
-    double largest_ = 0;
+    double largest_ = 0, said_ratio_ = 1 / 1.2;
     bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false;
 };
 
