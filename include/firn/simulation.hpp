@@ -290,7 +290,8 @@ public:
         prepare();
         const double fastest = detail::fastest_signal(sets_);
         const double on_grid =
-            fastest > 0 ? firn::stable_time_step<Kernel>(domain().cell_size, std::max(fastest, speed_of_boundary()))
+            fastest > 0 ? firn::stable_time_step<Kernel>(
+                              domain().cell_size, std::max(fastest, detail::speed_of_boundary<S>(boundary, domain())))
                         : next_burst() - time_;
         const double bound = std::min(on_grid, detail::force_bound(sets_, time_, workers()));
         if (!std::isfinite(bound) && !is_waiting()) detail::throw_at_rest(fastest);
@@ -394,12 +395,8 @@ private:
         }
     }
 
-    double speed_of_boundary() const {
-        if constexpr (boundary_fits) return detail::speed_of_boundary(boundary, domain());
-        return 0;
-    }
     [[gnu::cold]] std::string reason_of_bound() {
-        return detail::reason_of_bound<Kernel>(sets_, domain(), speed_of_boundary(),
+        return detail::reason_of_bound<Kernel>(sets_, domain(), detail::speed_of_boundary<S>(boundary, domain()),
                                                detail::force_bound(sets_, time_, workers()));
     }
 

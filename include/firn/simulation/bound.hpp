@@ -26,9 +26,11 @@ double fastest_signal(const Sets& sets) {
 }
 
 /// The largest speed [m/s] that the boundary gives to nodes of the domain.
-template <class Boundary, int D>
+template <class S, class Boundary, int D>
 double speed_of_boundary(const Boundary& boundary, const Domain<D>& domain) {
-    return largest_speed(on_grid(boundary, domain.cell_size), domain.lower, domain.upper);
+    if constexpr (boundary_fits<Boundary, S, D>::value)
+        return largest_speed(on_grid(boundary, domain.cell_size), domain.lower, domain.upper);
+    return 0;
 }
 
 /// Of the time step [s], for the forces between particles.
