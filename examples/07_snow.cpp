@@ -11,8 +11,7 @@ using Obstacle = firn::Collider<firn::Box<float, D>>;
 using Boundary = firn::Together<firn::Walls<float, D>, Obstacle, Obstacle>;
 /// Snow is not the same everywhere: where it breaks is chosen by where it is weak.
 using Snow = firn::PerParticle<firn::Snow<float>, "mu", "lambda", "lowest_stretch", "highest_stretch">;
-using Simulation =
-    firn::Simulation<D, Snow, firn::Apic, firn::MlsForce, firn::QuadraticBSpline, firn::Coloured, Boundary>;
+using Simulation = firn::SimulationWith<D, Snow, Boundary>;
 
 constexpr double size = 4;  // of the box [m]
 constexpr firn::Angle slope = firn::degrees(30);
@@ -142,7 +141,7 @@ int snow(int argc, char** argv) {
     view.smoothing = 0.4F;
     auto obstacles = scenery(1.3 * spacing);
     obstacles.colours = {example::snow, example::snow};
-    example::run(fine, options, spacing, view, false, [] {}, [&] { return obstacles; });
+    example::run(fine, options, spacing, view, [] {}, [&] { return obstacles; });
     if (coarse_cells < 16) return 0;
 
     Simulation coarse = on_cells(coarse_cells);

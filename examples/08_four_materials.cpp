@@ -14,8 +14,7 @@ using Snow = firn::Snow<float>;
 using Four = firn::Materials<Jelly, Water, Sand, Snow>;
 using Bunny = firn::Collider<firn::DistanceGrid<float, 3>>;
 using Boundary = firn::Together<firn::Walls<float, 3>, Bunny>;
-using Simulation =
-    firn::Simulation<3, Four, firn::Apic, firn::MlsForce, firn::QuadraticBSpline, firn::Coloured, Boundary>;
+using Simulation = firn::SimulationWith<3, Four, Boundary>;
 
 /// Of matter of uniform density in a closed mesh, sampled: mass [kg], centre of mass [m] and inertia about it [kg m²].
 struct MassProperties {
@@ -111,7 +110,7 @@ int four_materials(int argc, char** argv) {
             scenery.points.push_back(body.position + matrix_of(body.rotation) * x);
         return scenery;
     };
-    example::run(simulation, options, spacing, view, false, move_bunny, surface);
+    example::run(simulation, options, spacing, view, move_bunny, surface);
     std::printf("%.3f s in %llu steps\n", simulation.time(), static_cast<unsigned long long>(simulation.steps()));
     return 0;
 }

@@ -20,6 +20,7 @@
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/simulation/bound.hpp>
 #include <firn/simulation/material_set.hpp>
+#include <firn/simulation/policies.hpp>
 #include <firn/simulation/warnings.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/apic.hpp>
@@ -35,6 +36,11 @@
 
 namespace firn {
 
+/// It is made from a domain, a material and, in any order, the policies that are to be others than by default:
+///
+///     firn::Simulation simulation(domain, material, firn::Together(walls, collider), firn::Flip{});
+///
+/// Where its type must be written: \see SimulationWith
 /// \tparam D         2 or 3
 /// \tparam Material  a constitutive model in float or double, which becomes the precision of everything; or several,
 ///                   Materials<…>: functions that concern one of them are then told which, add<Snow<float>>(…), or by
@@ -63,12 +69,31 @@ public:
     /// \param walls  without them, walls on all faces that let go, if the boundary is Walls; others must be given
     /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells; if a parameter of
     ///         the material is out of range. \see check_material
-    explicit Simulation(const Domain<D>& domain, const Material& material = {}, const Execution& how = {})
-        : Simulation(domain, material, how, default_boundary(domain)) {}
-    Simulation(const Domain<D>& domain, const Material& material, const Execution& how, const Boundary& walls)
+    explicit Simulation(const Domain<D>& domain, const Material& material = {},
+                        const std::type_identity_t<Execution>& how = {})
+        : Simulation(domain, material, how, detail::default_boundary<Boundary, S>(domain)) {}
+    Simulation(const Domain<D>& domain, const Material& material, const std::type_identity_t<Execution>& how,
+               const Boundary& walls)
         : boundary(walls), execution(how), grid_(domain), sets_(Make::make(material, domain)) {
         gravity[1] = -9.81;
         for_sets([](const auto& set) { check_material<D>(set.material); });
+    }
+
+    /// Of the policies that the type names, those that have values to give, in any order.
+    template <class First, class... Rest>
+    Simulation(const std::type_identity_t<Domain<D>>& domain, const Material& material, const First& first,
+               const Rest&... rest)
+        : Simulation(
+              domain, material, detail::one_of<Execution>([] { return Execution{}; }, first, rest...),
+              detail::one_of<Boundary>([&] { return detail::default_boundary<Boundary, S>(domain); }, first, rest...)) {
+        constexpr bool named =
+            !detail::require_policies<First, Rest...>() ||
+            detail::among<Transfer, Force, Kernel, Execution, Boundary>::template are_all<First, Rest...>;
+        static_assert(named,
+                      "firn: this simulation is given policies that its type does not name. Leave its template "
+                      "arguments out, firn::Simulation simulation(domain, material, walls), or name the policies: "
+                      "firn::SimulationWith<3, Snow<float>, Walls<float, 3>, Flip<>>.");
+        transfer = detail::one_of<Transfer>([] { return Transfer{}; }, first, rest...);
     }
 
     template <int N, class... Rest>
@@ -145,14 +170,7 @@ public:
     /// \throws parameter_error  if there is no such body
     template <std::size_t I = unnamed, class Change>
     void set_states(const Body& body, const Change& change) {
-        std::get<at<I>>(sets_).check_body(body);
-        auto& particles = edit_particles<I>();
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
-            if (!particles.is_particle(slot) || !body.holds(particles.id(slot))) continue;
-            auto state = particles.state(slot);
-            change(particles.exact_position(slot), state);
-            particles.set_state(slot, state);
-        }
+        std::get<at<I>>(sets_).change_states(body, change);
     }
     template <class M, class Change>
     void set_states(const Body& body, const Change& change) {
@@ -343,13 +361,7 @@ public:
                                         " was of step ", steps_, " at ", time_, " s. Give states of one moment."));
         restored_[I] = true;
         auto& mine = std::get<I>(sets_);
-        set.sources = std::move(mine.sources);
-        set.sinks = std::move(mine.sinks);
-        set.loads = std::move(mine.loads);
-        set.forces = std::move(mine.forces);
-        set.facets = std::move(mine.facets);
-        mine = std::move(set);
-        for (Source<D>& source : mine.sources) source.skip(time);
+        mine.restore(std::move(set), time);
         time_ = time;
         steps_ = steps;
         last_time_step_ = last_time_step;
@@ -358,17 +370,6 @@ public:
     }
 
 private:
-    static Boundary default_boundary(const Domain<D>& domain) {
-        check(domain);
-        if constexpr (std::same_as<Boundary, Walls<S, D>>) {
-            auto walls = Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
-            for (std::size_t a = 0; a < std::size_t(D); ++a)
-                if (domain.periodic[a]) walls.at_lower[a].contact = walls.at_upper[a].contact = Contact::none;
-            return walls;
-        } else
-            return {};
-    }
-
     int workers() const { return thread_count(requested_threads(execution)); }
 
     /// Steps until the time `end` [s], where the last one is shortened to end, or up to a number of steps. They share
@@ -377,10 +378,11 @@ private:
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
         if (steps_ == 0) warnings_.of_start(sets_, domain(), boundary, warn);
         std::string warning;
+        const bool leaves_regions = any_set([](const auto& set) { return set.may_open_regions(); });
         const auto is_done = [&] { return !(time_ < end) || steps_ == last_step; };
         while (!is_done()) {
             const std::uint64_t most = detail::regions_span_steps() ? last_step - steps_ : 1;
-            detail::steps_region(may_leave_regions() ? 1 : workers(), most, helpers_, [&](std::uint64_t wanted) {
+            detail::steps_region(leaves_regions ? 1 : workers(), most, helpers_, [&](std::uint64_t wanted) {
                 std::uint64_t taken = 0;
                 for (; taken < wanted && !is_done(); ++taken) {
                     const double dt = next_time_step(warning), left = end - time_;
@@ -395,6 +397,8 @@ private:
         }
     }
 
+    /// Not a step that was chosen.
+    bool is_the_bound(double dt) const { return fixed_time_step == 0 && bound_ > 0 && !(dt < bound_); }
     [[gnu::cold]] std::string reason_of_bound() {
         return detail::reason_of_bound<Kernel>(sets_, domain(), detail::speed_of_boundary<S>(boundary, domain()),
                                                detail::force_bound(sets_, time_, workers()));
@@ -417,7 +421,8 @@ private:
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
         detail::check_acceleration<D>(acceleration);
-        if (!(time_ + dt > time_) || !std::isfinite(time_ + dt)) throw_no_step(dt);
+        if (!(time_ + dt > time_) || !std::isfinite(time_ + dt))
+            detail::throw_no_step(dt, time_, steps_, is_the_bound(dt) ? reason_of_bound() : "");
         if constexpr (requires { transfer.check(); }) transfer.check();
         static_cast<void>(lift<native_pack<S>>(boundary));  // it looks at its parameters, before anything is changed
         restored_.fill(false);
@@ -432,7 +437,7 @@ private:
             set.as_sorted = false;
         });
         if (sorted) activate();
-        is_spoiled_ = std::apply([](const auto&... set) { return (set.is_pushed() || ...); }, sets_);
+        is_spoiled_ = any_set([](const auto& set) { return set.is_pushed(); });
         for_sets([&](auto& set) { set.push(time_, dt, steps_, workers()); });
         make_grid(dt);
         if constexpr (boundary_fits) {
@@ -486,18 +491,13 @@ private:
     void prepare();
     template <class Set>
     void prepare(Set& set) {
-        const auto& particles = set.particles;
-        if (particles.size() == 0 && (has_particles() || is_waiting())) {  // there may be some later
+        if (set.particles.size() == 0 && (has_particles() || is_waiting())) {  // there may be some later
             set.partition = {};
             set.report = {};
             set.prepared = true;
             return;
         }
-        if (!set.checked)
-            check_positions<double, D>(
-                particles.slots(), domain(), [&](std::size_t i, int a) { return particles.exact_position(i)[a]; },
-                [&](std::size_t i) { return particles.id(i); });
-        set.checked = true;
+        set.check_positions();
         sort(set);
         const auto pass = detail::update_stress_pass(execution, set.particles.view(), set.partition, set.material,
                                                      domain().cell_size);
@@ -509,19 +509,12 @@ private:
         set.prepared = true;
     }
 
-    [[noreturn, gnu::cold]] void throw_no_step(double dt) {
-        const bool is_chosen = fixed_time_step > 0 || !(bound_ > 0) || dt < bound_;
-        detail::throw_no_step(dt, time_, steps_, is_chosen ? "" : reason_of_bound());
+    template <class Is>
+    bool any_set(const Is& is) const {
+        return std::apply([&](const auto&... set) { return (is(set) || ...); }, sets_);
     }
     bool has_particles() const {
-        return std::apply([](const auto&... s) { return ((s.particles.size() > 0) || ...); }, sets_);
-    }
-    bool has_forces() const {
-        return std::apply([](const auto&... s) { return (!s.forces.empty() || ...); }, sets_);
-    }
-    /// Do forces of the user's open regions of their own?
-    bool may_leave_regions() const {
-        return std::apply([](const auto&... set) { return (set.may_open_regions() || ...); }, sets_);
+        return any_set([](const auto& set) { return set.particles.size() > 0; });
     }
     /// Are there no particles, but sources that will give some?
     bool is_waiting() const { return !has_particles() && std::isfinite(next_burst()); }
@@ -563,6 +556,14 @@ private:
     bool is_spoiled_ = false;  // by a step that failed half-way
 };
 
+template <int D, class Material, class... Policies>
+Simulation(const Domain<D>&, const Material&, const Policies&...)
+    -> Simulation<D, Material, typename detail::chosen<D, Material, Policies...>::transfer,
+                  typename detail::chosen<D, Material, Policies...>::force,
+                  typename detail::chosen<D, Material, Policies...>::kernel,
+                  typename detail::chosen<D, Material, Policies...>::execution,
+                  typename detail::chosen<D, Material, Policies...>::boundary>;
+
 // What takes long to compile is defined out of the class, and so not inline: where a program declares a simulation
 // `extern template class`, its other files do not compile it again.
 
@@ -580,8 +581,7 @@ template <int D, class Material, class Transfer, class Force, class Kernel, clas
 void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prepare() {
     if (is_spoiled_) detail::throw_spoiled(steps_);
     if (steps_ == 0) for_sets([&](auto& set) { set.give(time_, workers()); });
-    const bool changed = std::apply([](const auto&... set) { return (!set.prepared || ...); }, sets_);
-    if (!changed) return;
+    if (!any_set([](const auto& set) { return !set.prepared; })) return;
     double fastest = 0;
     parallel_region(workers(), [&] {
         for_sets([&](auto& set) {
@@ -589,7 +589,8 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prep
             if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
         });
     });
-    if (!std::isfinite(fastest) || (!(fastest > 0) && !is_waiting() && !has_forces())) {
+    if (!std::isfinite(fastest) ||
+        (!(fastest > 0) && !is_waiting() && !any_set([](const auto& set) { return !set.forces.empty(); }))) {
         for_sets([](auto& set) { set.prepared = false; });
         detail::throw_at_rest(fastest);
     }

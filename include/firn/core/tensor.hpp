@@ -48,6 +48,28 @@ struct Vec {
 
     FIRN_INLINE constexpr S& operator[](int i) { return v[i]; }
     FIRN_INLINE constexpr const S& operator[](int i) const { return v[i]; }
+    FIRN_INLINE constexpr S& x() { return v[0]; }
+    FIRN_INLINE constexpr const S& x() const { return v[0]; }
+    FIRN_INLINE constexpr S& y()
+        requires(D >= 2)
+    {
+        return v[1];
+    }
+    FIRN_INLINE constexpr const S& y() const
+        requires(D >= 2)
+    {
+        return v[1];
+    }
+    FIRN_INLINE constexpr S& z()
+        requires(D >= 3)
+    {
+        return v[2];
+    }
+    FIRN_INLINE constexpr const S& z() const
+        requires(D >= 3)
+    {
+        return v[2];
+    }
 
     FIRN_INLINE static constexpr Vec filled(const S& value) {
         Vec r{};

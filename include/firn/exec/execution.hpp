@@ -41,6 +41,12 @@ struct FixedPoint {
 template <class Integer = std::int32_t>
 using ColouredFixedPoint = FixedPoint<Integer, Adding::coloured>;
 
+/// What can run the loops.
+template <class E>
+concept execution_policy = std::same_as<E, Serial> || requires(const E e) {
+    { e.threads } -> std::convertible_to<int>;
+};
+
 inline int requested_threads(const Serial&) { return 1; }
 template <class Execution>
 int requested_threads(const Execution& execution) {

@@ -161,6 +161,42 @@ struct MaterialSet {
                                            "has returned for it."));
     }
 
+    /// Takes the particles and bodies of a stored moment [s]; what acts on them stays as it is.
+    void restore(MaterialSet&& stored, double time) {
+        stored.sources = std::move(sources);
+        stored.sinks = std::move(sinks);
+        stored.loads = std::move(loads);
+        stored.forces = std::move(forces);
+        stored.facets = std::move(facets);
+        *this = std::move(stored);
+        for (Source<D>& source : sources) source.skip(time);
+    }
+
+    /// Once for particles that were added or changed by hand.
+    /// \throws particle_error  naming what is not finite or not in the domain
+    void check_positions() {
+        if (!checked)
+            firn::check_positions<double, D>(
+                particles.slots(), particles.domain(),
+                [&](std::size_t i, int a) { return particles.exact_position(i)[a]; },
+                [&](std::size_t i) { return particles.id(i); });
+        checked = true;
+    }
+
+    /// change(position [m], state) for the body's particles; their stress is computed anew before the next step.
+    /// \throws parameter_error  if there is no such body
+    template <class Change>
+    void change_states(const Body& body, const Change& change) {
+        check_body(body);
+        prepared = checked = false;
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+            if (!particles.is_particle(slot) || !body.holds(particles.id(slot))) continue;
+            auto state = particles.state(slot);
+            change(particles.exact_position(slot), state);
+            particles.set_state(slot, state);
+        }
+    }
+
     /// Takes out the particles for which wanted(position [m], id) says so. \return how many that were
     template <class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
@@ -253,7 +289,7 @@ private:
             if (!std::isfinite(S(velocity[a])))
                 throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a],
                                                " m/s; it must be finite, in the simulation's precision, too."));
-        check_positions<double, D>(x.size(), particles.domain(), [&](std::size_t i, int a) { return x[i][a]; });
+        firn::check_positions<double, D>(x.size(), particles.domain(), [&](std::size_t i, int a) { return x[i][a]; });
         const Body body{particles.next_id(), std::uint32_t(x.size())};
         particles.reserve(particles.size() + x.size(), threads);
         const auto state = initial_state<D>(material);

@@ -138,12 +138,14 @@ void for_bodies(const Set& set, const F& f) {
 /// A sentence about particles of bodies that are in a solid, more than a tenth of a cell deep; or nothing.
 template <class Sets, class Boundary, int D>
 [[gnu::cold]] std::string matter_in_solids(const Sets& sets, const Domain<D>& domain, const Boundary& boundary) {
-    std::size_t inside = 0, all = 0;
-    double deepest = 0.1 * domain.cell_size;
-    std::string where;
-    for_sets(sets, [&](const auto& set) {
-        using S = typename std::remove_cvref_t<decltype(set)>::S;
-        if constexpr (has_surfaces<Boundary, S, D>)
+    using S = typename std::tuple_element_t<0, Sets>::S;
+    if constexpr (!has_surfaces<Boundary, S, D>) {
+        return {};
+    } else {
+        std::size_t inside = 0, all = 0;
+        double deepest = 0.1 * domain.cell_size;
+        std::string where;
+        for_sets(sets, [&](const auto& set) {
             for_bodies(set, [&](std::size_t, std::size_t slot) {
                 double depth = 0;
                 const Vec<double, D> x = set.particles.exact_position(slot);
@@ -156,12 +158,13 @@ template <class Sets, class Boundary, int D>
                 deepest = depth;
                 where = sentence("particle ", set.particles.id(slot), " at ", text_of(x), " m");
             });
-    });
-    if (inside == 0) return {};
-    return sentence(inside, " of ", all, " particles lie inside a solid of the boundary, ", where, " the deepest, by ",
-                    deepest,
-                    " m: they are held there and do not come out. Move the body or the solid, or leave out such "
-                    "positions before you add them.");
+        });
+        if (inside == 0) return {};
+        return sentence(inside, " of ", all, " particles lie inside a solid of the boundary, ", where,
+                        " the deepest, by ", deepest,
+                        " m: they are held there and do not come out. Move the body or the solid, or leave out such "
+                        "positions before you add them.");
+    }
 }
 
 /// A sentence about two bodies that overlap; or nothing.

@@ -1,0 +1,126 @@
+/// \file Which policies a simulation has, when its program names only those that it chooses.
+#pragma once
+
+#include <firn/core/requirements.hpp>
+
+#include <firn/boundary/concept.hpp>
+#include <firn/boundary/walls.hpp>
+#include <firn/exec/execution.hpp>
+#include <firn/force/mls.hpp>
+#include <firn/kernel/quadratic_b_spline.hpp>
+#include <firn/simulation/material_set.hpp>
+#include <firn/transfer/apic.hpp>
+
+#include <type_traits>
+
+namespace firn {
+
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
+class Simulation;
+
+namespace detail {
+
+// What is told of a type, so that one that lacks something is still known for what it is meant to be, and is told so.
+
+template <class P>
+struct is_transfer : std::bool_constant<has_affine_flag<P>> {};
+template <class P>
+struct is_force : std::bool_constant<has_gradient_flag<P>> {};
+template <class P>
+    struct is_kernel : std::bool_constant < requires {
+    P::support;
+}>{};
+template <class P>
+struct is_execution : std::bool_constant<execution_policy<P>> {};
+template <class P>
+struct is_boundary : std::bool_constant<says_where<P, 2> || says_where<P, 3>> {};
+
+/// The first of the policies that is of a kind; or the default.
+template <template <class> class Kind, class Default, class... Policies>
+struct first_of_kind : std::type_identity<Default> {};
+template <template <class> class Kind, class Default, class First, class... Rest>
+struct first_of_kind<Kind, Default, First, Rest...>
+    : std::conditional_t<Kind<First>::value, std::type_identity<First>, first_of_kind<Kind, Default, Rest...>> {};
+
+template <template <class> class Kind, class... Policies>
+inline constexpr int how_many = (0 + ... + int(Kind<Policies>::value));
+
+/// True, or the compiler says which policies cannot be told apart.
+template <class... Policies>
+consteval bool require_policies() {
+    constexpr bool known = ((is_transfer<Policies>::value || is_force<Policies>::value || is_kernel<Policies>::value ||
+                             is_execution<Policies>::value || is_boundary<Policies>::value) &&
+                            ...);
+    static_assert(known,
+                  "firn: what is given to a simulation after its material are policies: a boundary, a transfer, a "
+                  "force form, a kernel or an execution. One of these is none of them. (A boundary has "
+                  "velocity(x, v) and reaches(lower, upper); see firn/boundary/concept.hpp.)");
+    constexpr bool once = how_many<is_transfer, Policies...> <= 1 && how_many<is_force, Policies...> <= 1 &&
+                          how_many<is_kernel, Policies...> <= 1 && how_many<is_execution, Policies...> <= 1;
+    static_assert(once, "firn: a simulation has one transfer, force form, kernel and execution.");
+    constexpr bool one_boundary = how_many<is_boundary, Policies...> <= 1;
+    static_assert(one_boundary,
+                  "firn: a simulation has one boundary; several become one by firn::Together(walls, collider).");
+    return known && once && one_boundary;
+}
+
+/// The policies named, the others as Simulation has them by default.
+/// \tparam Policies  in any order
+template <int D, class Material, class... Policies>
+struct chosen {
+    static_assert(require_policies<Policies...>() || true);  // it speaks for itself
+    using transfer = typename first_of_kind<is_transfer, Apic, Policies...>::type;
+    using force = typename first_of_kind<is_force, MlsForce, Policies...>::type;
+    using kernel = typename first_of_kind<is_kernel, QuadraticBSpline, Policies...>::type;
+    using execution = typename first_of_kind<is_execution, Coloured, Policies...>::type;
+    using boundary = typename first_of_kind<is_boundary, Walls<precision_of_t<Material>, D>, Policies...>::type;
+};
+
+/// Is each of the policies one of `All`?
+template <class... All>
+struct among {
+    template <class One>
+    static constexpr bool is_one = (std::same_as<One, All> || ...);
+    template <class... Policies>
+    static constexpr bool are_all = (is_one<Policies> && ...);
+};
+
+/// The one of `given` that is of the type, or `otherwise()`.
+template <class Wanted, class Otherwise, class... Given>
+Wanted one_of(const Otherwise& otherwise, const Given&... given) {
+    const Wanted* found = nullptr;
+    const auto look = [&](const auto& one) {
+        if constexpr (std::same_as<std::remove_cvref_t<decltype(one)>, Wanted>) found = &one;
+    };
+    (look(given), ...);
+    return found ? *found : otherwise();
+}
+
+/// Walls on all faces of the domain that let go, none across periodic axes; of another boundary its default.
+/// \throws parameter_error  as check()
+template <class Boundary, class S, int D>
+Boundary default_boundary(const Domain<D>& domain) {
+    check(domain);
+    if constexpr (std::same_as<Boundary, Walls<S, D>>) {
+        auto walls = Boundary::all(cast<S>(domain.lower), cast<S>(domain.upper), {});
+        for (std::size_t a = 0; a < std::size_t(D); ++a)
+            if (domain.periodic[a]) walls.at_lower[a].contact = walls.at_upper[a].contact = Contact::none;
+        return walls;
+    } else {
+        return {};
+    }
+}
+
+}  // namespace detail
+
+/// A simulation with the policies named, in any order; the others are those that Simulation has by default:
+/// SimulationWith<3, Snow<float>, Together<Walls<float, 3>, Collider<Sphere<float, 3>>>>,
+/// SimulationWith<2, Sand<double>, CubicBSpline, WeightGradientForce>.
+template <int D, class Material, class... Policies>
+using SimulationWith = Simulation<D, Material, typename detail::chosen<D, Material, Policies...>::transfer,
+                                  typename detail::chosen<D, Material, Policies...>::force,
+                                  typename detail::chosen<D, Material, Policies...>::kernel,
+                                  typename detail::chosen<D, Material, Policies...>::execution,
+                                  typename detail::chosen<D, Material, Policies...>::boundary>;
+
+}  // namespace firn

@@ -1,0 +1,104 @@
+/// \file A simulation is made from the policies that its program chooses, in any order; the others are the defaults.
+#include "support/catch.hpp"
+#include <firn/firn.hpp>
+
+using namespace firn;
+
+namespace {
+
+template <class A, class B>
+constexpr bool same = std::same_as<A, B>;
+
+template <class V>
+concept has_z = requires(V v) { v.z(); };
+
+using Jelly = FixedCorotated<float>;
+using Ball = Collider<Sphere<float, 2>>;
+const Domain<2> box{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16};
+
+/// A boundary of a user's own, outside of firn.
+struct Lid {
+    float height = 0.5F;
+    static constexpr auto parameters() { return std::tuple{parameter{"height", "m", &Lid::height}}; }
+    template <class S, int D>
+    Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v) const {
+        v[1] = select(x[1] >= S(height), min(v[1], S(0)), v[1]);
+        return v;
+    }
+    template <int D>
+    bool reaches(const Vec<double, D>&, const Vec<double, D>& upper) const {
+        return upper[1] >= double(height);
+    }
+    template <class S>
+    Lid lifted() const {
+        return *this;
+    }
+};
+
+}  // namespace
+
+TEST_CASE("Policies are named in any order, and what is not named is the default") {
+    const Jelly jelly;
+    const auto walls = Walls<float, 2>::all({0, 0}, {1, 1}, {Contact::slip, 0});
+    const Ball ball{.shape = {0.25F}};
+
+    const Simulation by_default(box, jelly);
+    static_assert(same<decltype(by_default), const Simulation<2, Jelly>>);
+    CHECK(by_default.boundary.upper == Vec<float, 2>(1, 1));
+    CHECK(by_default.boundary.at_upper[0].contact == Contact::separate);
+
+    const Simulation in_order(box, jelly, Coloured{3}, Together(walls, ball));
+    const Simulation boundary_alone(box, jelly, Together(walls, ball));
+    using Solids = Together<Walls<float, 2>, Ball>;
+    static_assert(same<decltype(in_order), const SimulationWith<2, Jelly, Solids>>);
+    static_assert(same<decltype(boundary_alone), decltype(in_order)>);
+    static_assert(same<SimulationWith<2, Jelly, Solids>,
+                       Simulation<2, Jelly, Apic, MlsForce, QuadraticBSpline, Coloured, Solids>>);
+    CHECK(in_order.execution.threads == 3);
+    CHECK(std::get<1>(boundary_alone.boundary.parts).shape.radius == 0.25F);
+
+    const Simulation all(box, jelly, Flip{0.5F}, CubicBSpline{}, ball, WeightGradientForce{}, FixedPoint<>{2});
+    static_assert(
+        same<decltype(all),
+             const SimulationWith<2, Jelly, Ball, FixedPoint<>, Flip<float>, WeightGradientForce, CubicBSpline>>);
+    static_assert(same<decltype(all),
+                       const Simulation<2, Jelly, Flip<float>, WeightGradientForce, CubicBSpline, FixedPoint<>, Ball>>);
+    CHECK(all.transfer.ratio == 0.5F);
+    CHECK(all.execution.threads == 2);
+    CHECK(all.boundary.shape.radius == 0.25F);
+
+    // The default walls are those of the domain, none across a periodic axis; given ones are taken.
+    Domain<2> tube = box;
+    tube.periodic[0] = true;
+    const Simulation threads_alone(tube, Jelly{}, Serial{});
+    CHECK(threads_alone.boundary.at_lower[0].contact == Contact::none);
+    CHECK(threads_alone.boundary.at_lower[1].contact == Contact::separate);
+    CHECK(Simulation(tube, jelly, walls).boundary.at_lower[0].contact == Contact::slip);
+    static_assert(same<decltype(Simulation(box, Materials(jelly, Snow<float>{}), ball, Pic{})),
+                       SimulationWith<2, Materials<Jelly, Snow<float>>, Pic, Ball>>);
+}
+
+TEST_CASE("A boundary of a user's own is told from other policies, and acts") {
+    Simulation simulation(box, Jelly{}, Together(Walls<float, 2>::all({0, 0}, {1, 1}, {}), Lid{0.6F}));
+    simulation.gravity = {};
+    simulation.add(sample_box<2>({0.3, 0.3}, {0.5, 0.5}, {.spacing = 1.0 / 32}), 1000, {0.0, 1.0});
+    double highest = 0;
+    while (simulation.time() < 0.3) {
+        simulation.step();
+        const auto& particles = simulation.particles();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot)) highest = std::max(highest, particles.exact_position(slot)[1]);
+    }
+    CHECK(highest < 0.66);  // free it would be at 0.8
+    CHECK(highest > 0.55);
+}
+
+TEST_CASE("Vectors name their components") {
+    Vec<float, 3> a{1, 2, 3};
+    a.y() = 5;
+    const Vec<float, 3> b = a;
+    CHECK(b.x() == 1);
+    CHECK(b.y() == 5);
+    CHECK(b.z() == 3);
+    static_assert(has_z<Vec<float, 3>> && !has_z<Vec<float, 2>>);
+}
