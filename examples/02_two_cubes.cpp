@@ -38,8 +38,6 @@ int two_cubes(int argc, char** argv) {
     double young = 1e3, poisson = 0.3;
     line.add("--young", young, "Young's modulus in Pa", 1.0, 1e9);
     line.add("--poisson", poisson, "Poisson's ratio", -0.99, 0.495);
-    bool obj = false;
-    line.app().add_flag("--obj", obj, "Write the points as OBJ files, too");
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
 
@@ -67,7 +65,7 @@ int two_cubes(int argc, char** argv) {
     double lowest = height, widest = width, at_time = 0;
     double upper_lowest = 1, upper_rebound = 0;
     std::int64_t done = 0;
-    example::run(simulation, options, spacing, {}, obj, [&] {
+    example::run(simulation, options, spacing, {}, [&] {
         if (++done % 10 != 0) return;
         if (const double now = extent(simulation, lower, 1); now < lowest) {
             lowest = now;

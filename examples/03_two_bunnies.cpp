@@ -14,11 +14,9 @@ int two_bunnies(int argc, char** argv) {
                                .can_go_on = true});
     double young = 1e3, poisson = 0.3;
     std::string mesh_file = FIRN_EXAMPLES_DATA_DIR "/bunny.obj";
-    bool obj = false;
     line.add("--young", young, "Young's modulus in Pa", 1.0, 1e9);
     line.add("--poisson", poisson, "Poisson's ratio", -0.99, 0.495);
     line.app().add_option("--mesh", mesh_file, "A closed triangle mesh")->type_name("FILE.obj")->capture_default_str();
-    line.app().add_flag("--obj", obj, "Write the points as OBJ files, too");
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
 
@@ -40,7 +38,7 @@ int two_bunnies(int argc, char** argv) {
     simulation.fixed_time_step = 0.5 * simulation.stable_time_step();
 
     const auto before = example::positions(simulation);
-    example::run(simulation, options, spacing, {}, obj, [] {});
+    example::run(simulation, options, spacing, {}, [] {});
     const auto after = example::positions(simulation);
     for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
         const firn::Body& body = simulation.bodies()[b];

@@ -77,7 +77,8 @@ int your_simulator(int argc, char** argv) {
                                .about = "firn's stages on arrays that a foreign program owns.",
                                .particles = 20'000,
                                .steps = 600,
-                               .frames = 10});
+                               .frames = 10,
+                               .writes_obj = false});
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
     const double spacing = 0.2 * std::cbrt(4.0 / 3.0 * std::acos(-1.0) / double(options.particles));

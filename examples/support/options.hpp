@@ -68,6 +68,7 @@ struct Defaults {
     std::int64_t frames = 50;
     std::string output = "out";
     bool can_go_on = false;  ///< its states hold all that the run goes by
+    bool writes_obj = true;
 };
 
 struct Options {
@@ -77,6 +78,7 @@ struct Options {
     int threads = 1;  ///< never 0: "all" is already counted
     std::filesystem::path output;
     bool go_on = false;  ///< from the last states in `output`
+    bool obj = false;    ///< every state as an OBJ file, too
 
     /// OUTPUT/NAME + ending: `file(".png")`.
     [[nodiscard]] std::filesystem::path file(const std::string& ending) const { return output / (name + ending); }
@@ -108,6 +110,8 @@ public:
             ->capture_default_str()
             ->check(CLI::Validator(
                 [](std::string& given) { return given.empty() ? std::string("give the name of a folder.") : ""; }, ""));
+        if (defaults_.writes_obj)
+            app_.add_flag("--obj", obj_, "Write every state as an OBJ file, too, for Houdini and Blender");
         if (defaults_.can_go_on) app_.add_flag("--go-on", go_on_, "Go on from the last states in that folder");
     }
 
@@ -142,7 +146,8 @@ public:
             schedule(defaults_.steps, defaults_.frames, given(steps_option_, steps_), given(frames_option_, frames_)),
             threads_ == 0 ? all : static_cast<int>(threads_),
             std::filesystem::path(output_),
-            go_on_};
+            go_on_,
+            obj_};
         return std::nullopt;
     }
 
@@ -170,7 +175,7 @@ private:
     std::int64_t particles_, steps_, frames_;
     std::int64_t threads_ = 0;
     std::string output_;
-    bool go_on_ = false;
+    bool go_on_ = false, obj_ = false;
     CLI::Option* steps_option_ = nullptr;
     CLI::Option* frames_option_ = nullptr;
     Options options_;

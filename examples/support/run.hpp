@@ -1,4 +1,4 @@
-/// \file What every example does with a simulation: steps, a progress bar, HDF5 states, OBJ points, a picture.
+/// \file What every example does with a simulation: steps, a progress bar, HDF5 states, OBJ files, a picture.
 #pragma once
 
 #include "support/run_schedule.hpp"
@@ -108,16 +108,17 @@ Image picture(const Simulation& simulation, double spacing, View view = {},
     return render(cloud_of(simulation, spacing, scenery), view);
 }
 
-/// Writes the states of a run: OUTPUT/NAME_0000.hdf …, or for each of several materials OUTPUT/NAME_MATERIAL_0000.hdf.
+/// Writes the states of a run: OUTPUT/NAME_0000.hdf …, or for each of several materials OUTPUT/NAME_MATERIAL_0000.hdf;
+/// and .obj, if that is wanted.
 template <class Simulation>
 class StatesOfAll {
 public:
-    StatesOfAll(const Simulation& simulation, const Options& options) {
+    StatesOfAll(const Simulation& simulation, const Options& options) : options_(options) {
         for_materials<Simulation>([&](auto i) {
             const std::string material = std::remove_cvref_t<decltype(simulation.template material<i>())>::name;
-            series_.push_back(std::make_unique<Series>(
-                options.output, Simulation::material_count == 1 ? options.name : options.name + "_" + material));
-            files_.push_back(options.file((Simulation::material_count == 1 ? "" : "_" + material) + ".hdf.series"));
+            endings_.push_back(Simulation::material_count == 1 ? "" : "_" + material);
+            series_.push_back(std::make_unique<Series>(options.output, options.name + endings_.back()));
+            files_.push_back(options.file(endings_.back() + ".hdf.series"));
         });
     }
     /// Puts the simulation where its last states are, and goes on with their series.
@@ -142,6 +143,7 @@ public:
         for_materials<Simulation>([&](auto i) {
             auto state = series_[i]->spare();
             firn::state_of<i>(simulation, state);
+            if (options_.obj) firn::write_obj(options_.file(endings_[i] + numbered(count_, ".obj")), state);
             series_[i]->write(std::move(state));
         });
         ++count_;
@@ -149,12 +151,13 @@ public:
     void finish() {
         for (auto& series : series_) series->finish();
     }
-    [[nodiscard]] int count() const { return count_; }
     /// What ParaView opens.
     [[nodiscard]] const std::vector<std::filesystem::path>& files() const { return files_; }
 
 private:
     using Series = firn::BackgroundSeries<typename Simulation::scalar_type>;
+    const Options& options_;
+    std::vector<std::string> endings_;  ///< of the files' names: the materials
     std::vector<std::unique_ptr<Series>> series_;
     std::vector<std::filesystem::path> files_;
     int count_ = 0;
@@ -169,21 +172,14 @@ std::size_t particle_count(const Simulation& simulation) {
 
 /// Runs the schedule: see run_schedule().
 /// \param after_step  called after every step
-/// \param points      also write OUTPUT/NAME_0000.obj …, for Houdini and Blender
 /// \param scenery     scenery() at the end says what the picture shows besides
 template <class Simulation, class AfterStep, class SceneryAtEnd>
-void run(Simulation& simulation, const Options& options, double spacing, const View& view, bool points,
-         const AfterStep& after_step, const SceneryAtEnd& scenery) {
+void run(Simulation& simulation, const Options& options, double spacing, const View& view, const AfterStep& after_step,
+         const SceneryAtEnd& scenery) {
     StatesOfAll states(simulation, options);
     const Begun begun = options.go_on ? states.go_on(simulation) : Begun{};
     run_schedule(
-        options, std::int64_t(particle_count(simulation)), begun,
-        [&] {
-            char number[16];
-            std::snprintf(number, sizeof number, "_%04d.obj", states.count());
-            states.write(simulation);
-            if (points) firn::write_obj_points(options.file(number), positions(simulation));
-        },
+        options, std::int64_t(particle_count(simulation)), begun, [&] { states.write(simulation); },
         [&] { states.finish(); },
         [&] {
             simulation.step();
@@ -193,9 +189,9 @@ void run(Simulation& simulation, const Options& options, double spacing, const V
 }
 
 template <class Simulation, class AfterStep>
-void run(Simulation& simulation, const Options& options, double spacing, const View& view, bool points,
+void run(Simulation& simulation, const Options& options, double spacing, const View& view,
          const AfterStep& after_step) {
-    run(simulation, options, spacing, view, points, after_step, [] { return Scenery<Simulation::dimension>{}; });
+    run(simulation, options, spacing, view, after_step, [] { return Scenery<Simulation::dimension>{}; });
 }
 
 }  // namespace example

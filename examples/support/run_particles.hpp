@@ -4,6 +4,7 @@
 #include "support/run_schedule.hpp"
 #include "support/solids.hpp"
 #include <firn/io/background_series.hpp>
+#include <firn/io/obj.hpp>
 #include <firn/io/particle_system_state.hpp>
 #include <firn/io/state_reader.hpp>
 
@@ -48,9 +49,15 @@ void run(System& system, const Options& options, const Step& step, const Picture
         series.go_on_from(list.back().time);
         begun = {std::int64_t(system.steps()), int(list.size())};
     }
-    run_schedule(
-        options, options.particles, begun, [&] { series.write(firn::state_of(system)); }, [&] { series.finish(); },
-        step, picture, {options.file(".hdf.series")});
+    int states = begun.states;
+    const auto write = [&] {
+        auto state = firn::state_of(system);
+        if (options.obj) firn::write_obj(options.file(numbered(states, ".obj")), state);
+        series.write(std::move(state));
+        ++states;
+    };
+    run_schedule(options, options.particles, begun, write, [&] { series.finish(); }, step, picture,
+                 {options.file(".hdf.series")});
 }
 
 }  // namespace example

@@ -22,6 +22,13 @@ namespace example {
 /// Numbers in the renderer's palette.
 enum Colour : std::uint8_t { coral, teal, amber, indigo, moss, plum, slate, sand, snow };
 
+/// "_0012" + ending, for the name of a file.
+inline std::string numbered(int number, const char* ending) {
+    char text[24];
+    std::snprintf(text, sizeof text, "_%04d", number);
+    return std::string(text) + ending;
+}
+
 /// Waits for the states of a run that ended with an error, and says which are the last.
 template <class Finish>
 void say_last_states(int states, const Finish& finish, const std::vector<std::filesystem::path>& series) {
@@ -32,8 +39,7 @@ void say_last_states(int states, const Finish& finish, const std::vector<std::fi
         std::cerr << "the last states may be missing: " << problem.what() << std::endl;
         return;
     }
-    char number[24];
-    std::snprintf(number, sizeof number, "_%04d.hdf", states - 1);
+    const std::string number = numbered(states - 1, ".hdf");
     std::cerr << "the last good state:";
     for (const auto& list : series) {  // NAME.hdf.series
         const std::string name = list.string();

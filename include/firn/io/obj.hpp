@@ -1,4 +1,4 @@
-/// \file Wavefront OBJ: closed meshes and bare points read, sequences of points written (for Houdini and Blender).
+/// \file Wavefront OBJ: closed meshes and bare points read; points and surfaces written (for Houdini and Blender).
 ///
 /// tinyobjloader reads. What it would pass over in silence (a coordinate that is no number becomes 0, a face of two
 /// vertices or one that names a missing vertex is dropped) is refused here before, with the line.
@@ -7,9 +7,11 @@
 #include <firn/data/memory.hpp>
 #include <firn/data/mesh.hpp>
 #include <firn/io/atomic_file.hpp>
+#include <firn/io/state.hpp>
 #include <firn/io/vendor/tiny_obj_loader.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -21,6 +23,8 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -208,19 +212,17 @@ inline std::vector<Vec<double, 3>> read_obj_points(const std::filesystem::path& 
     return detail::parse_obj(path, text).vertices;
 }
 
-/// Writes points as lines `v x y z` (z = 0 in 2D) in the fewest digits that give the same number again. The file
-/// appears whole or not at all (AtomicFile). No point is allowed: a frame before anything was emitted.
-/// \param points any range of Vec<float or double, 2 or 3> [m]
-/// Throws parameter_error for a point that is not finite, io_error where writing fails.
-template <std::ranges::input_range Points>
-void write_obj_points(const std::filesystem::path& path, Points&& points) {
-    AtomicFile file(path);
-    file.write("# particles, positions in metres\n");
+namespace detail {
+
+/// Lines `v x y z` (z = 0 in 2D) in the fewest digits that give the same number again. \return how many
+/// \throws parameter_error  for a point that is not finite
+template <class Points>
+std::size_t write_obj_vertices(AtomicFile& file, const std::filesystem::path& path, Points&& points) {
     std::size_t number = 0;
     std::string line;
     for (const auto& x : points) {
-        if (!detail::is_finite(x)) {
-            throw parameter_error(sentence("Point ", number, " (from 0) for ", path, " is ", detail::describe(x),
+        if (!is_finite(x)) {
+            throw parameter_error(sentence("Point ", number, " (from 0) for ", path, " is ", describe(x),
                                            "; only finite points are written. Look for the step that lost it."));
         }
         line = "v";
@@ -233,7 +235,78 @@ void write_obj_points(const std::filesystem::path& path, Points&& points) {
         file.write(line);
         ++number;
     }
+    return number;
+}
+
+}  // namespace detail
+
+/// Writes points as lines `v x y z` (z = 0 in 2D) in the fewest digits that give the same number again. The file
+/// appears whole or not at all (AtomicFile). No point is allowed: a frame before anything was emitted.
+/// \param points any range of Vec<float or double, 2 or 3> [m]
+/// Throws parameter_error for a point that is not finite, io_error where writing fails.
+template <std::ranges::input_range Points>
+void write_obj_points(const std::filesystem::path& path, Points&& points) {
+    AtomicFile file(path);
+    file.write("# particles, positions in metres\n");
+    detail::write_obj_vertices(file, path, points);
     file.commit();
+}
+
+/// Writes a surface: points as write_obj_points(), then a line `f a b c` for each triangle; in 2D `l a b` for an edge.
+/// OBJ counts points from 1.
+/// \param points  any range of Vec<float or double, 2 or 3> [m]
+/// \param facets  any range of three (in 2D two) numbers of points, counted from 0: TriangleMesh::triangles,
+///                ParticleSystem::facets, Net::facets
+/// Throws as write_obj_points(), and parameter_error for a facet that names a point that is not there.
+template <std::ranges::input_range Points, std::ranges::input_range Facets>
+void write_obj(const std::filesystem::path& path, Points&& points, Facets&& facets) {
+    AtomicFile file(path);
+    file.write("# a surface, positions in metres\n");
+    const std::size_t count = detail::write_obj_vertices(file, path, points);
+    std::string line;
+    std::size_t number = 0;
+    for (const auto& facet : facets) {
+        static_assert(std::tuple_size_v<std::remove_cvref_t<decltype(facet)>> ==
+                          std::size(std::ranges::range_value_t<Points>{}.v),
+                      "firn: a surface is of triangles in 3D, of edges in 2D");
+        line = facet.size() == 3 ? "f" : "l";
+        for (const auto corner : facet) {
+            if (std::cmp_less(corner, 0) || std::cmp_greater_equal(corner, count))
+                throw parameter_error(sentence("Facet ", number, " (from 0) for ", path, " names point ", corner,
+                                               "; there are ", count, ", counted from 0."));
+            line += ' ' + std::to_string(std::size_t(corner) + 1);
+        }
+        file.write(line += '\n');
+        ++number;
+    }
+    file.commit();
+}
+
+/// Of a mesh.
+inline void write_obj(const std::filesystem::path& path, const TriangleMesh& mesh) {
+    write_obj(path, mesh.vertices, mesh.triangles);
+}
+
+/// Of a state: its points, and its facets where it has some. Throws as the others, and as check_state().
+template <state_scalar S>
+void write_obj(const std::filesystem::path& path, const State<S>& state) {
+    check_state(state);
+    const auto write = [&](auto dimension) {
+        constexpr int D = dimension;
+        std::vector<Vec<S, D>> points(state.size());
+        std::vector<std::array<std::int64_t, std::size_t(D)>> facets(state.facets.size() / std::size_t(D));
+        const std::vector<S>& x = state.field("position").values;
+        for (std::size_t i = 0; i < x.size(); ++i) points[i / D][int(i % D)] = x[i];
+        for (std::size_t i = 0; i < state.facets.size(); ++i) facets[i / D][i % D] = state.facets[i];
+        if (facets.empty())
+            write_obj_points(path, points);
+        else
+            write_obj(path, points, facets);
+    };
+    if (state.dimension == 2)
+        write(std::integral_constant<int, 2>{});
+    else
+        write(std::integral_constant<int, 3>{});
 }
 
 }  // namespace firn

@@ -3,6 +3,7 @@
 #include "support/temporary_folder.hpp"
 #include <firn/data/inside.hpp>
 #include <firn/io/obj.hpp>
+#include <firn/lagrangian.hpp>
 
 #include <limits>
 
@@ -151,6 +152,47 @@ TEST_CASE("Bare points: written and read again to the last digits, in double and
     holds(refusal(cube_vertices + "f 1 2 3\n", true), "has 1 faces; bare points are expected");
     holds(refusal("v 1 2\n", true), "has 2 coordinates");
     CHECK(refusal(cube_vertices + "p 1 2 3\n", true) == "read");
+}
+
+TEST_CASE("Surfaces: a mesh, a cloth and a state are written with their faces, points counted from 1") {
+    const TemporaryFolder folder;
+    const auto path = folder.path() / "surface_0001.obj";
+    std::ofstream(path) << cube_vertices + "f 1 2 3 4\nf 1 4 8 5\nf 2 6 7 3\n";
+    const TriangleMesh mesh = read_obj(path);
+    write_obj(path, mesh);
+    const TriangleMesh again = read_obj(path);
+    CHECK(again.triangles == mesh.triangles);
+    CHECK(again.vertices == mesh.vertices);
+
+    ParticleSystem<3> system;
+    system.add(cloth({0.0, 1.0, 0.0}, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {2, 1}), {});
+    write_obj(path, system.points.position, system.facets);
+    const TriangleMesh of_cloth = read_obj(path);
+    REQUIRE(of_cloth.vertices.size() == 6);
+    REQUIRE(of_cloth.triangles.size() == 4);
+    for (std::size_t f = 0; f < 4; ++f)
+        for (std::size_t k = 0; k < 3; ++k) CHECK(std::cmp_equal(of_cloth.triangles[f][k], system.facets[f][k]));
+
+    const std::vector<Vec<float, 2>> flat{{0.0F, 0.0F}, {0.5F, 0.0F}, {0.5F, -1.0F}};
+    write_obj(path, flat, std::vector<std::array<int, 2>>{{0, 1}, {1, 2}});
+    const std::string text = "v 0 0 0\nv 0.5 0 0\nv 0.5 -1 0\nl 1 2\nl 2 3\n";
+    CHECK(detail::read_text(path) == "# a surface, positions in metres\n" + text);
+    State<float> state;
+    state.dimension = 2;
+    state.fields = {{"position", "m", 2, {0, 0, 0.5F, 0, 0.5F, -1}}};
+    state.id = {3, 4, 7};
+    state.material = {0, 0, 0};
+    state.facets = {0, 1, 1, 2};
+    write_obj(path, state);
+    CHECK(detail::read_text(path) == "# a surface, positions in metres\n" + text);
+    state.facets.clear();
+    write_obj(path, state);
+    CHECK(detail::read_text(path) == "# particles, positions in metres\nv 0 0 0\nv 0.5 0 0\nv 0.5 -1 0\n");
+
+    put(path, "before");
+    for (const int corner : {-1, 3})
+        CHECK_THROWS_AS(write_obj(path, flat, std::vector<std::array<int, 2>>{{0, corner}}), parameter_error);
+    CHECK(detail::read_text(path) == "before");
 }
 
 TEST_CASE("A point that is not finite is refused and leaves the file before as it was, and no temporary one") {
