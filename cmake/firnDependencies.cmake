@@ -51,3 +51,21 @@ macro(firn_link_hdf5 target)
         target_link_libraries(${target} INTERFACE $<BUILD_INTERFACE:hdf5::hdf5>)
     endif()
 endmacro()
+
+# Without a build type CMake compiles without optimisation, some 200 times slower, and does not say so. It is looked at
+# when the project has been read: it may set its build type after it has found firn.
+function(firn_check_build_type)
+    get_property(multi_config GLOBAL PROPERTY GENERATOR_IS_MULTI_CONFIG)
+    get_directory_property(options COMPILE_OPTIONS)
+    if(NOT multi_config AND NOT CMAKE_BUILD_TYPE AND NOT "${CMAKE_CXX_FLAGS} ${options}" MATCHES "-O[1-9sfgz]")
+        message(NOTICE "firn: CMAKE_BUILD_TYPE is not set, so programs are compiled without optimisation and are some "
+                       "200 times slower. Configure with -DCMAKE_BUILD_TYPE=Release.")
+    endif()
+endfunction()
+macro(firn_notice_build_type)
+    get_property(firn_looks_at_build_type GLOBAL PROPERTY FIRN_LOOKS_AT_BUILD_TYPE)
+    if(NOT firn_looks_at_build_type)
+        set_property(GLOBAL PROPERTY FIRN_LOOKS_AT_BUILD_TYPE TRUE)
+        cmake_language(DEFER DIRECTORY "${CMAKE_SOURCE_DIR}" CALL firn_check_build_type)
+    endif()
+endmacro()

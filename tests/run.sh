@@ -190,7 +190,7 @@ stage 'AddressSanitizer and UndefinedBehaviorSanitizer' tests-asan "$sanitized" 
 stage 'portable build: behaviour, determinism, examples' "tests-$where" \
     'firn_unit_tests firn_determinism_tests firn_examples firn_wgsl_programs' 'unit|determinism|example' \
     "${portable[@]}" "${second[@]}" ${webgpu[@]+"${webgpu[@]}"} -DFIRN_TEST_PART=behaviour \
-    -DFIRN_EXAMPLES="$([[ $full == yes ]] && echo '.*' || echo '01|05|06|12|13|14')"
+    -DFIRN_EXAMPLES="$([[ $full == yes ]] && echo '.*' || echo '01|05|06|12|13|14|15')"
 wgsl_stage "tests-$where"
 
 if [[ $full == yes ]]; then

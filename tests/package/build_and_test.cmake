@@ -1,5 +1,5 @@
 # cmake -DSOURCE=… -DBINARY=… -DCTEST=… -P build_and_test.cmake -- <configure option>...
-# Configures SOURCE afresh in BINARY, builds it and runs its tests.
+# Configures SOURCE afresh in BINARY, builds it and runs its tests. Who sets no build type is told so, nobody else.
 set(options "")
 set(after_dashes OFF)
 math(EXPR last "${CMAKE_ARGC} - 1")
@@ -18,7 +18,25 @@ function(run)
     endif()
 endfunction()
 
+# How often a configuration is told of its missing build type.
+function(configure expected)
+    execute_process(COMMAND "${CMAKE_COMMAND}" -S "${SOURCE}" -B "${BINARY}" ${ARGN} RESULT_VARIABLE result
+                    OUTPUT_VARIABLE output ERROR_VARIABLE output)
+    message("${output}")
+    string(REGEX MATCHALL "firn: CMAKE_BUILD_TYPE is not set" told "${output}")
+    list(LENGTH told times)
+    if(NOT result EQUAL 0 OR NOT times EQUAL expected)
+        message(FATAL_ERROR "configured with ${result}; told of the build type ${times} times, expected ${expected}")
+    endif()
+endfunction()
+
 file(REMOVE_RECURSE "${BINARY}")
-run("${CMAKE_COMMAND}" -S "${SOURCE}" -B "${BINARY}" ${options})
+if(options MATCHES "CMAKE_BUILD_TYPE|Multi-Config")
+    configure(0 ${options})
+else()
+    configure(1 ${options})
+endif()
 run("${CMAKE_COMMAND}" --build "${BINARY}" --config Debug)
 run("${CMAKE_COMMAND}" -E chdir "${BINARY}" "${CTEST}" -C Debug --output-on-failure --no-tests=error)
+configure(0 -DCMAKE_CXX_FLAGS=-O2)
+configure(0 -DCMAKE_CXX_FLAGS= -DCMAKE_BUILD_TYPE=Release)

@@ -1,18 +1,19 @@
 #!/usr/bin/env bash
-# check_requirements.sh COMPILER INCLUDE EIGEN: a compiler that is too old, or C++17, is told so in ten lines at most,
-# whichever header it meets first; this one is not.
+# check_requirements.sh COMPILER INCLUDE EIGEN: a compiler that is too old, C++17, and a program that does not link what
+# it includes are told so in a few lines, whichever header they meet first; this compiler is not.
 set -euo pipefail
 export LC_ALL=C
 
 compiler=$1 include_dir=$2 eigen=$3
 mistakes=0
+most=10 # lines
 try() { # TEXT HEADER OPTION...: expects TEXT; nothing expected: no complaint
     local text=$1 header=$2 output lines
     shift 2
     output=$(echo "#include <firn/$header.hpp>" |
         "$compiler" -x c++ -I"$include_dir" -isystem "$eigen" -w "$@" -fsyntax-only - 2>&1) || true
     lines=$(grep -c . <<<"$output") || true
-    if [[ -n $text && ($output != *"$text"* || $lines -gt 10) || -z $text && -n $output ]]; then
+    if [[ -n $text && ($output != *"$text"* || $lines -gt $most) || -z $text && -n $output ]]; then
         printf '%s, %s: %s lines, expected "%s"\n%s\n' "$header" "$*" "$lines" "$text" "$output"
         mistakes=$((mistakes + 1))
     fi
@@ -32,4 +33,40 @@ for header in firn simulation lagrangian core/eigen wgsl/program; do
     try 'firn needs C++20: compile with -std=c++20' "$header" -std=c++17
     try 'firn needs g++ 12, clang 19 or AppleClang 17' "$header" -std=c++20 "${older[@]}"
 done
+
+# Where hdf5.h lies among the compiler's own headers, nothing is amiss.
+if ! echo '#include <hdf5.h>' | "$compiler" -x c++ -fsyntax-only - 2>/dev/null; then
+    most=12 # of which four name the headers between
+    for header in io/states io/state_reader; do
+        try 'in CMake link firn::hdf5, not firn::firn' "$header" -std=c++20 -fopenmp-simd -Wno-psabi
+    done
+fi
+
+# What is compiled without optimisation says so once, however many grids and systems it makes.
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cat >"$folder/two_grids.cpp" <<'END'
+#include <firn/data/sparse_grid.hpp>
+#include <firn/lagrangian/particle_system.hpp>
+int main() {
+    const firn::Domain<2> box{{0.0, 0.0}, {1.0, 1.0}, 0.1};
+    for (int i = 0; i < 2; ++i) {
+        firn::SparseGrid<float, 2> grid(box);
+        firn::ParticleSystem<2> system;
+    }
+}
+END
+says() { # TIMES OPTION...
+    local expected=$1 said
+    shift
+    "$compiler" -std=c++20 -pthread -fopenmp-simd -Wno-psabi -w -I"$include_dir" -isystem "$eigen" "$@" \
+        "$folder/two_grids.cpp" -o "$folder/two_grids"
+    said=$("$folder/two_grids" 2>&1 | grep -c 'compiled without optimisation' || true)
+    ((said == expected)) && return
+    echo "compiled with $*, a program says $said times that it is not optimised, expected $expected"
+    mistakes=$((mistakes + 1))
+}
+says 1 -O0
+says 0 -O0 -DFIRN_ALLOW_UNOPTIMISED
+says 0 -O1
 exit $((mistakes > 0))

@@ -44,9 +44,11 @@ inline int thread_count(int requested) {
 /// Calls body() on the calling thread. All loops that it starts share one parallel region of up to so many workers, who
 /// wait for the next loop in between: in body() OpenMP's own regions have one thread. Inside another call, and where
 /// there are no helpers, it only calls body().
+/// \param workers  0: as many as thread_count() says
 /// \throws what body throws, when the region is closed
 template <class Body>
 void parallel_region(int workers, const Body& body) {
+    if (workers == 0) workers = thread_count(0);
     if (workers <= 1 || !detail::may_open_region()) return body();
     const auto run = [](const void* f) { (*static_cast<const Body*>(f))(); };
     detail::run_call(std::make_shared<detail::Call>(workers, run, &body));

@@ -1,6 +1,7 @@
 /// \file A grid that holds only the blocks of nodes around matter. Its cost is that of the matter, not of the domain.
 #pragma once
 
+#include <firn/core/optimised.hpp>
 #include <firn/data/block_partition.hpp>
 #include <firn/data/fixed_point_scale.hpp>
 #include <firn/data/memory.hpp>
@@ -25,7 +26,10 @@ class SparseGrid {
 public:
     static constexpr int neighbour_count = D == 2 ? 9 : 27;
 
-    explicit SparseGrid(const Domain<D>& domain) : domain_(domain) { check(domain); }
+    explicit SparseGrid(const Domain<D>& domain) : domain_(domain) {
+        detail::tell_unoptimised<FIRN_TELLS_UNOPTIMISED>();
+        check(domain);
+    }
 
     const Domain<D>& domain() const { return domain_; }
     std::size_t block_count() const { return blocks_.size(); }

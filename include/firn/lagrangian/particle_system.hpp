@@ -1,6 +1,7 @@
 /// \file Points under forces, constraints and collisions, stepped through time. It only composes what lies beside it.
 #pragma once
 
+#include <firn/core/optimised.hpp>
 #include <firn/core/step_region.hpp>
 #include <firn/data/mesh.hpp>
 #include <firn/lagrangian/collisions.hpp>
@@ -55,8 +56,11 @@ public:
     using scalar_type = S;
     static constexpr int dimension = D;
 
-    ParticleSystem() { gravity[1] = -9.81; }
-    explicit ParticleSystem(const Boundary& with) : boundary(with) { gravity[1] = -9.81; }
+    ParticleSystem() : ParticleSystem(Boundary{}) {}
+    explicit ParticleSystem(const Boundary& with) : boundary(with) {
+        detail::tell_unoptimised<FIRN_TELLS_UNOPTIMISED>();
+        gravity[1] = -9.81;
+    }
 
     PointMasses<S, D> points;
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
