@@ -52,14 +52,14 @@ macro(firn_link_hdf5 target)
     endif()
 endmacro()
 
-# Without a build type CMake compiles without optimisation, some 200 times slower, and does not say so. It is looked at
+# Without a build type CMake compiles without optimisation, some hundred times slower, and does not say so. It is looked at
 # when the project has been read: it may set its build type after it has found firn.
 function(firn_check_build_type)
     get_property(multi_config GLOBAL PROPERTY GENERATOR_IS_MULTI_CONFIG)
     get_directory_property(options COMPILE_OPTIONS)
     if(NOT multi_config AND NOT CMAKE_BUILD_TYPE AND NOT "${CMAKE_CXX_FLAGS} ${options}" MATCHES "-O[1-9sfgz]")
         message(NOTICE "firn: CMAKE_BUILD_TYPE is not set, so programs are compiled without optimisation and are some "
-                       "200 times slower. Configure with -DCMAKE_BUILD_TYPE=Release.")
+                       "hundred times slower. Configure with -DCMAKE_BUILD_TYPE=Release.")
     endif()
 endfunction()
 macro(firn_notice_build_type)

@@ -35,7 +35,7 @@ struct SoftTissue {
         const S J = determinant(F);
         const S strain = squared_norm(F * transpose(F) - firn::Mat<S, D>::identity());
         const S shape = firn::squared_stretch_bound(F) + S(1) + S(2) * stiffening * strain;
-        return sqrt((stiffened(F, J) * shape + lambda * J * J) / density);
+        return firn::sqrt((stiffened(F, J) * shape + lambda * J * J) / density);
     }
 
 private:

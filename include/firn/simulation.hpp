@@ -114,8 +114,8 @@ public:
     std::uint64_t most_steps_between_sorts = 0;
     /// Takes warnings, each once: of a fixed time step above the bound (again whenever that gets worse), of a bound
     /// that has fallen by 10³ or needs more than 10⁶ steps a second, of bodies whose particles lie further apart than a
-    /// cell, that overlap or lie inside a solid, and of walls that are not the domain's. By default they go to
-    /// std::cerr; empty: nowhere. It is called outside any parallel region, before the step that it warns of.
+    /// cell, overlap or lie in a solid, of walls that are not the domain's, of matter at an end without a wall. By
+    /// default they go to std::cerr; empty: nowhere. It is called outside any parallel region, before the step.
     std::function<void(const std::string&)> warn = [](const std::string& text) {
         std::cerr << "firn: " << text << '\n';
     };
@@ -405,16 +405,16 @@ private:
     }
 
     /// The fixed time step, or the bound.
-    /// \param warning  of a fixed time step above the bound, if there is to be one
+    /// \param warning  what is to be warned of before the step, if there is such
     double next_time_step(std::string& warning) {
-        const double bound = stable_time_step();
+        const double bound = bound_ = stable_time_step();
         if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
             throw parameter_error(
                 sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
-        bound_ = bound;
         if (fixed_time_step > bound) warning = warnings_.of_step(fixed_time_step, bound, steps_, warn);
         if (warn && warning.empty() && detail::fastest_signal(sets_) > 0)
             warning = warnings_.of_bound(bound, steps_, time_, [&] { return reason_of_bound(); });
+        if (warn && warning.empty()) warning = warnings_.of_the_end(sets_, domain(), boundary, steps_);
         return fixed_time_step > 0 ? fixed_time_step : bound;
     }
 

@@ -1,6 +1,6 @@
 // What a bare number or a missing name could mean in two ways does not compile: angles, and which material is meant.
 // expect: firn: this simulation has several materials: say which one is meant
-// expect: Angle
+// expect: firn: an angle says its unit: write firn::degrees(35) or firn::radians(0.6)
 // errors: 3
 #include <firn/firn.hpp>
 #include <firn/math/rotor.hpp>

@@ -4,7 +4,7 @@
 # COMPILER is no compiler of the command's (g++): the command is left out.
 set -euo pipefail
 
-root=$1 compiler=$2
+root=$(cd "$1" && pwd) compiler=$2
 mistakes=0
 mapfile -t files < <(sed -n 's/^<!-- \(.*\) -->$/\1/p' "$root/README.md")
 for file in "${files[@]}"; do

@@ -1,6 +1,7 @@
 /// \file A simulation is made from the policies that its program chooses, in any order; the others are the defaults.
 #include "support/catch.hpp"
 #include <firn/firn.hpp>
+#include <firn/lagrangian.hpp>
 
 using namespace firn;
 
@@ -91,6 +92,20 @@ TEST_CASE("A boundary of a user's own is told from other policies, and acts") {
     }
     CHECK(highest < 0.66);  // free it would be at 0.8
     CHECK(highest > 0.55);
+}
+
+TEST_CASE("A particle system is made from its boundary") {
+    const auto walls = Walls<float, 2>::all({0, 0}, {1, 1}, {Contact::slip, 0});
+    const Ball ball{.shape = {0.25F}};
+    ParticleSystem alone(ball);
+    static_assert(same<decltype(alone), ParticleSystem<2, float, Verlet, Ball>>);
+    const ParticleSystem both(Together(walls, ball));
+    static_assert(same<decltype(both), const ParticleSystem<2, float, Verlet, Together<Walls<float, 2>, Ball>>>);
+    const ParticleSystem in_double(Walls<double, 3>::all({0, 0, 0}, {1, 1, 1}, {}));
+    static_assert(same<decltype(in_double), const ParticleSystem<3, double, Verlet, Walls<double, 3>>>);
+    const ParticleSystem copy(alone);
+    static_assert(same<decltype(copy), const ParticleSystem<2, float, Verlet, Ball>>);
+    CHECK(std::get<1>(both.boundary.parts).shape.radius == 0.25F);
 }
 
 TEST_CASE("Vectors name their components") {

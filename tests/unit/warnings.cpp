@@ -174,6 +174,33 @@ TEST_CASE("matter inside a solid, and walls that are not the domain's, are warne
     CHECK(run(0.65, 0.875F).size() == 2);
 }
 
+TEST_CASE("matter that comes to an end of the domain without a wall is warned of once") {
+    // A block thrown at the upper end of x, over a floor of its own: what has walls there bounces.
+    const auto said_in = [](const auto& boundary, bool periodic) {
+        Domain<2> domain{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 32};
+        domain.periodic[0] = periodic;
+        Simulation simulation(domain, FixedCorotated<float>{}, boundary);
+        simulation.gravity = {};
+        std::vector<std::string> said;
+        listen(simulation, said);
+        simulation.add(block<2>(0.6, 0.8), 1000, {5.0, 0.0});
+        simulation.advance(0.1);
+        return said;
+    };
+    const Collider<HalfSpace<float, 2>> floor{};
+    const auto walls = Walls<float, 2>::all({0, 0}, {1, 1}, {});
+    auto open = walls;
+    open.at_upper[0].contact = Contact::none;
+    CHECK(said_in(walls, false).empty());
+    CHECK(said_in(Together(floor, walls), false).empty());
+    CHECK(said_in(floor, true).empty());
+    for (const auto& said : {said_in(floor, false), said_in(open, false), said_in(Together(floor, open), false)}) {
+        REQUIRE(said.size() == 1);
+        CHECK(holds(said[0], "has come to the end of the domain, at (1, 0."));
+        CHECK(holds(said[0], "firn::Together(firn::Walls"));
+    }
+}
+
 TEST_CASE("nobody is warned where nobody listens, and the bits are the same") {
     Simulation<2> heard({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 32}), deaf({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 32});
     std::vector<std::string> said;

@@ -24,20 +24,37 @@ template <class B, class S, int D>
 concept boundary = changes_velocity<B, S, D> && says_where<B, D>;
 
 namespace detail {
-/// Is B made for nodes in S and D? Of a boundary that does not say what it is made for it is not known: true.
-template <class B, class S, int D>
-struct boundary_fits : std::true_type {};
-template <template <class, int> class B, class T, int N, class S, int D>
-struct boundary_fits<B<T, N>, S, D> : std::bool_constant<std::same_as<T, S> && N == D> {};
-template <class B, class S, int D>
+template <class T, int N>
+struct precision_and_dimension {
+    using S = T;
+    static constexpr int D = N;
+};
+/// Which S and D a boundary is made for; of one that does not say, nothing.
+template <class B>
+struct made_for {};
+template <template <class, int> class B, class S, int D>
+struct made_for<B<S, D>> : precision_and_dimension<S, D> {};
+template <class B>
     requires requires {
         typename B::S;
         B::D;
     }
-struct boundary_fits<B, S, D> : std::bool_constant<std::same_as<typename B::S, S> && B::D == D> {};
-template <template <class...> class All, class... B, class S, int D>  // a Together, a BoundaryList
+struct made_for<B> : precision_and_dimension<typename B::S, B::D> {};
+template <template <class...> class All, class First, class... Rest>  // a Together, a BoundaryList
     requires(
-        requires(All<B...> all) { all.parts; } || requires(All<B...> all) { all.all; })
+        requires(All<First, Rest...> all) { all.parts; } || requires(All<First, Rest...> all) { all.all; })
+struct made_for<All<First, Rest...>> : made_for<First> {};
+
+/// Is B made for nodes in S and D? True where it is not known.
+template <class B, class S, int D>
+struct boundary_fits : std::true_type {};
+template <class B, class S, int D>
+    requires requires { made_for<B>::D; }
+struct boundary_fits<B, S, D> : std::bool_constant<std::same_as<typename made_for<B>::S, S> && made_for<B>::D == D> {};
+template <template <class...> class All, class... B, class S, int D>
+    requires(
+        requires { made_for<All<B...>>::D; } &&
+        (requires(All<B...> all) { all.parts; } || requires(All<B...> all) { all.all; }))
 struct boundary_fits<All<B...>, S, D> : std::conjunction<boundary_fits<B, S, D>...> {};
 
 /// True, or the compiler says that B is made for others.

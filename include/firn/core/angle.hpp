@@ -5,6 +5,7 @@
 
 #include <compare>
 #include <numbers>
+#include <type_traits>
 
 namespace firn {
 
@@ -12,6 +13,12 @@ namespace firn {
 class Angle {
 public:
     constexpr Angle() = default;
+    template <class Number>
+        requires std::is_arithmetic_v<Number>
+    constexpr Angle(Number) {
+        static_assert(!std::is_arithmetic_v<Number>,
+                      "firn: an angle says its unit: write firn::degrees(35) or firn::radians(0.6).");
+    }
 
     constexpr double in_radians() const { return radians_; }
     constexpr double in_degrees() const { return radians_ * 180 / std::numbers::pi; }
@@ -19,20 +26,24 @@ public:
     friend constexpr Angle radians(double number);
     friend constexpr Angle degrees(double number);
 
-    friend constexpr Angle operator+(Angle a, Angle b) { return Angle(a.radians_ + b.radians_); }
-    friend constexpr Angle operator-(Angle a, Angle b) { return Angle(a.radians_ - b.radians_); }
-    friend constexpr Angle operator-(Angle a) { return Angle(-a.radians_); }
-    friend constexpr Angle operator*(Angle a, double factor) { return Angle(a.radians_ * factor); }
+    friend constexpr Angle operator+(Angle a, Angle b) { return of(a.radians_ + b.radians_); }
+    friend constexpr Angle operator-(Angle a, Angle b) { return of(a.radians_ - b.radians_); }
+    friend constexpr Angle operator-(Angle a) { return of(-a.radians_); }
+    friend constexpr Angle operator*(Angle a, double factor) { return of(a.radians_ * factor); }
     friend constexpr Angle operator*(double factor, Angle a) { return a * factor; }
-    friend constexpr Angle operator/(Angle a, double divisor) { return Angle(a.radians_ / divisor); }
+    friend constexpr Angle operator/(Angle a, double divisor) { return of(a.radians_ / divisor); }
     friend constexpr auto operator<=>(Angle, Angle) = default;
 
 private:
-    constexpr explicit Angle(double number) : radians_(number) {}
+    static constexpr Angle of(double number) {
+        Angle angle;
+        angle.radians_ = number;
+        return angle;
+    }
     double radians_ = 0;
 };
 
-constexpr Angle radians(double number) { return Angle(number); }
-constexpr Angle degrees(double number) { return Angle(number * std::numbers::pi / 180); }
+constexpr Angle radians(double number) { return Angle::of(number); }
+constexpr Angle degrees(double number) { return Angle::of(number * std::numbers::pi / 180); }
 
 }  // namespace firn

@@ -63,6 +63,7 @@ template <class T>
 struct scalar_traits<dual<T>> {
     using value_type = value_type_t<T>;
     static constexpr int lanes = scalar_traits<T>::lanes;
+    static constexpr bool has_friends = true;
 };
 
 }  // namespace firn

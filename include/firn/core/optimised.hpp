@@ -1,5 +1,5 @@
 /// \file A program that was compiled without optimisation is told so, once, when it makes its first grid or particle
-/// system: it would be some two hundred times slower, and nothing else would say why.
+/// system: it would be some hundred times slower, and nothing else would say why.
 ///
 /// FIRN_ALLOW_UNOPTIMISED, defined for all of the program's files, silences it.
 #pragma once
@@ -20,7 +20,7 @@ template <bool tells>
 void tell_unoptimised() {
 #if FIRN_TELLS_UNOPTIMISED
     static const bool said = [] {
-        std::cerr << "firn: this program was compiled without optimisation and is some 200 times slower. Compile with "
+        std::cerr << "firn: this program was compiled without optimisation and is some hundred times slower. Compile with "
                      "-O3 -march=native; in CMake configure with -DCMAKE_BUILD_TYPE=Release. Define "
                      "FIRN_ALLOW_UNOPTIMISED where that is meant.\n";
         return true;

@@ -183,6 +183,7 @@ template <class T, int N>
 struct scalar_traits<pack<T, N>> {
     using value_type = T;
     static constexpr int lanes = N;
+    static constexpr bool has_friends = true;
 };
 
 /// The pack that fills one register of the target; at least four lanes, which the transposes work in.

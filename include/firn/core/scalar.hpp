@@ -3,9 +3,15 @@
 /// A definition may use + − × ÷, comparisons (which give a *mask*), and the functions of this file:
 /// `select(mask, a, b)` in place of `if`, `sqrt`, `abs`, `min`, `max`, `floor`, `any(mask)`.
 /// `any` is for skipping work that no lane needs; what it guards must not change lanes whose mask is off.
+///
+/// All may be called as firn::sqrt(x), whatever x is. A name without firn:: finds those of lanes by itself; of float
+/// and double, outside of firn, it finds the C library's.
 #pragma once
 
 #include <firn/core/config.hpp>
+
+#include <math.h>  // abs(x) of a float means the same in a program's own namespace: with <cmath> alone it may be abs(int)
+#include <stdlib.h>
 
 #include <bit>
 #include <cmath>
@@ -51,6 +57,9 @@ struct scalar_traits {
     using value_type = S;            ///< float or double
     static constexpr int lanes = 1;  ///< particles held by one S
 };
+/// Is S one of firn's classes (pack, dual, …), whose functions are friends that only unqualified names find?
+template <class S>
+inline constexpr bool has_friends = requires { scalar_traits<S>::has_friends; };
 
 template <class S>
 using value_type_t = typename scalar_traits<S>::value_type;
@@ -81,6 +90,29 @@ concept has_roots = requires(const S a) {
     { abs(a) } -> std::same_as<S>;
 };
 // clang-format on
+
+// The friends by their qualified names.
+
+template <class S>
+    requires has_friends<S>
+FIRN_INLINE constexpr S select(const mask_t<S>& mask, const S& if_true, const S& if_false) {
+    return select(mask, if_true, if_false);
+}
+template <class S>
+    requires has_friends<S>
+FIRN_INLINE constexpr S sqrt(const S& a) {
+    return sqrt(a);
+}
+template <class S>
+    requires has_friends<S>
+FIRN_INLINE constexpr S floor(const S& a) {
+    return floor(a);
+}
+template <class S>
+    requires has_friends<S>
+FIRN_INLINE constexpr S abs(const S& a) {
+    return abs(a);
+}
 
 /// x. What a definition calls it: a scalar that records a program writes it under that name.
 template <class S>

@@ -58,6 +58,7 @@ template <class T>
 struct scalar_traits<strict<T>> {
     using value_type = T;
     static constexpr int lanes = 1;
+    static constexpr bool has_friends = true;
 };
 
 }  // namespace firn

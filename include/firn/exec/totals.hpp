@@ -7,6 +7,7 @@
 #include <firn/material/concept.hpp>
 #include <firn/math/rotor.hpp>
 
+#include <limits>
 #include <vector>
 
 namespace firn {
@@ -20,7 +21,7 @@ struct Totals {
     Axial<double, D> angular_momentum{};  ///< about the origin, that of the affine fields included [kg m²/s]
     Vec<double, D> first_moment{};        ///< Σ m x [kg m]; over the mass: the centre of mass
     double kinetic_energy = 0;            ///< Σ ½ m (|v|² + h²/inverse_inertia ‖C‖²) [J]
-    double elastic_energy = 0;            ///< Σ V0 ψ [J]; 0 of materials that offer no energy_density
+    double elastic_energy = 0;            ///< Σ V0 ψ [J]; NaN of a material that offers no energy_density
     double dissipated_energy = 0;         ///< Σ V0 of what plastic flow took [J]; 0 unless Dissipating<…> keeps it
 
     Totals& operator+=(const Totals& other) {
@@ -94,7 +95,10 @@ Totals<D> totals(const Particles<S, D, State>& particles, const Domain<D>& domai
                 sum.angular_momentum + (axial_product<double, D>(x, v) + detail::curl<D>(C) * inertia) * mass;
             sum.kinetic_energy += 0.5 * mass * (dot(v, v) + inertia * squared_norm(C));
             const auto state = detail::state_in_double<material_state_t<Exact, D>>(particles.state(slot));
-            if constexpr (has_energy_density<Exact, D>) sum.elastic_energy += volume * energy_density(exact, state);
+            if constexpr (has_energy_density<Exact, D>)
+                sum.elastic_energy += volume * energy_density(exact, state);
+            else
+                sum.elastic_energy = std::numeric_limits<double>::quiet_NaN();
             if constexpr (requires { state.dissipated; }) sum.dissipated_energy += volume * state.dissipated;
         }
     });

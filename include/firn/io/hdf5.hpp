@@ -9,7 +9,7 @@
 #include <firn/core/error.hpp>
 
 #if !__has_include(<hdf5.h>)
-#error "firn's states need HDF5's C library: in CMake link firn::hdf5, not firn::firn; without, see README, Include it."
+#error "firn's states need HDF5: in CMake link firn::hdf5, not firn::firn; without, $(pkg-config --cflags --libs hdf5)."
 #include <firn::hdf5 is not linked>
 #endif
 #include <hdf5.h>

@@ -277,4 +277,11 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
     simulation.most_steps_between_sorts = std::uint64_t(sorts);
 }
 
+/// Of the material M: restore<Snow<float>>(simulation, state).
+template <class M, int D, class Materials, class... Policies, state_scalar T>
+void restore(Simulation<D, Materials, Policies...>& simulation, const State<T>& state,
+             Restart how = Restart::same_bits) {
+    restore<detail::place_of_material<M, Materials, D>>(simulation, state, how);
+}
+
 }  // namespace firn

@@ -204,5 +204,14 @@ State<detail::precision_of_t<Materials>> state_of(Simulation<D, Materials, Polic
     state_of<I>(simulation, state);
     return state;
 }
+/// Of the material M: state_of<Snow<float>>(simulation).
+template <class M, int D, class Materials, class... Policies>
+State<detail::precision_of_t<Materials>> state_of(Simulation<D, Materials, Policies...>& simulation) {
+    return state_of<detail::place_of_material<M, Materials, D>>(simulation);
+}
+template <class M, int D, class Materials, class... Policies>
+void state_of(Simulation<D, Materials, Policies...>& simulation, State<detail::precision_of_t<Materials>>& into) {
+    state_of<detail::place_of_material<M, Materials, D>>(simulation, into);
+}
 
 }  // namespace firn

@@ -421,4 +421,9 @@ private:
     std::uint64_t steps_ = 0;
 };
 
+/// Of a boundary, in its precision and dimension: firn::ParticleSystem system(firn::Together(walls, ball));
+template <class Boundary>
+explicit ParticleSystem(const Boundary&)
+    -> ParticleSystem<detail::made_for<Boundary>::D, typename detail::made_for<Boundary>::S, Verlet, Boundary>;
+
 }  // namespace firn

@@ -26,6 +26,10 @@ struct NoStress {
         return Mat<S, D>::zero();
     }
     template <int D>
+    FIRN_INLINE S energy_density(const state<D>&) const {
+        return S(0);
+    }
+    template <int D>
     FIRN_INLINE S wave_speed(const S&, const state<D>&) const {
         return S(0);
     }

@@ -76,8 +76,8 @@ template <std::size_t I, std::size_t Count>
 constexpr std::size_t named_material() {
     static_assert(
         I != unnamed_material || Count == 1,
-        "firn: this simulation has several materials: say which one is meant, simulation.add<Snow<float>>(…), "
-        "or give its place in the list, simulation.add<1>(…).");
+        "firn: this simulation has several materials: say which one is meant, as in "
+        "simulation.add<Snow<float>>(…) and state_of<Snow<float>>(simulation), or give its place, add<1>(…).");
     return I == unnamed_material ? 0 : I;
 }
 }  // namespace detail
@@ -331,6 +331,10 @@ struct material_sets<D, Materials<M...>> {
         return found;
     }
 };
+
+/// The place of the material M among those of a simulation.
+template <class M, class List, int D>
+inline constexpr std::size_t place_of_material = material_sets<D, material_list<List, D>>::template place<M>();
 }  // namespace detail
 
 }  // namespace firn

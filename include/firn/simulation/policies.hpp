@@ -51,10 +51,12 @@ consteval bool require_policies() {
     constexpr bool known = ((is_transfer<Policies>::value || is_force<Policies>::value || is_kernel<Policies>::value ||
                              is_execution<Policies>::value || is_boundary<Policies>::value) &&
                             ...);
-    static_assert(known,
-                  "firn: what is given to a simulation after its material are policies: a boundary, a transfer, a "
-                  "force form, a kernel or an execution. One of these is none of them. (A boundary has "
-                  "velocity(x, v) and reaches(lower, upper); see firn/boundary/concept.hpp.)");
+    static_assert(
+        known,
+        "firn: what is given to a simulation after its material are policies: a boundary, a transfer, a "
+        "force form, a kernel or an execution. One of these is none of them. (A boundary has "
+        "velocity(x, v) and reaches(lower, upper), see firn/boundary/concept.hpp; several materials are given as "
+        "firn::Materials{snow, sand}.)");
     constexpr bool once = how_many<is_transfer, Policies...> <= 1 && how_many<is_force, Policies...> <= 1 &&
                           how_many<is_kernel, Policies...> <= 1 && how_many<is_execution, Policies...> <= 1;
     static_assert(once, "firn: a simulation has one transfer, force form, kernel and execution.");

@@ -167,6 +167,45 @@ template <class Sets, class Boundary, int D>
     }
 }
 
+/// Do walls hold matter at every face of the domain that is not periodic?
+template <class Boundary, int D>
+bool has_all_walls(const Boundary& boundary, const Domain<D>& domain) {
+    bool has = false;
+    if constexpr (requires { boundary.at_lower[D - 1].contact; }) {
+        has = true;
+        for (std::size_t a = 0; a < std::size_t(D); ++a)
+            has = has && (domain.periodic[a] || (boundary.at_lower[a].contact != Contact::none &&
+                                                 boundary.at_upper[a].contact != Contact::none));
+    } else if constexpr (requires { boundary.parts; }) {
+        std::apply([&](const auto&... part) { has = (has_all_walls(part, domain) || ...); }, boundary.parts);
+    }
+    return has;
+}
+
+/// A sentence about a particle that has come to the end of the domain; or nothing.
+template <class Sets, int D>
+[[gnu::cold]] std::string matter_at_the_end(const Sets& sets, const Domain<D>& domain) {
+    std::string text;
+    const double near = 1e-3 * domain.cell_size;
+    for_sets(sets, [&](const auto& set) {
+        for (std::size_t slot = 0; slot < set.particles.slots() && text.empty(); ++slot) {
+            if (!set.particles.is_particle(slot)) continue;
+            const Vec<double, D> x = set.particles.exact_position(slot);
+            for (int a = 0; a < D; ++a) {
+                if (domain.periodic[std::size_t(a)]) continue;
+                if (x[a] > domain.lower[a] + near && x[a] < domain.upper[a] - near) continue;
+                text =
+                    sentence("particle ", set.particles.id(slot), " has come to the end of the domain, at ", text_of(x),
+                             " m, where the boundary holds nothing: it stays there and gathers "
+                             "momentum. A boundary that is given takes the place of the walls; to have both, give "
+                             "firn::Together(firn::Walls<…>::all(…), …). What is to leave, takes out a sink.");
+                break;
+            }
+        }
+    });
+    return text;
+}
+
 /// A sentence about two bodies that overlap; or nothing.
 template <int D, class Sets>
 [[gnu::cold]] std::string overlapping_bodies(const Sets& sets) {
@@ -232,6 +271,14 @@ public:
         return sentence("the fixed time step of ", fixed, " s is ", ratio, " times the bound of ", bound, " s at step ",
                         step, "; the simulation may become unstable.");
     }
+    /// Of matter at an end of the domain that no wall holds, looked for every 32 steps.
+    template <class Sets, int D, class Boundary>
+    std::string of_the_end(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, std::uint64_t step) {
+        if (end_said_ || step % 32 != 0 || has_all_walls(boundary, domain)) return {};
+        std::string text = matter_at_the_end(sets, domain);
+        end_said_ = !text.empty();
+        return text;
+    }
     /// Of samples, when they are added.
     /// \param warn  takes the warning; may be empty
     template <int D, class Warn>
@@ -268,7 +315,7 @@ private:
     }
 
     double largest_ = 0, said_ratio_ = 1 / 1.2;
-    bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false;
+    bool fallen_said_ = false, small_said_ = false, started_ = false, spacing_said_ = false, end_said_ = false;
 };
 
 }  // namespace firn::detail

@@ -158,6 +158,7 @@ template <>
 struct scalar_traits<wgsl::recorded> {
     using value_type = float;
     static constexpr int lanes = 1;
+    static constexpr bool has_friends = true;
 };
 
 }  // namespace firn

@@ -135,14 +135,14 @@ TEST_CASE("a run of several materials goes on to the bit from the states of all 
     Mixture whole = mixture(2);
     for (int step = 0; step < 40; ++step) whole.step();
     write_state(folder.path() / "elastic.hdf", state_of<0>(whole));
-    write_state(folder.path() / "neo_hookean.hdf", state_of<1>(whole));
+    write_state(folder.path() / "neo_hookean.hdf", state_of<NeoHookean<double>>(whole));
     for (int step = 0; step < 40; ++step) whole.step();
 
     Mixture continued(box<2>(), {whole.material<0>(), whole.material<1>()}, {3});
     continued.fixed_time_step = whole.fixed_time_step;
     continued.gravity = whole.gravity;
     restore<0>(continued, read_state<double>(folder.path() / "elastic.hdf"));
-    restore<1>(continued, read_state<double>(folder.path() / "neo_hookean.hdf"));
+    restore<NeoHookean<double>>(continued, read_state<double>(folder.path() / "neo_hookean.hdf"));
     REQUIRE_THROWS_AS(restore<0>(continued, read_state<double>(folder.path() / "neo_hookean.hdf")), io_error);
     for (int step = 0; step < 40; ++step) continued.step();
     REQUIRE(numbers<0>(continued) == numbers<0>(whole));

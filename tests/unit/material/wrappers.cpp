@@ -6,6 +6,21 @@ using namespace firn;
 
 namespace {
 
+/// A material of a user's own that says nothing of its energy.
+template <scalar S = double>
+struct OfUnknownEnergy {
+    FixedCorotated<S> elastic{};
+    static constexpr auto parameters() { return std::tuple{parameter{"elastic", "", &OfUnknownEnergy::elastic}}; }
+    template <int D>
+    Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
+        return elastic.kirchhoff_stress(F);
+    }
+    template <int D>
+    S wave_speed(const S& density, const Mat<S, D>& F) const {
+        return elastic.wave_speed(density, F);
+    }
+};
+
 template <int D>
 Mat<double, D> some_gradient() {
     auto F = Mat<double, D>::identity();
@@ -158,4 +173,14 @@ TEST_CASE("totals of a body that turns: momenta and energies in closed form, the
     // ψ = μ ε² + λ/2 ε², ε = 0.1, over 0.25 m²
     const auto& model = simulation.material();
     CHECK(simulation.totals().elastic_energy == Approx(0.25 * 0.01 * (model.mu + model.lambda / 2)).epsilon(1e-10));
+}
+
+TEST_CASE("elastic energy that nobody knows is no number; points without stress have none") {
+    const Domain<2> box{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16};
+    Simulation<2, Materials<OfUnknownEnergy<double>, NoStress<double>>> simulation(box);
+    CHECK(simulation.totals<0>().elastic_energy == 0);  // of no particles
+    simulation.add<0>(sample_box<2>({0.3, 0.3}, {0.5, 0.5}, {.spacing = 1.0 / 32}), 1000);
+    simulation.add<1>(sample_box<2>({0.6, 0.3}, {0.7, 0.5}, {.spacing = 1.0 / 32}), 1000);
+    CHECK(std::isnan(simulation.totals<0>().elastic_energy));
+    CHECK(simulation.totals<1>().elastic_energy == 0);
 }
