@@ -1,8 +1,8 @@
 /// \file A case of the verification suite: what it draws, and the figures that it is held to.
 #pragma once
 
+#include <firn/core/json.hpp>
 #include <firn/firn.hpp>
-#include <firn/wgsl/json.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -109,7 +109,7 @@ private:
     }
 
     void write() const {
-        firn::wgsl::Json json;
+        firn::Json json;
         const auto numbers = [&](const char* name, const std::vector<double>& of) {
             json.key(name).array(of, [&](double number) { json.value(number); });
         };

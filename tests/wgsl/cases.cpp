@@ -81,7 +81,7 @@ struct Expectation {
 template <int D>
 void write_case_file(Case& files, const wgsl::Program& program, const wgsl::Inputs& inputs, const std::string& schedule,
                      int steps, const std::vector<Expectation>& expectations, int error = 0) {
-    wgsl::Json json;
+    Json json;
     json.object([&] {
         json.field("particles", inputs.particles).field("steps", steps).field("schedule", schedule);
         json.field("error", error);
@@ -200,7 +200,7 @@ void write_page_case(const std::filesystem::path& root) {
     Vec<double, 3> sum{};
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) sum += particles.exact_position(slot);
-    wgsl::Json json;
+    Json json;
     json.object([&] {
         json.field("steps", steps).field("tolerance", 1e-6);  // [m]
         json.key("centre_of_mass").array(sum.v, [&](double x) { json.value(x / double(particles.size())); });

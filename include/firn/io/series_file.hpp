@@ -2,11 +2,11 @@
 #pragma once
 
 #include <firn/core/error.hpp>
+#include <firn/core/json.hpp>
 #include <firn/io/atomic_file.hpp>
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -26,115 +26,6 @@ struct SeriesEntry {
 };
 
 namespace detail {
-
-inline std::string json_text(std::string_view text) {
-    std::string json = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\') json += '\\';
-        json += c;
-    }
-    return json + '"';
-}
-
-/// The shortest decimal that reads back as the same double.
-inline std::string json_number(double value) {
-    char digits[32];
-    const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
-    return {digits, end};
-}
-
-/// Just enough JSON (RFC 8259) for a list of states; what it does not know it steps over.
-class JsonReader {
-public:
-    explicit JsonReader(std::string_view text) : text_(text) {}
-
-    /// Whether the next sign is c; steps over it.
-    bool take(char c) {
-        skip_space();
-        if (at_ >= text_.size() || text_[at_] != c) return false;
-        ++at_;
-        return true;
-    }
-    void expect(char c) {
-        if (!take(c)) fail(sentence("'", c, "'"));
-    }
-    bool at_end() {
-        skip_space();
-        return at_ == text_.size();
-    }
-
-    std::string string() {
-        expect('"');
-        std::string value;
-        for (; at_ < text_.size() && text_[at_] != '"'; ++at_) {
-            if (text_[at_] == '\\') {
-                ++at_;
-                if (at_ >= text_.size() || std::string_view("\"\\/").find(text_[at_]) == std::string_view::npos) {
-                    fail("one of \" \\ / after a backslash");
-                }
-            }
-            value += text_[at_];
-        }
-        expect('"');
-        return value;
-    }
-
-    double number() {
-        skip_space();
-        double value = 0;
-        const auto [end, failure] = std::from_chars(text_.data() + at_, text_.data() + text_.size(), value);
-        if (failure != std::errc{} || !std::isfinite(value)) fail("a finite number");
-        at_ = std::size_t(end - text_.data());
-        return value;
-    }
-
-    /// f(key) reads each member's value.
-    template <class F>
-    void object(const F& f) {
-        expect('{');
-        if (take('}')) return;
-        do {
-            const auto key = string();
-            expect(':');
-            f(key);
-        } while (take(','));
-        expect('}');
-    }
-
-    template <class F>
-    void array(const F& f) {
-        expect('[');
-        if (take(']')) return;
-        do f();
-        while (take(','));
-        expect(']');
-    }
-
-    void skip_value(int depth = 0) {
-        if (depth > 16) fail("less nesting");
-        skip_space();
-        const char c = at_ < text_.size() ? text_[at_] : '\0';
-        if (c == '{') return object([&](const std::string&) { skip_value(depth + 1); });
-        if (c == '[') return array([&] { skip_value(depth + 1); });
-        if (c == '"') return void(string());
-        for (const std::string_view word : {"true", "false", "null"}) {
-            if (text_.substr(at_, word.size()) == word) return void(at_ += word.size());
-        }
-        number();
-    }
-
-    [[noreturn]] void fail(std::string_view expected) const {
-        throw io_error(sentence("byte ", at_, ": expected ", expected));
-    }
-
-private:
-    void skip_space() {
-        while (at_ < text_.size() && std::string_view(" \t\r\n").find(text_[at_]) != std::string_view::npos) ++at_;
-    }
-
-    std::string_view text_;
-    std::size_t at_ = 0;
-};
 
 /// NAME_0000.hdf; more digits from 10,000 on.
 inline std::string series_member(const std::string& name, std::size_t index) {
@@ -187,7 +78,7 @@ inline std::vector<SeriesEntry> read_series(const std::filesystem::path& path) {
     std::vector<SeriesEntry> entries;
     bool listed = false;
     try {
-        detail::JsonReader json(text);
+        JsonReader json(text);
         json.object([&](const std::string& key) {
             if (key != "files") return json.skip_value();
             listed = true;

@@ -1,5 +1,5 @@
 /// \file What surrounds the definitions in a program: how particles and nodes are read and written, and the entry
-/// points. $NAMES are put in by text.hpp. Nothing here is physics.
+/// points. Every ${NAME} is put in by text.hpp. Nothing here is physics.
 ///
 /// Particles lie in structure-of-arrays buffers: number c of particle i at [c * params.capacity + i]. A particle's
 /// place counts, in cells, from `corner`, the lower corner of a block of 4^D cells, so that it is as fine far from the
@@ -25,7 +25,7 @@ fn leading_half(x: f32) -> f32 { return bitcast<f32>(bitcast<u32>(x) & 0xfffff00
 
 /// Which invocation this is, counted over both dimensions of a dispatch.
 fn invocation(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
-    return (group.y * groups.x + group.x) * $GROUPu + local;
+    return (group.y * groups.x + group.x) * ${GROUP}u + local;
 }
 /// After an error nothing is changed any more.
 fn stopped() -> bool { return atomicLoad(&status[0]) != 0u; }
@@ -33,22 +33,22 @@ fn fail(error: u32, particle: u32) {
     atomicMax(&status[0], error);
     atomicMin(&status[1], particle);
 }
-fn node_count() -> u32 { return $NODE_COUNT; }
-fn node_index(at: $IVEC) -> u32 { return $NODE_INDEX; }
+fn node_count() -> u32 { return ${NODE_COUNT}; }
+fn node_index(at: ${IVEC}) -> u32 { return ${NODE_INDEX}; }
 /// Index along each axis of the node at lattice coordinates k; never outside, whatever k is.
-fn nodes_from(k: $VEC) -> $IVEC {
-    return clamp($IVEC(k) + $IVEC(4), $IVEC(0), $IVEC(params.nodes) - $IVEC($SUPPORT));
+fn nodes_from(k: ${VEC}) -> ${IVEC} {
+    return clamp(${IVEC}(k) + ${IVEC}(4), ${IVEC}(0), ${IVEC}(params.nodes) - ${IVEC}(${SUPPORT}));
 }
-fn kernel_weights_of(f: $VEC) -> array<$WEIGHTS, $D> { return array<$WEIGHTS, $D>($KERNEL_WEIGHTS); }
+fn kernel_weights_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_WEIGHTS}); }
 )";
 
 inline constexpr const char* gradient_helpers = R"(
-fn kernel_gradients_of(f: $VEC) -> array<$WEIGHTS, $D> { return array<$WEIGHTS, $D>($KERNEL_GRADIENTS); }
+fn kernel_gradients_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_GRADIENTS}); }
 )";
 
 inline constexpr const char* clear = R"(
-@compute @workgroup_size($GROUP)
-fn clear($INVOCATION) {
+@compute @workgroup_size(${GROUP})
+fn clear(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (stopped()) { return; }
     if (i == 0u) {
@@ -66,8 +66,8 @@ inline constexpr const char* measure = R"(
 var<workgroup> largest: array<atomic<u32>, 3>;
 
 /// The number of particles by base node; the largest q, g and m.
-@compute @workgroup_size($GROUP)
-fn measure($INVOCATION) {
+@compute @workgroup_size(${GROUP})
+fn measure(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i < params.particles && !stopped()) {
         let place = load_place(i);
@@ -83,8 +83,8 @@ fn measure($INVOCATION) {
     if (local < 3u) { atomicMax(&status[3u + local], atomicLoad(&largest[local])); }
 }
 
-@compute @workgroup_size($GROUP)
-fn measure_counts($INVOCATION) {
+@compute @workgroup_size(${GROUP})
+fn measure_counts(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i < node_count() && !stopped()) {
         atomicMax(&largest[0], bitcast<u32>(f32(atomicLoad(&counts[i]))));
@@ -118,55 +118,55 @@ fn nearest(x: vec4<f32>) -> vec4<i32> {
 }
 )";
 
-/// $NAME(i, scale, origin): adds particle i to the nodes; $TARGET is where node `node` and its number k are added up.
+/// ${NAME}(i, scale, origin): adds particle i to the nodes; ${TARGET} is where node `node` and its number k are added up.
 inline constexpr const char* scatter = R"(
-fn $NAME(i: u32, scale: FixedPointScale, origin: $IVEC) {
+fn ${NAME}(i: u32, scale: FixedPointScale, origin: ${IVEC}) {
     let place = load_place(i);
     let base = base_node_of(place);
     let fraction = place - base;
     let record = in_quanta(record_of(load_particle(i), fraction), scale);
     let first = nodes_from(base + load_corner(i)) - origin;
     var w = kernel_weights_of(fraction);
-    $GRADIENTS
-    for (var k = 0; k < $SUPPORT; k++) {
-        let line = close_last_axis(record, f32(k - $CENTRE), w[$LAST][k]$LAST_GRADIENT);
-        $LOOPS
-            let q = nearest(value_at(line, $OFFSETS, $WEIGHT$GRADIENT_WEIGHTS));
-            let node = $NODE;
+    ${GRADIENTS}
+    for (var k = 0; k < ${SUPPORT}; k++) {
+        let line = close_last_axis(record, f32(k - ${CENTRE}), w[${LAST}][k]${LAST_GRADIENT});
+        ${LOOPS}
+            let q = nearest(value_at(line, ${OFFSETS}, ${WEIGHT}${GRADIENT_WEIGHTS}));
+            let node = ${NODE};
             for (var c = 0u; c < 4u; c++) {
-                if (q[c] != 0) { atomicAdd(&$TARGET[4u * node + c], q[c]); }
+                if (q[c] != 0) { atomicAdd(&${TARGET}[4u * node + c], q[c]); }
             }
-        $END
+        ${END}
     }
 }
 )";
 
 inline constexpr const char* p2g = R"(
-@compute @workgroup_size($GROUP)
-fn p2g($INVOCATION) {
+@compute @workgroup_size(${GROUP})
+fn p2g(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= params.particles || stopped()) { return; }
-    scatter(i, chosen_scale(), $IVEC(0));
+    scatter(i, chosen_scale(), ${IVEC}(0));
 }
 )";
 
 /// P2G through workgroup memory: particles are counted and ordered by blocks of base nodes, one workgroup adds up a
 /// block's particles in an arena of its own and then the arena to the grid. Integers: the order makes no difference.
 inline constexpr const char* p2g_sorted = R"(
-fn block_count() -> u32 { return node_count() / $BLOCK_NODESu; }
+fn block_count() -> u32 { return node_count() / ${BLOCK_NODES}u; }
 fn block_of(i: u32) -> u32 {
-    let at = nodes_from(base_node_of(load_place(i)) + load_corner(i)) / $IVEC(4);
-    return $BLOCK_INDEX;
+    let at = nodes_from(base_node_of(load_place(i)) + load_corner(i)) / ${IVEC}(4);
+    return ${BLOCK_INDEX};
 }
 
-@compute @workgroup_size($GROUP)
-fn clear_blocks($INVOCATION) {
+@compute @workgroup_size(${GROUP})
+fn clear_blocks(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i < block_count()) { atomicStore(&blocks[2u * i + 1u], 0u); }
 }
 
-@compute @workgroup_size($GROUP)
-fn count_blocks($INVOCATION) {
+@compute @workgroup_size(${GROUP})
+fn count_blocks(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i < params.particles) { atomicAdd(&blocks[2u * block_of(i) + 1u], 1u); }
 }
@@ -199,33 +199,33 @@ fn scan_blocks(@builtin(local_invocation_index) local: u32) {
     }
 }
 
-@compute @workgroup_size($GROUP)
-fn order_particles($INVOCATION) {
+@compute @workgroup_size(${GROUP})
+fn order_particles(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i < params.particles) { order[atomicAdd(&blocks[2u * block_of(i) + 1u], 1u)] = i; }
 }
 
-var<workgroup> arena: array<atomic<i32>, $ARENA_NUMBERS>;
-$SCATTER
-@compute @workgroup_size($GROUP)
-fn p2g_blocks($INVOCATION) {
+var<workgroup> arena: array<atomic<i32>, ${ARENA_NUMBERS}>;
+${SCATTER}
+@compute @workgroup_size(${GROUP})
+fn p2g_blocks(${INVOCATION}) {
     let block = group.y * groups.x + group.x;
-    for (var k = local; k < $ARENA_NUMBERSu; k += $GROUPu) { atomicStore(&arena[k], 0); }
+    for (var k = local; k < ${ARENA_NUMBERS}u; k += ${GROUP}u) { atomicStore(&arena[k], 0); }
     workgroupBarrier();
-    let origin = $BLOCK_ORIGIN;
+    let origin = ${BLOCK_ORIGIN};
     if (block < block_count() && !stopped()) {
         let scale = chosen_scale();
         let end = atomicLoad(&blocks[2u * block + 1u]);
-        for (var s = atomicLoad(&blocks[2u * block]) + local; s < end; s += $GROUPu) {
+        for (var s = atomicLoad(&blocks[2u * block]) + local; s < end; s += ${GROUP}u) {
             scatter_in_arena(order[s], scale, origin);
         }
     }
     workgroupBarrier();
-    for (var k = local; k < $ARENA_NUMBERSu; k += $GROUPu) {
+    for (var k = local; k < ${ARENA_NUMBERS}u; k += ${GROUP}u) {
         let sum = atomicLoad(&arena[k]);
         if (sum != 0) {
             let node = i32(k / 4u);
-            atomicAdd(&node_sums[4u * node_index(origin + $ARENA_NODE) + k % 4u], sum);
+            atomicAdd(&node_sums[4u * node_index(origin + ${ARENA_NODE}) + k % 4u], sum);
         }
     }
 }
@@ -233,38 +233,38 @@ fn p2g_blocks($INVOCATION) {
 
 /// Momentum sums become velocities, in the same memory.
 inline constexpr const char* grid_update = R"(
-@compute @workgroup_size($GROUP)
-fn grid_update($INVOCATION) {
+@compute @workgroup_size(${GROUP})
+fn grid_update(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= node_count() || stopped()) { return; }
     let sums = nodes[i];
-    if (sums.w < $FEWESTi) { // empty, or next to it
+    if (sums.w < ${FEWEST}i) { // empty, or next to it
         nodes[i] = vec4<i32>(0);
         return;
     }
     let scale = chosen_scale();
-    let momentum = $VEC(sums.$AXES) * (1.0f / scale.momentum);
+    let momentum = ${VEC}(sums.${AXES}) * (1.0f / scale.momentum);
     let mass = f32(sums.w) * (1.0f / scale.mass);
-    let at = $NODE_AT;
-    let position = $VEC($COORDINATES);
+    let at = ${NODE_AT};
+    let position = ${VEC}(${COORDINATES});
     let v = velocity_of_node(momentum, mass, position);
-    nodes[i] = bitcast<vec4<i32>>(vec4<f32>($V_AXES, mass));
+    nodes[i] = bitcast<vec4<i32>>(vec4<f32>(${V_AXES}, mass));
 }
 )";
 
 inline constexpr const char* g2p = R"(
-fn velocity_at(node: u32) -> $VEC { return bitcast<vec4<f32>>(nodes[node]).$AXES; }
+fn velocity_at(node: u32) -> ${VEC} { return bitcast<vec4<f32>>(nodes[node]).${AXES}; }
 
-fn gather(first: $IVEC, f: $VEC) -> Sums$D {
+fn gather(first: ${IVEC}, f: ${VEC}) -> Sums${D} {
     var w = kernel_weights_of(f);
-    $GRADIENTS
-    $GATHER
+    ${GRADIENTS}
+    ${GATHER}
 }
 
 var<workgroup> fastest: atomic<u32>;
 
-@compute @workgroup_size($GROUP)
-fn g2p($INVOCATION) {
+@compute @workgroup_size(${GROUP})
+fn g2p(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i < params.particles && !stopped()) {
         let place = load_place(i);
@@ -272,23 +272,23 @@ fn g2p($INVOCATION) {
         let base = base_node_of(place);
         let fraction = place - base;
         let taken = take_from_grid(gather(nodes_from(base + corner), fraction), fraction);
-        $UPDATE
+        ${UPDATE}
         let moved = moved_by(taken.velocity, place, corner);
         let speed = signal_speed(taken.velocity, load_mass(i), load_volume(i), state);
-        if (is_finite($STRESS_SUM + speed) && moved.outside <= 1.0f) {
+        if (is_finite(${STRESS_SUM} + speed) && moved.outside <= 1.0f) {
             store_state(i, state);
             store_stress(i, stress);
             store_velocity(i, taken.velocity);
-            $STORE_AFFINE
+            ${STORE_AFFINE}
             // A place that has left the reach of its block counts from another one.
             let node = base_node_of(moved.position);
-            var shift = $VEC(0.0f);
-            if (any(node < $VEC(-1.0f)) || any(node > $VEC(4.0f))) { shift = 4.0f * floor(0.25f * node); }
+            var shift = ${VEC}(0.0f);
+            if (any(node < ${VEC}(-1.0f)) || any(node > ${VEC}(4.0f))) { shift = 4.0f * floor(0.25f * node); }
             store_place(i, moved.position - shift);
             store_corner(i, corner + shift);
             atomicMax(&fastest, bitcast<u32>(speed));
         } else {
-            fail(select(4u, 5u, is_finite($STRESS_SUM + speed)), i);
+            fail(select(4u, 5u, is_finite(${STRESS_SUM} + speed)), i);
         }
     }
     workgroupBarrier();
@@ -296,12 +296,12 @@ fn g2p($INVOCATION) {
 }
 
 /// Once, after particles were written: the stress of their state.
-@compute @workgroup_size($GROUP)
-fn initialise($INVOCATION) {
+@compute @workgroup_size(${GROUP})
+fn initialise(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i < params.particles) {
         let state = load_state(i);
-        store_stress(i, kirchhoff_stress(state$AT_FIRST_RATE));
+        store_stress(i, kirchhoff_stress(state${AT_FIRST_RATE}));
         atomicMax(&fastest, bitcast<u32>(signal_speed(load_velocity(i), load_mass(i), load_volume(i), state)));
     }
     workgroupBarrier();

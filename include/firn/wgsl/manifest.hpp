@@ -1,8 +1,8 @@
 /// \file How a host runs a program: its manifest in JSON.
 #pragma once
 
+#include <firn/core/json.hpp>
 #include <firn/version.hpp>
-#include <firn/wgsl/json.hpp>
 #include <firn/wgsl/layout.hpp>
 
 namespace firn::wgsl {

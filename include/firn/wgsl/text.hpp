@@ -10,16 +10,25 @@ namespace firn::wgsl {
 
 namespace detail {
 
-/// Puts in every $NAME.
-inline std::string replaced(std::string text, const std::vector<std::pair<std::string, std::string>>& names) {
-    for (const auto& [name, by] : names) {
-        std::size_t at = 0;
-        while ((at = text.find("$" + name, at)) != std::string::npos) {
-            text.replace(at, name.size() + 1, by);
-            at += by.size();
-        }
+using Names = std::vector<std::pair<std::string, std::string>>;
+
+/// Puts in every ${NAME}. What is put in is not looked through again.
+/// \throws usage_error  for a name that is not there, or has no end
+inline std::string replaced(std::string_view text, const Names& names) {
+    std::string out;
+    for (std::size_t at = 0, next; at < text.size(); at = next) {
+        const std::size_t begin = std::min(text.find("${", at), text.size());
+        out += text.substr(at, begin - at);
+        if ((next = begin) == text.size()) break;
+        const std::size_t end = std::min(text.find('}', begin), text.size());
+        const std::string_view name = text.substr(begin + 2, end - begin - 2);
+        const auto found = std::find_if(names.begin(), names.end(), [&](const auto& one) { return one.first == name; });
+        if (end == text.size() || found == names.end())
+            throw usage_error(sentence("A program's text asks for ${", name, "}, which nothing is put in for."));
+        out += found->second;
+        next = end + 1;
     }
-    return text;
+    return out;
 }
 
 /// f(0), f(1), …, joined.
@@ -71,8 +80,6 @@ public:
     }
 
 private:
-    using Names = std::vector<std::pair<std::string, std::string>>;
-
     static std::string axis(int a) { return std::string(1, "xyz"[a]); }
     static std::string counter(int a) { return std::string(1, "abc"[a]); }  // of a loop along a leading axis
     std::string vec(const char* of) const { return "vec" + std::to_string(D_) + "<" + of + ">"; }
@@ -128,7 +135,7 @@ private:
                       {{"NAME", name},
                        {"TARGET", target},
                        {"GRADIENTS", facts_.weight_gradients ? "var g = kernel_gradients_of(fraction);" : ""},
-                       {"NODE;", node + ";"},
+                       {"NODE", node},
                        {"LOOPS", loops},
                        {"END", std::string(std::size_t(D_ - 1), '}')}});
     }
@@ -179,7 +186,6 @@ private:
         };
         const auto offset = [&](int a) { return "f32(" + counter(a) + " - " + std::to_string(facts_.centre) + ")"; };
         const std::string last = std::to_string(D - 1);
-        // A name that begins another one comes after it.
         const Names all{
             {"INVOCATION",
              "@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, "

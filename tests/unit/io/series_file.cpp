@@ -19,6 +19,11 @@ TEST_CASE("A list is written as ParaView reads it, each time exactly", "[io][ser
     CHECK(firn::read_series(folder / "a.hdf.series") == entries);
     firn::write_series(folder / "a.hdf.series", {});
     CHECK(firn::read_series(folder / "a.hdf.series").empty());
+
+    const Entries odd = {{"a line\n and a \t tab_0000.hdf", 0}};
+    firn::write_series(folder / "a.hdf.series", odd);
+    CHECK(states::holds(states::bytes_of(folder / "a.hdf.series"), "a line\\u000a and a \\u0009 tab_0000.hdf"));
+    CHECK(firn::read_series(folder / "a.hdf.series") == odd);
 }
 
 TEST_CASE("A list of another program is read: other order, other members, no space", "[io][series]") {
@@ -43,7 +48,7 @@ TEST_CASE("A list that is broken is refused with its name and the place", "[io][
     for (const std::string wrong :
          {R"([])", R"({})", R"({"files":{}})", R"({"files":[1]})", R"({"files":[{"name":1,"time":1}]})",
           R"({"files":[{"name":"a"}]})", R"({"files":[{"time":1}]})", R"({"files":[{"name":"a","time":nan}]})",
-          R"({"files":[{"name":"a","time":1e999}]})", R"({"files":[{"name":"\u0061","time":1}]})",
+          R"({"files":[{"name":"a","time":1e999}]})", R"({"files":[{"name":"\u00g1","time":1}]})",
           R"({"files":[]}x)"}) {
         CAPTURE(wrong);
         states::put_bytes(path, wrong);
