@@ -10,7 +10,8 @@
 
 #include <firn/core/config.hpp>
 
-#include <math.h>  // abs(x) of a float means the same in a program's own namespace: with <cmath> alone it may be abs(int)
+// With these abs(x) of a float is a float's in a program's own namespace, too: with cmath alone it may be C's abs(int).
+#include <math.h>
 #include <stdlib.h>
 
 #include <bit>

@@ -18,7 +18,7 @@ namespace detail {
 /// \param n  size of the arena
 template <class Kernel, class Transfer, class Force, class View, class Sums, class Body>
 FIRN_INLINE void for_packs(const ParticleReader<View>& reader, const GroupPlaces<View>& places, const BlockGroup& group,
-                           int n, const Sums& sums, const Body& body) {
+                           int n, Sums& sums, const Body& body) {
     PackRecords<Kernel, Force, typename View::scalar_type, View::dimension> records;
     for (std::size_t slot = 0; slot < group.particles; slot += pack_size) {
         reader.template prefetch<Transfer>(group.first_slot + slot + pack_size);
@@ -32,7 +32,7 @@ FIRN_INLINE void for_packs(const ParticleReader<View>& reader, const GroupPlaces
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 [[gnu::noinline]] void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
                                         const BlockPartition<D>& partition, const BlockGroup& group,
-                                        const SparseGrid<S, D>& grid, const Sums& sums, typename Sums::number* nodes) {
+                                        const SparseGrid<S, D>& grid, Sums& sums, typename Sums::number* nodes) {
     if (places.template has_strays<Kernel>(group)) throw_strays();
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, arena_size<Kernel>, sums,
@@ -43,7 +43,7 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
                 while (last < used && range_of(last) == range_of(first)) ++last;
                 const std::uint32_t* neighbours = grid.neighbours(partition, range_of(first));
                 const auto rows_at = [&](std::ptrdiff_t corner) FIRN_LAMBDA {
-                    return GridRows<Sums, Kernel, S, D>(nodes, neighbours, corner);
+                    return GridRows<std::remove_const_t<Sums>, Kernel, S, D>(nodes, neighbours, corner);
                 };
                 const auto count = [&](std::ptrdiff_t corner, int particles) FIRN_LAMBDA {
                     sums.count(ArenaNodes<Kernel, D>::in_grid(neighbours, corner, 0, 0), particles);
@@ -60,10 +60,10 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 [[gnu::noinline]] void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
                                         const BlockPartition<D>& partition, const BlockGroup& group,
-                                        const SparseGrid<S, D>& grid, const Sums& sums, typename Sums::number* nodes) {
+                                        const SparseGrid<S, D>& grid, Sums& sums, typename Sums::number* nodes) {
     using Number = typename Sums::number;
     using GroupArena = Arena<Kernel, Number, D>;
-    using Rows = ArenaRows<Sums, Kernel, S, D>;
+    using Rows = ArenaRows<std::remove_const_t<Sums>, Kernel, S, D>;
     const ArenaBox<D> box = places.template box<Kernel>(group);
     if (box.strays) throw_strays();
     GroupArena arena;
@@ -95,7 +95,7 @@ void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid
     const ParticleReader<View> reader(set.view, grid.domain(), dt);
     for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int thread) {
         const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        const auto& mine = sums.of_thread(thread);
+        auto&& mine = sums.of_thread(thread);  // what measures on the way, measures into its own
         if (group.is_spray())
             scatter_to_nodes<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
         else

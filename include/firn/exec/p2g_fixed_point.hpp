@@ -58,7 +58,7 @@ struct MeasuredSums : IntegerSums<Integer, S> {
     MeasuredSums of_thread(int thread) const { return {this->scale, seen + thread, counts, scatters}; }
 
     template <int D>
-    FIRN_INLINE P2GRecord<P, D> operator()(const P2GRecord<P, D>& record) const {
+    FIRN_INLINE P2GRecord<P, D> operator()(const P2GRecord<P, D>& record) {
         const FixedPointLoad<P> load = load_of<Kernel, Force>(record);
         seen->load = larger(seen->load, load);
         const P momentum = load.momentum + load.gradient * P(S(Kernel::largest_gradient));
@@ -66,14 +66,14 @@ struct MeasuredSums : IntegerSums<Integer, S> {
         return IntegerSums<Integer, S>::operator()(record);
     }
     /// Whether the pack seen last may be scattered.
-    FIRN_INLINE bool fits() const {
+    FIRN_INLINE bool fits() {
         const bool fit = scatters && !any(seen->largest > P(S(std::numeric_limits<Integer>::max() / 2)));
         seen->all_fitted = seen->all_fitted && fit;
         seen->largest = P(0);
         return fit;
     }
     /// Particles whose base node is this one of the grid.
-    FIRN_INLINE void count(std::size_t node, int particles) const { counts[node] += std::uint32_t(particles); }
+    FIRN_INLINE void count(std::size_t node, int particles) { counts[node] += std::uint32_t(particles); }
 };
 
 /// Memory for the sums of all nodes, and for the number of particles that have each as their base node.
