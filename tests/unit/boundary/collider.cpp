@@ -471,6 +471,27 @@ TEMPLATE_TEST_CASE_SIG("boundaries together act in order, move together, and rea
     CHECK(part_centre<D>(nested, 2) == V::filled(0.2));
     CHECK(part_centre<D>(nested, 0) == V::zero());
     CHECK(nested.velocity(V::filled(0.05), v) == V::zero());
+    std::vector<int> told;  // which part did something, as reactions count them
+    velocity_among(nested, V::filled(0.05), v, NoOthers{}, [&](int k, const V&, const V&) { told.push_back(k); });
+    CHECK(told == std::vector<int>{0, 1, 2, 3, 4});
+    const auto on_cells = on_grid(both, 0.05);  // walls look nowhere, boxes do
+    CHECK(looks_around(on_cells) == looks_around(on_grid(block, 0.05)));
+    CHECK(looks_around(on_cells) > 0);
+}
+
+TEST_CASE("what says that it is no surface is none for the solids beside it either", "[boundary][collider]") {
+    using V = Vec<double, 2>;
+    const double h = 1.0 / 64;
+    const auto none = Walls<double, 2>::all(V::zero(), V::filled(1), {Contact::none, 0});
+    const Collider<Box<double, 2>> box{.shape = {{0.1, 0.5}}, .position = V::filled(0.5)};  // stands at the bottom
+    const auto beside = on_grid(Together(none, box), h);
+    const auto alone = on_grid(box, h);
+    for (const double along : {0.5, 0.6 - h, 0.6 + h})
+        for (const double height : {-h, 0.0, h}) {
+            const V x{along, height}, v{-1, 2};
+            CAPTURE(along, height);
+            CHECK(norm(beside.velocity(x, v) - alone.velocity(x, v)) <= 1e-12);
+        }
 }
 
 TEST_CASE("the parameters of boundaries together have names of their own, and become lanes", "[boundary][together]") {

@@ -88,6 +88,8 @@ TEMPLATE_TEST_CASE_SIG("where the nearest point is not unique there still is a u
     CHECK(std::abs(norm(Capsule<float, D>{}.normal(centre)) - 1) <= 1e-6F);
     CHECK(std::abs(norm(Box<float, D>{}.normal(centre)) - 1) <= 1e-6F);
     CHECK(std::abs(norm(normal_of(Ring<float, D>{}, centre)) - 1) <= 1e-6F);  // 0/0 in its derivative
+    CHECK(Sphere<float, D>{}.normal(centre)[1] == 1);
+    CHECK(Capsule<float, D>{}.normal(centre)[1] == 1);
 }
 
 TEST_CASE("shapes that cannot be are refused", "[boundary][shape][error]") {

@@ -2,6 +2,7 @@
 #include "support/catch.hpp"
 #include "support/message.hpp"
 #include "support/not_finite.hpp"
+#include "support/random_numbers.hpp"
 #include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/rope.hpp>
 
@@ -202,11 +203,29 @@ TEMPLATE_TEST_CASE_SIG("A rope of n segments has n stretch and n − 1 bend link
         CHECK(sum(masses) == Approx(1.5).epsilon(1e-12));
         CHECK(masses.front() == Approx(0.75 / double(n)).epsilon(1e-12));
         if (D == 2) CHECK(facet_masses(net, 0.3) == masses);
+        if constexpr (D == 2)  // on the right of (3, 4)
+            for (const auto& [i, j] : net.facets) {
+                const auto outwards = area_vector(std::array{net.positions[i], net.positions[j]});
+                CHECK(norm(outwards - Vec<double, 2>{4, -3} * (1.0 / double(n))) < 1e-14);
+            }
     }
     CHECK_THROWS_AS(rope<D>(a, a, 3), parameter_error);
     CHECK_THROWS_AS(rope<D>(a, b, 0), parameter_error);
     b[1] = not_a_number;
     CHECK_THROWS_AS(rope<D>(a, b, 3), parameter_error);
+}
+
+TEST_CASE("Two unit vectors stand upright on any unit vector, along an axis, too, and turn with it by the right hand") {
+    std::vector<Vec<double, 3>> all{{1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
+    test_support::Random random(71);
+    for (int i = 0; i < 100; ++i) all.push_back(random.direction<3>());
+    for (const auto& n : all) {
+        const auto [u, v] = perpendicular(n);
+        CAPTURE(n[0], n[1], n[2]);
+        CHECK(std::abs(norm(u) - 1) < 1e-14);
+        CHECK(std::abs(dot(u, n)) < 1e-14);
+        CHECK(norm(cross(n, u) - v) < 1e-14);
+    }
 }
 
 }  // namespace cloth_tests

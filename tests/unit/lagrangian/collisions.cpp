@@ -145,6 +145,22 @@ TEST_CASE("collisions: friction is Coulomb's: at most mu times the normal impuls
     }
 }
 
+TEST_CASE("collisions: surfaces have their own friction, and impulses are kept by the number of the surface",
+          "[lagrangian]") {
+    // On the floor of a box, at 4 m/s along it: Coulomb's 0.3 of the impulse that stops 2 m/s. Its faces are counted
+    // lower and upper, axis by axis: the floor is the third.
+    PointMasses<double, 2> points;
+    points.add({.position = {{0.5, 0.09}}, .velocity = {{4, -2}}, .radius = 0.1});
+    const auto walls = Walls<double, 2>::all({{0, 0}}, {{1, 1}}, {Contact::separate, 0.3});
+    Collisions<double, 2> collisions;
+    collisions.friction = 0.9;
+    collisions.find(points, walls, 0);
+    collisions.change_velocities(points);
+    CHECK(norm(points.velocity[0] - Vec<double, 2>{{4 - 0.3 * 2, 0}}) < 1e-14);
+    REQUIRE(collisions.kept()->size() == 1);
+    CHECK(collisions.kept()->front().ids == std::array{0u, ContactTable<double, 2>::first_surface - 2});
+}
+
 TEST_CASE("collisions: a pinned ball is a wall that moves by its velocity", "[lagrangian]") {
     auto points = two_balls(1, 1, n * 2, Vec<double, 2>::zero());
     points.pin(1, n * -1);

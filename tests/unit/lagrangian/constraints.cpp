@@ -135,6 +135,10 @@ TEST_CASE("links of one colour share no point, and a hub of many links is still 
     }
     CHECK(colours.count == LinkColours::most);
     CHECK(without > 30);
+    auto changed = colours.colour;
+    CHECK(are_colours(changed, links, net.positions.size()));
+    changed[0] = LinkColours::most + 1;  // there is none
+    CHECK_FALSE(are_colours(changed, links, net.positions.size()));
 
     // A wheel: spokes of one length, all pulled in.
     ParticleSystem<2, double> system;
@@ -216,6 +220,35 @@ TEST_CASE("cloth that is pulled apart tears along a line, and what is left holds
     for (std::size_t pass = 0; pass < part.size(); ++pass)
         for (const auto& [a, b] : links) part[a] = part[b] = std::min(part[a], part[b]);
     CHECK(part[edge(0, 0)] != part[edge(n, 0)]);
+}
+
+TEST_CASE("a link across a torn one goes with it, a support link stays", "[lagrangian]") {
+    for (const LinkKind kind : {LinkKind::shear, LinkKind::bend, LinkKind::support}) {
+        DistanceConstraints<double, 2> constraints;
+        constraints.tear_factor = 1.5;
+        constraints.add(Net<2>{{{0, 0}, {1, 0}, {2, 0}}, {{0, 1}, {1, 2}, {0, 2, kind}}, {}});
+        const std::vector<Vec<double, 2>> x{{0, 0}, {1.6, 0}, {2.2, 0}};  // only the first is too long
+        const auto torn = constraints.torn(x);
+        CAPTURE(int(kind));
+        CHECK(torn.size() == (kind == LinkKind::support ? 1 : 2));
+        CHECK(torn.size() + constraints.size() == 3);
+    }
+}
+
+TEST_CASE("averaged corrections do not overshoot at a point of many constraints, whichever of their ends it is",
+          "[lagrangian]") {
+    // Four constraints ask of point 0 for the same metre.
+    using Ends = DistanceConstraints<double, 2>::Ends;
+    for (const bool is_first : {true, false}) {
+        DistanceConstraints<double, 2> constraints;
+        constraints.update = ConstraintUpdate::averaged;
+        std::vector<Vec<double, 2>> x(5, {2, 0});
+        x[0] = {0, 0};
+        const std::vector<double> inverse_mass{1, 0, 0, 0, 0};
+        for (std::uint32_t i = 1; i <= 4; ++i) constraints.add(is_first ? Ends{0, i} : Ends{i, 0}, 1);
+        constraints.solve(x, inverse_mass, 0.1, 1, 1);
+        CHECK(norm(x[0] - Vec<double, 2>{1, 0}) <= 1e-15);
+    }
 }
 
 TEST_CASE("constraints that cannot be are refused", "[lagrangian]") {

@@ -210,6 +210,41 @@ TEST_CASE("springs at one place give no force, and zero lengths of links are ref
     CHECK_THROWS_AS(springs_of<double>(Net<2>{{{{0, 0}}}, {{0, 7}}, {}}, SpringOptions{10, 0}), parameter_error);
 }
 
+TEST_CASE("forces of a net join the points from the place that is given; what only damps is a spring, too",
+          "[lagrangian]") {
+    const Net<3> net = sheet(1, 1);
+    const auto springs = springs_of<double>(net, SpringOptions{0, 3}, 7);
+    REQUIRE(springs.size() == 3);
+    CHECK(springs.corners(2) == std::array<std::uint32_t, 2>{7, 10});
+    CHECK(springs.element(2).damping == 3);
+    CHECK(springs_of<double>(net, SpringOptions{0, 0}).size() == 0);
+    const std::array<std::uint32_t, 3> moved{7, 8, 10};
+    CHECK(membranes_of(net, FixedCorotated<double>{}, 0.1, 7).corners(0) == moved);
+    CHECK(aerodynamic_surface_of(net, AerodynamicDrag<double, 3>{}, 7).corners(0) == moved);
+}
+
+TEST_CASE("springs that are left keep their own numbers when others lose an end or tear", "[lagrangian]") {
+    Springs<double, 2> springs;
+    for (std::uint32_t i = 0; i < 4; ++i) springs.add({i, i + 1}, {1.0 + i, 10, 0});
+    const std::uint32_t new_place[] = {no_particle, 0, 1, 2, 3};
+    springs.renumber(new_place);
+    REQUIRE(springs.size() == 3);
+    for (std::uint32_t e = 0; e < 3; ++e) CHECK(springs.element(e).rest == 2.0 + e);
+    const Torn torn[] = {{2, 1}};  // whichever end is named first
+    springs.tear(torn);
+    REQUIRE(springs.size() == 2);
+    CHECK(springs.element(0).rest == 2);
+    CHECK(springs.element(1).rest == 4);
+}
+
+TEST_CASE("the corners on a point are in the order of the elements, in which it sums", "[lagrangian]") {
+    using Ends = std::array<std::uint32_t, 2>;
+    const std::vector<Ends> elements{{0, 1}, {1, 2}, {1, 0}};
+    const Incidence incidence(std::span<const Ends>(elements), 3);
+    const auto at_1 = incidence.of(1);
+    CHECK(std::vector<std::uint32_t>(at_1.begin(), at_1.end()) == std::vector<std::uint32_t>{1, 2, 4});
+}
+
 TEST_CASE("a stretched sheet has its material's energy, and pulls with its stress times its width", "[lagrangian]") {
     // Fixed corotated, plane: stretched by s along x and held across, ψ = (μ + λ/2)(s − 1)², P_xx = (2μ + λ)(s − 1);
     // in this model λ goes with (J − 1)², J = s, so that both hold exactly (Stomakhin et al. 2012).
@@ -260,6 +295,44 @@ TEST_CASE("a membrane's forces are the negative gradient of its energy", "[lagra
     CHECK_THROWS_AS(
         membranes_of(Net<3>{{{{0, 0, 0}}, {{1, 1, 1}}, {{2, 2, 2}}}, {}, {{0, 1, 2}}}, FixedCorotated<double>{}, 0.1),
         mesh_error);
+}
+
+TEST_CASE("a membrane's stiffness is rho c^2 by the squared gradients of all three corners", "[lagrangian]") {
+    // Of the triangle (0, 0), (1, 0), (0, 1) they are (−1, −1), (1, 0), (0, 1): 4 in all. ρ c² = λ + 2μ at rest.
+    const Net<3> net{{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}}, {}, {{0, 1, 2}}};
+    const auto material = FixedCorotated<double>::from_young_poisson(1e4, 0.2);
+    ParticleSystem<3, double> system;
+    system.add(net, {});
+    auto membranes = membranes_of(net, material, 0.01);
+    std::vector<double> stiffness(3), damping(3);
+    membranes.add_stiffness(system.points.view(), stiffness, damping, 1);
+    for (const double each : stiffness)
+        CHECK(each == Approx(0.5 * 0.01 * (material.lambda + 2 * material.mu) * 4).epsilon(1e-12));
+
+    // Pressed together to a line it still has forces that are numbers.
+    system.points.position[2] = {{0.5, 0, 0}};
+    std::vector<Vec<double, 3>> force(3, Vec<double, 3>::zero());
+    membranes.add_forces(system.points.view(), force, 1);
+    for (const auto& f : force) CHECK(std::isfinite(norm(f)));
+}
+
+TEST_CASE("the bound of the step by drag: its derivative along the flow is rho c_d A |v|, v relative to the wind",
+          "[lagrangian]") {
+    const double m = 0.01, r = 0.02, density = 1.2, coefficient = 0.47;
+    ParticleSystem<2, double> system;
+    system.points.add({.velocity = {{3, 0}}, .mass = m, .radius = r});
+    system.add_force(DragOnPoints<double, 2>{{density, coefficient, {{-1, 0}}}});
+    CHECK(system.stable_time_step() == Approx(2 * m / (density * coefficient * 2 * r * 4)));
+}
+
+TEST_CASE("a point that is let go falls as one that is new", "[lagrangian]") {
+    ParticleSystem<2, double, Verlet> system;
+    system.points.add({});
+    system.points.pin(0);
+    system.step(0.1);
+    system.points.unpin(0);
+    for (const double dt : {0.1, 0.2}) system.step(dt);
+    CHECK(system.points.position[0][1] == Approx(-9.81 * 0.3 * 0.3 / 2).epsilon(1e-13));
 }
 
 TEST_CASE("the bound of the step is where an oscillator begins to grow, and a step above it is warned of",
@@ -313,6 +386,7 @@ TEST_CASE("bad points, pins and steps are refused, and nothing is added", "[lagr
     CHECK_THROWS_AS(system.points.add({.position = {{nan, 0, 0}}}), parameter_error);
     CHECK_THROWS_AS(system.points.add({.mass = 0}), parameter_error);
     CHECK_THROWS_AS(system.points.add({.mass = -1}), parameter_error);
+    CHECK_THROWS_AS(system.points.add({.mass = 1e-40}), parameter_error);  // 1/m is no float
     CHECK_THROWS_AS(system.points.add({.radius = -1}), parameter_error);
     CHECK(system.points.size() == 0);
     CHECK_THROWS_WITH(system.points.pin(3), Catch::Contains("no point 3"));
@@ -330,6 +404,9 @@ TEST_CASE("bad points, pins and steps are refused, and nothing is added", "[lagr
     system.points.add({});
     system.add_force(std::move(springs));
     CHECK_THROWS_WITH(system.step(0.1), Catch::Contains("point 5"));
+    system.points.skip_ids(9);
+    system.points.skip_ids(5);  // no way back
+    CHECK(system.points.next_id() == 9);
 }
 
 TEST_CASE("points that are taken out take their springs and facets along; ids stay", "[lagrangian]") {

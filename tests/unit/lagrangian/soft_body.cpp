@@ -118,6 +118,10 @@ TEST_CASE("Cells that touch along an edge only get one between them, so that the
     CHECK(flat.net.facets.size() == 16);                   // outside and inside
     const auto hinge = lattice_body(Samples<2>{{{0, 0}, {1, 1}}, 1.0});
     CHECK(sum(hinge.volumes) == Approx(3).epsilon(1e-12));
+    // What is filled in may touch others along an edge only, in its turn.
+    const auto chain = lattice_body(cubes({{1, 1, 1}, {1, 2, 0}, {2, 0, 0}, {2, 0, 1}}));
+    CHECK(sum(chain.volumes) == Approx(7).epsilon(1e-12));
+    CHECK_NOTHROW(check_closed(surface_mesh(chain.net)));
 }
 
 TEST_CASE("Samples that are no lattice, lie there twice, or fall apart are refused") {

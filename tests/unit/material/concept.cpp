@@ -1,6 +1,7 @@
 /// \file What a model may offer besides a stress and a wave speed: a stranger's models, outside of firn's namespace.
 #include "support/catch.hpp"
 #include <firn/material/fixed_corotated.hpp>
+#include <firn/material/no_stress.hpp>
 #include <firn/stage/time_step.hpp>
 
 namespace stranger {
@@ -114,4 +115,10 @@ TEST_CASE("the signal speed is |v| + c, and 2 d/h where momentum diffuses", "[ma
     // ρ = 4: d = 8/4, h = 0.1.
     CHECK(signal_speed(Rich<double>{}, v, 2.0, 0.5, Rich<double>::state<2>{}, 0.1) == Approx(7 + 2 * 2 / 0.1));
     CHECK(signal_speed(Rich<double>{}, v, 0.0, 0.5, Rich<double>::state<2>{}, 0.1) == 0);
+}
+
+TEMPLATE_TEST_CASE_SIG("what has no stress has none, and no waves", "[material]", ((int D), D), 2, 3) {
+    const NoStress<double> none;
+    CHECK(squared_norm(kirchhoff_stress(none, initial_state<D>(none))) == 0);
+    CHECK(wave_speed(none, 1000.0, initial_state<D>(none)) == 0);
 }

@@ -141,6 +141,8 @@ TEMPLATE_TEST_CASE_SIG("an inverted F, one without volume and zero leave a finit
     auto after = snow.returned(state);
     CHECK(double(determinant(after.F)) > 0.9);
     CHECK(after.plastic_volume == S(0));
+    state.F(0, 0) = S(-1);  // within the bounds but for its sign
+    CHECK(double(determinant(snow.returned(state).F)) > 0.9);
     for (const double first : {0.0, 1e-30}) {
         state.F = Mat<S, D>::identity();
         state.F(0, 0) = S(first);

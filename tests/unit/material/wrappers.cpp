@@ -74,6 +74,20 @@ TEST_CASE("a particle with parameters of its own obeys the model with these para
     a_particle_obeys_its_own_parameters<3>();
 }
 
+TEST_CASE("a fluid whose viscosity is the particle's own flows by that one, and spreads momentum by it") {
+    PerParticle<Fluid<double>, "viscosity"> varied;
+    varied.viscosity = 2;
+    Fluid<double> own;
+    own.viscosity = 30;
+    auto particle = initial_state<2>(varied);
+    of<"viscosity">(particle) = 30;
+    particle.J = 0.9;
+    const Fluid<double>::state<2> alone{0.9};
+    require_equal(stress_of(varied, particle, some_gradient<2>()), own.kirchhoff_stress(alone, some_gradient<2>()));
+    REQUIRE(varied.diffusivity(1000.0, particle) == own.diffusivity(1000.0, alone));
+    REQUIRE(of<"viscosity">(updated(varied, particle, some_gradient<2>(), 0.01)) == 30);
+}
+
 TEST_CASE(
     "parameters for each particle: with one value for all a run is that of the plain model; a stiff half strains "
     "less") {

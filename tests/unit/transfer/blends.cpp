@@ -71,6 +71,16 @@ TEMPLATE_TEST_CASE_SIG("FLIP and its kin blend as they are defined, with the vel
           });
 }
 
+TEST_CASE("ASFLIP counts a flow that neither grows nor shrinks, as that of a rigid body, among those that grow",
+          "[transfer]") {
+    const Asflip<double> transfer{.ratio = 0.5, .separation = 1, .approach = 0};
+    const Vec<double, 2> taken{1, 2}, before{0, 1}, own{2, 0};
+    // taken + (own − before)/2
+    CHECK(transfer.blended(taken, before, own, Mat<double, 2>::zero()).motion == Vec<double, 2>{2, 1.5});
+    CHECK(transfer.blended(taken, before, own, Mat<double, 2>::rows(0, -3, 3, 0)).motion == Vec<double, 2>{2, 1.5});
+    CHECK(transfer.blended(taken, before, own, Mat<double, 2>::rows(-1, 0, 0, 0)).motion == taken);
+}
+
 TEST_CASE("FLIP with α = 0 and FMPM of order 1 are PIC, AFLIP with α = 0 is APIC, to the bit", "[transfer]") {
     const Domain<3> box{Vec<double, 3>::zero(), Vec<double, 3>::filled(1), 0.1};
     const auto stepped = [&](auto transfer) {
@@ -205,6 +215,12 @@ TEST_CASE("a blend that lacks the velocities before, a share beyond one and an o
     grid.activate(partition);  // and what the layer held is lost
     CHECK_THROWS_AS(gather({}), usage_error);
     CHECK_THROWS_AS(after_p2g<K>(Serial{}, grid, Fmpm{0}, memory, set), parameter_error);
+    for (const double wrong : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+        CHECK_THROWS_AS(Aflip<double>{.ratio = wrong}.check(), parameter_error);
+        CHECK_THROWS_AS(Asflip<double>{.ratio = wrong}.check(), parameter_error);
+        CHECK_THROWS_AS(Asflip<double>{.separation = wrong}.check(), parameter_error);
+        CHECK_THROWS_AS(Asflip<double>{.approach = wrong}.check(), parameter_error);
+    }
 }
 
 }  // namespace blends_tests
