@@ -30,7 +30,7 @@ get_target_property(options firn::firn INTERFACE_COMPILE_OPTIONS)
 if(options MATCHES "-W(all|extra|error|conversion)|-march|-fsanitize|-ffast-math|-O[0-9]")
     message(FATAL_ERROR "a consumer gets the options ${options}")
 endif()
-if(CMAKE_EXPORT_COMPILE_COMMANDS OR CMAKE_BUILD_TYPE)
+if(CMAKE_EXPORT_COMPILE_COMMANDS OR NOT "${CMAKE_BUILD_TYPE}" STREQUAL "${given_build_type}")
     message(FATAL_ERROR "firn has set a consumer's global variables")
 endif()
 
