@@ -53,7 +53,8 @@ test_stage() {
     if [[ $label != all ]]; then set -- -L "$label" "$@"; fi
     ctest --test-dir "$build" --output-on-failure --no-tests=error --parallel "$jobs" "$@" 2>&1 |
         tee "$build/ctest.log" || status=$?
-    if [[ $(<"$build/ctest.log") =~ ([0-9]+)\ tests?\ failed\ out\ of\ ([0-9]+) ]]; then
+    # The last such line: a test that failed may have shown what a CTest of its own said.
+    if [[ $(grep -E 'tests? failed out of' "$build/ctest.log" | tail -n 1) =~ ([0-9]+)\ tests?\ failed\ out\ of\ ([0-9]+) ]]; then
         bad=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]}
     else
         bad=0 all=0

@@ -5,6 +5,7 @@
 
 using namespace firn;
 
+namespace policies_tests {
 namespace {
 
 template <class A, class B>
@@ -117,3 +118,5 @@ TEST_CASE("Vectors name their components") {
     CHECK(b.z() == 3);
     static_assert(has_z<Vec<float, 3>> && !has_z<Vec<float, 2>>);
 }
+
+}  // namespace policies_tests

@@ -6,14 +6,16 @@
 #include <firn/boundary/walls.hpp>
 #include <firn/core/error.hpp>
 #include <firn/core/names.hpp>
+#include <firn/data/block_partition.hpp>
 #include <firn/data/check_particles.hpp>
-#include <firn/data/domain.hpp>
+#include <firn/data/radix_sort.hpp>
 #include <firn/data/samples.hpp>
 #include <firn/simulation/body.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
 #include <tuple>
@@ -63,6 +65,68 @@ std::string other_walls(const Boundary& boundary, const Domain<D>& domain) {
     }
 }
 
+template <class Sets, class F>
+void for_sets(const Sets& sets, const F& f) {
+    std::apply([&](const auto&... set) { (f(set), ...); }, sets);
+}
+
+/// What is asked of a particle of a body.
+template <int D>
+struct ParticleOfBody {
+    std::size_t body;  ///< its number among the bodies of all sets
+    std::uint32_t id;
+    double volume;       ///< [m^D]
+    Vec<double, D> x{};  ///< [m]
+};
+/// Calls see(particle) for every particle of a body. Compiled once for a simulation's sets, whoever asks.
+template <int D, class Sets>
+[[gnu::cold]] void for_particles(const Sets& sets, const std::function<void(const ParticleOfBody<D>&)>& see) {
+    std::size_t first = 0;
+    for_sets(sets, [&](const auto& set) {
+        const std::vector<Body>& bodies = set.bodies;  // in the order of ids
+        for (std::size_t slot = 0; slot < set.particles.slots(); ++slot) {
+            if (!set.particles.is_particle(slot)) continue;
+            const std::uint32_t id = set.particles.id(slot);
+            std::size_t low = 0, high = bodies.size();  // the last that begins with no higher id is in [low − 1, high)
+            while (low < high) {
+                const std::size_t middle = (low + high) / 2;
+                (bodies[middle].first <= id ? low : high) = bodies[middle].first <= id ? middle + 1 : middle;
+            }
+            if (low > 0)
+                see({first + low - 1, id, double(set.particles.volume(slot)), set.particles.exact_position(slot)});
+        }
+        first += bodies.size();
+    });
+}
+
+/// A sentence about particles of bodies that are in a solid, more than a tenth of a cell deep; or nothing.
+template <class Sets, class Boundary, int D>
+[[gnu::cold]] std::string matter_in_solids(const Sets& sets, const Domain<D>& domain, const Boundary& boundary) {
+    using S = typename std::tuple_element_t<0, Sets>::S;
+    if constexpr (!has_surfaces<Boundary, S, D>) {
+        return {};
+    } else {
+        std::size_t inside = 0, all = 0;
+        double deepest = 0.1 * domain.cell_size;
+        ParticleOfBody<D> where{};
+        for_particles<D>(sets, [&](const ParticleOfBody<D>& one) {
+            double depth = 0;
+            boundary.surfaces(cast<S>(one.x), [&](S distance, const auto&, const auto&, Contact contact, const auto&) {
+                if (contact != Contact::none) depth = std::max(depth, -double(distance));
+            });
+            ++all;
+            inside += depth > 0.1 * domain.cell_size;
+            if (depth > deepest) where = one;
+            deepest = std::max(deepest, depth);
+        });
+        if (inside == 0) return {};
+        return sentence(inside, " of ", all, " particles lie inside a solid of the boundary, particle ", where.id,
+                        " at ", text_of(where.x), " m the deepest, by ", deepest,
+                        " m: they are held there and do not come out. Move the body or the solid, or leave out such "
+                        "positions before you add them.");
+    }
+}
+
 /// What a body is compared by.
 template <int D>
 struct BodyPoints {
@@ -75,40 +139,40 @@ struct BodyPoints {
     std::vector<Vec<double, D>> points{};  ///< of those that have neighbours [m]
 
     bool meets(const BodyPoints& other) const {
-        bool meets = true;
+        bool meets = spacing > 0 && other.spacing > 0;
         for (int a = 0; a < D; ++a) meets = meets && lower[a] < other.upper[a] && other.lower[a] < upper[a];
         return meets;
     }
-    /// Cubes with an edge of four spacings, those that both fill by six tenths at least, as lattices that lie against
-    /// each other do not: where the first such is. \return false: there is none
+    double edge() const { return 4 * spacing; }  ///< of the cubes in which bodies are compared [m]
+
+    /// Keys of the cubes of this body's lattice that the points of a body fill by six tenths at least, in order.
+    [[gnu::cold]] std::vector<std::uint64_t> cubes_filled_by(const BodyPoints& of) const {
+        RadixSort<std::uint64_t> cubes;
+        for (const Vec<double, D>& x : of.points) {
+            BlockCoordinate<D> cube{};
+            bool within = true;
+            for (int a = 0; a < D; ++a) {
+                within = within && x[a] >= lower[a] - spacing / 2 && x[a] <= upper[a] + spacing / 2;
+                if (within) cube[std::size_t(a)] = int((x[a] - lower[a]) / edge() + 0.125);
+            }
+            if (within) cubes.items.push_back({block_key<D>(cube), 0});
+        }
+        cubes.sort();
+        const double needed = 0.6 * std::pow(edge() / of.spacing, D);
+        std::vector<std::uint64_t> filled;
+        for (std::size_t i = 0, next = 0; i < cubes.items.size(); i = next) {
+            while (next < cubes.items.size() && cubes.items[next].key == cubes.items[i].key) ++next;
+            if (double(next - i) >= needed) filled.push_back(cubes.items[i].key);
+        }
+        return filled;
+    }
+    /// Do both fill the same cube, as lattices that lie against each other do not? Then the first that is so.
     bool overlaps(const BodyPoints& other, Vec<double, D>& where) const {
-        const double edge = 4 * spacing, whole = std::pow(edge, D);
-        const auto cubes_of = [&](const BodyPoints& of) {
-            std::vector<std::array<std::int64_t, std::size_t(D)>> cubes;
-            for (const Vec<double, D>& x : of.points) {
-                std::array<std::int64_t, std::size_t(D)> cube;
-                bool within = true;
-                for (int a = 0; a < D; ++a) {
-                    within = within && x[a] >= lower[a] - spacing / 2 && x[a] <= upper[a] + spacing / 2;
-                    cube[std::size_t(a)] = within ? std::int64_t((x[a] - lower[a]) / edge + 0.125) : 0;
-                }
-                if (within) cubes.push_back(cube);
-            }
-            std::sort(cubes.begin(), cubes.end());
-            const auto needed = std::size_t(std::ceil(0.6 * whole / std::pow(of.spacing, D)));
-            std::size_t kept = 0;
-            for (std::size_t i = 0, next; i < cubes.size(); i = next) {
-                next = std::size_t(std::upper_bound(cubes.begin() + std::ptrdiff_t(i), cubes.end(), cubes[i]) -
-                                   cubes.begin());
-                if (next - i >= needed) cubes[kept++] = cubes[i];
-            }
-            cubes.resize(kept);
-            return cubes;
-        };
-        const auto mine = cubes_of(*this), its = cubes_of(other);
-        for (const auto& cube : its)
-            if (std::binary_search(mine.begin(), mine.end(), cube)) {
-                for (int a = 0; a < D; ++a) where[a] = lower[a] + (double(cube[std::size_t(a)]) + 0.375) * edge;
+        const std::vector<std::uint64_t> mine = cubes_filled_by(*this), its = cubes_filled_by(other);
+        for (std::size_t i = 0, j = 0; i < mine.size() && j < its.size(); (mine[i] < its[j] ? i : j) += 1)
+            if (mine[i] == its[j]) {
+                const BlockCoordinate<D> cube = block_of_key<D>(mine[i]);
+                for (int a = 0; a < D; ++a) where[a] = lower[a] + (double(cube[std::size_t(a)]) + 0.375) * edge();
                 return true;
             }
         return false;
@@ -119,52 +183,39 @@ struct BodyPoints {
     }
 };
 
-template <class Sets, class F>
-void for_sets(const Sets& sets, const F& f) {
-    std::apply([&](const auto&... set) { (f(set), ...); }, sets);
-}
-
-/// Calls f(k, slot) for every particle of a body that has some, the k-th in `bodies`, which are in the order of ids.
-template <class Set, class F>
-void for_bodies(const Set& set, const F& f) {
-    for (std::size_t slot = 0; slot < set.particles.slots(); ++slot) {
-        if (!set.particles.is_particle(slot)) continue;
-        const auto next = std::upper_bound(set.bodies.begin(), set.bodies.end(), set.particles.id(slot),
-                                           [](std::uint32_t id, const Body& body) { return id < body.first; });
-        if (next != set.bodies.begin()) f(std::size_t(next - set.bodies.begin()) - 1, slot);
-    }
-}
-
-/// A sentence about particles of bodies that are in a solid, more than a tenth of a cell deep; or nothing.
-template <class Sets, class Boundary, int D>
-[[gnu::cold]] std::string matter_in_solids(const Sets& sets, const Domain<D>& domain, const Boundary& boundary) {
-    using S = typename std::tuple_element_t<0, Sets>::S;
-    if constexpr (!has_surfaces<Boundary, S, D>) {
-        return {};
-    } else {
-        std::size_t inside = 0, all = 0;
-        double deepest = 0.1 * domain.cell_size;
-        std::string where;
-        for_sets(sets, [&](const auto& set) {
-            for_bodies(set, [&](std::size_t, std::size_t slot) {
-                double depth = 0;
-                const Vec<double, D> x = set.particles.exact_position(slot);
-                boundary.surfaces(cast<S>(x), [&](S distance, const auto&, const auto&, Contact contact, const auto&) {
-                    if (contact != Contact::none) depth = std::max(depth, -double(distance));
-                });
-                ++all;
-                inside += depth > 0.1 * domain.cell_size;
-                if (!(depth > deepest)) return;
-                deepest = depth;
-                where = sentence("particle ", set.particles.id(slot), " at ", text_of(x), " m");
-            });
-        });
-        if (inside == 0) return {};
-        return sentence(inside, " of ", all, " particles lie inside a solid of the boundary, ", where,
-                        " the deepest, by ", deepest,
-                        " m: they are held there and do not come out. Move the body or the solid, or leave out such "
-                        "positions before you add them.");
-    }
+/// A sentence about two bodies that overlap; or nothing.
+template <int D, class Sets>
+[[gnu::cold]] std::string overlapping_bodies(const Sets& sets) {
+    std::vector<BodyPoints<D>> all;
+    std::size_t material = 0;
+    for_sets(sets, [&](const auto& set) {
+        for (const Body& body : set.bodies) all.push_back({material, body});
+        ++material;
+    });
+    for_particles<D>(sets, [&](const ParticleOfBody<D>& one) {
+        BodyPoints<D>& body = all[one.body];
+        body.spacing = std::pow(one.volume, 1.0 / D);
+        for (int a = 0; a < D; ++a) {
+            body.lower[a] = std::min(body.lower[a], one.x[a]);
+            body.upper[a] = std::max(body.upper[a], one.x[a]);
+        }
+    });
+    bool meet = false;
+    for (std::size_t i = 0; i < all.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (all[i].meets(all[j])) meet = all[i].has_neighbours = all[j].has_neighbours = true;
+    if (!meet) return {};
+    for_particles<D>(sets, [&](const ParticleOfBody<D>& one) {
+        if (all[one.body].has_neighbours) all[one.body].points.push_back(one.x);
+    });
+    for (std::size_t i = 0; i < all.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (Vec<double, D> where{}; all[i].meets(all[j]) && all[i].overlaps(all[j], where))
+                return sentence("two bodies overlap around ", text_of(where), " m, ", all[j].name(), " and ",
+                                all[i].name(),
+                                ": their matter is there twice, and will burst apart. Move one of them, or leave out "
+                                "the positions that lie in both.");
+    return {};
 }
 
 /// Do walls hold matter at every face of the domain that is not periodic?
@@ -187,66 +238,18 @@ template <class Sets, int D>
 [[gnu::cold]] std::string matter_at_the_end(const Sets& sets, const Domain<D>& domain) {
     std::string text;
     const double near = 1e-3 * domain.cell_size;
-    for_sets(sets, [&](const auto& set) {
-        for (std::size_t slot = 0; slot < set.particles.slots() && text.empty(); ++slot) {
-            if (!set.particles.is_particle(slot)) continue;
-            const Vec<double, D> x = set.particles.exact_position(slot);
-            for (int a = 0; a < D; ++a) {
-                if (domain.periodic[std::size_t(a)]) continue;
-                if (x[a] > domain.lower[a] + near && x[a] < domain.upper[a] - near) continue;
-                text =
-                    sentence("particle ", set.particles.id(slot), " has come to the end of the domain, at ", text_of(x),
-                             " m, where the boundary holds nothing: it stays there and gathers "
-                             "momentum. A boundary that is given takes the place of the walls; to have both, give "
-                             "firn::Together(firn::Walls<…>::all(…), …). What is to leave, takes out a sink.");
-                break;
-            }
-        }
+    for_particles<D>(sets, [&](const ParticleOfBody<D>& one) {
+        bool outside = false;
+        for (int a = 0; a < D; ++a)
+            outside = outside || (!domain.periodic[std::size_t(a)] &&
+                                  !(one.x[a] > domain.lower[a] + near && one.x[a] < domain.upper[a] - near));
+        if (outside && text.empty())
+            text = sentence("particle ", one.id, " has come to the end of the domain, at ", text_of(one.x),
+                            " m, where the boundary holds nothing: it stays there and gathers momentum. A boundary "
+                            "that is given takes the place of the walls; to have both, give "
+                            "firn::Together(firn::Walls<…>::all(…), …). What is to leave, takes out a sink.");
     });
     return text;
-}
-
-/// A sentence about two bodies that overlap; or nothing.
-template <int D, class Sets>
-[[gnu::cold]] std::string overlapping_bodies(const Sets& sets) {
-    std::vector<BodyPoints<D>> all;
-    std::vector<std::size_t> first_of_material;
-    for_sets(sets, [&](const auto& set) {
-        const std::size_t first = all.size(), material = first_of_material.size();
-        first_of_material.push_back(first);
-        for (std::size_t k = 0; k < set.bodies.size(); ++k) all.push_back({material, set.bodies[k]});
-        for_bodies(set, [&](std::size_t k, std::size_t slot) {
-            BodyPoints<D>& body = all[first + k];
-            body.spacing = std::pow(double(set.particles.volume(slot)), 1.0 / D);
-            const Vec<double, D> x = set.particles.exact_position(slot);
-            for (int a = 0; a < D; ++a) {
-                body.lower[a] = std::min(body.lower[a], x[a]);
-                body.upper[a] = std::max(body.upper[a], x[a]);
-            }
-        });
-    });
-    std::vector<std::pair<std::size_t, std::size_t>> pairs;
-    for (std::size_t i = 0; i < all.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j)
-            if (all[i].spacing > 0 && all[j].spacing > 0 && all[i].meets(all[j])) {
-                all[i].has_neighbours = all[j].has_neighbours = true;
-                pairs.emplace_back(i, j);
-            }
-    if (pairs.empty()) return {};
-    std::size_t material = 0;
-    for_sets(sets, [&](const auto& set) {
-        const std::size_t first = first_of_material[material++];
-        for_bodies(set, [&](std::size_t k, std::size_t slot) {
-            BodyPoints<D>& body = all[first + k];
-            if (body.has_neighbours) body.points.push_back(set.particles.exact_position(slot));
-        });
-    });
-    for (const auto& [i, j] : pairs)
-        if (Vec<double, D> where{}; all[i].overlaps(all[j], where))
-            return sentence("two bodies overlap around ", text_of(where), " m, ", all[j].name(), " and ", all[i].name(),
-                            ": their matter is there twice, and will burst apart. Move one of them, or leave out "
-                            "the positions that lie in both.");
-    return {};
 }
 
 /// What a run has been warned of.

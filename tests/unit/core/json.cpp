@@ -7,6 +7,7 @@
 
 using namespace firn;
 
+namespace json_tests {
 namespace {
 
 std::string read_text(std::string_view json) {
@@ -63,3 +64,5 @@ TEST_CASE("Objects and lists are indented, and stepped over", "[core][json]") {
     CHECK(members == 4);
     CHECK(reader.at_end());
 }
+
+}  // namespace json_tests
