@@ -26,7 +26,7 @@
 #include <firn/exec/g2p.hpp>
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g.hpp>
-#include <firn/exec/partition.hpp>
+#include <firn/sort/partition.hpp>
 #include <firn/exec/reactions.hpp>
 #include <firn/exec/transfer_passes.hpp>
 #include <firn/field/attraction.hpp>

@@ -11,7 +11,7 @@
 #include <firn/exec/g2p.hpp>
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g_fixed_point.hpp>
-#include <firn/exec/partition.hpp>
+#include <firn/sort/partition.hpp>
 #include <firn/exec/totals.hpp>
 #include <firn/exec/transfer_passes.hpp>
 #include <firn/force/mls.hpp>

@@ -10,7 +10,7 @@ mkdir -p "$folder"
 # stages OPTION...: the functions of P2G, G2P and sorting in the object file.
 stages() {
     "$compiler" "@$flags" -fno-sanitize=all "$@" -c "$source" -o "$folder/extern_template.o"
-    "$nm" -C --defined-only "$folder/extern_template.o" | grep -E 'scatter_coloured|GroupUpdate|partition_by' || true
+    "$nm" -C --defined-only "$folder/extern_template.o" | grep -E 'scatter_coloured|GroupUpdate|partition_places' || true
 }
 
 bad=0
@@ -22,7 +22,7 @@ for optimisation in -O0 -O3; do
     fi
 done
 planted=$(stages -O0 -DFIRN_PLANT_COPY)
-for stage in scatter_coloured GroupUpdate partition_by; do
+for stage in scatter_coloured GroupUpdate partition_places; do
     if [[ $planted != *$stage* ]]; then
         echo "A copy of $stage (-DFIRN_PLANT_COPY) was not found."
         bad=1

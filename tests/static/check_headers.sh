@@ -12,10 +12,12 @@ layers='
 version    :
 core       : intrinsics openmp posix
 math       :
+simd       : intrinsics
 kernel transfer force material boundary field :
 data       : posix
+sort       :
 stage      :
-exec wgsl  : intrinsics
+exec wgsl  :
 lagrangian :
 simulation :
 firn       :

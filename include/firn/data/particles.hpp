@@ -129,6 +129,19 @@ private:
     aligned_vector<S> numbers_;
 };
 
+/// Where particles are, whatever else they carry: what sorting reads.
+template <std::floating_point S>
+struct PlacesOfParticles {
+    const S* places;             ///< [pack][axis][lane]: from the lower corner of the particle's block, in cells
+    const std::uint32_t* id;     ///< of each slot
+    const std::uint32_t* block;  ///< of each slot: which of `keys`
+    const std::uint64_t* keys;
+    std::size_t slots;
+
+    bool is_particle(std::size_t slot) const { return id[slot] != no_particle; }
+    std::uint64_t block_key(std::size_t slot) const { return keys[block[slot]]; }
+};
+
 /// What the material's state, the transfers and the grid need of every particle.
 /// Bytes a particle in float, 3D, elastic: x 12 and the number of its block 4, v 12, C 36, τ 24, F 36, m 4, V0 4, id 4
 /// = 136 (and padding, 1–3 % of dense matter); sorting moves fields through one field's worth of room, 36,
@@ -206,9 +219,9 @@ public:
     /// The block that the position counts from, and the position from there, in cells.
     BlockCoordinate<D> block(std::size_t slot) const { return block_of_key<D>(blocks_[block_[slot]]); }
     Vec<S, D> place(std::size_t slot) const { return vector(of_position, slot); }
-    /// place(slot) of sixteen slots, the first of which a pack begins with: [axis][lane].
-    const S* places_of_pack(std::size_t slot) const { return fields_.pack(of_position, slot); }
-    std::uint64_t block_key_of(std::size_t slot) const { return blocks_[block_[slot]]; }
+    PlacesOfParticles<S> places() const {
+        return {fields_.pack(of_position, 0), id_.data(), block_.data(), blocks_.data(), slots()};
+    }
     Vec<S, D> velocity(std::size_t slot) const { return vector(of_velocity, slot); }
     Mat<S, D> affine(std::size_t slot) const { return matrix(of_affine, slot); }
     S mass(std::size_t slot) const { return fields_.get(of_mass, slot, 0); }

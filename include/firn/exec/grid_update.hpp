@@ -6,7 +6,7 @@
 #include <firn/data/sparse_grid.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/exec/reactions.hpp>
-#include <firn/exec/transpose.hpp>
+#include <firn/simd/transpose.hpp>
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/time_step.hpp>
 

@@ -3,14 +3,27 @@
 
 #include <firn/data/particle_set.hpp>
 #include <firn/exec/execution.hpp>
-#include <firn/exec/partition.hpp>
 #include <firn/exec/scatter.hpp>
+#include <firn/sort/partition.hpp>
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
+#include <vector>
 
 namespace firn {
+
+/// Calls body(group, thread) for all groups, phase after phase; those of one phase share no node.
+template <int D, class Body>
+void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const Body& body) {
+    const std::vector<std::size_t>& ends = partition.phase_ends;
+    std::vector<std::size_t> counts(ends.size());
+    std::adjacent_difference(ends.begin(), ends.end(), counts.begin());
+    parallel_phases(counts, threads, [&](std::size_t phase, std::size_t i, int thread) {
+        body(partition.groups[partition.by_phase[ends[phase] - counts[phase] + i]], thread);
+    });
+}
 
 namespace detail {
 

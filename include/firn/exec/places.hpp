@@ -3,8 +3,8 @@
 
 #include <firn/data/particle_view.hpp>
 #include <firn/exec/arena.hpp>
-#include <firn/exec/row.hpp>
-#include <firn/exec/transpose.hpp>
+#include <firn/simd/row.hpp>
+#include <firn/simd/transpose.hpp>
 #include <firn/kernel/concept.hpp>
 #include <firn/material/concept.hpp>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/exec/fixed_point.hpp>
-#include <firn/exec/integer_row.hpp>
+#include <firn/simd/integer_row.hpp>
 #include <firn/exec/places.hpp>
 #include <firn/stage/p2g.hpp>
 

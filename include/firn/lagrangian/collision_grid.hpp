@@ -9,7 +9,7 @@
 #include <firn/core/error.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/core/tensor.hpp>
-#include <firn/data/radix_sort.hpp>
+#include <firn/sort/radix_sort.hpp>
 #include <firn/lagrangian/point_masses.hpp>
 
 #include <algorithm>

@@ -10,7 +10,7 @@
 #include <firn/core/pack.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/random.hpp>
-#include <firn/exec/transpose.hpp>
+#include <firn/simd/transpose.hpp>
 #include <firn/lagrangian/collision_grid.hpp>
 #include <firn/lagrangian/contact_table.hpp>
 #include <firn/lagrangian/excluded_pairs.hpp>

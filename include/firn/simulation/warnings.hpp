@@ -8,7 +8,7 @@
 #include <firn/core/names.hpp>
 #include <firn/data/block_partition.hpp>
 #include <firn/data/check_particles.hpp>
-#include <firn/data/radix_sort.hpp>
+#include <firn/sort/radix_sort.hpp>
 #include <firn/data/samples.hpp>
 #include <firn/simulation/body.hpp>
 

@@ -3,7 +3,7 @@
 
 #include "support/random_numbers.hpp"
 #include <firn/exec/g2p.hpp>
-#include <firn/exec/partition.hpp>
+#include <firn/sort/partition.hpp>
 #include <firn/exec/transfer_passes.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>

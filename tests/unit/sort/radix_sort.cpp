@@ -1,6 +1,6 @@
 /// \file Sorting by keys does what std::stable_sort does, on any number of threads.
 #include "support/catch.hpp"
-#include <firn/data/radix_sort.hpp>
+#include <firn/sort/radix_sort.hpp>
 #include <firn/data/random.hpp>
 
 #include <limits>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/data/block_partition.hpp>
-#include <firn/data/radix_sort.hpp>
+#include <firn/sort/radix_sort.hpp>
 
 #include <algorithm>
 

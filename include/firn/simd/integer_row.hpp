@@ -1,7 +1,7 @@
 /// \file From rows of nodes in floating point to rows in integers, for sums in fixed point.
 #pragma once
 
-#include <firn/exec/row.hpp>
+#include <firn/simd/row.hpp>
 
 #include <cmath>
 #include <cstdint>

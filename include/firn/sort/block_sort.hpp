@@ -1,0 +1,196 @@
+/// \file Particles into blocks and cells: a stable counting sort in four steps, the same order for any number of
+/// threads.
+#pragma once
+
+#include <firn/core/parallel.hpp>
+#include <firn/data/block_partition.hpp>
+#include <firn/sort/arrange.hpp>
+#include <firn/sort/block_numbers.hpp>
+#include <firn/sort/radix_sort.hpp>
+
+#include <algorithm>
+#include <array>
+
+namespace firn {
+
+/// Where the base nodes of up to sixteen particles are.
+struct BlockCells {
+    static constexpr int far = 27;
+
+    std::uint64_t origin[pack_size];  ///< keys of the blocks from whose lower corners they were counted
+    std::uint64_t block[pack_size];   ///< keys
+    std::uint8_t beside[pack_size];   ///< number of the block among the 3^D around its origin, or far
+    std::uint8_t cell[pack_size];     ///< numbers in the block, first axis fastest: see find_cells
+};
+
+/// Cells are numbered along the first axis first: the rows of nodes of one cell and the next, which lie along the last
+/// axis, then begin at the same places. P2G reads what it has just stored, and a processor hands on at once only what
+/// is read as it was stored.
+/// \param base  the base nodes, counted from the lower corners of to.origin
+template <std::floating_point S, int D>
+FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
+    unsigned cell[pack_size] = {}, beside[pack_size] = {}, beyond[pack_size] = {};
+    std::copy_n(to.origin, pack_size, to.block);
+    for (int a = 0; a < D; ++a)
+        for (int l = 0; l < pack_size; ++l) {
+            const int node = int(base[a][l]), blocks = node >> 2;
+            cell[l] |= unsigned(node & (block_size - 1)) << 2 * a;
+            beside[l] = 3 * beside[l] + unsigned(blocks + 1);
+            beyond[l] |= unsigned(blocks + 1) > 2;
+            to.block[l] += std::uint64_t(std::int64_t(blocks)) << 21 * (D - 1 - a);
+        }
+    for (int l = 0; l < pack_size; ++l) {
+        to.cell[l] = std::uint8_t(cell[l]);
+        to.beside[l] = std::uint8_t(beyond[l] ? BlockCells::far : beside[l]);
+    }
+}
+
+/// Sorts particles by block, then by cell, and gathers blocks into groups. Nothing is moved: the result is an order.
+/// It knows nothing of what a particle carries: a caller says in which cell each lies.
+///
+///     BlockSort<3> sort(count, threads, room);
+///     sort.look(is_particle, cells_of);
+///     BlockPartition<3> partition = sort.partition(colours);
+template <int D>
+class BlockSort {
+public:
+    /// Bytes that it writes for each place.
+    static constexpr std::size_t room = 2 * sizeof(std::uint32_t) + sizeof(std::uint8_t);
+
+    /// \param candidates  number of places to look at
+    /// \param threads     0: as many as thread_count() says
+    /// \param memory      `room` bytes a place, aligned as std::uint32_t, that nobody else uses
+    BlockSort(std::size_t candidates, int threads, std::byte* memory)
+        : candidates_(candidates),
+          threads_(int(std::min<std::size_t>(std::size_t(thread_count(threads)), candidates / 4096 + 1))),
+          met_(std::size_t(threads_)),
+          number_of_(reinterpret_cast<std::uint32_t*>(memory)),
+          by_block_(number_of_ + candidates),
+          cell_of_(reinterpret_cast<std::uint8_t*>(by_block_ + candidates)) {}
+
+    /// The first step: finds each particle's cell, numbers the blocks that are met, and counts their particles.
+    /// \param is_particle  is_particle(i): does place i hold a particle (or padding) ?
+    /// \param cells_of     cells_of(i, count, cells) finds those of `count` ≤ pack_size places from i on, a multiple of
+    ///                     pack_size
+    template <class IsParticle, class CellsOf>
+    void look(const IsParticle& is_particle, const CellsOf& cells_of) {
+        parallel_for(std::size_t(threads_), threads_, [&](std::size_t t, int) {
+            Met& mine = met_[t];
+            // Numbers of the blocks around one origin, which neighbours in memory mostly share; no_particle: not known
+            // yet.
+            std::array<std::uint32_t, BlockCells::far + 1> around;
+            around.fill(no_particle);
+            std::uint64_t origin = 0;
+            for (std::size_t first = first_of(t), end = first_of(t + 1); first < end; first += pack_size) {
+                BlockCells cells;
+                const std::size_t count = std::min<std::size_t>(pack_size, end - first);
+                cells_of(first, count, cells);
+                std::copy_n(cells.cell, count, cell_of_ + first);
+                for (std::size_t l = 0; l < count; ++l) {
+                    if (!is_particle(first + l)) {
+                        number_of_[first + l] = no_particle;
+                        continue;
+                    }
+                    if (cells.origin[l] != origin) around.fill(no_particle);
+                    origin = cells.origin[l];
+                    std::uint32_t& number = around[cells.beside[l]];
+                    if (number == no_particle || cells.beside[l] == BlockCells::far) {
+                        number = mine.blocks.number(cells.block[l]);
+                        if (number == mine.counts.size()) mine.counts.push_back(0);
+                    }
+                    ++mine.counts[number];
+                    number_of_[first + l] = number;
+                }
+            }
+        });
+    }
+
+    /// The other steps.
+    /// \param colours  of dense blocks along an axis. \see colours_along_axis
+    BlockPartition<D> partition(int colours) {
+        BlockPartition<D> partition = arrange<D>(blocks_in_order(), colours, threads_);
+        place_by_block(partition);
+        order_by_cell(partition);
+        return partition;
+    }
+
+private:
+    struct alignas(64) Met {  // by one thread; no line of the cache is two threads'
+        BlockNumbers blocks;
+        std::vector<std::size_t> counts;  // of particles, a block each
+        std::size_t first = 0;            // of its blocks, among those of all threads
+    };
+
+    /// Of the places that thread t looks at.
+    std::size_t first_of(std::size_t t) const {
+        if (t == std::size_t(threads_)) return candidates_;
+        return candidates_ * t / std::size_t(threads_) / pack_size * pack_size;
+    }
+
+    /// The second step: the blocks that any thread has met, in the order of their keys, with all their particles.
+    std::vector<BlockRange<D>> blocks_in_order() {
+        RadixSort<std::uint64_t> by_key;
+        for (Met& m : met_) {
+            m.first = places_.size();
+            for (const std::uint64_t key : m.blocks.keys())
+                by_key.items.push_back({key, std::uint32_t(by_key.items.size())});
+            places_.insert(places_.end(), m.counts.begin(), m.counts.end());
+        }
+        by_key.sort();
+        const auto& blocks = by_key.items;
+        std::vector<BlockRange<D>> sorted;
+        block_of_.resize(blocks.size());
+        for (std::size_t i = 0; i < blocks.size(); ++i) {
+            if (i == 0 || blocks[i].key != blocks[i - 1].key) sorted.push_back({block_of_key<D>(blocks[i].key), 0, 0});
+            sorted.back().particles += places_[blocks[i].number];
+            block_of_[blocks[i].number] = std::uint32_t(sorted.size() - 1);
+        }
+        return sorted;
+    }
+
+    /// The third: particles range by range. In a range, thread t's follow those of thread t − 1: the order of a serial
+    /// stable sort.
+    void place_by_block(const BlockPartition<D>& partition) {
+        first_place_.assign(partition.ranges.size(), 0);
+        for (std::size_t r = 1; r < partition.ranges.size(); ++r)
+            first_place_[r] = first_place_[r - 1] + partition.ranges[r - 1].particles;
+        std::vector<std::size_t> next = first_place_;
+        for (std::size_t n = 0; n < places_.size(); ++n) {
+            std::size_t& place = next[partition.by_block[block_of_[n]]];
+            const std::size_t begin = place;
+            place += places_[n];
+            places_[n] = begin;
+        }
+        parallel_for(std::size_t(threads_), threads_, [&](std::size_t t, int) {
+            std::size_t* const place = places_.data() + met_[t].first;
+            for (std::size_t i = first_of(t), end = first_of(t + 1); i < end; ++i)
+                if (number_of_[i] != no_particle) by_block_[place[number_of_[i]]++] = std::uint32_t(i);
+        });
+    }
+
+    /// The fourth: each range by cell, into the partition's order.
+    void order_by_cell(BlockPartition<D>& partition) const {
+        const auto order_range = [&](std::size_t r, int) {
+            const BlockRange<D>& range = partition.ranges[r];
+            const std::uint32_t* from = by_block_ + first_place_[r];
+            std::uint32_t* to = partition.order.data() + range.first_slot;
+            std::uint32_t first[block_nodes<D> + 1] = {};
+            for (std::size_t i = 0; i < range.particles; ++i) ++first[cell_of_[from[i]] + 1];
+            for (int c = 0; c < block_nodes<D>; ++c) first[c + 1] += first[c];
+            for (std::size_t i = 0; i < range.particles; ++i) to[first[cell_of_[from[i]]]++] = from[i];
+        };
+        parallel_for(partition.ranges.size(), threads_, order_range, 16);
+    }
+
+    std::size_t candidates_;
+    int threads_;
+    std::vector<Met> met_;
+    std::uint32_t* number_of_;  // of a place: of its block, among those that its thread has met; no_particle
+    std::uint32_t* by_block_;   // places, range by range
+    std::uint8_t* cell_of_;
+    std::vector<std::size_t> places_;  // of the blocks of all threads: counts of particles; then where the next goes
+    std::vector<std::uint32_t> block_of_;   // of these: which of the blocks in order
+    std::vector<std::size_t> first_place_;  // of ranges, in by_block_
+};
+
+}  // namespace firn

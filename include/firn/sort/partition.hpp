@@ -1,0 +1,109 @@
+/// \file Sorting particles by the blocks and cells of their base nodes: firn's own, and those of a foreign program.
+#pragma once
+
+#include <firn/data/check_particles.hpp>
+#include <firn/data/particles.hpp>
+#include <firn/sort/block_sort.hpp>
+
+#include <memory>
+
+namespace firn {
+
+namespace detail {
+
+/// \throws parameter_error  unless the cells along periodic axes are a multiple of what colours need
+template <int D>
+void check_periods(const Domain<D>& domain, int colours, int support) {
+    for (int a = 0; a < D; ++a)
+        if (block_period(domain, a) % colours != 0)
+            throw parameter_error(sentence("The domain has ", domain.cells(a), " cells along the periodic axis ", a,
+                                           "; with a kernel of support ", support,
+                                           " their number must be a multiple of ", periodic_multiple * colours, "."));
+}
+
+/// Of firn's own particles, of whatever material and kernel.
+/// \param base_shift  of the kernel;  \param colours  of dense blocks along an axis
+/// \param room        \see BlockSort
+template <std::floating_point S, int D>
+BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const Domain<D>& domain, double base_shift,
+                                   int colours, int threads, std::byte* room) {
+    BlockSort<D> sort(particles.slots, threads, room);
+    const bool periodic = is_periodic(domain);
+    sort.look([&](std::size_t i) { return particles.is_particle(i); },
+              [&](std::size_t first, std::size_t count, BlockCells& cells) {
+                  using P = native_pack<S>;
+                  const P shift = P(S(base_shift));
+                  S base[D][pack_size];
+                  const S* places = particles.places + first * D;
+                  for (int a = 0; a < D; ++a)
+                      for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
+                          floor(P::load(places + a * pack_size + lane) - shift).store(base[a] + lane);
+                  for (std::size_t l = 0; l < pack_size; ++l)
+                      cells.origin[l] =
+                          l < count && particles.is_particle(first + l) ? particles.block_key(first + l) : 0;
+                  find_cells<S, D>(base, cells);
+                  if (periodic)
+                      for (std::uint64_t& block : cells.block) block = wrapped_key(domain, block);
+              });
+    return sort.partition(colours);
+}
+
+}  // namespace detail
+
+/// For firn's own particles.
+/// \param room  \see BlockSort
+template <class Kernel, std::floating_point S, int D, class State>
+BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads, std::byte* room) {
+    detail::check_periods(particles.domain(), colours_along_axis<Kernel>, Kernel::support);
+    return detail::partition_places(particles.places(), particles.domain(), Kernel::base_shift,
+                                    colours_along_axis<Kernel>, threads, room);
+}
+
+template <class Kernel, std::floating_point S, int D, class State>
+BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads = 0) {
+    const auto room = std::make_unique_for_overwrite<std::byte[]>(particles.slots() * BlockSort<D>::room);
+    return partition_particles<Kernel>(particles, threads, room.get());
+}
+
+/// For a foreign program's particles.
+/// \throws particle_error for a position that is not finite or lies outside the domain, and for masses that are not
+///         positive, where the view has masses (listed by index)
+template <class Kernel, std::floating_point S, int D, class State>
+BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, State>& view, std::size_t count,
+                                      const Domain<D>& domain, int threads = 0) {
+    check(domain);
+    if (is_periodic(domain))
+        throw parameter_error(
+            "The domain is periodic, which arrays of a foreign program cannot be: use firn's Particles or Simulation.");
+    check_positions<S, D>(count, domain, [&](std::size_t i, int a) { return view.position.particle(i, a); });
+    if (view.mass.data) check_masses<S>(count, [&](std::size_t i) { return view.mass.particle(i, 0); });
+    const S per_cell = S(1 / domain.cell_size);
+    const auto room = std::make_unique_for_overwrite<std::byte[]>(count * BlockSort<D>::room);
+    BlockSort<D> sort(count, threads, room.get());
+    sort.look([](std::size_t) { return true; },
+              [&](std::size_t first, std::size_t used, BlockCells& cells) {
+                  S base[D][pack_size] = {};
+                  std::fill_n(cells.origin, pack_size, block_key<D>({}));
+                  for (std::size_t l = 0; l < used; ++l)
+                      for (int a = 0; a < D; ++a)
+                          base[a][l] =
+                              base_node<Kernel>((view.position.particle(first + l, a) - S(domain.lower[a])) * per_cell);
+                  find_cells<S, D>(base, cells);
+              });
+    return sort.partition(colours_along_axis<Kernel>);
+}
+
+/// Sorts firn's own particles and moves them into that order.
+template <class Kernel, std::floating_point S, int D, class State>
+BlockPartition<D> sort_particles(Particles<S, D, State>& particles, int threads = 0) {
+    static_assert(D * D * sizeof(S) >= BlockSort<D>::room);
+    const int workers = thread_count(threads);
+    BlockPartition<D> partition;
+    parallel_region(workers, [&] {
+        partition = partition_particles<Kernel>(particles, workers, particles.room());
+        particles.reorder(partition, workers);
+    });
+    return partition;
+}
+
+}  // namespace firn
