@@ -58,7 +58,7 @@ firn::State<double> your_state(const std::vector<YourParticle>& all, std::uint64
     firn::State<double> state;
     state.step = step;
     state.time = time;
-    state.dt = dt;
+    state.last_time_step = dt;
     firn::StateField<double> position{"position", "m", 3, {}}, velocity{"velocity", "m/s", 3, {}},
         temperature{"temperature", "K", 1, {}};
     for (const YourParticle& p : all) {
@@ -67,7 +67,7 @@ firn::State<double> your_state(const std::vector<YourParticle>& all, std::uint64
         temperature.values.push_back(p.temperature);
         state.id.push_back(std::int64_t(state.id.size()));
     }
-    state.material.resize(all.size());
+    state.body.resize(all.size());
     state.fields = {position, velocity, temperature};
     return state;
 }

@@ -161,7 +161,7 @@ private:
             default: {  // a particle less
                 if (state.size() == 0) return;
                 state.id.pop_back();
-                state.material.pop_back();
+                state.body.pop_back();
                 for (auto& field : state.fields)
                     field.values.resize(field.values.size() - std::size_t(field.components));
             }

@@ -40,8 +40,8 @@ State<S> state_of(const PointMasses<S, D>& points, std::type_identity_t<std::spa
     for (std::size_t i = 0; i < n; ++i) pinned.values[i] = points.is_pinned(i) ? S(1) : S(0);
     state.fields.push_back(std::move(pinned));
     state.id.assign(points.id.begin(), points.id.end());
-    state.material.reserve(n);
-    for (const auto group : points.group) state.material.push_back(std::int32_t(group));
+    state.body.reserve(n);
+    for (const auto group : points.group) state.body.push_back(std::int32_t(group));
     state.facets.reserve(facets.size() * D);
     for (const auto& facet : facets) state.facets.insert(state.facets.end(), facet.begin(), facet.end());
     state.attributes = {{"precision", detail::precision_name<S>}, {"library_version", version()}};
@@ -199,7 +199,7 @@ private:
             const std::int64_t id = state_.id[i];
             if (id < 0 || id >= std::int64_t(next_id_) || (i > 0 && id <= state_.id[i - 1])) throw damaged("id");
             points.id.push_back(std::uint32_t(id));
-            points.group.push_back(std::uint32_t(state_.material[i]));
+            points.group.push_back(std::uint32_t(state_.body[i]));
             points.end.push_back(time(end.values[i]));
         }
         points.skip_ids(next_id_);

@@ -261,7 +261,7 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
         check_positions<double, D>(state.size(), simulation.domain(),
                                    [&](std::size_t i, int a) { return set.particles.exact_position(i)[a]; });
     if (how == Restart::converted)
-        return simulation.template restore<I>(std::move(set), state.time, state.step, state.dt);
+        return simulation.template restore<I>(std::move(set), state.time, state.step, state.last_time_step);
 
     set.particles.reorder(set.partition, thread_count(requested_threads(simulation.execution)));
     set.prepared = set.checked = true;
@@ -269,7 +269,7 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
     const double fixed = detail::parameter_values(state, "run", "fixed_time_step")[0],
                  sorts = detail::parameter_values(state, "run", "most_steps_between_sorts")[0];
     if (gravity.size() != D || !(sorts >= 0 && sorts < 0x1p53)) detail::throw_damaged("gravity or sorting");
-    simulation.template restore<I>(std::move(set), state.time, state.step, state.dt);
+    simulation.template restore<I>(std::move(set), state.time, state.step, state.last_time_step);
     simulation.boundary = boundary;
     simulation.transfer = transfer;
     std::copy(gravity.begin(), gravity.end(), simulation.gravity.v);

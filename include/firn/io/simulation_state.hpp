@@ -70,24 +70,24 @@ void fill_state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, 
     state.dimension = D;
     state.step = simulation.steps();
     state.time = simulation.time();
-    state.dt = simulation.last_time_step();
+    state.last_time_step = simulation.last_time_step();
     const std::vector<std::uint32_t> slot_of = slots_by_id(particles, threads);
     StateTable slots{"slot", 1, {}};
     if (!before.tables.empty()) slots.values = std::move(before.tables[0].values);
     slots.values.assign(slot_of.begin(), slot_of.end());
     state.id = std::move(before.id);
     state.id.resize(n);
-    state.material = std::move(before.material);
+    state.body = std::move(before.body);
     const auto for_rows = [&](const auto& row) {
         for_chunks(n, threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) row(i);
         });
     };
     for_rows([&](std::size_t i) { state.id[i] = std::int64_t(particles.id(slot_of[i])); });
-    state.material.resize(n);
+    state.body.resize(n);
     for (std::size_t b = 0; b < all_bodies.size(); ++b) {
         const auto place_of = [&](std::int64_t id) {
-            return state.material.begin() + (std::lower_bound(state.id.begin(), state.id.end(), id) - state.id.begin());
+            return state.body.begin() + (std::lower_bound(state.id.begin(), state.id.end(), id) - state.id.begin());
         };
         const std::int64_t first = all_bodies[b].first;
         std::fill(place_of(first), place_of(first + all_bodies[b].count), std::int32_t(b));

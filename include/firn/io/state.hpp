@@ -67,10 +67,10 @@ struct State {
     int dimension = 3;                       ///< 2 or 3
     std::uint64_t step = 0;                  ///< steps done
     double time = 0;                         ///< [s]
-    double dt = 0;                           ///< the next step's size where it is fixed already [s]
+    double last_time_step = 0;               ///< size of the step that led here [s]; 0: none did
     std::vector<StateField<S>> fields;       ///< "position" [m] with D components is required
     std::vector<std::int64_t> id;            ///< n
-    std::vector<std::int32_t> material;      ///< n: which material each particle is of
+    std::vector<std::int32_t> body;          ///< n: which body of its simulation, or group of its system, each is of
     std::vector<StateParameter> parameters;  ///< in the order of their groups after reading
     std::vector<StateAttribute> attributes;
     std::vector<StateTable> tables;
@@ -138,7 +138,7 @@ template <state_scalar S>
 void check_state_field(const State<S>& state, const StateField<S>& field) {
     check_state_name("field", field.name);
     check_state_text(field.name, field.unit);
-    if (field.name == "id" || field.name == "material") {
+    if (field.name == "id" || field.name == "body") {
         throw parameter_error(sentence("A field is named '", field.name, "', which State::", field.name,
                                        " holds as integers; rename the field."));
     }
@@ -162,13 +162,13 @@ void check_state(const State<S>& state) {
     if (state.dimension != 2 && state.dimension != 3) {
         throw parameter_error(sentence("The state has ", state.dimension, " dimensions; firn knows 2 and 3."));
     }
-    if (!std::isfinite(state.time) || !std::isfinite(state.dt) || state.dt < 0) {
-        throw parameter_error(sentence("The state has time = ", state.time, " s and dt = ", state.dt,
-                                       " s; both must be finite and dt not negative."));
+    if (!std::isfinite(state.time) || !std::isfinite(state.last_time_step) || state.last_time_step < 0) {
+        throw parameter_error(sentence("The state has time = ", state.time, " s and last_time_step = ",
+                                       state.last_time_step, " s; both must be finite, the step not negative."));
     }
-    if (state.material.size() != state.size()) {
-        throw parameter_error(sentence("The state has ", state.size(), " ids and ", state.material.size(),
-                                       " material numbers; give one of each for every particle."));
+    if (state.body.size() != state.size()) {
+        throw parameter_error(sentence("The state has ", state.size(), " ids and ", state.body.size(),
+                                       " body numbers; give one of each for every particle."));
     }
     for (const auto& field : state.fields) detail::check_state_field(state, field);
     detail::check_distinct("field", state.fields, [](const auto& f) { return f.name; });

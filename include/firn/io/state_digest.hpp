@@ -72,8 +72,8 @@ std::uint64_t digest(const State<S>& state, const Holds& holds) {
     using Record = detail::HashedRecord;
     Record whole;
     whole.add("firn state").add(sizeof(S)).add(std::uint64_t(state.dimension)).add(state.step);
-    whole.add(std::bit_cast<std::uint64_t>(state.time)).add(std::bit_cast<std::uint64_t>(state.dt));
-    whole.add_numbers(state.id).add_numbers(state.material).add_numbers(state.facets);
+    whole.add(std::bit_cast<std::uint64_t>(state.time)).add(std::bit_cast<std::uint64_t>(state.last_time_step));
+    whole.add_numbers(state.id).add_numbers(state.body).add_numbers(state.facets);
 
     // A sum does not know an order; that names differ keeps two items from standing for each other.
     const auto add_all = [&whole](const auto& items, const auto& hash_of) {

@@ -324,8 +324,16 @@ void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state)
     }
 }
 
+/// Names that were others before schema_version 3.
+struct NamesOfSchema {
+    const char *body, *last_time_step;
+};
+inline NamesOfSchema names_of_schema(std::int64_t schema) {
+    return schema < 3 ? NamesOfSchema{"material", "dt"} : NamesOfSchema{"body", "last_time_step"};
+}
+
 template <class S>
-void read_vtk_group(hid_t file, DatasetReader& reader, State<S>& state) {
+void read_vtk_group(hid_t file, DatasetReader& reader, const NamesOfSchema& names, State<S>& state) {
     const auto vtk = open_group(file, "VTKHDF");
     if (const auto type = read_text(vtk.id(), "Type"); type != "UnstructuredGrid") {
         throw io_error("its VTKHDF Type is '" + type.value_or("none") + "' where 'UnstructuredGrid' belongs");
@@ -346,21 +354,21 @@ void read_vtk_group(hid_t file, DatasetReader& reader, State<S>& state) {
             auto table = reader.read<std::int64_t>(points.id(), name, count);
             flat(name, table.columns);
             state.id = std::move(table.values);
-        } else if (name == "material") {
+        } else if (name == names.body) {
             auto table = reader.read<std::int32_t>(points.id(), name, count);
             flat(name, table.columns);
-            state.material = std::move(table.values);
+            state.body = std::move(table.values);
         } else {
             state.fields.push_back(read_field<S>(reader, points.id(), name, name, state.dimension, count));
         }
     }
     // With no particle their absence would not show in the sizes.
     require_member(points.id(), "id");
-    require_member(points.id(), "material");
+    require_member(points.id(), names.body);
 
     const auto whole = open_group(vtk.id(), "FieldData");
     state.time = reader.read_value<double>(whole.id(), "TimeValue");
-    state.dt = reader.read_value<double>(whole.id(), "dt");
+    state.last_time_step = reader.read_value<double>(whole.id(), names.last_time_step);
     state.step = reader.read_value<std::uint64_t>(whole.id(), "step");
 }
 
@@ -414,14 +422,14 @@ StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_dig
     }
     if (*schema > 1 && needs_digest) {
         found.digest = read_integer<std::uint64_t>(firn_group.id(), "digest");
-        if (!found.digest) throw io_error("it has no digest, which those of schema_version 2 have");
+        if (!found.digest) throw io_error("it has no digest, which those of schema_version 2 and later have");
     }
     const auto dimension = read_integer(firn_group.id(), "dimension");
     if (dimension != 2 && dimension != 3) throw io_error("its dimension is neither 2 nor 3");
     state.dimension = int(*dimension);
 
     DatasetReader reader(file_bytes);
-    read_vtk_group(file.id(), reader, state);
+    read_vtk_group(file.id(), reader, names_of_schema(*schema), state);
     read_parameters(firn_group, reader, state);
     read_tables(firn_group, reader, state);
     for (const auto& name : attribute_names(firn_group)) {

@@ -6,15 +6,16 @@
 ///       Points           S[n,3], z = 0 in 2D
 ///       Connectivity i64[D f + l], Offsets i64[f+l+1], Types u8[f+l]   cells: f facets, triangles (5) in 3D, lines (3)
 ///                        in 2D; then l vertices (1), one for each point that is of no facet: all n without facets
-///       PointData/NAME   S[n] or S[n,c]; a vector of 2D has a third component 0; id i64[n], material i32[n]
-///       FieldData/       TimeValue f64[1], dt f64[1], step u64[1]
-///     /firn              attributes schema_version i64 = 2, dimension i64, digest u64, and the state's own words
+///       PointData/NAME   S[n] or S[n,c]; a vector of 2D has a third component 0; id i64[n], body i32[n]
+///       FieldData/       TimeValue f64[1], last_time_step f64[1], step u64[1]
+///     /firn              attributes schema_version i64 = 3, dimension i64, digest u64, and the state's own words
 ///       parameters/GROUP/NAME   f64[k]
 ///       tables/NAME      i64[r] or i64[r,c]
 ///
 /// S is f32 or f64, the state's own precision. Every field and parameter has an attribute `unit`, every field
 /// `components` (2 for a vector of 2D). The digest (state_digest.hpp) is of all that firn reads from the file; files of
-/// schema_version 1 have none. The same state gives the same bytes.
+/// schema_version 1 have none, and before 3 `body` was called material, `last_time_step` dt. The same state gives the
+/// same bytes.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -52,7 +53,7 @@ struct StateOptions {
 
 namespace detail {
 
-inline constexpr std::int64_t state_schema = 2;
+inline constexpr std::int64_t state_schema = 3;
 
 /// VTK's numbers of cells: a point, a line, a triangle.
 inline constexpr std::uint8_t vtk_vertex = 1;
@@ -220,7 +221,7 @@ private:
 
         auto whole = create_group(vtk.id(), "FieldData");
         write_value(whole.id(), "TimeValue", state.time, {.unit = "s"});
-        write_value(whole.id(), "dt", state.dt, {.unit = "s"});
+        write_value(whole.id(), "last_time_step", state.last_time_step, {.unit = "s"});
         write_value(whole.id(), "step", state.step, {.unit = "1"});
         whole.close("close FieldData");
 
@@ -232,7 +233,7 @@ private:
                 write_field(points.id(), field.name, field, state.dimension);
         }
         write_dataset<std::int64_t>(points.id(), "id", state.id, 1, {"1", 1});
-        write_dataset<std::int32_t>(points.id(), "material", state.material, 1, {"1", 1});
+        write_dataset<std::int32_t>(points.id(), "body", state.body, 1, {"1", 1});
         points.close("close PointData");
         vtk.close("close VTKHDF");
     }

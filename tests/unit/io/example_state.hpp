@@ -76,7 +76,7 @@ firn::State<S> example(int dimension, std::size_t count) {
     state.dimension = dimension;
     state.step = std::numeric_limits<std::uint64_t>::max();
     state.time = 0.1;
-    state.dt = 1.0 / 3e4;
+    state.last_time_step = 1.0 / 3e4;
     state.fields = {{"position", "m", dimension, any_bits<S>(D * count, 1)},
                     {"velocity", "m/s", dimension, any_bits<S>(D * count, 2)},
                     {"C", "1/s", dimension * dimension, any_bits<S>(D * D * count, 3)},
@@ -85,7 +85,7 @@ firn::State<S> example(int dimension, std::size_t count) {
                     {"a pair", "µm", 2, any_bits<S>(2 * count, 6)}};
     for (std::size_t i = 0; i < count; ++i) {
         state.id.push_back(std::int64_t(count - i) * 5'000'000'000);
-        state.material.push_back(i % 2 ? std::numeric_limits<std::int32_t>::min() : std::int32_t(i));
+        state.body.push_back(i % 2 ? std::numeric_limits<std::int32_t>::min() : std::int32_t(i));
     }
     state.parameters = {{"material", "young", "Pa", {1e3}},
                         {"material", "poisson", "1", {double(0.3f)}},
@@ -112,8 +112,9 @@ bool same_bits(const firn::State<S>& a, const firn::State<S>& b) {
         return p.group == q.group && p.name == q.name && p.unit == q.unit && p.values.size() == q.values.size() &&
                std::memcmp(p.values.data(), q.values.data(), p.values.size() * sizeof(double)) == 0;
     };
-    return a.dimension == b.dimension && a.step == b.step && a.time == b.time && a.dt == b.dt && a.id == b.id &&
-           a.material == b.material && a.facets == b.facets && a.attributes == b.attributes && a.tables == b.tables &&
+    return a.dimension == b.dimension && a.step == b.step && a.time == b.time && a.last_time_step == b.last_time_step &&
+           a.id == b.id && a.body == b.body && a.facets == b.facets && a.attributes == b.attributes &&
+           a.tables == b.tables &&
            std::equal(a.parameters.begin(), a.parameters.end(), b.parameters.begin(), b.parameters.end(), same);
 }
 

@@ -162,7 +162,7 @@ TEMPLATE_TEST_CASE("Point masses become a state with their surface, and come bac
     CHECK(state.time == 1.5);
     CHECK(state.step == 20);
     CHECK(state.id == Numbers{1, 2, 3, 4, 5, 6, 7, 8, 9});
-    CHECK(state.material == std::vector<std::int32_t>(9, 3));
+    CHECK(state.body == std::vector<std::int32_t>(9, 3));
     CHECK(state.facets.size() == 24);
     CHECK(state.field("pinned").values == std::vector<TestType>{1, 0, 0, 0, 0, 0, 0, 0, 0});
     CHECK(state.field("position").values[3] == TestType(0.5));
@@ -199,7 +199,7 @@ TEMPLATE_TEST_CASE("A particle system becomes a state: its points, its facets by
     CHECK(state.step == 2);
     CHECK(state.time == Approx(0.02));
     CHECK(state.id == Numbers{1, 2, 3, 4});
-    CHECK(state.material == std::vector<std::int32_t>(4, 7));
+    CHECK(state.body == std::vector<std::int32_t>(4, 7));
     CHECK(state.facets == Numbers{0, 1, 1, 2, 2, 3});
     CHECK(state.field("pinned").values == std::vector<TestType>{1, 0, 0, 0});
     using Parameter = firn::StateParameter;

@@ -181,7 +181,7 @@ TEST_CASE("Surfaces: a mesh, a cloth and a state are written with their faces, p
     state.dimension = 2;
     state.fields = {{"position", "m", 2, {0, 0, 0.5F, 0, 0.5F, -1}}};
     state.id = {3, 4, 7};
-    state.material = {0, 0, 0};
+    state.body = {0, 0, 0};
     state.facets = {0, 1, 1, 2};
     write_obj(path, state);
     CHECK(detail::read_text(path) == "# a surface, positions in metres\n" + text);

@@ -18,7 +18,7 @@ firn::State<float> triangle() {
                     {"velocity", "m/s", 3, {1, 2, 3, 4, 5, 6, 7, 8, 9}},
                     {"mass", "kg", 1, {0.5F, 1.5F, -2.25F}}};
     state.id = {3, 4, 7};
-    state.material = {0, 0, 0};
+    state.body = {0, 0, 0};
     state.facets = {0, 1, 2};
     return state;
 }
@@ -65,7 +65,7 @@ TEST_CASE("In the plane PLY points have z = 0 and facets are edges; double stays
     state.dimension = 2;
     state.fields = {{"position", "m", 2, {1, 2, 1.0 / 3, 4}}, {"stress", "Pa", 4, {1, 2, 3, 4, 5, 6, 7, 8}}};
     state.id = {0, 1};
-    state.material = {0, 0};
+    state.body = {0, 0};
     state.facets = {1, 0};
     const Folder folder;
     firn::write_ply(folder / "a.ply", state, {"stress"});

@@ -80,7 +80,7 @@ TEST_CASE("With loads, springs, a source, a sink and a moving ball: the same bit
         }
         // All of it happened before the stop and after it.
         const auto next_id = [](const auto& of) { return detail::parameter_values(of, "run", "next_id")[0]; };
-        const auto block_left = [](const auto& of) { return std::ranges::count(of.material, 1); };
+        const auto block_left = [](const auto& of) { return std::ranges::count(of.body, 1); };
         CHECK(next_id(should_be) > next_id(state) + 20);
         CHECK(next_id(should_be) - double(should_be.size()) > next_id(state) - double(state.size()) + 20);
         CHECK(next_id(state) - double(state.size()) > 10);

@@ -70,8 +70,8 @@ TEST_CASE("A state says what it holds, in SI units, in the order of ids") {
     CHECK(state.field("deformation_gradient").values[3] == 1.0);
     CHECK(state.field("mass").values[0] == Approx(100.0 / 32 / 32));
     CHECK(state.field("mass").values.back() == Approx(200.0 / 32 / 32));
-    CHECK(state.material.front() == 0);
-    CHECK(state.material.back() == 1);
+    CHECK(state.body.front() == 0);
+    CHECK(state.body.back() == 1);
     for (std::size_t i = 0; i < state.size(); ++i) CHECK(state.id[i] == std::int64_t(i));
 }
 
@@ -131,6 +131,28 @@ bool holds(const std::string& text, const std::string& word) {
 }
 
 }  // namespace
+
+TEST_CASE("A state that an earlier firn wrote, of schema_version 2, is read, and a run goes on from it") {
+    // Two bodies of four particles, 1/16 m apart, that fly at 0.5 m/s without gravity; after one step of 2^-9 s.
+    const auto state = read_state<float>(FIRN_TEST_REFERENCE_DIR "/state_schema_2.hdf");
+    CHECK(state.body == std::vector<std::int32_t>{0, 0, 0, 0, 1, 1, 1, 1});
+    CHECK(state.last_time_step == 0x1p-9);
+    CHECK(state.step == 1);
+    CHECK(state.find("note") == nullptr);
+    const std::vector<float>& x = state.field("position").values;
+    CHECK(x[0] == Approx(0.25 + 1.0 / 32 + 0x1p-10).epsilon(1e-6));
+    CHECK(x[14] - x[0] == Approx(0.5 + 1.0 / 16).epsilon(1e-4));  // a wall has begun to hold the second body
+
+    Simulation<2> run({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 8});
+    restore(run, state, Restart::other_build);
+    CHECK(run.fixed_time_step == 0x1p-9);
+    REQUIRE(run.bodies().size() == 2);
+    run.step();
+    CHECK(run.steps() == 2);
+    const State<float> after = state_of(run);
+    for (std::size_t i = 0; i < 8; i += 2)  // of the body that is far from the walls
+        CHECK(after.field("position").values[i] - x[i] == Approx(0x1p-10).epsilon(1e-4));
+}
 
 TEST_CASE("A state of another run is refused with what differs, and the simulation is as it was") {
     auto run = make_run<2, double, Coloured>(1);

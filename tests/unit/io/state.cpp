@@ -28,9 +28,9 @@ TEST_CASE("A state whose parts do not fit is refused with a sentence that names 
     const std::vector<Mistake> mistakes = {
         {"4 dimensions", [](State& s) { s.dimension = 4; }},
         {"time = nan", [=](State& s) { s.time = nan; }},
-        {"dt = inf", [=](State& s) { s.dt = inf; }},
-        {"dt = -1", [](State& s) { s.dt = -1; }},
-        {"2 material numbers", [](State& s) { s.material.pop_back(); }},
+        {"last_time_step = inf", [=](State& s) { s.last_time_step = inf; }},
+        {"last_time_step = -1", [](State& s) { s.last_time_step = -1; }},
+        {"2 body numbers", [](State& s) { s.body.pop_back(); }},
         {"no field 'position'", [](State& s) { s.fields.erase(s.fields.begin()); }},
         {"'position' has 2 components", [](State& s) { s.fields[0] = {"position", "m", 2, {0, 0, 0, 0, 0, 0}}; }},
         {"'velocity' has 8 values", [](State& s) { s.fields[1].values.pop_back(); }},

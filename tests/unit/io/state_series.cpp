@@ -107,7 +107,7 @@ TEST_CASE("A first state that fails leaves an older series untouched", "[io][ser
     const auto names = folder.names();
 
     auto broken = at_time(7);
-    broken.material.clear();
+    broken.body.clear();
     CHECK_THROWS_AS(firn::StateSeries(folder.path(), "run").write(broken), firn::parameter_error);
     CHECK(folder.names() == names);
     CHECK(firn::read_series(old.path()) == old.entries());
