@@ -27,7 +27,6 @@ set(CMAKE_CXX_SCAN_FOR_MODULES OFF) # firn has none, and the scan needs a tool t
 # Linked, privately, by everything that is ours and is no part of the library.
 add_library(firn_developer INTERFACE)
 target_compile_options(firn_developer INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion)
-target_compile_definitions(firn_developer INTERFACE FIRN_ALLOW_UNOPTIMISED) # tests are compiled so where that is quicker
 # Two warnings of g++ 12 are false with -O3: std::string's operator+ (GCC bug 105651) and its own AVX-512 intrinsics.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION MATCHES "^12\\.")
     target_compile_options(firn_developer INTERFACE -Wno-restrict -Wno-maybe-uninitialized)
