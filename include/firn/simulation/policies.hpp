@@ -27,9 +27,9 @@ struct is_transfer : std::bool_constant<has_affine_flag<P>> {};
 template <class P>
 struct is_force : std::bool_constant<has_gradient_flag<P>> {};
 template <class P>
-    struct is_kernel : std::bool_constant < requires {
-    P::support;
-}>{};
+concept says_support = requires { P::support; };
+template <class P>
+struct is_kernel : std::bool_constant<says_support<P>> {};
 template <class P>
 struct is_execution : std::bool_constant<execution_policy<P>> {};
 template <class P>
