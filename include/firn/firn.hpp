@@ -26,7 +26,6 @@
 #include <firn/exec/g2p.hpp>
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g.hpp>
-#include <firn/sort/partition.hpp>
 #include <firn/exec/reactions.hpp>
 #include <firn/exec/transfer_passes.hpp>
 #include <firn/field/attraction.hpp>
@@ -53,6 +52,7 @@
 #include <firn/math/rotor.hpp>
 #include <firn/math/svd.hpp>
 #include <firn/simulation.hpp>
+#include <firn/sort/partition.hpp>
 #include <firn/transfer/aflip.hpp>
 #include <firn/transfer/apic.hpp>
 #include <firn/transfer/flip.hpp>

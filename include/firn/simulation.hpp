@@ -11,7 +11,6 @@
 #include <firn/exec/g2p.hpp>
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g_fixed_point.hpp>
-#include <firn/sort/partition.hpp>
 #include <firn/exec/totals.hpp>
 #include <firn/exec/transfer_passes.hpp>
 #include <firn/force/mls.hpp>
@@ -22,6 +21,7 @@
 #include <firn/simulation/material_set.hpp>
 #include <firn/simulation/policies.hpp>
 #include <firn/simulation/warnings.hpp>
+#include <firn/sort/partition.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/apic.hpp>
 

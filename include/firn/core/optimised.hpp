@@ -20,9 +20,10 @@ template <bool tells>
 void tell_unoptimised() {
 #if FIRN_TELLS_UNOPTIMISED
     static const bool said = [] {
-        std::cerr << "firn: this program was compiled without optimisation and is some hundred times slower. Compile with "
-                     "-O3 -march=native; in CMake configure with -DCMAKE_BUILD_TYPE=Release. Define "
-                     "FIRN_ALLOW_UNOPTIMISED where that is meant.\n";
+        std::cerr
+            << "firn: this program was compiled without optimisation and is some hundred times slower. Compile with "
+               "-O3 -march=native; in CMake configure with -DCMAKE_BUILD_TYPE=Release. Define "
+               "FIRN_ALLOW_UNOPTIMISED where that is meant.\n";
         return true;
     }();
     static_cast<void>(said);

@@ -56,7 +56,8 @@ inline bool helpers_may_be_left_out = true;
 /// would hold it up, for some steps on the calling thread.
 template <class Body>
 void steps_region(int workers, std::uint64_t most, StepHelpers& helpers, const Body& body) {
-    if (workers <= 1 || !may_open_region() || !helpers_may_be_left_out) return parallel_region(workers, [&] { body(most); });
+    if (workers <= 1 || !may_open_region() || !helpers_may_be_left_out)
+        return parallel_region(workers, [&] { body(most); });
     using clock = std::chrono::steady_clock;
     const auto seconds = [](clock::duration d) { return std::chrono::duration<double>(d).count(); };
     clock::duration inside{};

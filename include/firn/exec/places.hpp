@@ -3,10 +3,10 @@
 
 #include <firn/data/particle_view.hpp>
 #include <firn/exec/arena.hpp>
-#include <firn/simd/row.hpp>
-#include <firn/simd/transpose.hpp>
 #include <firn/kernel/concept.hpp>
 #include <firn/material/concept.hpp>
+#include <firn/simd/row.hpp>
+#include <firn/simd/transpose.hpp>
 
 #include <algorithm>
 #include <cstdint>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <firn/exec/fixed_point.hpp>
-#include <firn/simd/integer_row.hpp>
 #include <firn/exec/places.hpp>
+#include <firn/simd/integer_row.hpp>
 #include <firn/stage/p2g.hpp>
 
 #include <atomic>

@@ -9,8 +9,8 @@
 #include <firn/core/error.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/core/tensor.hpp>
-#include <firn/sort/radix_sort.hpp>
 #include <firn/lagrangian/point_masses.hpp>
+#include <firn/sort/radix_sort.hpp>
 
 #include <algorithm>
 #include <array>

@@ -10,7 +10,6 @@
 #include <firn/core/pack.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/random.hpp>
-#include <firn/simd/transpose.hpp>
 #include <firn/lagrangian/collision_grid.hpp>
 #include <firn/lagrangian/contact_table.hpp>
 #include <firn/lagrangian/excluded_pairs.hpp>
@@ -18,6 +17,7 @@
 #include <firn/lagrangian/net.hpp>
 #include <firn/lagrangian/point_masses.hpp>
 #include <firn/lagrangian/surface_contact.hpp>
+#include <firn/simd/transpose.hpp>
 #include <firn/stage/grid_update.hpp>
 
 #include <algorithm>

@@ -8,9 +8,9 @@
 #include <firn/core/names.hpp>
 #include <firn/data/block_partition.hpp>
 #include <firn/data/check_particles.hpp>
-#include <firn/sort/radix_sort.hpp>
 #include <firn/data/samples.hpp>
 #include <firn/simulation/body.hpp>
+#include <firn/sort/radix_sort.hpp>
 
 #include <algorithm>
 #include <cmath>

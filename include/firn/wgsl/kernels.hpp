@@ -118,7 +118,8 @@ fn nearest(x: vec4<f32>) -> vec4<i32> {
 }
 )";
 
-/// ${NAME}(i, scale, origin): adds particle i to the nodes; ${TARGET} is where node `node` and its number k are added up.
+/// ${NAME}(i, scale, origin): adds particle i to the nodes; ${TARGET} is where node `node` and its number k are added
+/// up.
 inline constexpr const char* scatter = R"(
 fn ${NAME}(i: u32, scale: FixedPointScale, origin: ${IVEC}) {
     let place = load_place(i);

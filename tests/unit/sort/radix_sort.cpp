@@ -1,7 +1,7 @@
 /// \file Sorting by keys does what std::stable_sort does, on any number of threads.
 #include "support/catch.hpp"
-#include <firn/sort/radix_sort.hpp>
 #include <firn/data/random.hpp>
+#include <firn/sort/radix_sort.hpp>
 
 #include <limits>
 

@@ -3,10 +3,10 @@
 
 #include "support/random_numbers.hpp"
 #include <firn/exec/g2p.hpp>
-#include <firn/sort/partition.hpp>
 #include <firn/exec/transfer_passes.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
+#include <firn/sort/partition.hpp>
 #include <firn/transfer/aflip.hpp>
 #include <firn/transfer/apic.hpp>
 #include <firn/transfer/flip.hpp>
