@@ -42,8 +42,8 @@ bool same(const State<S>& a, const State<S>& b) {
                 std::memcmp(one.values.data(), other.values.data(), one.values.size() * sizeof(S)) == 0);
     };
     return std::ranges::equal(a.fields, b.fields, same_values) && a.dimension == b.dimension && a.step == b.step &&
-           a.time == b.time && a.dt == b.dt && a.id == b.id && a.material == b.material && a.facets == b.facets &&
-           a.parameters == b.parameters && a.attributes == b.attributes && a.tables == b.tables;
+           a.time == b.time && a.last_time_step == b.last_time_step && a.id == b.id && a.body == b.body &&
+           a.facets == b.facets && a.parameters == b.parameters && a.attributes == b.attributes && a.tables == b.tables;
 }
 
 /// Cloth in the wind, pulled apart between pins until it tears: constraints, springs, air on facets and points.

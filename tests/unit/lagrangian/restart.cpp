@@ -157,7 +157,7 @@ TEST_CASE("All that is stored of a system changes how it goes on", "[lagrangian]
         auto& values = table_of(state, "impulses");
         for (std::size_t k = 3; k < values.size(); k += 4) values[k] = 0;
     }));
-    CHECK(fountain.ends_elsewhere([](auto& state) { std::ranges::fill(state.material, 1); }));
+    CHECK(fountain.ends_elsewhere([](auto& state) { std::ranges::fill(state.body, 1); }));
     CHECK(fountain.ends_elsewhere([](auto& state) { parameter_of(state, "next_id")[0] += 1; }));
     CHECK(fountain.ends_elsewhere([](auto& state) { parameter_of(state, "restitution")[0] = 0; }));
     CHECK(fountain.ends_elsewhere([](auto& state) { parameter_of(state, "1_position")[0] += 1e-9; }));
