@@ -1,5 +1,6 @@
 /// \file A simulation is made from the policies that its program chooses, in any order; the others are the defaults.
 #include "support/catch.hpp"
+#include <firn/boundary/boundary_list.hpp>
 #include <firn/firn.hpp>
 #include <firn/lagrangian.hpp>
 
@@ -78,6 +79,18 @@ TEST_CASE("Policies are named in any order, and what is not named is the default
     CHECK(Simulation(tube, jelly, walls).boundary.at_lower[0].contact == Contact::slip);
     static_assert(same<decltype(Simulation(box, Materials(jelly, Snow<float>{}), ball, Pic{})),
                        SimulationWith<2, Materials<Jelly, Snow<float>>, Pic, Ball>>);
+}
+
+TEST_CASE("What does not fit is seen among the parts of a boundary, also beside one that does not say what it is for") {
+    using detail::boundary_fits;
+    using Own = Walls<float, 2>;
+    static_assert(boundary_fits<Lid, float, 2>::value && boundary_fits<Together<Lid>, float, 2>::value);
+    static_assert(boundary_fits<Together<Lid, Own, Ball>, float, 2>::value);
+    static_assert(!boundary_fits<Together<Lid, Walls<double, 2>>, float, 2>::value);
+    static_assert(!boundary_fits<Together<Lid, Together<Lid, Walls<float, 3>>>, float, 2>::value);
+    static_assert(!boundary_fits<Together<Own, Lid, Collider<Sphere<double, 2>>>, float, 2>::value);
+    static_assert(!boundary_fits<BoundaryList<Collider<Sphere<float, 3>>>, float, 2>::value);
+    static_assert(detail::made_for<Together<Lid, Own>>::D == 2);
 }
 
 TEST_CASE("A boundary of a user's own is told from other policies, and acts") {

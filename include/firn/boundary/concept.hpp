@@ -40,10 +40,17 @@ template <class B>
         B::D;
     }
 struct made_for<B> : precision_and_dimension<typename B::S, B::D> {};
+template <class... B>
+struct made_for_first {};  // of the first that says so
+template <class First, class... Rest>
+struct made_for_first<First, Rest...> : made_for_first<Rest...> {};
+template <class First, class... Rest>
+    requires requires { made_for<First>::D; }
+struct made_for_first<First, Rest...> : made_for<First> {};
 template <template <class...> class All, class First, class... Rest>  // a Together, a BoundaryList
     requires(
         requires(All<First, Rest...> all) { all.parts; } || requires(All<First, Rest...> all) { all.all; })
-struct made_for<All<First, Rest...>> : made_for<First> {};
+struct made_for<All<First, Rest...>> : made_for_first<First, Rest...> {};
 
 /// Is B made for nodes in S and D? True where it is not known.
 template <class B, class S, int D>
