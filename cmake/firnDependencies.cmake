@@ -52,8 +52,8 @@ macro(firn_link_hdf5 target)
     endif()
 endmacro()
 
-# Without a build type CMake compiles without optimisation, some hundred times slower, and does not say so. It is looked at
-# when the project has been read: it may set its build type after it has found firn.
+# Without a build type CMake compiles without optimisation, some hundred times slower, and does not say so. It is looked
+# at when the project has been read: it may set its build type after it has found firn.
 function(firn_check_build_type)
     get_property(multi_config GLOBAL PROPERTY GENERATOR_IS_MULTI_CONFIG)
     get_directory_property(options COMPILE_OPTIONS)

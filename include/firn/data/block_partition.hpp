@@ -139,10 +139,15 @@ struct BlockPartition {
 };
 
 /// The kernel's base node along one axis, and the fractional position f = x/h − base.
-/// \param x  position from the domain's lower corner, in cells
+/// \param x      position from the domain's lower corner, in cells
+/// \param shift  the kernel's base_shift
+template <scalar S>
+FIRN_INLINE S base_node(const S& x, const S& shift) {
+    return floor(x - shift);
+}
 template <class Kernel, scalar S>
 FIRN_INLINE S base_node(const S& x) {
-    return floor(x - S(Kernel::base_shift));
+    return base_node(x, S(Kernel::base_shift));
 }
 
 }  // namespace firn

@@ -29,9 +29,7 @@ public:
     S get(std::size_t field, std::size_t slot, int component) const {
         return numbers_[offset_[field] + place(slot, components_[field]) + std::size_t(component * pack_size)];
     }
-    const S* pack(std::size_t field, std::size_t slot) const {
-        return numbers_.data() + offset_[field] + place(slot, components_[field]);
-    }
+    const S* numbers(std::size_t field) const { return numbers_.data() + offset_[field]; }
     S& at(std::size_t field, std::size_t slot, int component) {
         return numbers_[offset_[field] + place(slot, components_[field]) + std::size_t(component * pack_size)];
     }
@@ -220,7 +218,7 @@ public:
     BlockCoordinate<D> block(std::size_t slot) const { return block_of_key<D>(blocks_[block_[slot]]); }
     Vec<S, D> place(std::size_t slot) const { return vector(of_position, slot); }
     PlacesOfParticles<S> places() const {
-        return {fields_.pack(of_position, 0), id_.data(), block_.data(), blocks_.data(), slots()};
+        return {fields_.numbers(of_position), id_.data(), block_.data(), blocks_.data(), slots()};
     }
     Vec<S, D> velocity(std::size_t slot) const { return vector(of_velocity, slot); }
     Mat<S, D> affine(std::size_t slot) const { return matrix(of_affine, slot); }

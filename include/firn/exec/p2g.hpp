@@ -1,10 +1,11 @@
 /// \file P2G over all particles, in floating point. \see Serial, Coloured
 #pragma once
 
+#include <firn/core/parallel.hpp>
+#include <firn/data/block_partition.hpp>
 #include <firn/data/particle_set.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/exec/scatter.hpp>
-#include <firn/sort/partition.hpp>
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>

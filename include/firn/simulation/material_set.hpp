@@ -152,6 +152,13 @@ struct MaterialSet {
         return body;
     }
 
+    /// Which of the bodies, which lie in the order of their ids, a particle is of; bodies.size(): of none.
+    std::size_t body_of(std::uint32_t id) const {
+        const auto next = std::upper_bound(bodies.begin(), bodies.end(), id,
+                                           [](std::uint32_t wanted, const Body& body) { return wanted < body.first; });
+        return next == bodies.begin() ? bodies.size() : std::size_t(next - bodies.begin()) - 1;
+    }
+
     /// \throws parameter_error  if ids of the body have not been given out
     void check_body(const Body& body) const {
         if (std::uint64_t(body.first) + body.count > particles.next_id())
@@ -235,12 +242,9 @@ struct MaterialSet {
             });
         const auto has_ended = [&](const Body& body) { return body.count > 0 && body.end <= time; };
         if (std::none_of(bodies.begin(), bodies.end(), has_ended)) return;
-        // Bodies lie in the order of their ids.
         remove_if([&](const Vec<double, D>&, std::uint32_t id) {
-            const auto next =
-                std::upper_bound(bodies.begin(), bodies.end(), id,
-                                 [](std::uint32_t wanted, const Body& body) { return wanted < body.first; });
-            return next != bodies.begin() && has_ended(next[-1]);
+            const std::size_t b = body_of(id);
+            return b < bodies.size() && has_ended(bodies[b]);
         });
         for (Body& body : bodies)
             if (has_ended(body)) body.count = 0;

@@ -76,6 +76,7 @@ struct chosen {
     using kernel = typename first_of_kind<is_kernel, QuadraticBSpline, Policies...>::type;
     using execution = typename first_of_kind<is_execution, Coloured, Policies...>::type;
     using boundary = typename first_of_kind<is_boundary, Walls<precision_of_t<Material>, D>, Policies...>::type;
+    using simulation = Simulation<D, Material, transfer, force, kernel, execution, boundary>;
 };
 
 /// Is each of the policies one of `All`?
@@ -119,10 +120,6 @@ Boundary default_boundary(const Domain<D>& domain) {
 /// SimulationWith<3, Snow<float>, Together<Walls<float, 3>, Collider<Sphere<float, 3>>>>,
 /// SimulationWith<2, Sand<double>, CubicBSpline, WeightGradientForce>.
 template <int D, class Material, class... Policies>
-using SimulationWith = Simulation<D, Material, typename detail::chosen<D, Material, Policies...>::transfer,
-                                  typename detail::chosen<D, Material, Policies...>::force,
-                                  typename detail::chosen<D, Material, Policies...>::kernel,
-                                  typename detail::chosen<D, Material, Policies...>::execution,
-                                  typename detail::chosen<D, Material, Policies...>::boundary>;
+using SimulationWith = typename detail::chosen<D, Material, Policies...>::simulation;
 
 }  // namespace firn

@@ -83,19 +83,14 @@ template <int D, class Sets>
 [[gnu::cold]] void for_particles(const Sets& sets, const std::function<void(const ParticleOfBody<D>&)>& see) {
     std::size_t first = 0;
     for_sets(sets, [&](const auto& set) {
-        const std::vector<Body>& bodies = set.bodies;  // in the order of ids
         for (std::size_t slot = 0; slot < set.particles.slots(); ++slot) {
             if (!set.particles.is_particle(slot)) continue;
             const std::uint32_t id = set.particles.id(slot);
-            std::size_t low = 0, high = bodies.size();  // the last that begins with no higher id is in [low − 1, high)
-            while (low < high) {
-                const std::size_t middle = (low + high) / 2;
-                (bodies[middle].first <= id ? low : high) = bodies[middle].first <= id ? middle + 1 : middle;
-            }
-            if (low > 0)
-                see({first + low - 1, id, double(set.particles.volume(slot)), set.particles.exact_position(slot)});
+            const std::size_t b = set.body_of(id);
+            if (b < set.bodies.size())
+                see({first + b, id, double(set.particles.volume(slot)), set.particles.exact_position(slot)});
         }
-        first += bodies.size();
+        first += set.bodies.size();
     });
 }
 

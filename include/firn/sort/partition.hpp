@@ -37,7 +37,7 @@ BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const 
                   const S* places = particles.places + first * D;
                   for (int a = 0; a < D; ++a)
                       for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes)
-                          floor(P::load(places + a * pack_size + lane) - shift).store(base[a] + lane);
+                          base_node(P::load(places + a * pack_size + lane), shift).store(base[a] + lane);
                   for (std::size_t l = 0; l < pack_size; ++l)
                       cells.origin[l] =
                           l < count && particles.is_particle(first + l) ? particles.block_key(first + l) : 0;
