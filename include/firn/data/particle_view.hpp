@@ -1,21 +1,13 @@
-/// \file The arrays of a set of particles, whoever owns them: what the stages p2g() and g2p() work on.
+/// \file The arrays of a set of particles, whoever owns them: what the stages p2g() and g2p() work on; and the table of
+/// their fields. A new field is a member and a line of built_in() here.
 #pragma once
 
+#include <firn/data/block_partition.hpp>
 #include <firn/data/field.hpp>
+#include <firn/data/field_info.hpp>
 #include <firn/material/concept.hpp>
 
 namespace firn {
-
-/// Numbers in a symmetric D × D matrix, stored as the upper triangle by rows: 00 01 02 11 12 22.
-template <int D>
-inline constexpr int symmetric_size = D * (D + 1) / 2;
-
-/// Place of element (i, j) in it.
-template <int D>
-FIRN_INLINE constexpr int symmetric_index(int i, int j) {
-    const int low = i < j ? i : j, high = i < j ? j : i;
-    return low * (2 * D - low - 1) / 2 + high;
-}
 
 /// Numbers in a field of a material's state: a scalar, a Vec or a Mat.
 template <class T>
@@ -42,6 +34,31 @@ struct ParticleView {
     Field mass;      ///< m [kg]
     Field volume;    ///< V0 [m^D]
     std::array<Field, state_field_count<State>> state;  ///< the material's state, in the order of State::fields()
+
+    struct BuiltIn {
+        FieldInfo info;
+        Field ParticleView::* member;
+    };
+    /// The fields that every particle has: what is a member above has its line here.
+    static constexpr auto built_in() {
+        using View = ParticleView;
+        using enum FieldShape;
+        using enum FieldRole;
+        return std::array{
+            BuiltIn{{"place", "1", vector, motion, everywhere(block_size / 2)}, &View::position},
+            BuiltIn{{"velocity", "m/s", vector, motion}, &View::velocity},
+            BuiltIn{{"affine_velocity", "1/s", matrix, FieldRole::affine}, &View::affine},
+            BuiltIn{{"kirchhoff_stress", "Pa", symmetric_matrix, FieldRole::stress}, &View::stress},
+            BuiltIn{{"mass", "kg", scalar, given}, &View::mass},
+            BuiltIn{{"volume", D == 3 ? "m^3" : "m^2", scalar, given}, &View::volume},
+        };
+    }
+    /// Which line of the table a member is.
+    static consteval std::size_t line_of(Field ParticleView::* member) {
+        std::size_t line = 0;
+        while (built_in()[line].member != member) ++line;
+        return line;
+    }
 
     /// Calls the pack that begins at `slot` into the cache, all but the material's state.
     template <bool Affine>
@@ -111,6 +128,36 @@ FIRN_INLINE P* components(Mat<P, D>& a) {
     return a.m;
 }
 }  // namespace detail
+
+/// The lines of a material's state.
+template <int D, class State>
+void append_state_fields(FieldTable& table) {
+    State start{};
+    std::apply(
+        [&](const auto&... each) {
+            [[maybe_unused]] const auto append = [&](const auto& field) {
+                auto& member = start.*(field.member);
+                constexpr int components = component_count<std::remove_cvref_t<decltype(member)>>;
+                FieldInfo info{field.name, field.unit,
+                               components == 1   ? FieldShape::scalar
+                               : components == D ? FieldShape::vector
+                                                 : FieldShape::matrix,
+                               FieldRole::state};
+                for (int k = 0; k < components; ++k) info.start[std::size_t(k)] = double(detail::components(member)[k]);
+                table.push_back(info);
+            };
+            (append(each), ...);
+        },
+        State::fields());
+}
+/// What a particle carries: the built-in fields, then those of its material's state.
+template <std::floating_point S, int D, class State>
+FieldTable field_table() {
+    FieldTable table;
+    for (const auto& line : ParticleView<S, D, BlockedSpan<S>, State>::built_in()) table.push_back(line.info);
+    append_state_fields<D, State>(table);
+    return table;
+}
 
 /// Reads a material's state, lifted to lanes.
 template <class State, class Field, std::size_t N>

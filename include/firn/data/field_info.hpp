@@ -1,0 +1,93 @@
+/// \file What is said of a field of particles, once: its name, unit, shape, role and start. Sorting, growing, states,
+/// restart and the GPU's layout are loops over a table of these.
+#pragma once
+
+#include <firn/core/tensor.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace firn {
+
+/// Numbers in a symmetric D × D matrix, stored as the upper triangle by rows: 00 01 02 11 12 22.
+template <int D>
+inline constexpr int symmetric_size = D * (D + 1) / 2;
+
+/// Place of element (i, j) of a symmetric d × d matrix in its upper triangle.
+FIRN_INLINE constexpr int symmetric_index(int d, int i, int j) {
+    const int low = i < j ? i : j, high = i < j ? j : i;
+    return low * (2 * d - low - 1) / 2 + high;
+}
+template <int D>
+FIRN_INLINE constexpr int symmetric_index(int i, int j) {
+    return symmetric_index(D, i, j);
+}
+
+enum class FieldShape : std::uint8_t { scalar, vector, matrix, symmetric_matrix };
+
+/// What a field's numbers are stored as. `real`: in the precision of the particles.
+enum class FieldNumber : std::uint8_t { real, uint32, float64 };
+
+/// Who writes a field.
+enum class FieldRole : std::uint8_t {
+    motion,    ///< every step
+    affine,    ///< transfers with an affine field; with others it stays at its start, and a state may lack it
+    stress,    ///< G2P, for the next P2G; it follows from the material's state
+    given,     ///< whoever adds the particle; no step changes it
+    constant,  ///< nobody, unless the program does; where nothing else is said it is at its start
+    state      ///< the material
+};
+
+/// A line of the table.
+struct FieldInfo {
+    const char* name;  ///< as states and GPU programs name it
+    const char* unit;
+    FieldShape shape;
+    FieldRole role;
+    /// What a particle begins with, and what a slot without a particle holds; a matrix column by column.
+    std::array<double, 9> start{};
+    FieldNumber number = FieldNumber::real;
+
+    /// Numbers a particle in d dimensions, as they are kept.
+    constexpr int components(int d) const {
+        switch (shape) {
+            case FieldShape::scalar:
+                return 1;
+            case FieldShape::vector:
+                return d;
+            case FieldShape::matrix:
+                return d * d;
+            case FieldShape::symmetric_matrix:
+                return d * (d + 1) / 2;
+        }
+        return 0;
+    }
+    /// Numbers a particle in a state, where a symmetric matrix is whole.
+    constexpr int components_in_state(int d) const {
+        return shape == FieldShape::symmetric_matrix ? d * d : components(d);
+    }
+    /// Which of the numbers kept is number k of those in a state, where matrices lie row by row.
+    constexpr int component_of(int d, int k) const {
+        switch (shape) {
+            case FieldShape::matrix:
+                return k % d * d + k / d;
+            case FieldShape::symmetric_matrix:
+                return symmetric_index(d, k / d, k % d);
+            default:
+                return k;
+        }
+    }
+};
+
+using FieldTable = std::vector<FieldInfo>;
+
+/// The same number for every component.
+constexpr std::array<double, 9> everywhere(double number) {
+    std::array<double, 9> all{};
+    all.fill(number);
+    return all;
+}
+
+}  // namespace firn

@@ -1,0 +1,178 @@
+/// \file Where the numbers of a table of fields lie: one piece of memory, of which each field has a part.
+#pragma once
+
+#include <firn/data/aligned.hpp>
+#include <firn/data/field.hpp>
+#include <firn/data/field_info.hpp>
+
+#include <algorithm>
+#include <cstring>
+
+namespace firn {
+
+/// In which order particles lie.
+enum class SlotOrder : std::uint8_t {
+    sorted,  ///< by blocks and cells, in packs: [pack][component][lane]
+    by_id    ///< as they were added: [slot][component]
+};
+
+/// The fields of all particles, one after the other. What it moves are bytes: it knows neither materials nor
+/// precisions.
+///
+/// Sorted ones have room for one more field. Sorting moves every field out of place, into the room beside it, which
+/// thereby moves from one end of the memory to the other: no second copy is needed, and nothing is allocated while the
+/// number of slots fits.
+class FieldMemory {
+public:
+    FieldMemory(const FieldTable& table, int dimension, std::size_t bytes_of_real, SlotOrder order) : order_(order) {
+        for (const FieldInfo& info : table) {
+            const std::size_t bytes = info.number == FieldNumber::real     ? bytes_of_real
+                                      : info.number == FieldNumber::uint32 ? sizeof(std::uint32_t)
+                                                                           : sizeof(double);
+            fields_.push_back({std::size_t(info.components(dimension)), bytes, 0});
+            width_ += fields_.back().bytes_of_slot();
+            widest_ = std::max(widest_, fields_.back().bytes_of_slot());
+        }
+        if (order == SlotOrder::by_id) widest_ = 0;
+    }
+
+    SlotOrder order() const { return order_; }
+    std::size_t slots() const { return slots_; }
+    int components(std::size_t field) const { return int(fields_[field].components); }
+
+    /// Of a whole field. \tparam T  what its numbers are
+    template <class T>
+    T* numbers(std::size_t field) {
+        return reinterpret_cast<T*>(memory_.data() + fields_[field].offset);
+    }
+    template <class T>
+    const T* numbers(std::size_t field) const {
+        return reinterpret_cast<const T*>(memory_.data() + fields_[field].offset);
+    }
+    template <class T>
+    T& at(std::size_t field, std::size_t slot, int component) {
+        return numbers<T>(field)[index(field, slot, component)];
+    }
+    template <class T>
+    const T& at(std::size_t field, std::size_t slot, int component) const {
+        return numbers<T>(field)[index(field, slot, component)];
+    }
+
+    /// Memory that holds nothing until the next permute(): the widest field's worth.
+    std::byte* room() { return memory_.data() + (room_at_end_ ? end_of_fields() : 0); }
+    std::size_t bytes() const { return memory_.capacity(); }
+    std::size_t bytes_for(std::size_t slots) const { return slots * (width_ + widest_); }
+
+    /// Makes the number of slots larger, to a multiple of pack_size; the new ones are zero. Each worker writes its
+    /// share of every field, and of the room.
+    void grow(std::size_t slots, int workers) {
+        FieldMemory larger(order_, fields_, width_, widest_);
+        larger.slots_ = slots;
+        larger.memory_.resize(bytes_for(slots));
+        std::size_t offset = 0;
+        for (std::size_t f = 0; f < fields_.size(); ++f) {
+            const std::size_t bytes = slots * fields_[f].bytes_of_slot();
+            larger.fields_[f].offset = offset;
+            write(numbers<std::byte>(f), slots_ * fields_[f].bytes_of_slot(), larger.numbers<std::byte>(f), bytes,
+                  workers);
+            offset += bytes;
+        }
+        write(nullptr, 0, larger.memory_.data() + offset, slots * widest_, workers);
+        *this = std::move(larger);
+    }
+
+    /// Puts the particle of slot order[i] into slot i; where there is none: anything. Of sorted particles.
+    void permute(const aligned_vector<std::uint32_t>& order, int workers) {
+        if (memory_.size() < bytes_for(order.size()))
+            grow(order.size() + order.size() / 64 / pack_size * pack_size, workers);
+        slots_ = order.size();
+        const std::size_t count = fields_.size();
+        const bool to_the_end = room_at_end_;
+        std::size_t end = to_the_end ? memory_.size() : 0;  // of what has been moved
+        for (std::size_t i = 0; i < count; ++i) {
+            Field& field = fields_[to_the_end ? count - 1 - i : i];
+            const std::size_t bytes = slots_ * field.bytes_of_slot();
+            const std::size_t to = to_the_end ? end - bytes : end;
+            if (field.bytes == sizeof(std::uint64_t))
+                move<std::uint64_t>(field, order, memory_.data() + to, workers);
+            else
+                move<std::uint32_t>(field, order, memory_.data() + to, workers);
+            field.offset = to;
+            end = to_the_end ? to : to + bytes;
+        }
+        room_at_end_ = !to_the_end;
+    }
+
+    /// Copies a particle to another slot. Of particles by id.
+    void copy(std::size_t from, std::size_t to) {
+        for (const Field& field : fields_) {
+            std::byte* const numbers = memory_.data() + field.offset;
+            std::memcpy(numbers + to * field.bytes_of_slot(), numbers + from * field.bytes_of_slot(),
+                        field.bytes_of_slot());
+        }
+    }
+
+private:
+    struct Field {
+        std::size_t components, bytes;  // bytes of a number
+        std::size_t offset;             // of its first number in memory, in bytes
+
+        std::size_t bytes_of_slot() const { return components * bytes; }
+    };
+    static constexpr std::size_t packs_at_once = 64;
+
+    FieldMemory(SlotOrder order, std::vector<Field> fields, std::size_t width, std::size_t widest)
+        : order_(order), fields_(std::move(fields)), width_(width), widest_(widest) {}
+
+    static std::size_t place(std::size_t slot, std::size_t components) {
+        return slot / pack_size * (components * pack_size) + slot % pack_size;
+    }
+    std::size_t index(std::size_t field, std::size_t slot, int component) const {
+        const std::size_t components = fields_[field].components;
+        return order_ == SlotOrder::sorted ? place(slot, components) + std::size_t(component * pack_size)
+                                           : slot * components + std::size_t(component);
+    }
+    std::size_t end_of_fields() const { return fields_.back().offset + slots_ * fields_.back().bytes_of_slot(); }
+
+    static void write(const std::byte* from, std::size_t there, std::byte* to, std::size_t bytes, int workers) {
+        using Whole = std::uint64_t;
+        detail::copy_and_fill(reinterpret_cast<const Whole*>(from), there / sizeof(Whole), reinterpret_cast<Whole*>(to),
+                              bytes / sizeof(Whole), Whole(0), workers);
+    }
+    template <class T>
+    void move(const Field& field, const aligned_vector<std::uint32_t>& order, std::byte* to, int workers) const {
+        const T* const from = reinterpret_cast<const T*>(memory_.data() + field.offset);
+        T* const there = reinterpret_cast<T*>(to);
+        const std::size_t components = field.components;
+        const auto move_one = [&](std::size_t pack, int) {
+            move_pack(from, components, order.data() + pack * pack_size, there + pack * (components * pack_size));
+        };
+        parallel_for(order.size() / pack_size, workers, move_one, packs_at_once);
+    }
+    template <class T>
+    FIRN_INLINE static void move_pack(const T* from, std::size_t components, const std::uint32_t* order, T* to) {
+        bool run = true;  // of slots, all along
+        for (int l = 1; l < pack_size; ++l) run = run & (order[l] == order[0] + std::uint32_t(l));
+        if (run) {
+            const int first = int(order[0] % pack_size);
+            const T* low = from + place(order[0], components);
+            const T* high = from + place(order[pack_size - 1], components) - (pack_size - 1);
+            for (std::size_t c = 0; c < components; ++c, low += pack_size, high += pack_size, to += pack_size)
+                for (int l = 0; l < pack_size; ++l) to[l] = *((l < pack_size - first ? low : high) + l);
+            return;
+        }
+        const T* of[pack_size];
+        for (int l = 0; l < pack_size; ++l) of[l] = from + (order[l] == no_particle ? 0 : place(order[l], components));
+        for (std::size_t c = 0; c < components; ++c, to += pack_size)
+            for (int l = 0; l < pack_size; ++l) to[l] = of[l][c * pack_size];
+    }
+
+    SlotOrder order_;
+    std::vector<Field> fields_;
+    std::size_t width_ = 0, widest_ = 0;  // bytes a slot: of all fields, of the widest
+    std::size_t slots_ = 0;
+    bool room_at_end_ = true;
+    aligned_vector<std::byte> memory_;
+};
+
+}  // namespace firn
