@@ -4,7 +4,9 @@
 
 #include <firn/io/simulation_state.hpp>
 
+#include <algorithm>
 #include <bit>
+#include <numeric>
 #include <vector>
 
 namespace firn {
@@ -15,45 +17,67 @@ namespace detail {
     throw io_error(sentence("The state's ", what, " is inconsistent; the file is damaged. Go on from another state."));
 }
 
-/// The particles of a state as a simulation keeps them.
+/// The particles of a state, in the order of their ids, whatever the order of its rows.
 /// \tparam T  the state's precision
-template <class S, int D, class MaterialState, class T>
+template <class S, int D, class T>
 class ParticlesOfState {
 public:
-    using Kept = Particles<S, D, MaterialState>;
-
-    /// \throws io_error  where ids do not ascend
+    /// \throws io_error  where two particles have one id, or an id has not been given out
     explicit ParticlesOfState(const State<T>& state) : state_(state), n_(state.size()) {
         const double next = parameter_values(state, "run", "next_id")[0];
         if (!(next >= 0 && next <= double(no_particle)) || next != std::floor(next))
             throw io_error(sentence("The state says ", next, " for run/next_id; the file is damaged."));
         next_id_ = std::int64_t(next);
+        if (!std::ranges::is_sorted(state.id)) {
+            rows_.resize(n_);
+            std::iota(rows_.begin(), rows_.end(), std::size_t(0));
+            std::ranges::sort(rows_, {}, [&](std::size_t row) { return state.id[row]; });
+        }
         for (std::size_t i = 0; i < n_; ++i)
-            if (state.id[i] < (i == 0 ? 0 : state.id[i - 1] + 1) || state.id[i] >= next_id_)
-                throw_damaged("order of particles");
+            if (id(i) < (i == 0 ? 0 : id(i - 1) + 1) || id(i) >= next_id_) throw_damaged("order of particles");
     }
 
-    /// Particles in the order of ids, not in that of blocks.
+    std::size_t size() const { return n_; }
+    /// Of the particle with the i-th lowest id.
+    std::size_t row(std::size_t i) const { return rows_.empty() ? i : rows_[i]; }
+    std::int64_t id(std::size_t i) const { return state_.id[row(i)]; }
+
+    /// Appends the particles, with all that a run of other bits can take over.
     /// \throws io_error  where a field is missing or cannot be
-    Kept read(const Domain<D>& domain) const {
-        const T *x = field("position", D), *v = field("velocity", D), *mass = field("mass", 1),
-                *volume = field("volume", 1);
-        const T* C = state_.find("affine_velocity") ? field("affine_velocity", D * D) : nullptr;
-        Kept particles(domain);
+    void read(ParticleStore<S, D>& particles) const {
+        const T* const x = field("position", D);
         particles.reserve(n_);
         for (std::size_t i = 0; i < n_; ++i) {
             Vec<double, D> position{};
-            std::copy_n(x + i * D, D, position.v);
-            if (!(S(mass[i]) > 0) || !(S(volume[i]) >= 0)) throw_damaged("mass or volume");
-            particles.skip_ids(std::uint32_t(state_.id[i]));
-            particles.push_back(position, vector(v + i * D), S(mass[i]), S(volume[i]), material_state(i));
-            if (C) particles.set_affine(i, matrix(C + i * D * D));
+            std::copy_n(x + row(i) * D, D, position.v);
+            particles.skip_ids(std::uint32_t(id(i)));
+            particles.push_back(position);
         }
         particles.skip_ids(std::uint32_t(next_id_));
-        return particles;
+        for (std::size_t f = 0; f < particles.table().size(); ++f) {
+            const FieldInfo& info = particles.table()[f];
+            const bool may_lack = info.role == FieldRole::affine || info.role == FieldRole::constant;
+            if (f == particles.place_field || info.role == FieldRole::stress || (may_lack && !state_.find(info.name)))
+                continue;
+            set(particles, f);
+        }
+        for (std::size_t i = 0; i < n_; ++i)
+            if (!(particles.mass(i) > 0) || !(particles.volume(i) >= 0)) throw_damaged("mass or volume");
+    }
+    /// Sets a field of the particles, which lie in the order of their ids.
+    void set(ParticleStore<S, D>& particles, std::size_t f) const {
+        const FieldInfo& info = particles.table()[f];
+        const int components = info.components_in_state(D);
+        const T* const from = field(info.name, components);
+        std::array<S, 9> numbers{};
+        for (std::size_t i = 0; i < n_; ++i) {
+            for (int k = 0; k < components; ++k)
+                numbers[std::size_t(k)] = S(from[row(i) * std::size_t(components) + std::size_t(k)]);
+            particles.set(f, i, numbers.data());
+        }
     }
 
-    /// The numbers of a field, particle by particle.
+    /// The numbers of a field, row by row.
     const T* field(const char* name, int components) const {
         const StateField<T>* f = state_.find(name);
         if (!f)
@@ -68,24 +92,14 @@ public:
                                         "state."));
         return f->values.data();
     }
-    static Vec<S, D> vector(const T* from) {
-        Vec<S, D> r{};
-        for (int a = 0; a < D; ++a) r[a] = S(from[a]);
-        return r;
-    }
-    static Mat<S, D> matrix(const T* from) {
-        Mat<S, D> m{};
-        for (int k = 0; k < D * D; ++k) m(k / D, k % D) = S(from[k]);
-        return m;
-    }
 
     std::vector<Body> bodies() const {
         std::vector<Body> all;
         const StateTable& rows = table(state_.tables, "bodies", 3);
         std::int64_t end = 0;  // of the ids of those before
-        for (std::size_t row = 0; row < rows.values.size(); row += 3) {
-            const std::int64_t first = rows.values[row], count = rows.values[row + 1];
-            const double until = std::bit_cast<double>(rows.values[row + 2]);
+        for (std::size_t at = 0; at < rows.values.size(); at += 3) {
+            const std::int64_t first = rows.values[at], count = rows.values[at + 1];
+            const double until = std::bit_cast<double>(rows.values[at + 2]);
             if (first < end || count < 0 || first > next_id_ || count > next_id_ - first || std::isnan(until))
                 throw_damaged("table of bodies");
             all.push_back({std::uint32_t(first), std::uint32_t(count), until});
@@ -94,104 +108,85 @@ public:
         return all;
     }
 
-private:
-    MaterialState material_state(std::size_t i) const {
-        MaterialState state{};
-        constexpr auto members = MaterialState::fields();
-        unroll<int(std::tuple_size_v<decltype(members)>)>([&](auto f) {
-            const auto& m = std::get<f>(members);
-            auto& value = state.*(m.member);
-            constexpr int components = component_count<std::remove_cvref_t<decltype(value)>>;
-            const T* from = fields_of_state(f, m.name, components) + i * std::size_t(components);
-            if constexpr (components == D * D)
-                value = matrix(from);
-            else
-                for (int k = 0; k < components; ++k) detail::components(value)[k] = S(from[k]);
-        });
-        return state;
-    }
-    /// Looked up once.
-    const T* fields_of_state(std::size_t f, const char* name, int components) const {
-        if (!found_[f]) found_[f] = field(name, components);
-        return found_[f];
+    /// The blocks of the state, and which slot each particle had.
+    /// \param colours  of dense blocks along an axis
+    /// \throws io_error  where they do not fit each other
+    BlockPartition<D> partition(int colours) const {
+        const StateTable& slot_of = table(state_.tables, "slot", 1);
+        const StateTable& blocks = table(state_.tables, "blocks", D + 2);
+        std::vector<BlockRange<D>> ranges;
+        std::size_t placed = 0;
+        for (std::size_t at = 0; at < blocks.values.size(); at += D + 2) {
+            BlockRange<D> range{};
+            for (std::size_t a = 0; a < std::size_t(D); ++a) {
+                const std::int64_t coordinate = blocks.values[at + a];
+                if (coordinate <= -(1 << 20) || coordinate >= (1 << 20)) throw_damaged("table of blocks");
+                range.block[a] = int(coordinate);
+            }
+            if (blocks.values[at + D + 1] < 1 || blocks.values[at + D + 1] > std::int64_t(n_))
+                throw_damaged("table of blocks");
+            range.particles = std::size_t(blocks.values[at + D + 1]);
+            if (!ranges.empty() && block_key<D>(range.block) <= block_key<D>(ranges.back().block))
+                throw_damaged("table of blocks");
+            placed += range.particles;
+            ranges.push_back(range);
+        }
+        if (placed != n_ || slot_of.values.size() != n_) throw_damaged("table of blocks");
+        BlockPartition<D> partition = arrange<D>(ranges, colours);
+        for (std::size_t i = 0; i < ranges.size(); ++i)
+            if (std::size_t(blocks.values[i * (D + 2) + D]) != partition.ranges[partition.by_block[i]].first_slot)
+                throw_damaged("table of blocks");
+        for (std::size_t i = 0; i < n_; ++i) {
+            const std::int64_t slot = slot_of.values[row(i)];
+            if (slot < 0 || slot >= std::int64_t(partition.slots()) ||
+                partition.order[std::size_t(slot)] != no_particle)
+                throw_damaged("order of particles");
+            partition.order[std::size_t(slot)] = std::uint32_t(i);
+        }
+        for (const BlockRange<D>& range : partition.ranges)
+            for (std::size_t i = 0; i < range.particles; ++i)
+                if (partition.order[range.first_slot + i] == no_particle) throw_damaged("order of particles");
+        return partition;
     }
 
+    /// Gives particles, in the order of ids, the places and stresses that they had in the run that wrote the state.
+    /// \param base_shift  of the kernel
+    /// \param sorted      none has left the reach of its block
+    void set_places(ParticleStore<S, D>& particles, const BlockPartition<D>& partition, double base_shift,
+                    bool sorted) const {
+        const T *x = field("position", D), *places = field("place", D);
+        for (std::size_t f = 0; f < particles.table().size(); ++f)
+            if (const FieldRole role = particles.table()[f].role;
+                role == FieldRole::stress || role == FieldRole::affine)
+                set(particles, f);  // a start will not do
+        for (const BlockRange<D>& range : partition.ranges)
+            for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) {
+                const std::size_t i = partition.order[slot];
+                Vec<S, D> place{};
+                for (int a = 0; a < D; ++a) place[a] = S(places[row(i) * D + std::size_t(a)]);
+                particles.set_place(i, range.block, place);
+            }
+        if (sorted)
+            for (std::size_t k = 0; k < n_ * D; ++k)
+                if (const S node = base_node(S(places[k]), S(base_shift));
+                    node < S(-allowed_drift) || node > S(block_size - 1 + allowed_drift))
+                    throw_damaged("place of a particle in its block");
+        const double fine = 1e-9 * particles.domain().cell_size;
+        for (std::size_t i = 0; i < n_; ++i)
+            for (int a = 0; a < D; ++a) {
+                const double there = double(x[row(i) * D + std::size_t(a)]);
+                const double rounding = 4 * double(std::numeric_limits<S>::epsilon()) * std::abs(there);
+                if (!(std::abs(particles.exact_position(i)[a] - there) <= rounding + fine))
+                    throw_damaged("place or position of a particle");
+            }
+    }
+
+private:
     const State<T>& state_;
     std::size_t n_;
     std::int64_t next_id_ = 0;
-    mutable std::array<const T*, state_field_count<MaterialState>> found_{};
+    std::vector<std::size_t> rows_;  // in the order of ids; empty: as they are
 };
-
-/// The blocks of a state, and which slot each particle had.
-/// \throws io_error  where they do not fit each other
-template <class Kernel, int D, class T>
-BlockPartition<D> partition_of(const State<T>& state) {
-    const std::size_t n = state.size();
-    const StateTable& slot_of = table(state.tables, "slot", 1);
-    const StateTable& blocks = table(state.tables, "blocks", D + 2);
-    std::vector<BlockRange<D>> ranges;
-    std::size_t placed = 0;
-    for (std::size_t row = 0; row < blocks.values.size(); row += D + 2) {
-        BlockRange<D> range{};
-        for (std::size_t a = 0; a < std::size_t(D); ++a) {
-            const std::int64_t coordinate = blocks.values[row + a];
-            if (coordinate <= -(1 << 20) || coordinate >= (1 << 20)) throw_damaged("table of blocks");
-            range.block[a] = int(coordinate);
-        }
-        if (blocks.values[row + D + 1] < 1 || blocks.values[row + D + 1] > std::int64_t(n))
-            throw_damaged("table of blocks");
-        range.particles = std::size_t(blocks.values[row + D + 1]);
-        if (!ranges.empty() && block_key<D>(range.block) <= block_key<D>(ranges.back().block))
-            throw_damaged("table of blocks");
-        placed += range.particles;
-        ranges.push_back(range);
-    }
-    if (placed != n || slot_of.values.size() != n) throw_damaged("table of blocks");
-    BlockPartition<D> partition = arrange<D>(ranges, colours_along_axis<Kernel>);
-    for (std::size_t i = 0; i < ranges.size(); ++i)
-        if (std::size_t(blocks.values[i * (D + 2) + D]) != partition.ranges[partition.by_block[i]].first_slot)
-            throw_damaged("table of blocks");
-    for (std::size_t i = 0; i < n; ++i) {
-        const std::int64_t slot = slot_of.values[i];
-        if (slot < 0 || slot >= std::int64_t(partition.slots()) || partition.order[std::size_t(slot)] != no_particle)
-            throw_damaged("order of particles");
-        partition.order[std::size_t(slot)] = std::uint32_t(i);
-    }
-    for (const BlockRange<D>& range : partition.ranges)
-        for (std::size_t i = 0; i < range.particles; ++i)
-            if (partition.order[range.first_slot + i] == no_particle) throw_damaged("order of particles");
-    return partition;
-}
-
-/// Gives particles, in the order of ids, the places and stresses that they had in the run that wrote the state.
-/// \param sorted  none has left the reach of its block
-template <class Kernel, class S, int D, class MaterialState, class T>
-void set_places(Particles<S, D, MaterialState>& particles, const BlockPartition<D>& partition,
-                const ParticlesOfState<S, D, MaterialState, T>& read, bool sorted) {
-    const std::size_t n = particles.size();
-    const T *x = read.field("position", D), *place = read.field("place", D),
-            *stress = read.field("kirchhoff_stress", D * D);
-    read.field("affine_velocity", D * D);  // 0 will not do
-    for (const BlockRange<D>& range : partition.ranges)
-        for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) {
-            const std::size_t i = partition.order[slot];
-            particles.set_place(i, range.block, read.vector(place + i * D));
-            particles.set_stress(i, read.matrix(stress + i * D * D));
-        }
-    if (sorted)
-        for (std::size_t k = 0; k < n * D; ++k)
-            if (const S node = base_node<Kernel>(S(place[k]));
-                node < S(-allowed_drift) || node > S(block_size - 1 + allowed_drift))
-                throw_damaged("place of a particle in its block");
-    const double fine = 1e-9 * particles.domain().cell_size;
-    for (std::size_t i = 0; i < n; ++i)
-        for (int a = 0; a < D; ++a) {
-            const double there = double(x[i * D + std::size_t(a)]);
-            const double rounding = 4 * double(std::numeric_limits<S>::epsilon()) * std::abs(there);
-            if (!(std::abs(particles.exact_position(i)[a] - there) <= rounding + fine))
-                throw_damaged("place or position of a particle");
-        }
-}
 
 /// \throws io_error  where the run that wrote the state had another domain, other moduli, …
 template <std::size_t I, class Simulation, class T>
@@ -244,16 +239,18 @@ void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Bounda
     detail::check_dimension(state, D);
     if (how != Restart::converted) detail::check_same_run<I>(simulation, state, how);
 
-    const detail::ParticlesOfState<S, D, material_state_t<Material, D>, T> read(state);
-    MaterialSet<D, Material> set{simulation.template material<I>(), read.read(simulation.domain())};
+    const detail::ParticlesOfState<S, D, T> read(state);
+    MaterialSet<D, Material> set{simulation.template material<I>(),
+                                 decltype(MaterialSet<D, Material>::particles)(simulation.domain())};
+    read.read(set.particles);
     set.bodies = read.bodies();
     Boundary boundary = simulation.boundary;
     Transfer transfer = simulation.transfer;
     if (how != Restart::converted) {
-        set.partition = detail::partition_of<Kernel, D>(state);
+        set.partition = read.partition(colours_along_axis<Kernel>);
         set.report = {detail::parameter_values(state, "run", "signal_speed")[0],
                       detail::parameter_values(state, "run", "sort_needed")[0] != 0};
-        detail::set_places<Kernel>(set.particles, set.partition, read, !set.report.sort_needed);
+        read.set_places(set.particles, set.partition, Kernel::base_shift, !set.report.sort_needed);
         restore_parameters(boundary, state, "boundary");
         restore_parameters(transfer, state, "transfer");
     }

@@ -34,6 +34,30 @@ std::vector<std::uint32_t> slots_by_id(const Particles& particles, int threads) 
     return slot_of;
 }
 
+/// Positions [m], and every field of the table, of the particles in these slots.
+/// \param before  fields whose memory is used anew
+template <class S, int D>
+std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const std::vector<std::uint32_t>& slots,
+                                     std::vector<StateField<S>> before, int threads) {
+    const FieldTable& table = particles.table();
+    before.resize(1 + table.size());
+    const auto fill = [&](StateField<S>& field, const char* name, const char* unit, int components, const auto& get) {
+        field.name = name;
+        field.unit = unit;
+        field.components = components;
+        field.values.resize(slots.size() * std::size_t(components));
+        for_chunks(slots.size(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) get(slots[i], field.values.data() + i * std::size_t(components));
+        });
+    };
+    fill(before[0], "position", "m", D,
+         [&](std::size_t slot, S* to) { std::copy_n(particles.position(slot).v, D, to); });
+    for (std::size_t f = 0; f < table.size(); ++f)
+        fill(before[f + 1], table[f].name, table[f].unit, table[f].components_in_state(D),
+             [&](std::size_t slot, S* to) { particles.get(f, slot, to); });
+    return before;
+}
+
 /// What must be the same for a run to go on: names of the policies, the precision, which material it is.
 template <std::size_t I, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
           class Boundary>
@@ -59,7 +83,6 @@ template <std::size_t I, int D, class Materials, class Transfer, class Force, cl
 void fill_state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation,
                    State<precision_of_t<Materials>>& into) {
     using S = precision_of_t<Materials>;
-    using Material = std::remove_cvref_t<decltype(simulation.template material<I>())>;
     const BlockPartition<D>& partition = simulation.template partition<I>();
     const auto& particles = simulation.template particles<I>();
     const std::vector<Body>& all_bodies = simulation.template bodies<I>();
@@ -104,40 +127,7 @@ void fill_state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, 
         if (whole) state.facets.insert(state.facets.end(), rows.begin(), rows.end());
     }
 
-    const auto add = [&](const char* name, const char* unit, int components, const auto& get) {
-        StateField<S> field{name, unit, components, {}};
-        if (const std::size_t k = state.fields.size(); k < before.fields.size())
-            field.values = std::move(before.fields[k].values);
-        field.values.resize(n * std::size_t(components));
-        for_rows([&](std::size_t i) { get(slot_of[i], field.values.data() + i * std::size_t(components)); });
-        state.fields.push_back(std::move(field));
-    };
-    const auto put = [](const auto& value, S* to) {
-        using Value = std::remove_cvref_t<decltype(value)>;
-        if constexpr (std::is_arithmetic_v<Value>)
-            *to = value;
-        else if constexpr (component_count<Value> == D)
-            std::copy_n(value.v, D, to);
-        else
-            for (int k = 0; k < D * D; ++k) to[k] = value(k / D, k % D);
-    };
-    add("position", "m", D, [&](std::size_t slot, S* to) { put(particles.position(slot), to); });
-    add("place", "1", D, [&](std::size_t slot, S* to) { put(particles.place(slot), to); });
-    add("velocity", "m/s", D, [&](std::size_t slot, S* to) { put(particles.velocity(slot), to); });
-    add("affine_velocity", "1/s", D * D, [&](std::size_t slot, S* to) { put(particles.affine(slot), to); });
-    add("kirchhoff_stress", "Pa", D * D, [&](std::size_t slot, S* to) { put(particles.stress(slot), to); });
-    add("mass", "kg", 1, [&](std::size_t slot, S* to) { put(particles.mass(slot), to); });
-    add("volume", D == 3 ? "m^3" : "m^2", 1, [&](std::size_t slot, S* to) { put(particles.volume(slot), to); });
-    std::apply(
-        [&](const auto&... member) {
-            [[maybe_unused]] const auto add_member = [&](const auto& m) {
-                using Value = std::remove_cvref_t<decltype(particles.state(0).*(m.member))>;
-                add(m.name, m.unit, component_count<Value>,
-                    [&](std::size_t slot, S* to) { put(particles.state(slot).*(m.member), to); });
-            };
-            (add_member(member), ...);
-        },
-        material_state_t<Material, D>::fields());
+    state.fields = fields_of(particles, slot_of, std::move(before.fields), threads);
 
     state.attributes = policies_of<I>(simulation);
     for (StateAttribute& attribute : build_attributes()) state.attributes.push_back(std::move(attribute));
@@ -182,10 +172,10 @@ void fill_state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, 
 
 }  // namespace detail
 
-/// The state of a simulation as it is: positions [m] and places [cells from the lower corner of the particle's block:
-/// what positions are rounded from], velocities [m/s], C [1/s], the material's state (F), τ [Pa],
-/// mass [kg], volume [m^D], in the order of ids; the facets of nets; the order of the slots and blocks beside them, so
-/// that sums go on in the same order; parameters with units; names of policies.
+/// The state of a simulation as it is: positions [m], and all that the table of fields names: places [cells from the
+/// lower corner of the particle's block: what positions are rounded from], velocities [m/s], C [1/s], τ [Pa], masses
+/// [kg], volumes [m^D], the material's state (F); in the order of ids; the facets of nets; the order of the slots and
+/// blocks beside them, so that sums go on in the same order; parameters with units; names of policies.
 /// \tparam I  of which of the simulation's materials; of several one must be named
 /// \param into  whose memory is used anew: what a series gives back (BackgroundSeries::spare), or nothing yet
 template <std::size_t I = detail::unnamed_material, int D, class Materials, class Transfer, class Force, class Kernel,
