@@ -100,51 +100,28 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     inputs.set("cell_size", {domain.cell_size});
     set_time_step(inputs, dt, domain.cell_size);
 
-    const auto fill = [&](const char* name, const auto& number) {
-        const Buffer& buffer = program.buffer(name);
-        std::vector<float> numbers(count * std::size_t(buffer.count));
-        for (std::size_t i = 0; i < count; ++i)
-            for (int c = 0; c < buffer.count; ++c) numbers[std::size_t(c) * count + i] = number(slots[i], c);
-        inputs.buffers.emplace_back(name, std::move(numbers));
-    };
-    fill("motion", [&](std::size_t slot, int c) {
-        if (c < D) return particles.place(slot)[c];
-        if (c < 2 * D) return float(block_size * particles.block(slot)[std::size_t(c - D)]);
-        return particles.velocity(slot)[c - 2 * D];
-    });
-    if (std::any_of(program.buffers.begin(), program.buffers.end(), [](const Buffer& b) { return b.name == "affine"; }))
-        fill("affine", [&](std::size_t slot, int c) { return particles.affine(slot).m[c]; });
-    fill("stress", [&](std::size_t slot, int c) {
-        const Mat<float, D> stress = particles.stress(slot);
-        for (int j = 0; j < D; ++j)
-            for (int i = 0; i <= j; ++i)
-                if (symmetric_index<D>(i, j) == c) return stress(i, j);
-        return 0.0F;
-    });
-    fill("state", [&](std::size_t slot, int c) {
-        State state = particles.state(slot);
-        float number = 0;
-        int first = 0;
-        std::apply(
-            [&](const auto&... field) {
-                const auto look = [&](const auto& f) {
-                    auto& member = state.*f.member;
-                    constexpr int size = component_count<std::remove_cvref_t<decltype(member)>>;
-                    if (c >= first && c < first + size) number = firn::detail::components(member)[c - first];
-                    first += size;
-                };
-                (look(field), ...);
-            },
-            State::fields());
-        return number;
-    });
     for (const std::size_t slot : slots)  // in sums of integers; on the CPU fixed_point_scale() knows more of them
         if (!(particles.mass(slot) >= 0x1p-86F))
             throw particle_error(sentence("Particle ", particles.id(slot), " has a mass of ", particles.mass(slot),
                                           " kg; what is lighter than ", 0x1p-86,
                                           " kg moves in coarse steps on a GPU. "
                                           "Use units in which masses are larger."));
-    fill("constants", [&](std::size_t slot, int c) { return c == 0 ? particles.mass(slot) : particles.volume(slot); });
+
+    const FieldTable& table = particles.table();
+    for (const Buffer& buffer : program.buffers) {
+        if (buffer.per != "particle" || buffer.binding == detail::order) continue;
+        std::vector<float> numbers;
+        numbers.reserve(count * std::size_t(buffer.count));
+        for (const Component& component : buffer.components) {
+            const auto is_it = [&](const FieldInfo& field) { return field.name == component.name; };
+            const auto field = std::size_t(std::ranges::find_if(table, is_it) - table.begin());
+            for (int k = 0; k < component.count; ++k)
+                for (const std::size_t slot : slots)
+                    numbers.push_back(field < table.size() ? particles.number(field, slot, k)
+                                                           : float(block_size * particles.block(slot)[std::size_t(k)]));
+        }
+        inputs.buffers.emplace_back(buffer.name, std::move(numbers));
+    }
 
     // Positions of nodes, rounded as the CPU's grid update does.
     std::vector<float> coordinates;

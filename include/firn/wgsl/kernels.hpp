@@ -278,7 +278,7 @@ fn g2p(${INVOCATION}) {
         let speed = signal_speed(taken.velocity, load_mass(i), load_volume(i), state);
         if (is_finite(${STRESS_SUM} + speed) && moved.outside <= 1.0f) {
             store_state(i, state);
-            store_stress(i, stress);
+            store_kirchhoff_stress(i, stress);
             store_velocity(i, taken.velocity);
             ${STORE_AFFINE}
             // A place that has left the reach of its block counts from another one.
@@ -302,7 +302,7 @@ fn initialise(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i < params.particles) {
         let state = load_state(i);
-        store_stress(i, kirchhoff_stress(state${AT_FIRST_RATE}));
+        store_kirchhoff_stress(i, kirchhoff_stress(state${AT_FIRST_RATE}));
         atomicMax(&fastest, bitcast<u32>(signal_speed(load_velocity(i), load_mass(i), load_volume(i), state)));
     }
     workgroupBarrier();

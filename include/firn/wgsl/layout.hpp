@@ -116,20 +116,55 @@ private:
 /// Numbers of the bindings.
 enum Binding { params, motion, affine, stress, state, constants, nodes, status, counts, coordinates, blocks, order };
 
-inline void add_buffers(Program& program, const Facts& facts, const std::vector<Component>& of_state) {
-    const int D = facts.dimension, symmetric = D * (D + 1) / 2;
-    int state_numbers = 0;
-    for (const Component& c : of_state) state_numbers += c.count;
+/// The buffer that a field lies in.
+inline Binding buffer_of(FieldRole role) {
+    switch (role) {
+        case FieldRole::motion:
+            return motion;
+        case FieldRole::affine:
+            return affine;
+        case FieldRole::stress:
+            return stress;
+        case FieldRole::state:
+            return state;
+        case FieldRole::given:
+        case FieldRole::constant:
+            break;
+    }
+    return constants;
+}
+
+/// The fields of a buffer. Where a particle's block begins, in cells, lies beside its place in it, and both are numbers
+/// of the GPU's precision.
+inline std::vector<Component> components_in(Binding buffer, const FieldTable& table, int dimension) {
+    std::vector<Component> all;
+    for (const FieldInfo& field : table) {
+        if (buffer_of(field.role) != buffer) continue;
+        const int count = field.components(dimension);
+        all.push_back({field.name, count, field.unit, {}});
+        if (field.role == FieldRole::state) all.back().start.assign(field.start.data(), field.start.data() + count);
+        if (all.back().name == "place") all.push_back({"corner", count, field.unit, {}});
+    }
+    return all;
+}
+
+/// \param table  of the particles' fields
+inline void add_buffers(Program& program, const Facts& facts, const FieldTable& table) {
     const auto add = [&](const char* name, const char* type, Binding binding, const char* per, int count,
                          std::vector<Component> components = {}) {
         program.buffers.push_back({name, type, binding, per, count, std::move(components)});
     };
-    add("motion", "f32", motion, "particle", 3 * D,
-        {{"place", D, "cells"}, {"corner", D, "cells"}, {"velocity", D, "m/s"}});
-    if (facts.affine) add("affine", "f32", affine, "particle", D * D, {{"affine", D * D, "1/s"}});
-    add("stress", "f32", stress, "particle", symmetric, {{"stress", symmetric, "Pa"}});
-    add("state", "f32", state, "particle", state_numbers, of_state);
-    add("constants", "f32", constants, "particle", 2, {{"mass", 1, "kg"}, {"volume", 1, D == 3 ? "m^3" : "m^2"}});
+    const auto add_fields = [&](const char* name, Binding binding) {
+        std::vector<Component> fields = components_in(binding, table, facts.dimension);
+        int numbers = 0;
+        for (const Component& c : fields) numbers += c.count;
+        add(name, "f32", binding, "particle", numbers, std::move(fields));
+    };
+    add_fields("motion", motion);
+    if (facts.affine) add_fields("affine", affine);
+    add_fields("stress", stress);
+    add_fields("state", state);
+    add_fields("constants", constants);
     add("nodes", "i32", nodes, "node", node_width);
     add("status", "u32", status, "program", 16);
     add("counts", "u32", counts, "node", 1);

@@ -37,25 +37,6 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
     uniforms.add("mass_scale", "f32", "1/kg", "quanta per mass, a power of two; 0: chosen", {0});
 }
 
-/// The fields of a material's state.
-template <class State>
-std::vector<Component> state_components() {
-    State state{};
-    std::vector<Component> all;
-    std::apply(
-        [&](const auto&... field) {
-            const auto add = [&](const auto& f) {
-                auto& member = state.*f.member;
-                constexpr int count = component_count<std::remove_cvref_t<decltype(member)>>;
-                const auto* numbers = firn::detail::components(member);
-                all.push_back({f.name, count, f.unit, std::vector<double>(numbers, numbers + count)});
-            };
-            (add(field), ...);
-        },
-        State::fields());
-    return all;
-}
-
 }  // namespace detail
 
 /// A program for these policies. What a policy holds besides its parameters (a wall's kind of contact) becomes part of
@@ -100,7 +81,8 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     uniforms.add_policy(boundary, "boundary");
     uniforms.add_policy(field, "field");
     program.uniform_bytes = (program.uniform_bytes + 15) / 16 * 16;
-    detail::add_buffers(program, facts, detail::state_components<material_state_t<Material, D>>());
+    const FieldTable table = field_table<float, D, material_state_t<Material, D>>();
+    detail::add_buffers(program, facts, table);
     detail::add_entry_points(program, facts);
 
     Module module;
@@ -114,7 +96,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     program.code = "// Written by firn " + version() +
                    " from the definitions that run on the CPU: change those, not this.\n// " + program.name + "\n\n" +
                    detail::declarations(program) + "\n" + module.text() + text.helpers() + "\n" +
-                   detail::particle_accessors<D, State>(facts.affine) + text.entry_points();
+                   detail::particle_accessors<D, State>(table, facts.affine) + text.entry_points();
     return program;
 }
 

@@ -41,10 +41,12 @@ std::string listed(int count, const F& f, const char* between = ", ") {
 
 inline std::string no_matrix(int D) { return "mat" + std::to_string(D) + "x" + std::to_string(D) + "<f32>()"; }
 
-/// load_NAME(i) and store_NAME(i, value) for a value that begins at number `first` of a particle in a buffer.
+/// load_NAME(i), and store_NAME(i, value) unless the buffer is only read, for a value that begins at number `first` of
+/// a particle in a buffer.
 /// \param number  number(k): which number the value's k-th component is
 template <class T, class Number>
-std::string accessors(const std::string& name, const std::string& buffer, int first, const Number& number) {
+std::string accessors(const std::string& name, const std::string& buffer, bool stores, int first,
+                      const Number& number) {
     const auto at = [&](int k) {
         const int c = first + number(k);
         const std::string offset = c == 0   ? ""
@@ -57,6 +59,7 @@ std::string accessors(const std::string& name, const std::string& buffer, int fi
     int k = 0, s = 0;
     std::string text = "fn load_" + name + "(i: u32) -> " + shape<T>::type() + " {\n    return " +
                        shape<T>::build(value, [&](const recorded&) { return at(k++); }) + ";\n}\n";
+    if (!stores) return text;
     text += "fn store_" + name + "(i: u32, value: " + shape<T>::type() + ") {\n";
     shape<T>::visit(value, "value",
                     [&](recorded&, const std::string& part) { text += "    " + at(s++) + " = " + part + ";\n"; });
@@ -219,8 +222,9 @@ private:
             {"STRESS_SUM", listed(
                                D, [](int a) { return "stress[" + std::to_string(a) + "]." + axis(a); }, " + ")},
             {"UPDATE", update()},
-            {"AT_FIRST_RATE", facts_.rate_dependent ? facts_.affine ? ", load_affine(i)" : ", " + no_matrix(D) : ""},
-            {"STORE_AFFINE", facts_.affine ? "store_affine(i, taken.affine);" : ""},
+            {"AT_FIRST_RATE",
+             facts_.rate_dependent ? facts_.affine ? ", load_affine_velocity(i)" : ", " + no_matrix(D) : ""},
+            {"STORE_AFFINE", facts_.affine ? "store_affine_velocity(i, taken.affine);" : ""},
             {"VEC", vec("f32")},
             {"D", std::to_string(D)}};
         names.insert(names.end(), all.begin(), all.end());
@@ -260,22 +264,47 @@ inline std::string declarations(const Program& program) {
     return text;
 }
 
-/// How particles are read and written.
-template <int D, class State>
-std::string particle_accessors(bool affine) {
-    using V = Vec<recorded, D>;
-    using M = Mat<recorded, D>;
+/// How a field of that shape is read and written.
+template <int D>
+std::string field_accessors(FieldShape of, const std::string& name, const std::string& buffer, bool stores, int first) {
     const auto in_order = [](int k) { return k; };
     const auto of_symmetric = [](int k) { return symmetric_index<D>(k % D, k / D); };
-    return accessors<V>("place", "motion", 0, in_order) + accessors<V>("corner", "motion", D, in_order) +
-           accessors<V>("velocity", "motion", 2 * D, in_order) + accessors<M>("stress", "stress", 0, of_symmetric) +
-           accessors<State>("state", "state", 0, in_order) +
-           (affine ? accessors<M>("affine", "affine", 0, in_order) : "") +
-           "fn load_mass(i: u32) -> f32 { return constants[i]; }\n"
-           "fn load_volume(i: u32) -> f32 { return constants[params.capacity + i]; }\n"
+    switch (of) {
+        case FieldShape::scalar:
+            return accessors<recorded>(name, buffer, stores, first, in_order);
+        case FieldShape::vector:
+            return accessors<Vec<recorded, D>>(name, buffer, stores, first, in_order);
+        case FieldShape::matrix:
+            return accessors<Mat<recorded, D>>(name, buffer, stores, first, in_order);
+        case FieldShape::symmetric_matrix:
+            break;
+    }
+    return accessors<Mat<recorded, D>>(name, buffer, stores, first, of_symmetric);
+}
+
+/// How particles are read and written: by the fields of the table, and the state as a whole.
+template <int D, class State>
+std::string particle_accessors(const FieldTable& table, bool affine_fields) {
+    const std::array names{std::pair{motion, "motion"}, std::pair{affine, "affine"}, std::pair{stress, "stress"},
+                           std::pair{constants, "constants"}};
+    std::string text;
+    for (const auto& [buffer, name] : names) {
+        if (buffer == affine && !affine_fields) continue;
+        int first = 0;
+        const auto add = [&](FieldShape of, const std::string& field, int count) {
+            text += field_accessors<D>(of, field, name, buffer != constants, first);
+            first += count;
+        };
+        for (const FieldInfo& field : table) {
+            if (buffer_of(field.role) != buffer) continue;
+            add(field.shape, field.name, field.components(D));
+            if (std::string(field.name) == "place") add(field.shape, "corner", D);
+        }
+    }
+    return text + accessors<State>("state", "state", true, 0, [](int k) { return k; }) +
            "fn load_particle(i: u32) -> P2GParticle {\n    return P2GParticle(load_mass(i), load_volume(i), "
            "load_velocity(i), " +
-           (affine ? "load_affine(i)" : no_matrix(D)) + ", load_stress(i));\n}\n";
+           (affine_fields ? "load_affine_velocity(i)" : no_matrix(D)) + ", load_kirchhoff_stress(i));\n}\n";
 }
 
 }  // namespace detail
