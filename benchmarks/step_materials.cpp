@@ -71,10 +71,10 @@ const bool added_four = [] {
     add_cubes<firn::Simulation<3, Four>>(
         "four", {elastic, water, sand, snow},
         [](auto& simulation, int k, const firn::Samples<3>& cube, const Point& velocity) {
-            if (k == 0) simulation.template add<0>(cube, density, velocity);
-            if (k == 1) simulation.template add<1>(cube, density, velocity);
-            if (k == 2) simulation.template add<2>(cube, density, velocity);
-            if (k == 3) simulation.template add<3>(cube, density, velocity);
+            if (k == 0) simulation.template set<0>().add(cube, density, velocity);
+            if (k == 1) simulation.template set<1>().add(cube, density, velocity);
+            if (k == 2) simulation.template set<2>().add(cube, density, velocity);
+            if (k == 3) simulation.template set<3>().add(cube, density, velocity);
         });
     return true;
 }();

@@ -78,12 +78,13 @@ int four_materials(int argc, char** argv) {
                           {walls, bunny});
     simulation.reactions.emplace();
 
-    simulation.add<Water>(firn::sample_box<3>({0.0, 0.0, 0.0}, {0.5, 0.55, 0.8}, filling), 1000);
+    simulation.set<Water>().add(firn::sample_box<3>({0.0, 0.0, 0.0}, {0.5, 0.55, 0.8}, filling), 1000);
     auto wedge = firn::sample_box<3>({1.1, 0.0, 0.0}, {2.0, 0.5, 0.8}, filling);
     std::erase_if(wedge.positions, [](const auto& x) { return x[1] / 0.5 > (x[0] - 1.1) / 0.9; });
-    simulation.add<Sand>(wedge, 1600);
-    simulation.add<Jelly>(firn::sample_box<3>({0.75, 0.6, 0.25}, {1.05, 0.9, 0.55}, filling), 800, {0.0, -1.0, 0.0});
-    simulation.add<Snow>(firn::sample_sphere<3>({1.5, 1.05, 0.4}, 0.18, filling), 400, {-0.5, -2.0, 0.0});
+    simulation.set<Sand>().add(wedge, 1600);
+    simulation.set<Jelly>().add(firn::sample_box<3>({0.75, 0.6, 0.25}, {1.05, 0.9, 0.55}, filling), 800,
+                                {0.0, -1.0, 0.0});
+    simulation.set<Snow>().add(firn::sample_sphere<3>({1.5, 1.05, 0.4}, 0.18, filling), 400, {-0.5, -2.0, 0.0});
 
     example::View view{.direction = {{-0.35F, -0.4F, -1.0F}}};
     view.frame = example::Box{{{0.0F, 0.0F, 0.0F}}, {{2.0F, 1.0F, 0.8F}}};

@@ -27,16 +27,17 @@ void add_cloth(Simulation& simulation, const Fabric& fabric, const Point& middle
     const auto cells = std::size_t(std::ceil(side / spacing));
     const auto net =
         firn::cloth(middle - Point{side / 2, 0.0, side / 2}, {0.0, 0.0, side}, {side, 0.0, 0.0}, {cells, cells});
-    const auto body = simulation.add<Cloth>(net, firn::facet_masses(net, fabric.mass));
+    auto cloth = simulation.set<Cloth>();
+    const auto body = cloth.add(net, firn::facet_masses(net, fabric.mass));
     const auto material = firn::FixedCorotated<float>::from_young_poisson(fabric.young, fabric.poisson);
-    simulation.add_force<Cloth>(body, firn::membranes_of(net, material, fabric.thickness));
+    cloth.add_force(body, firn::membranes_of(net, material, fabric.thickness));
     if (!held) return;
     firn::Anchors<float, 3> anchors;
     const double stiffness = 4 * fabric.young * fabric.thickness;  // below the membranes' own
     for (std::uint32_t i = 0; i < net.positions.size(); ++i)
         if (std::abs(std::abs(net.positions[i][0] - middle[0]) - side / 2) < 0.1 * spacing)
             anchors.add({i}, {firn::cast<float>(net.positions[i]), float(stiffness), 0});
-    simulation.add_force<Cloth>(body, std::move(anchors));
+    cloth.add_force(body, std::move(anchors));
 }
 
 int cloth_and_snow(int argc, char** argv) {
@@ -65,10 +66,10 @@ int cloth_and_snow(int argc, char** argv) {
     add_cloth(simulation, fabric, hung, side, 0.8 * cell, true);
     add_cloth(simulation, fabric, laid, side, 0.8 * cell, false);
     for (const Point& centre : {Point{0.45, 0.7, 0.5}, Point{0.6, 0.85, 0.4}, Point{0.42, 1.0, 0.65}})
-        simulation.add<Snow>(firn::sample_sphere<3>(centre, ball, filling), 400, {0.0, -1.0, 0.0});
+        simulation.set<Snow>().add(firn::sample_sphere<3>(centre, ball, filling), 400, {0.0, -1.0, 0.0});
     auto dome = firn::sample_sphere<3>({laid[0], 0.0, laid[2]}, heap, filling);
     std::erase_if(dome.positions, [](const Point& x) { return x[1] <= 0; });
-    simulation.add<Snow>(dome, 400);
+    simulation.set<Snow>().add(dome, 400);
 
     example::View view{.direction = {{-0.25F, -0.45F, -1.0F}}};
     view.frame = example::Box{{{0.0F, 0.0F, 0.0F}}, {{2.0F, 0.7F, 1.0F}}};

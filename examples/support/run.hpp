@@ -17,7 +17,7 @@ namespace example {
 /// Positions of a material's particles in the order of ids.
 template <std::size_t I = 0, class Simulation>
 std::vector<firn::Vec<double, Simulation::dimension>> positions(const Simulation& simulation) {
-    const auto& particles = simulation.template particles<I>();
+    const auto& particles = simulation.template set<I>().particles();
     std::vector<std::size_t> slots;
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) slots.push_back(slot);
@@ -46,13 +46,13 @@ struct Scenery {
 /// The nets of a simulation's I-th material as surfaces of one colour.
 template <std::size_t I, class Simulation>
 void add_nets(Surface& surface, const Simulation& simulation, std::uint8_t colour) {
-    const auto& particles = simulation.template particles<I>();
+    const auto& particles = simulation.template set<I>().particles();
     const std::size_t first = surface.vertices.size();
     constexpr float gone = std::numeric_limits<float>::quiet_NaN();  // its triangles are not drawn
     surface.vertices.resize(first + particles.next_id(), {gone, gone, gone});
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) surface.vertices[first + particles.id(slot)] = drawn(particles.position(slot));
-    for (auto facet : simulation.template facets<I>()) {
+    for (auto facet : simulation.template set<I>().facets()) {
         for (auto& corner : facet) corner += std::uint32_t(first);
         add_triangle(surface, facet, colour);
     }
@@ -69,13 +69,13 @@ Cloud cloud_of(const Simulation& simulation, double spacing, const Scenery<Simul
         cloud.colour.push_back(colour);
     };
     for_materials<Simulation>([&](auto i) {
-        const auto& particles = simulation.template particles<i>();
-        const auto& bodies = simulation.template bodies<i>();
+        const auto& particles = simulation.template set<i>().particles();
+        const auto& bodies = simulation.template set<i>().bodies();
         const auto colour_of = [&](std::size_t number) {
             return number < scenery.colours.size() ? std::uint8_t(scenery.colours[number]) : std::uint8_t(number);
         };
         if constexpr (D == 3) {
-            if (!simulation.template facets<i>().empty()) {
+            if (!simulation.template set<i>().facets().empty()) {
                 add_nets<i>(cloud.surface, simulation, colour_of(std::size_t(i)));
                 return;
             }
@@ -115,7 +115,7 @@ class StatesOfAll {
 public:
     StatesOfAll(const Simulation& simulation, const Options& options) : options_(options) {
         for_materials<Simulation>([&](auto i) {
-            const std::string material = std::remove_cvref_t<decltype(simulation.template material<i>())>::name;
+            const std::string material = std::remove_cvref_t<decltype(simulation.template set<i>().material())>::name;
             endings_.push_back(Simulation::material_count == 1 ? "" : "_" + material);
             series_.push_back(std::make_unique<Series>(options.output, options.name + endings_.back()));
             files_.push_back(options.file(endings_.back() + ".hdf.series"));
@@ -133,7 +133,7 @@ public:
         for_materials<Simulation>([&](auto i) {
             const firn::SeriesEntry& last = states[i][count - 1];
             const auto file = files_[i].parent_path() / last.file;
-            firn::restore<i>(simulation, firn::read_state<typename Simulation::scalar_type>(file));
+            firn::restore(simulation.template set<i>(), firn::read_state<typename Simulation::scalar_type>(file));
             series_[i]->go_on_from(last.time);
         });
         count_ = int(count);
@@ -142,7 +142,7 @@ public:
     void write(Simulation& simulation) {
         for_materials<Simulation>([&](auto i) {
             auto state = series_[i]->spare();
-            firn::state_of<i>(simulation, state);
+            firn::state_of(simulation.template set<i>(), state);
             if (options_.obj) firn::write_obj(options_.file(endings_[i] + numbered(count_, ".obj")), state);
             series_[i]->write(std::move(state));
         });
@@ -166,7 +166,7 @@ private:
 template <class Simulation>
 std::size_t particle_count(const Simulation& simulation) {
     std::size_t count = 0;
-    for_materials<Simulation>([&](auto i) { count += simulation.template particles<i>().size(); });
+    for_materials<Simulation>([&](auto i) { count += simulation.template set<i>().particles().size(); });
     return count;
 }
 

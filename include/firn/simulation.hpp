@@ -4,7 +4,7 @@
 #include <firn/core/requirements.hpp>
 
 #include <firn/boundary/walls.hpp>
-#include <firn/core/step_region.hpp>
+#include <firn/core/run.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/data/sampling.hpp>
@@ -20,6 +20,7 @@
 #include <firn/simulation/bound.hpp>
 #include <firn/simulation/material_set.hpp>
 #include <firn/simulation/policies.hpp>
+#include <firn/simulation/set_handle.hpp>
 #include <firn/simulation/warnings.hpp>
 #include <firn/sort/partition.hpp>
 #include <firn/stage/time_step.hpp>
@@ -43,14 +44,21 @@ namespace firn {
 /// Where its type must be written: \see SimulationWith
 /// \tparam D         2 or 3
 /// \tparam Material  a constitutive model in float or double, which becomes the precision of everything; or several,
-///                   Materials<…>: functions that concern one of them are then told which, add<Snow<float>>(…), or by
-///                   its place in the list, add<1>(…)
+///                   Materials<…>, of which each has a set of particles: set<Snow<float>>()
 template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, class Force = MlsForce,
           class Kernel = QuadraticBSpline, class Execution = Coloured,
           class Boundary = Walls<detail::precision_of_t<Material>, D>>
-class Simulation {
+class Simulation : public Run<D>,
+                   public SetAccess<Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>, D> {
     using List = detail::material_list<Material, D>;
     using Make = detail::material_sets<D, List>;
+    using Run<D>::now_;
+    template <std::size_t I>
+    static constexpr std::size_t at = detail::named_material<I, std::tuple_size_v<typename Make::type>>();
+    template <class, int>
+    friend class SetAccess;
+    template <class, std::size_t>
+    friend class SetHandle;
 
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
@@ -60,6 +68,7 @@ public:
 
     using scalar_type = detail::precision_of_t<List>;
     using material_type = Material;
+    using kernel_type = Kernel;
     using S = scalar_type;
     using Sets = typename Make::type;
     static constexpr int dimension = D;
@@ -75,7 +84,6 @@ public:
     Simulation(const Domain<D>& domain, const Material& material, const std::type_identity_t<Execution>& how,
                const Boundary& walls)
         : boundary(walls), execution(how), grid_(domain), sets_(Make::make(material, domain)) {
-        gravity[1] = -9.81;
         for_sets([](const auto& set) { check_material<D>(set.material); });
     }
 
@@ -102,7 +110,11 @@ public:
         static_assert(N == D, "firn: this domain has another dimension than the simulation.");
     }
 
-    Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
+    using Run<D>::gravity;
+    /// Of a fixed time step above the bound (again whenever that gets worse), of a bound that has fallen by 10³ or
+    /// needs more than 10⁶ steps a second, of bodies whose particles lie further apart than a cell, overlap or lie in a
+    /// solid, of walls that are not the domain's, of matter at an end without a wall.
+    using Run<D>::warn;
     Boundary boundary;  ///< by default: walls on all faces that let go, without friction. What moves is moved by steps.
     Execution execution;
     Transfer transfer{};
@@ -112,195 +124,27 @@ public:
     /// Particles are sorted when one may leave the reach of its block; and whenever the number of steps is a multiple
     /// of this, unless it is 0.
     std::uint64_t most_steps_between_sorts = 0;
-    /// Takes warnings, each once: of a fixed time step above the bound (again whenever that gets worse), of a bound
-    /// that has fallen by 10³ or needs more than 10⁶ steps a second, of bodies whose particles lie further apart than a
-    /// cell, overlap or lie in a solid, of walls that are not the domain's, of matter at an end without a wall. By
-    /// default they go to std::cerr; empty: nowhere. It is called outside any parallel region, before the step.
-    std::function<void(const std::string&)> warn = [](const std::string& text) {
-        std::cerr << "firn: " << text << '\n';
-    };
 
     const Domain<D>& domain() const { return grid_.domain(); }
     const SparseGrid<S, D>& grid() const { return grid_; }
-    double time() const { return time_; }  ///< [s]
-    std::uint64_t steps() const { return steps_; }
-    double last_time_step() const { return last_time_step_; }  ///< [s]
 
-    /// Of the material with that place in the list, which must be named where there are several.
+    /// A handle to the set of particles of a material, with all that concerns them: set<Snow<float>>().add(…). One that
+    /// is there twice is named by its place in the list: set<1>(). A simulation of one material is a handle itself.
     template <std::size_t I = unnamed>
-    const auto& material() const {
-        return std::get<at<I>>(sets_).material;
+    SetHandle<Simulation, at<I>> set() {
+        return SetHandle<Simulation, at<I>>(*this);
     }
     template <std::size_t I = unnamed>
-    const auto& particles() const {
-        return std::get<at<I>>(sets_).particles;
-    }
-    template <std::size_t I = unnamed>
-    const std::vector<Body>& bodies() const {
-        return std::get<at<I>>(sets_).bodies;
-    }
-    /// Of the material M.
-    template <class M>
-    const M& material() const {
-        return material<place_of<M>>();
+    SetHandle<const Simulation, at<I>> set() const {
+        return SetHandle<const Simulation, at<I>>(*this);
     }
     template <class M>
-    const auto& particles() const {
-        return particles<place_of<M>>();
+    auto set() {
+        return set<Make::template place<M>()>();
     }
     template <class M>
-    const std::vector<Body>& bodies() const {
-        return bodies<place_of<M>>();
-    }
-
-    /// Particles for editing (velocities of a body, say). The next step looks at them anew.
-    template <std::size_t I = unnamed>
-    auto& edit_particles() {
-        auto& set = std::get<at<I>>(sets_);
-        set.prepared = set.checked = false;
-        return set.particles;
-    }
-    template <class M>
-    auto& edit_particles() {
-        return edit_particles<place_of<M>>();
-    }
-
-    /// Changes the states of a body's particles: change(position [m], state of the material). The next step computes
-    /// their stress anew.
-    /// \throws parameter_error  if there is no such body
-    template <std::size_t I = unnamed, class Change>
-    void set_states(const Body& body, const Change& change) {
-        std::get<at<I>>(sets_).change_states(body, change);
-    }
-    template <class M, class Change>
-    void set_states(const Body& body, const Change& change) {
-        set_states<place_of<M>>(body, change);
-    }
-
-    /// What a material's particles have in all, now.
-    template <std::size_t I = unnamed>
-    Totals<D> totals() const {
-        const auto& set = std::get<at<I>>(sets_);
-        return firn::totals<Kernel>(set.particles, domain(), set.material, requested_threads(execution));
-    }
-    template <class M>
-    Totals<D> totals() const {
-        return totals<place_of<M>>();
-    }
-
-    /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
-    /// \throws parameter_error, particle_error (nothing is added)
-    template <std::size_t I = unnamed>
-    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
-        const Body body = std::get<at<I>>(sets_).add(samples, density, velocity, workers());
-        warnings_.of_spacing(samples, domain(), warn);
-        return body;
-    }
-    template <class M>
-    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
-        return add<place_of<M>>(samples, density, velocity);
-    }
-
-    template <std::size_t I = unnamed, int N, int M = D>
-        requires(N != D || M != D)
-    Body add(const Samples<N>&, double, const Vec<double, M>& = {}) {
-        static_assert(N == D, "firn: these samples have another dimension than the simulation.");
-        static_assert(M == D, "firn: this velocity has another dimension than the simulation.");
-        return {};
-    }
-
-    /// Adds the points of a net, which carry mass [kg] and no volume, at one velocity [m/s]: to the material NoStress.
-    /// \param masses  of each [kg]
-    /// \throws parameter_error, particle_error (nothing is added)
-    template <std::size_t I = unnamed>
-    Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
-        return std::get<at<I>>(sets_).add(net, masses, velocity, workers());
-    }
-    template <class M>
-    Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
-        return add<place_of<M>>(net, masses, velocity);
-    }
-
-    /// The facets of the nets, by ids of particles. Some of those may have been taken out.
-    template <std::size_t I = unnamed>
-    const std::vector<Facet<D>>& facets() const {
-        return std::get<at<I>>(sets_).facets;
-    }
-    template <class M>
-    const std::vector<Facet<D>>& facets() const {
-        return facets<place_of<M>>();
-    }
-
-    /// Forces between the particles of a body in every step from now on: springs, membranes, wind. As points they count
-    /// from 0 in the order they were added, have no radius, and positions in S. Their stiffness bounds the time step.
-    /// What joined particles that are taken out is gone with them.
-    /// \return the force as it is kept: its parameters may be changed
-    /// \throws parameter_error  if there is no such body
-    /// \see element_forces.hpp
-    template <std::size_t I = unnamed, class BetweenPoints>
-    BetweenPoints& add_force(const Body& body, BetweenPoints force) {
-        std::get<at<I>>(sets_).check_body(body);
-        auto& forces = std::get<at<I>>(sets_).forces;
-        forces.emplace_back(body, detail::AnyForce<S, D>(std::move(force)));
-        return forces.back().force().template as<BetweenPoints>();
-    }
-    template <class M, class BetweenPoints>
-    BetweenPoints& add_force(const Body& body, BetweenPoints force) {
-        return add_force<place_of<M>>(body, std::move(force));
-    }
-
-    /// Gives particles of a material from now on; every burst is a body.
-    /// \throws parameter_error  if a number is out of range
-    template <std::size_t I = unnamed>
-    void add_source(const Source<D>& source) {
-        source.check();
-        warnings_.of_spacing(source.samples, domain(), warn);
-        Source<D> added = source;
-        if (steps_ > 0) added.skip(time_);
-        std::get<at<I>>(sets_).sources.push_back(std::move(added));
-    }
-    template <class M>
-    void add_source(const Source<D>& source) {
-        add_source<place_of<M>>(source);
-    }
-    /// Takes out a material's particles, after every step, where they are in the sink.
-    /// \throws parameter_error  if upper is below lower
-    template <std::size_t I = unnamed>
-    void add_sink(const Sink<D>& sink) {
-        sink.check();
-        std::get<at<I>>(sets_).sinks.push_back(sink);
-    }
-    template <class M>
-    void add_sink(const Sink<D>& sink) {
-        add_sink<place_of<M>>(sink);
-    }
-    /// Pushes the particles of a body, in every step from now on: force(position [m], time [s]) on each [N], called
-    /// from several threads at once.
-    /// \throws parameter_error  if there is no such body, or the force is an empty function
-    template <std::size_t I = unnamed, class OfParticle>
-    void add_load(const Body& body, const OfParticle& force) {
-        static_assert(
-            detail::returns_numbers<OfParticle, Vec<double, D>, double>,
-            "firn: this load returns an expression, which refers to values that are gone when it has returned. "
-            "Give it a return type that holds the numbers: -> Eigen::Vector3d.");
-        Load<D> load{body, force};
-        if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
-        std::get<at<I>>(sets_).check_body(body);
-        std::get<at<I>>(sets_).loads.push_back(std::move(load));
-    }
-    template <class M, class OfParticle>
-    void add_load(const Body& body, const OfParticle& force) {
-        add_load<place_of<M>>(body, force);
-    }
-    /// Takes out the particles for which wanted(position [m], id) says so. Ids of others stay.
-    /// \return how many that were
-    template <std::size_t I = unnamed, class Wanted>
-    std::size_t remove_if(const Wanted& wanted) {
-        return std::get<at<I>>(sets_).remove_if(wanted);
-    }
-    template <class M, class Wanted>
-    std::size_t remove_if(const Wanted& wanted) {
-        return remove_if<place_of<M>>(wanted);
+    auto set() const {
+        return set<Make::template place<M>()>();
     }
 
     /// The largest stable time step for the particles as they are [s].
@@ -310,8 +154,8 @@ public:
         const double on_grid =
             fastest > 0 ? firn::stable_time_step<Kernel>(
                               domain().cell_size, std::max(fastest, detail::speed_of_boundary<S>(boundary, domain())))
-                        : next_burst() - time_;
-        const double bound = std::min(on_grid, detail::force_bound(sets_, time_, workers()));
+                        : next_burst() - now_.time;
+        const double bound = std::min(on_grid, detail::force_bound(sets_, now_.time, workers()));
         if (!std::isfinite(bound) && !is_waiting()) detail::throw_at_rest(fastest);
         return bound;
     }
@@ -323,7 +167,7 @@ public:
     /// vector
     template <class Acceleration>
     void step(const Acceleration& acceleration) {
-        take_steps(detail::own_acceleration<D>(acceleration), std::numeric_limits<double>::infinity(), steps_ + 1);
+        take_steps(detail::own_acceleration<D>(acceleration), std::numeric_limits<double>::infinity(), now_.steps + 1);
     }
 
     /// Steps until `duration` [s] has passed; the last step is shortened to end there.
@@ -332,76 +176,66 @@ public:
     void advance(double duration, const Acceleration& acceleration) {
         if (!(duration >= 0) || !std::isfinite(duration))
             throw parameter_error(sentence("The time to advance is ", duration, " s; it must not be negative."));
-        take_steps(detail::own_acceleration<D>(acceleration), time_ + duration,
+        take_steps(detail::own_acceleration<D>(acceleration), now_.time + duration,
                    std::numeric_limits<std::uint64_t>::max());
     }
 
-    /// The partition in use: which blocks a material's particles are sorted into.
-    template <std::size_t I = unnamed>
-    const BlockPartition<D>& partition() {
-        prepare();
-        return std::get<at<I>>(sets_).partition;
-    }
-
-    /// What the last G2P saw: the bound of the next step comes from it.
-    template <std::size_t I = unnamed>
-    const G2PReport& report() {
-        prepare();
-        return std::get<at<I>>(sets_).report;
-    }
-
-    /// Goes back to a stored moment: the particles of then; if the set is prepared, in the order of then with partition
-    /// and report, so that the run goes on to the same bits. With several materials: of each.
+    /// Goes back to a stored moment: a material's particles of then; if the set is prepared, in the order of then with
+    /// partition and report, so that the run goes on to the same bits. With several materials: of each.
     /// \throws io_error  if another material has been restored to another moment, and no step was made since
-    template <std::size_t I = 0>
-    void restore(std::tuple_element_t<I, Sets>&& set, double time, std::uint64_t steps, double last_time_step) {
-        for (std::size_t other = 0; other < material_count; ++other)
-            if (other != I && restored_[other] && (time != time_ || steps != steps_))
-                throw io_error(sentence("The state is of step ", steps, " at ", time, " s, that of material ", other,
-                                        " was of step ", steps_, " at ", time_, " s. Give states of one moment."));
-        restored_[I] = true;
-        auto& mine = std::get<I>(sets_);
-        mine.restore(std::move(set), time);
-        time_ = time;
-        steps_ = steps;
-        last_time_step_ = last_time_step;
-        is_spoiled_ = false;
-        if (mine.prepared) activate();
+    template <std::size_t I = unnamed>
+    void restore(std::tuple_element_t<at<I>, Sets>&& set, const Moment& moment) {
+        for_sets([&](const auto& other) {
+            if (static_cast<const void*>(&other) != &set_at<at<I>>() && other.restored && *other.restored != moment)
+                throw io_error(sentence("The state is of step ", moment.steps, " at ", moment.time,
+                                        " s, that of another material was of step ", other.restored->steps, " at ",
+                                        other.restored->time, " s. Give states of one moment."));
+        });
+        auto& mine = set_at<at<I>>();
+        mine.restore(std::move(set), moment);
+        now_ = moment;
+        if (mine.readiness.is(Readiness::prepared)) activate();
     }
 
 private:
+    /// For SetAccess: of a simulation with one material.
+    Simulation& simulation() { return *this; }
+    const Simulation& simulation() const { return *this; }
+    auto& mine() { return set_at<at<unnamed>>(); }
+    const auto& mine() const { return set_at<at<unnamed>>(); }
+    template <std::size_t I>
+    auto& set_at() {
+        return std::get<I>(sets_);
+    }
+    template <std::size_t I>
+    const auto& set_at() const {
+        return std::get<I>(sets_);
+    }
+    void warn_of_spacing(const Samples<D>& samples) { warnings_.of_spacing(samples, domain(), warn); }
+
     int workers() const { return thread_count(requested_threads(execution)); }
 
-    /// Steps until the time `end` [s], where the last one is shortened to end, or up to a number of steps. They share
-    /// one parallel region, which is left where something of the user's is to be called.
+    /// Steps until the time `end` [s], where the last one is shortened to end, or up to a number of steps.
     template <class Acceleration>
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
-        if (steps_ == 0) warnings_.of_start(sets_, domain(), boundary, warn);
-        std::string warning;
+        if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, warn);
         const bool leaves_regions = any_set([](const auto& set) { return set.may_open_regions(); });
-        const auto is_done = [&] { return !(time_ < end) || steps_ == last_step; };
-        while (!is_done()) {
-            const std::uint64_t most = detail::regions_span_steps() ? last_step - steps_ : 1;
-            detail::steps_region(leaves_regions ? 1 : workers(), most, helpers_, [&](std::uint64_t wanted) {
-                std::uint64_t taken = 0;
-                for (; taken < wanted && !is_done(); ++taken) {
-                    const double dt = next_time_step(warning), left = end - time_;
-                    if (!warning.empty()) break;
-                    const bool is_last = left < dt * (1 + 1e-9);
-                    step_by(is_last ? left : dt, acceleration);
-                    if (is_last) time_ = end;
-                }
-                return taken;
+        Run<D>::take_steps(
+            leaves_regions ? 1 : workers(), last_step, [&] { return !(now_.time < end) || now_.steps == last_step; },
+            [&](std::string& warning) {
+                const double dt = next_time_step(warning), left = end - now_.time;
+                if (!warning.empty()) return;
+                const bool is_last = left < dt * (1 + 1e-9);
+                step_by(is_last ? left : dt, acceleration);
+                if (is_last) now_.time = end;
             });
-            if (!warning.empty()) warn(std::exchange(warning, {}));
-        }
     }
 
     /// Not a step that was chosen.
     bool is_the_bound(double dt) const { return fixed_time_step == 0 && bound_ > 0 && !(dt < bound_); }
     [[gnu::cold]] std::string reason_of_bound() {
         return detail::reason_of_bound<Kernel>(sets_, domain(), detail::speed_of_boundary<S>(boundary, domain()),
-                                               detail::force_bound(sets_, time_, workers()));
+                                               detail::force_bound(sets_, now_.time, workers()));
     }
 
     /// The fixed time step, or the bound.
@@ -411,34 +245,33 @@ private:
         if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
             throw parameter_error(
                 sentence("The fixed time step is ", fixed_time_step, " s; it must be positive, or 0 for the bound."));
-        if (fixed_time_step > bound) warning = warnings_.of_step(fixed_time_step, bound, steps_, warn);
+        if (fixed_time_step > bound) warning = warnings_.of_step(fixed_time_step, bound, now_.steps, warn);
         if (warn && warning.empty() && detail::fastest_signal(sets_) > 0)
-            warning = warnings_.of_bound(bound, steps_, time_, [&] { return reason_of_bound(); });
-        if (warn && warning.empty()) warning = warnings_.of_the_end(sets_, domain(), boundary, steps_);
+            warning = warnings_.of_bound(bound, now_.steps, now_.time, [&] { return reason_of_bound(); });
+        if (warn && warning.empty()) warning = warnings_.of_the_end(sets_, domain(), boundary, now_.steps);
         return fixed_time_step > 0 ? fixed_time_step : bound;
     }
 
     template <class Acceleration>
     void step_by(double dt, const Acceleration& acceleration) {
         detail::check_acceleration<D>(acceleration);
-        if (!(time_ + dt > time_) || !std::isfinite(time_ + dt))
-            detail::throw_no_step(dt, time_, steps_, is_the_bound(dt) ? reason_of_bound() : "");
+        if (!(now_.time + dt > now_.time) || !std::isfinite(now_.time + dt))
+            detail::throw_no_step(dt, now_.time, now_.steps, is_the_bound(dt) ? reason_of_bound() : "");
         if constexpr (requires { transfer.check(); }) transfer.check();
         static_cast<void>(lift<native_pack<S>>(boundary));  // it looks at its parameters, before anything is changed
-        restored_.fill(false);
-        const bool due = most_steps_between_sorts > 0 && steps_ % most_steps_between_sorts == 0;
+        const bool due = most_steps_between_sorts > 0 && now_.steps % most_steps_between_sorts == 0;
         bool sorted = false;
         for_sets([&](auto& set) {
-            set.prepared = set.checked = false;
-            if (set.report.sort_needed || (due && !set.as_sorted)) {
+            const bool was_sorted = set.readiness.is(Readiness::sorted);
+            set.restored.reset();
+            set.readiness.begin_step();
+            if (set.report.sort_needed || (due && !was_sorted)) {
                 sort(set);
                 sorted = true;
             }
-            set.as_sorted = false;
         });
         if (sorted) activate();
-        is_spoiled_ = any_set([](const auto& set) { return set.is_pushed(); });
-        for_sets([&](auto& set) { set.push(time_, dt, steps_, workers()); });
+        for_sets([&](auto& set) { set.push(now_, dt, workers()); });
         make_grid(dt);
         if constexpr (boundary_fits) {
             if (reactions)
@@ -446,7 +279,7 @@ private:
             else
                 grid_update(execution, grid_, dt, acceleration, boundary);
         }
-        is_spoiled_ = true;  // until all sets are where they should be
+        for_sets([](auto& set) { set.readiness.spoil(); });  // until all are where they should be
         bool right = true;
         for_sets([&](auto& set) {
             const auto pass = detail::g2p_pass<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition,
@@ -456,18 +289,15 @@ private:
         });
         if (!right)
             detail::throw_wrong_particles(
-                sets_, domain(), sentence("At step ", steps_, ", of ", dt, " s from ", time_, " s on: "), dt,
+                sets_, domain(), sentence("At step ", now_.steps, ", of ", dt, " s from ", now_.time, " s on: "), dt,
                 detail::likely_cause(grid_, dt, bound_, acceleration) +
                     " The simulation cannot go on, nor be written: restore() its last state.");
-        is_spoiled_ = false;
-        for_sets([](auto& set) { set.prepared = set.checked = true; });
-        time_ += dt;
-        last_time_step_ = dt;
-        ++steps_;
+        for_sets([](auto& set) { set.readiness.end_step(); });
+        now_ = {now_.time + dt, now_.steps + 1, dt};
         boundary = advanced(boundary, dt);
         for_sets([&](auto& set) {
-            set.take(time_);
-            set.give(time_, workers());
+            set.take(now_.time);
+            set.give(now_.time, workers());
         });
     }
 
@@ -476,7 +306,7 @@ private:
             std::apply([&](auto&... set) { make_grid(dt, ParticleSet{set.particles.view(), set.partition}...); },
                        sets_);
         } catch (const overflow_error& failure) {
-            detail::throw_overflow(failure, steps_, dt, time_, dt / bound_);
+            detail::throw_overflow(failure, now_.steps, dt, now_.time, dt / bound_);
         }
     }
     template <class... Views>
@@ -494,7 +324,7 @@ private:
         if (set.particles.size() == 0 && (has_particles() || is_waiting())) {  // there may be some later
             set.partition = {};
             set.report = {};
-            set.prepared = true;
+            set.readiness.prepare();
             return;
         }
         set.check_positions();
@@ -503,10 +333,10 @@ private:
                                                      domain().cell_size);
         if (!pass.right)
             detail::throw_wrong_particles(
-                sets_, domain(), sentence("Before step ", steps_, ", at ", time_, " s: "), 0,
+                sets_, domain(), sentence("Before step ", now_.steps, ", at ", now_.time, " s: "), 0,
                 "They were set so: look at set_states(), edit_particles(), what a state held, and the moduli.");
         set.report = pass.report;
-        set.prepared = true;
+        set.readiness.prepare();
     }
 
     template <class Is>
@@ -526,7 +356,6 @@ private:
     template <class Set>
     void sort(Set& set) {
         set.partition = sort_particles<Kernel>(set.particles, requested_threads(execution));
-        set.as_sorted = true;
     }
     void activate() {
         std::array<BlockPartition<D>*, material_count> all{};
@@ -539,21 +368,11 @@ private:
     void for_sets(const F& f) {
         std::apply([&](auto&... set) { (f(set), ...); }, sets_);
     }
-    template <class M>
-    static constexpr std::size_t place_of = Make::template place<M>();
-
-    template <std::size_t I>
-    static constexpr std::size_t at = detail::named_material<I, material_count>();
-
     SparseGrid<S, D> grid_;
     Sets sets_;
-    std::array<bool, material_count> restored_{};  // since the last step
     TransferMemory<S> transfer_memory_;
-    detail::StepHelpers helpers_;
-    double time_ = 0, last_time_step_ = 0, bound_ = 0;  // the bound of the step that is taken
+    double bound_ = 0;  // of the step that is taken
     detail::Warnings warnings_;
-    std::uint64_t steps_ = 0;
-    bool is_spoiled_ = false;  // by a step that failed half-way
 };
 
 template <int D, class Material, class... Policies>
@@ -579,19 +398,20 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::adva
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
 void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prepare() {
-    if (is_spoiled_) detail::throw_spoiled(steps_);
-    if (steps_ == 0) for_sets([&](auto& set) { set.give(time_, workers()); });
-    if (!any_set([](const auto& set) { return !set.prepared; })) return;
+    if (any_set([](const auto& set) { return !set.readiness.is(Readiness::changed); }))
+        detail::throw_spoiled(now_.steps);
+    if (now_.steps == 0) for_sets([&](auto& set) { set.give(now_.time, workers()); });
+    if (!any_set([](const auto& set) { return !set.readiness.is(Readiness::prepared); })) return;
     double fastest = 0;
     parallel_region(workers(), [&] {
         for_sets([&](auto& set) {
-            if (!set.prepared) prepare(set);
+            if (!set.readiness.is(Readiness::prepared)) prepare(set);
             if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
         });
     });
     if (!std::isfinite(fastest) ||
         (!(fastest > 0) && !is_waiting() && !any_set([](const auto& set) { return !set.forces.empty(); }))) {
-        for_sets([](auto& set) { set.prepared = false; });
+        for_sets([](auto& set) { set.readiness.refuse(); });
         detail::throw_at_rest(fastest);
     }
     activate();

@@ -11,8 +11,8 @@ using namespace firn;
 using Two = Simulation<2, Materials<Snow<float>, Sand<float>>>;
 
 #ifdef FIRN_GOOD
-Body add(Two& two, const Samples<2>& samples) { return two.add<Sand<float>>(samples, 1000); }
-State<float> state(Two& two) { return state_of<Sand<float>>(two); }
+Body add(Two& two, const Samples<2>& samples) { return two.set<Sand<float>>().add(samples, 1000); }
+State<float> state(Two& two) { return state_of(two.set<Sand<float>>()); }
 Sand<float> sand() { return Sand<float>::from_properties({.friction_angle = degrees(35)}); }
 Rotor<double, 2> turned() { return rotor(radians(0.5)); }
 #else

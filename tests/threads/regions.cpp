@@ -222,8 +222,8 @@ TEST_CASE("A force of the user's runs outside any region, and its own region has
         Simulation<3, Materials<FixedCorotated<float>, NoStress<float>>> simulation(unit_box, {jelly, {}}, {2});
         const auto sheet = cloth({0.2, 0.7, 0.2}, {0.6, 0.0, 0.0}, {0.0, 0.0, 0.6}, {40, 40});
         const std::vector<double> masses(sheet.positions.size(), 1e-4);
-        const Body body = simulation.add<NoStress<float>>(sheet, masses, {0.0, -1.0, 0.0});
-        simulation.add_force<NoStress<float>>(body, OwnLoop{&least_threads, &inside});
+        const Body body = simulation.set<NoStress<float>>().add(sheet, masses, {0.0, -1.0, 0.0});
+        simulation.set<NoStress<float>>().add_force(body, OwnLoop{&least_threads, &inside});
         simulation.fixed_time_step = dt;
         simulation.advance(3 * dt);
     }

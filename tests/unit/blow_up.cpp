@@ -27,7 +27,7 @@ Simulation cube(int threads) {
     simulation.warn = [](const std::string&) {};
     const Body body = simulation.add(
         sample_box<D>(Vec<double, D>::filled(0.35), Vec<double, D>::filled(0.65), {.spacing = 1.0 / 32}), 1000);
-    simulation.template set_states<0>(body, [](const auto&, auto& state) { state.F = state.F * S(1.05); });
+    simulation.template set<0>().set_states(body, [](const auto&, auto& state) { state.F = state.F * S(1.05); });
     return simulation;
 }
 
@@ -40,7 +40,7 @@ std::pair<std::uint64_t, std::string> blown_up(Simulation& simulation, const Ste
         } catch (const particle_error& failure) {
             return {simulation.steps(), failure.what()};
         }
-        const auto& particles = simulation.template particles<0>();
+        const auto& particles = simulation.template set<0>().particles();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot)) continue;
             REQUIRE(detail::is_finite(particles.exact_position(slot)));
@@ -132,7 +132,7 @@ TEMPLATE_TEST_CASE("a load that is not finite is named before it reaches the gri
     constexpr int D = TestType::dimension;
     const std::string said = said_of<TestType>(
         [](auto& simulation) {
-            simulation.template add_load<0>(simulation.bodies()[0], [](const Vec<double, D>&, double time) {
+            simulation.template set<0>().add_load(simulation.bodies()[0], [](const Vec<double, D>&, double time) {
                 return Vec<double, D>::filled(time > 0 ? infinity : 0.0);
             });
         },
@@ -150,7 +150,7 @@ TEMPLATE_TEST_CASE("a state or a velocity set by hand that is not finite is name
         [](auto& simulation) {
             std::uint32_t seen = 0;
             simulation.step();
-            simulation.template set_states<0>(simulation.bodies()[0], [&](const auto&, auto& state) {
+            simulation.template set<0>().set_states(simulation.bodies()[0], [&](const auto&, auto& state) {
                 if (++seen > 40) state.F(0, 1) = S(not_a_number);
             });
         },
@@ -162,7 +162,7 @@ TEMPLATE_TEST_CASE("a state or a velocity set by hand that is not finite is name
 
     const std::string of_velocity = said_of<TestType>(
         [](auto& simulation) {
-            auto& particles = simulation.template edit_particles<0>();
+            auto& particles = simulation.template set<0>().edit_particles();
             for (std::size_t slot = 0; slot < particles.slots(); ++slot)
                 if (particles.is_particle(slot) && (particles.id(slot) == 7 || particles.id(slot) == 60)) {
                     auto v = particles.velocity(slot);
@@ -267,18 +267,18 @@ TEST_CASE("with several materials the one with the wrong particle is named; a re
     using Both = Simulation<2, Materials<FixedCorotated<double>, NeoHookean<double>>>;
     Both simulation({{0, 0}, {1, 1}, 1.0 / 16});
     simulation.warn = [](const std::string&) {};
-    simulation.add<0>(sample_box<2>({0.2, 0.3}, {0.4, 0.5}, {.spacing = 1.0 / 32}), 1000);
-    simulation.add<1>(sample_box<2>({0.6, 0.3}, {0.8, 0.5}, {.spacing = 1.0 / 32}), 1000, {{30, 0}});
+    simulation.set<0>().add(sample_box<2>({0.2, 0.3}, {0.4, 0.5}, {.spacing = 1.0 / 32}), 1000);
+    simulation.set<1>().add(sample_box<2>({0.6, 0.3}, {0.8, 0.5}, {.spacing = 1.0 / 32}), 1000, {{30, 0}});
     simulation.step();
-    const auto first = state_of<0>(simulation), second = state_of<1>(simulation);
+    const auto first = state_of(simulation.set<0>()), second = state_of(simulation.set<1>());
     simulation.fixed_time_step = 20 * simulation.stable_time_step();
     const std::string said = blown_up(simulation, plain_step).second;
     CAPTURE(said);
     CHECK(holds(said, "of the material neo_hookean, "));
-    CHECK_THROWS_AS(state_of<0>(simulation), particle_error);
+    CHECK_THROWS_AS(state_of(simulation.set<0>()), particle_error);
     simulation.fixed_time_step = 0;
-    restore<0>(simulation, first);
-    restore<1>(simulation, second);
+    restore(simulation.set<0>(), first);
+    restore(simulation.set<1>(), second);
     CHECK_NOTHROW(simulation.step());
     CHECK(simulation.steps() == 2);
 }

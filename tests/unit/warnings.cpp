@@ -109,11 +109,11 @@ TEMPLATE_TEST_CASE_SIG("bodies that overlap are warned of, those that touch are 
             Simulation<D, Two> simulation({Vec<double, D>::zero(), Vec<double, D>::filled(1), 1.0 / 32});
             std::vector<std::string> said;
             listen(simulation, said);
-            simulation.template add<0>(one, 1000);
+            simulation.template set<0>().add(one, 1000);
             if (of_two_materials)
-                simulation.template add<1>(other, 1000);
+                simulation.template set<1>().add(other, 1000);
             else
-                simulation.template add<0>(other, 1000);
+                simulation.template set<0>().add(other, 1000);
             simulation.step();
             simulation.step();
             overlapping[of_two_materials] = count(said, "overlap");

@@ -95,8 +95,7 @@ public:
         SystemMoment<S, D> moment;
         moment.points = points();
         moment.constraints.added = whole("constraints", double(no_particle));
-        moment.time = state_.time;
-        moment.steps = state_.step;
+        moment.now = {state_.time, state_.step, state_.last_time_step};
         const auto& facets = state_.facets;
         for (std::size_t row = 0; row < facets.size(); row += D) {
             Facet<D> facet;
@@ -256,6 +255,7 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
                                           system.steps(),
                                           "; no run can go on from there. Go on from the state before."));
     State<S> state = state_of(points, system.facets, system.time(), system.steps());
+    state.last_time_step = system.last_time_step();
     state.fields.push_back({"inverse_mass", "1/kg", 1, {points.inverse_mass.begin(), points.inverse_mass.end()}});
     state.fields.push_back({"since", "s", 1, {points.since.begin(), points.since.end()}});
 

@@ -203,7 +203,8 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
         throw io_error(
             "The state was made in another domain or with other cells than the simulation's. Give the same, or ask for "
             "Restart::converted.");
-    for_parameters(simulation.template material<I>(), [&](const std::string& name, const char*, const auto& value) {
+    for_parameters(simulation.template set<I>().material(), [&](const std::string& name, const char*,
+                                                                const auto& value) {
         const std::vector<double> theirs = parameter_values(state, "material", name.c_str()), ours = as_doubles(value);
         if (theirs != ours)
             throw io_error(sentence("The state was made with ", name, " = ", theirs[0],
@@ -224,61 +225,58 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
 /// With several materials: once for each, with the states of one moment.
 /// With Restart::converted only particles with their ids, velocities and states are taken over, and time and steps; all
 /// else (domain, boundary, gravity, …) is the program's. Where the state has no affine_velocity, it is 0.
-/// \tparam Named  which of the simulation's materials; of several one must be named
+/// \param set  of particles: of a simulation with several materials, simulation.set<Snow<float>>()
 /// \param how  what is asked of the state
 /// \throws io_error  naming what differs, is missing or is damaged; the simulation is then as it was
 /// \throws particle_error  naming particles outside the domain
-template <std::size_t Named = detail::unnamed_material, int D, class Materials, class Transfer, class Force,
-          class Kernel, class Execution, class Boundary, state_scalar T>
-void restore(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation, const State<T>& state,
-             Restart how = Restart::same_bits) {
-    constexpr std::size_t I =
-        detail::named_material<Named, std::remove_cvref_t<decltype(simulation)>::material_count>();
-    using S = detail::precision_of_t<Materials>;
-    using Material = std::remove_cvref_t<decltype(simulation.template material<I>())>;
+template <class Simulation, std::size_t I, state_scalar T>
+void restore(SetHandle<Simulation, I> set, const State<T>& state, Restart how = Restart::same_bits) {
+    constexpr int D = Simulation::dimension;
+    using S = typename Simulation::scalar_type;
+    using Kernel = typename Simulation::kernel_type;
+    Simulation& simulation = set.simulation();
     detail::check_dimension(state, D);
     if (how != Restart::converted) detail::check_same_run<I>(simulation, state, how);
 
     const detail::ParticlesOfState<S, D, T> read(state);
-    MaterialSet<D, Material> set{simulation.template material<I>(),
-                                 decltype(MaterialSet<D, Material>::particles)(simulation.domain())};
-    read.read(set.particles);
-    set.bodies = read.bodies();
-    Boundary boundary = simulation.boundary;
-    Transfer transfer = simulation.transfer;
+    std::tuple_element_t<I, typename Simulation::Sets> stored{
+        set.material(), std::remove_cvref_t<decltype(set.particles())>(simulation.domain())};
+    read.read(stored.particles);
+    stored.bodies = read.bodies();
+    auto boundary = simulation.boundary;
+    auto transfer = simulation.transfer;
     if (how != Restart::converted) {
-        set.partition = read.partition(colours_along_axis<Kernel>);
-        set.report = {detail::parameter_values(state, "run", "signal_speed")[0],
-                      detail::parameter_values(state, "run", "sort_needed")[0] != 0};
-        read.set_places(set.particles, set.partition, Kernel::base_shift, !set.report.sort_needed);
+        stored.partition = read.partition(colours_along_axis<Kernel>);
+        stored.report = {detail::parameter_values(state, "run", "signal_speed")[0],
+                         detail::parameter_values(state, "run", "sort_needed")[0] != 0};
+        read.set_places(stored.particles, stored.partition, Kernel::base_shift, !stored.report.sort_needed);
         restore_parameters(boundary, state, "boundary");
         restore_parameters(transfer, state, "transfer");
     }
     if (state.size() > 0)
         check_positions<double, D>(state.size(), simulation.domain(),
-                                   [&](std::size_t i, int a) { return set.particles.exact_position(i)[a]; });
-    if (how == Restart::converted)
-        return simulation.template restore<I>(std::move(set), state.time, state.step, state.last_time_step);
+                                   [&](std::size_t i, int a) { return stored.particles.exact_position(i)[a]; });
+    const Moment moment{state.time, state.step, state.last_time_step};
+    stored.readiness.restore(how != Restart::converted);
+    if (how == Restart::converted) return simulation.template restore<I>(std::move(stored), moment);
 
-    set.particles.reorder(set.partition, thread_count(requested_threads(simulation.execution)));
-    set.prepared = set.checked = true;
+    stored.particles.reorder(stored.partition, thread_count(requested_threads(simulation.execution)));
     const auto gravity = detail::parameter_values(state, "run", "gravity");
     const double fixed = detail::parameter_values(state, "run", "fixed_time_step")[0],
                  sorts = detail::parameter_values(state, "run", "most_steps_between_sorts")[0];
     if (gravity.size() != D || !(sorts >= 0 && sorts < 0x1p53)) detail::throw_damaged("gravity or sorting");
-    simulation.template restore<I>(std::move(set), state.time, state.step, state.last_time_step);
+    simulation.template restore<I>(std::move(stored), moment);
     simulation.boundary = boundary;
     simulation.transfer = transfer;
     std::copy(gravity.begin(), gravity.end(), simulation.gravity.v);
     simulation.fixed_time_step = fixed;
     simulation.most_steps_between_sorts = std::uint64_t(sorts);
 }
-
-/// Of the material M: restore<Snow<float>>(simulation, state).
-template <class M, int D, class Materials, class... Policies, state_scalar T>
-void restore(Simulation<D, Materials, Policies...>& simulation, const State<T>& state,
+/// Of a simulation with one material.
+template <int D, class Material, class... Policies, state_scalar T>
+void restore(Simulation<D, Material, Policies...>& simulation, const State<T>& state,
              Restart how = Restart::same_bits) {
-    restore<detail::place_of_material<M, Materials, D>>(simulation, state, how);
+    restore(simulation.set(), state, how);
 }
 
 }  // namespace firn

@@ -63,7 +63,7 @@ template <std::size_t I, int D, class Materials, class Transfer, class Force, cl
           class Boundary>
 std::vector<StateAttribute> policies_of(
     const Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation) {
-    using Material = std::remove_cvref_t<decltype(simulation.template material<I>())>;
+    using Material = std::remove_cvref_t<decltype(simulation.template set<I>().material())>;
     std::vector<StateAttribute> policies{{"kernel", std::string(name_of<Kernel>())},
                                          {"transfer", std::string(name_of<Transfer>())},
                                          {"force", std::string(name_of<Force>())},
@@ -78,14 +78,14 @@ std::vector<StateAttribute> policies_of(
 }
 
 /// \see state_of
-template <std::size_t I, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
-          class Boundary>
-void fill_state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation,
-                   State<precision_of_t<Materials>>& into) {
-    using S = precision_of_t<Materials>;
-    const BlockPartition<D>& partition = simulation.template partition<I>();
-    const auto& particles = simulation.template particles<I>();
-    const std::vector<Body>& all_bodies = simulation.template bodies<I>();
+template <class Simulation, std::size_t I>
+void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scalar_type>& into) {
+    constexpr int D = Simulation::dimension;
+    Simulation& simulation = set.simulation();
+    using S = typename Simulation::scalar_type;
+    const BlockPartition<D>& partition = set.partition();
+    const auto& particles = set.particles();
+    const std::vector<Body>& all_bodies = set.bodies();
     const std::size_t n = particles.size();
 
     const int threads = requested_threads(simulation.execution);
@@ -116,7 +116,7 @@ void fill_state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, 
         std::fill(place_of(first), place_of(first + all_bodies[b].count), std::int32_t(b));
     }
 
-    for (const Facet<D>& facet : simulation.template facets<I>()) {
+    for (const Facet<D>& facet : set.facets()) {
         std::array<std::int64_t, D> rows{};
         bool whole = true;
         for (std::size_t k = 0; k < std::size_t(D); ++k) {
@@ -135,10 +135,9 @@ void fill_state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, 
     const auto parameter = [&](const char* group, std::string name, const char* unit, std::vector<double> values) {
         state.parameters.push_back({group, std::move(name), unit, std::move(values)});
     };
-    for_parameters(simulation.template material<I>(),
-                   [&](const std::string& name, const char* unit, const auto& value) {
-                       parameter("material", name, unit, as_doubles(value));
-                   });
+    for_parameters(set.material(), [&](const std::string& name, const char* unit, const auto& value) {
+        parameter("material", name, unit, as_doubles(value));
+    });
     for_parameters(simulation.transfer, [&](const std::string& name, const char* unit, const auto& value) {
         parameter("transfer", name, unit, as_doubles(value));
     });
@@ -152,8 +151,8 @@ void fill_state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, 
     parameter("run", "gravity", "m/s^2", as_doubles(simulation.gravity));
     parameter("run", "fixed_time_step", "s", {simulation.fixed_time_step});
     parameter("run", "most_steps_between_sorts", "1", {double(simulation.most_steps_between_sorts)});
-    parameter("run", "signal_speed", "m/s", {simulation.template report<I>().signal_speed});
-    parameter("run", "sort_needed", "1", {double(simulation.template report<I>().sort_needed)});
+    parameter("run", "signal_speed", "m/s", {set.report().signal_speed});
+    parameter("run", "sort_needed", "1", {double(set.report().sort_needed)});
     parameter("run", "next_id", "1", {double(particles.next_id())});
 
     StateTable blocks{"blocks", D + 2, {}};
@@ -176,32 +175,28 @@ void fill_state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, 
 /// lower corner of the particle's block: what positions are rounded from], velocities [m/s], C [1/s], τ [Pa], masses
 /// [kg], volumes [m^D], the material's state (F); in the order of ids; the facets of nets; the order of the slots and
 /// blocks beside them, so that sums go on in the same order; parameters with units; names of policies.
-/// \tparam I  of which of the simulation's materials; of several one must be named
+/// \param set   of particles: of a simulation with several materials, simulation.set<Snow<float>>()
 /// \param into  whose memory is used anew: what a series gives back (BackgroundSeries::spare), or nothing yet
-template <std::size_t I = detail::unnamed_material, int D, class Materials, class Transfer, class Force, class Kernel,
-          class Execution, class Boundary>
-void state_of(Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation,
-              State<detail::precision_of_t<Materials>>& into) {
-    constexpr std::size_t named =
-        detail::named_material<I, std::remove_cvref_t<decltype(simulation)>::material_count>();
-    parallel_region(thread_count(requested_threads(simulation.execution)),
-                    [&] { detail::fill_state_of<named>(simulation, into); });
+template <class Simulation, std::size_t I>
+void state_of(SetHandle<Simulation, I> set, State<typename Simulation::scalar_type>& into) {
+    parallel_region(thread_count(requested_threads(set.simulation().execution)),
+                    [&] { detail::fill_state_of(set, into); });
 }
 /// The same, in memory of its own.
-template <std::size_t I = detail::unnamed_material, int D, class Materials, class... Policies>
-State<detail::precision_of_t<Materials>> state_of(Simulation<D, Materials, Policies...>& simulation) {
-    State<detail::precision_of_t<Materials>> state;
-    state_of<I>(simulation, state);
+template <class Simulation, std::size_t I>
+State<typename Simulation::scalar_type> state_of(SetHandle<Simulation, I> set) {
+    State<typename Simulation::scalar_type> state;
+    state_of(set, state);
     return state;
 }
-/// Of the material M: state_of<Snow<float>>(simulation).
-template <class M, int D, class Materials, class... Policies>
-State<detail::precision_of_t<Materials>> state_of(Simulation<D, Materials, Policies...>& simulation) {
-    return state_of<detail::place_of_material<M, Materials, D>>(simulation);
+/// Of a simulation with one material.
+template <int D, class Material, class... Policies>
+void state_of(Simulation<D, Material, Policies...>& simulation, State<detail::precision_of_t<Material>>& into) {
+    state_of(simulation.set(), into);
 }
-template <class M, int D, class Materials, class... Policies>
-void state_of(Simulation<D, Materials, Policies...>& simulation, State<detail::precision_of_t<Materials>>& into) {
-    state_of<detail::place_of_material<M, Materials, D>>(simulation, into);
+template <int D, class Material, class... Policies>
+State<detail::precision_of_t<Material>> state_of(Simulation<D, Material, Policies...>& simulation) {
+    return state_of(simulation.set());
 }
 
 }  // namespace firn

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/core/optimised.hpp>
-#include <firn/core/step_region.hpp>
+#include <firn/core/run.hpp>
 #include <firn/data/mesh.hpp>
 #include <firn/lagrangian/collisions.hpp>
 #include <firn/lagrangian/distance_constraints.hpp>
@@ -13,8 +13,6 @@
 #include <firn/stage/grid_update.hpp>
 
 #include <atomic>
-#include <functional>
-#include <iostream>
 #include <optional>
 #include <string>
 
@@ -37,8 +35,7 @@ struct SystemMoment {
     ConstraintHistory constraints;
     std::vector<EmitterHistory> emitters;
     std::optional<std::vector<KeptImpulse<S, D>>> impulses;  ///< see Collisions::kept
-    double time = 0;                                         ///< [s]
-    std::uint64_t steps = 0;
+    Moment now;
 };
 
 /// \tparam D           2 or 3
@@ -50,7 +47,9 @@ struct SystemMoment {
 /// change each other's; points move; constraints pull them where they should be, which changes velocities, too; what
 /// overlaps is moved apart, which does not.
 template <int D, std::floating_point S = float, integrator Integrator = Verlet, class Boundary = NoBoundary>
-class ParticleSystem {
+class ParticleSystem : public Run<D> {
+    using Run<D>::now_;
+
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
     using scalar_type = S;
@@ -59,12 +58,12 @@ public:
     ParticleSystem() : ParticleSystem(Boundary{}) {}
     explicit ParticleSystem(const Boundary& with) : boundary(with) {
         detail::tell_unoptimised<FIRN_TELLS_UNOPTIMISED>();
-        gravity[1] = -9.81;
     }
 
     PointMasses<S, D> points;
-    Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
-    double damping = 0;                               ///< c [1/s]: velocities fall by e^(−c dt) a step
+    using Run<D>::gravity;
+    using Run<D>::warn;  ///< of a time step above the bound of the forces
+    double damping = 0;  ///< c [1/s]: velocities fall by e^(−c dt) a step
     DistanceConstraints<S, D> constraints;
     int iterations = 8;  ///< of the constraints, in every step
     /// Given, points collide with each other.
@@ -73,14 +72,6 @@ public:
     double restitution = 0;        ///< of points at the boundary, Newton's e, from 0 to 1 [1]
     int threads = 0;               ///< 0: as many as thread_count() says
     std::vector<Facet<D>> facets;  ///< the surface, by places of points: for output; torn with the constraints
-    /// Takes warnings: a time step above the bound of the forces. By default they go to std::cerr; empty: nowhere. It
-    /// is called outside any parallel region, before the step that it warns of.
-    std::function<void(const std::string&)> warn = [](const std::string& text) {
-        std::cerr << "firn: " << text << '\n';
-    };
-
-    double time() const { return time_; }  ///< [s]
-    std::uint64_t steps() const { return steps_; }
 
     /// Adds the points and facets of a net; what joins the points is added by place, from the one returned.
     /// \return the place of its first point
@@ -123,7 +114,7 @@ public:
     void add_emitter(const Emitter<D>& emitter) {
         emitter.check();
         Emitter<D> added = emitter;
-        if (steps_ > 0) added.skip(time_);
+        if (now_.steps > 0) added.skip(now_.time);
         emitters_.push_back(std::move(added));
     }
     const std::vector<Emitter<D>>& emitters() const { return emitters_; }
@@ -149,7 +140,7 @@ public:
     double stable_time_step() {
         double bound = 0;
         parallel_region(workers_of_steps(),
-                        [&] { bound = detail::largest_step<S, D>(forces_, points.view(time_), threads); });
+                        [&] { bound = detail::largest_step<S, D>(forces_, points.view(now_.time), threads); });
         return bound;
     }
 
@@ -175,8 +166,8 @@ public:
     /// \throws usage_error      when it has taken a step
     /// \throws parameter_error  where the moment is not one of such a run; nothing has changed then
     void resume(SystemMoment<S, D> moment) {
-        if (steps_ > 0)
-            throw usage_error(sentence("The system has taken ", steps_,
+        if (now_.steps > 0)
+            throw usage_error(sentence("The system has taken ", now_.steps,
                                        " steps; go on from a moment of another run before the first."));
         const std::size_t count = moment.points.size();
         const std::vector<std::uint32_t> new_place = places_in(moment.points);
@@ -198,7 +189,7 @@ public:
                                            " emitters, this system has ", emitters_.size(), ". Add the same."));
         std::vector<Emitter<D>> resumed_emitters = emitters_;
         for (std::size_t k = 0; k < emitters_.size(); ++k)
-            resumed_emitters[k].resume(moment.emitters[k], moment.time, moment.steps > 0);
+            resumed_emitters[k].resume(moment.emitters[k], moment.now.time, moment.now.steps > 0);
         const auto resume_forces = [&](std::span<detail::AnyForce<S, D>> forces) {
             for (auto& force : forces) force.renumber(new_place), force.tear(moment.torn);
         };
@@ -211,8 +202,7 @@ public:
         constraints = std::move(resumed_constraints);
         collisions = std::move(resumed_collisions);
         emitters_ = std::move(resumed_emitters);
-        time_ = moment.time;
-        steps_ = moment.steps;
+        now_ = moment.now;
         largest_step_ = 0;
     }
 
@@ -237,32 +227,22 @@ private:
         return is_left ? 1 : thread_count(threads);
     }
 
-    /// So many steps of dt. They share one parallel region, which is left where something of the user's is to be
-    /// called.
     void take_steps(double dt, std::uint64_t count) {
         check(dt);
-        std::string warning;
-        std::uint64_t taken = 0;
-        while (taken < count) {
-            const std::uint64_t most = detail::regions_span_steps() ? count - taken : 1;
-            detail::steps_region(workers_of_steps(), most, helpers_, [&](std::uint64_t wanted) {
-                const std::uint64_t before = taken;
-                for (; taken < before + wanted; ++taken) {
-                    if (steps_ == 0) emit();
-                    warning = warning_of(dt);
-                    if (!warning.empty()) break;
-                    take_step(dt);
-                }
-                return taken - before;
+        const std::uint64_t last = now_.steps + count;
+        Run<D>::take_steps(
+            workers_of_steps(), last, [&] { return now_.steps == last; },
+            [&](std::string& warning) {
+                if (now_.steps == 0) emit();
+                warning = warning_of(dt);
+                if (warning.empty()) take_step(dt);
             });
-            if (!warning.empty()) warn(std::exchange(warning, {}));
-        }
     }
 
     void take_step(double dt) {
         renew(force_, points.size(), thread_count(threads));
         detail::fill_chunks(force_, Vec<S, D>::zero(), threads);
-        for (auto& force : forces_) force.add_forces(points.view(time_), force_, threads);
+        for (auto& force : forces_) force.add_forces(points.view(now_.time), force_, threads);
         parallel_region(thread_count(threads), [&] {
             check_finite(dt);
             kick(dt);
@@ -276,21 +256,20 @@ private:
             if (collisions) collisions->shift(points, threads);
             if constexpr (!std::same_as<Boundary, NoBoundary>) meet_surfaces(points, boundary, restitution, threads);
         });
-        time_ += dt;
-        ++steps_;
+        now_ = {now_.time + dt, now_.steps + 1, dt};
         tear();
-        remove_if([&](std::size_t i) { return points.end[i] <= time_; });
+        remove_if([&](std::size_t i) { return points.end[i] <= now_.time; });
         emit();
     }
 
     /// Of a step above the bound, which is computed anew now and then, and when forces change; or empty.
     std::string warning_of(double dt) {
-        if (largest_step_ == 0 || steps_ % 64 == 0) largest_step_ = stable_time_step();
+        if (largest_step_ == 0 || now_.steps % 64 == 0) largest_step_ = stable_time_step();
         if (dt < largest_step_ * warned_ratio_) return {};
         warned_ratio_ = 1.2 * dt / largest_step_;
         if (!warn) return {};
         return sentence("the time step of ", dt, " s is ", dt / largest_step_, " times the bound of ", largest_step_,
-                        " s of the springs and dampers at step ", steps_, "; points may fly apart.");
+                        " s of the springs and dampers at step ", now_.steps, "; points may fly apart.");
     }
 
     FIRN_INLINE static S total(const Vec<S, D>& a) {
@@ -319,9 +298,9 @@ private:
                 !detail::is_finite(force_[i]))
                 first = i, ++count;
         if (count == 0)
-            throw particle_error(sentence("At step ", steps_, " numbers are too large to be added up. ", done));
+            throw particle_error(sentence("At step ", now_.steps, " numbers are too large to be added up. ", done));
         throw particle_error(sentence(
-            "At step ", steps_, ", at ", time_, " s, ", count, " of ", points.size(),
+            "At step ", now_.steps, ", at ", now_.time, " s, ", count, " of ", points.size(),
             " points or the forces on them are not finite. The first is point ", points.id[first], " at ",
             detail::describe(points.position[first]), " m with velocity ", detail::describe(points.velocity[first]),
             " m/s under a force of ", detail::describe(force_[first]), " N. ", done, " ",
@@ -380,7 +359,7 @@ private:
 
     void emit() {
         std::size_t born = 0;
-        for (Emitter<D>& emitter : emitters_) born += emitter.give(points, time_, gravity);
+        for (Emitter<D>& emitter : emitters_) born += emitter.give(points, now_.time, gravity);
         if (born > 0) largest_step_ = 0;
     }
 
@@ -416,9 +395,7 @@ private:
     std::vector<detail::AnyForce<S, D>> forces_;
     std::vector<Torn> torn_;
     aligned_vector<Vec<S, D>> force_, moved_;
-    detail::StepHelpers helpers_;
-    double time_ = 0, largest_step_ = 0, warned_ratio_ = 1;
-    std::uint64_t steps_ = 0;
+    double largest_step_ = 0, warned_ratio_ = 1;
 };
 
 /// Of a boundary, in its precision and dimension: firn::ParticleSystem system(firn::Together(walls, ball));

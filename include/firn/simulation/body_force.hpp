@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/core/parallel.hpp>
+#include <firn/core/run.hpp>
 #include <firn/lagrangian/any_force.hpp>
 #include <firn/simulation/body.hpp>
 
@@ -18,9 +19,9 @@ public:
         }
     }
     /// \throws particle_error  if one was seen
-    void refuse(const char* what, std::uint64_t step, double time, double dt) const {
+    void refuse(const char* what, const Moment& now, double dt) const {
         if (count_ > 0)
-            throw particle_error(sentence("At step ", step, ", at ", time, " s, ", what, " gives ", count_,
+            throw particle_error(sentence("At step ", now.steps, ", at ", now.time, " s, ", what, " gives ", count_,
                                           count_ == 1 ? " particle" : " particles",
                                           " a velocity that is not finite; the first is particle ", lowest_,
                                           ". Look at the force that was given, and at the step of ", dt, " s."));
@@ -46,18 +47,18 @@ public:
     /// \param particles  in any order
     /// \throws particle_error  naming the first of those that would get a velocity that is not finite
     template <class Particles>
-    void push(Particles& particles, double time, double dt, std::uint64_t step, int threads) {
+    void push(Particles& particles, const Moment& now, double dt, int threads) {
         look_at(particles, threads);
         renew(force_, position_.size(), threads);
         fill_chunks(force_, Vec<S, D>::zero(), threads);
-        between_.add_forces(view(time), force_, threads);
+        between_.add_forces(view(now.time), force_, threads);
         LowestId wrong;
         for_slots(particles, threads, [&](std::size_t slot, std::size_t i) {
             const Vec<S, D> after = velocity_[i] + force_[i] * (S(dt) / mass_[i]);
             particles.set_velocity(slot, after);
             if (!is_finite(after)) wrong.see(particles.id(slot));
         });
-        wrong.refuse("a force between particles", step, time, dt);
+        wrong.refuse("a force between particles", now, dt);
     }
 
     /// Above it [s] an explicit step lets what the force joins fly apart.

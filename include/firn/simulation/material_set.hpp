@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/core/parallel.hpp>
+#include <firn/core/run.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/exec/g2p.hpp>
@@ -10,10 +11,12 @@
 #include <firn/material/no_stress.hpp>
 #include <firn/simulation/body.hpp>
 #include <firn/simulation/body_force.hpp>
+#include <firn/simulation/readiness.hpp>
 #include <firn/simulation/source.hpp>
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 #include <tuple>
 #include <vector>
 
@@ -74,10 +77,9 @@ inline constexpr std::size_t unnamed_material = std::size_t(-1);
 /// The place in the list of the material that was named; of several one must be.
 template <std::size_t I, std::size_t Count>
 constexpr std::size_t named_material() {
-    static_assert(
-        I != unnamed_material || Count == 1,
-        "firn: this simulation has several materials: say which one is meant, as in "
-        "simulation.add<Snow<float>>(…) and state_of<Snow<float>>(simulation), or give its place, add<1>(…).");
+    static_assert(I != unnamed_material || Count == 1,
+                  "firn: this simulation has several materials: say which one is meant, as in "
+                  "simulation.set<Snow<float>>().add(…), or give its place, simulation.set<1>().add(…).");
     return I == unnamed_material ? 0 : I;
 }
 }  // namespace detail
@@ -98,10 +100,9 @@ struct MaterialSet {
     Particles<S, D, material_state_t<Material, D>> particles;
     BlockPartition<D> partition{};
     std::vector<Body> bodies{};
-    G2PReport report{};      ///< of the last G2P
-    bool prepared = false;   ///< sorted, with stress and report up to date
-    bool checked = false;    ///< all positions are known to lie in the domain
-    bool as_sorted = false;  ///< no step since particles were sorted
+    G2PReport report{};  ///< of the last G2P
+    Readiness readiness{};
+    std::optional<Moment> restored{};  ///< to which moment, if no step was made since
     std::vector<Source<D>> sources{};
     std::vector<Sink<D>> sinks{};
     std::vector<Load<D>> loads{};
@@ -152,6 +153,25 @@ struct MaterialSet {
         return body;
     }
 
+    /// \see SetAccess::add_source
+    void add(Source<D> source, const Moment& now) {
+        if (now.steps > 0) source.skip(now.time);
+        sources.push_back(std::move(source));
+    }
+    /// \see SetAccess::add_load
+    void add(Load<D> load) {
+        if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
+        check_body(load.body);
+        loads.push_back(std::move(load));
+    }
+    /// \see SetAccess::add_force
+    template <class BetweenPoints>
+    BetweenPoints& add_force(const Body& body, BetweenPoints force) {
+        check_body(body);
+        forces.emplace_back(body, detail::AnyForce<S, D>(std::move(force)));
+        return forces.back().force().template as<BetweenPoints>();
+    }
+
     /// Which of the bodies, which lie in the order of their ids, a particle is of; bodies.size(): of none.
     std::size_t body_of(std::uint32_t id) const {
         const auto next = std::upper_bound(bodies.begin(), bodies.end(), id,
@@ -168,26 +188,27 @@ struct MaterialSet {
                                            "has returned for it."));
     }
 
-    /// Takes the particles and bodies of a stored moment [s]; what acts on them stays as it is.
-    void restore(MaterialSet&& stored, double time) {
+    /// Takes the particles and bodies of a stored moment; what acts on them stays as it is.
+    void restore(MaterialSet&& stored, const Moment& moment) {
         stored.sources = std::move(sources);
         stored.sinks = std::move(sinks);
         stored.loads = std::move(loads);
         stored.forces = std::move(forces);
         stored.facets = std::move(facets);
         *this = std::move(stored);
-        for (Source<D>& source : sources) source.skip(time);
+        restored = moment;
+        for (Source<D>& source : sources) source.skip(moment.time);
     }
 
     /// Once for particles that were added or changed by hand.
     /// \throws particle_error  naming what is not finite or not in the domain
     void check_positions() {
-        if (!checked)
+        if (!readiness.is(Readiness::inside))
             firn::check_positions<double, D>(
                 particles.slots(), particles.domain(),
                 [&](std::size_t i, int a) { return particles.exact_position(i)[a]; },
                 [&](std::size_t i) { return particles.id(i); });
-        checked = true;
+        readiness.check();
     }
 
     /// change(position [m], state) for the body's particles; their stress is computed anew before the next step.
@@ -195,7 +216,7 @@ struct MaterialSet {
     template <class Change>
     void change_states(const Body& body, const Change& change) {
         check_body(body);
-        prepared = checked = false;
+        readiness.edit();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot) || !body.holds(particles.id(slot))) continue;
             auto state = particles.state(slot);
@@ -211,7 +232,7 @@ struct MaterialSet {
         for (std::size_t slot = 0; slot < particles.slots(); ++slot)
             if (particles.is_particle(slot) && wanted(particles.exact_position(slot), particles.id(slot)))
                 particles.remove(slot);
-        if (particles.size() < before) prepared = false;
+        if (particles.size() < before) readiness.add_or_remove();
         return before - particles.size();
     }
 
@@ -257,14 +278,14 @@ struct MaterialSet {
         return next;
     }
 
-    bool is_pushed() const { return !loads.empty() || !forces.empty(); }
     /// Do forces of the user's open parallel regions of their own?
     bool may_open_regions() const {
         return std::any_of(forces.begin(), forces.end(), [](const auto& force) { return force.may_open_regions(); });
     }
     /// The impulses of the loads, to the particles' own velocities: as much as to the nodes, by P2G.
     /// \throws particle_error  naming the first of those that would get a velocity that is not finite
-    void push(double time, double dt, std::uint64_t step, int threads) {
+    void push(const Moment& now, double dt, int threads) {
+        if (!loads.empty() || !forces.empty()) readiness.spoil();  // until the step has ended
         for (const Load<D>& load : loads) {
             detail::LowestId wrong;
             parallel_for(
@@ -272,7 +293,7 @@ struct MaterialSet {
                 [&](std::size_t pack, int) {
                     for (std::size_t slot = pack * pack_size; slot < (pack + 1) * pack_size; ++slot) {
                         if (!particles.is_particle(slot) || !load.body.holds(particles.id(slot))) continue;
-                        const Vec<double, D> force = load.force(particles.exact_position(slot), time);
+                        const Vec<double, D> force = load.force(particles.exact_position(slot), now.time);
                         const Vec<S, D> after =
                             particles.velocity(slot) + cast<S>(force * (dt / double(particles.mass(slot))));
                         particles.set_velocity(slot, after);
@@ -280,9 +301,9 @@ struct MaterialSet {
                     }
                 },
                 64);
-            wrong.refuse("a load", step, time, dt);
+            wrong.refuse("a load", now, dt);
         }
-        for (auto& force : forces) force.push(particles, time, dt, step, threads);
+        for (auto& force : forces) force.push(particles, now, dt, threads);
     }
 
 private:
@@ -300,7 +321,7 @@ private:
         for (std::size_t i = 0; i < x.size(); ++i)
             particles.push_back(x[i], cast<S>(velocity), mass_of(i), volume, state);
         bodies.push_back(body);
-        prepared = false;
+        readiness.add_or_remove();
         return body;
     }
 };
@@ -335,10 +356,6 @@ struct material_sets<D, Materials<M...>> {
         return found;
     }
 };
-
-/// The place of the material M among those of a simulation.
-template <class M, class List, int D>
-inline constexpr std::size_t place_of_material = material_sets<D, material_list<List, D>>::template place<M>();
 }  // namespace detail
 
 }  // namespace firn

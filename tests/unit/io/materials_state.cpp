@@ -27,7 +27,7 @@ Domain<D> box() {
 template <std::size_t I, class Simulation>
 std::vector<typename Simulation::scalar_type> numbers(const Simulation& simulation) {
     constexpr int D = Simulation::dimension;
-    const auto& particles = simulation.template particles<I>();
+    const auto& particles = simulation.template set<I>().particles();
     std::vector<typename Simulation::scalar_type> all(2 * D * particles.size());
     for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
         if (!particles.is_particle(slot)) continue;
@@ -53,8 +53,8 @@ void two_sets_are_one() {
     const auto left = ball<D>(0.38, 0.5), right = ball<D>(0.62, 0.55);
     one.add(left, 1000, Vec<double, D>::filled(0.8));
     one.add(right, 1000, Vec<double, D>::filled(-0.8));
-    two.template add<0>(left, 1000, Vec<double, D>::filled(0.8));
-    two.template add<1>(right, 1000, Vec<double, D>::filled(-0.8));
+    two.template set<0>().add(left, 1000, Vec<double, D>::filled(0.8));
+    two.template set<1>().add(right, 1000, Vec<double, D>::filled(-0.8));
     // Sorting rounds the places of particles that are now counted from another block: it has to come at the same steps.
     one.most_steps_between_sorts = two.most_steps_between_sorts = 1;
     REQUIRE(one.stable_time_step() == two.stable_time_step());
@@ -74,8 +74,8 @@ using Mixture = Simulation<2, Materials<FixedCorotated<double>, NeoHookean<doubl
 Mixture mixture(int threads) {
     Mixture simulation(box<2>(), {FixedCorotated<double>::from_young_poisson(1e4, 0.3), NeoHookean<double>{3e3, 4e3}},
                        {threads});
-    simulation.add<FixedCorotated<double>>(ball<2>(0.35, 0.5), 1000, {1.5, 0.0});
-    simulation.add<NeoHookean<double>>(ball<2>(0.66, 0.52), 500, {-1.0, 0.5});
+    simulation.set<FixedCorotated<double>>().add(ball<2>(0.35, 0.5), 1000, {1.5, 0.0});
+    simulation.set<NeoHookean<double>>().add(ball<2>(0.66, 0.52), 500, {-1.0, 0.5});
     simulation.fixed_time_step = 1e-3;
     simulation.gravity = {0.0, 0.0};
     return simulation;
@@ -83,7 +83,7 @@ Mixture mixture(int threads) {
 
 template <std::size_t I>
 Vec<double, 2> momentum(const Mixture& simulation) {
-    const auto& particles = simulation.particles<I>();
+    const auto& particles = simulation.set<I>().particles();
     Vec<double, 2> sum{};
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) sum += particles.velocity(slot) * particles.mass(slot);
@@ -121,7 +121,7 @@ TEST_CASE("several materials: the same bits for any number of threads") {
 TEST_CASE("a material of which there are no particles yet changes nothing") {
     Mixture both(box<2>(), {FixedCorotated<double>::from_young_poisson(1e4, 0.3), {}});
     Simulation<2, FixedCorotated<double>> alone(box<2>(), FixedCorotated<double>::from_young_poisson(1e4, 0.3));
-    both.add<0>(ball<2>(0.35, 0.5), 1000, {1.5, 0.0});
+    both.set<0>().add(ball<2>(0.35, 0.5), 1000, {1.5, 0.0});
     alone.add(ball<2>(0.35, 0.5), 1000, {1.5, 0.0});
     for (int step = 0; step < 20; ++step) {
         both.step();
@@ -134,16 +134,16 @@ TEST_CASE("a run of several materials goes on to the bit from the states of all 
     const TemporaryFolder folder;
     Mixture whole = mixture(2);
     for (int step = 0; step < 40; ++step) whole.step();
-    write_state(folder.path() / "elastic.hdf", state_of<0>(whole));
-    write_state(folder.path() / "neo_hookean.hdf", state_of<NeoHookean<double>>(whole));
+    write_state(folder.path() / "elastic.hdf", state_of(whole.set<0>()));
+    write_state(folder.path() / "neo_hookean.hdf", state_of(whole.set<NeoHookean<double>>()));
     for (int step = 0; step < 40; ++step) whole.step();
 
-    Mixture continued(box<2>(), {whole.material<0>(), whole.material<1>()}, {3});
+    Mixture continued(box<2>(), {whole.set<0>().material(), whole.set<1>().material()}, {3});
     continued.fixed_time_step = whole.fixed_time_step;
     continued.gravity = whole.gravity;
-    restore<0>(continued, read_state<double>(folder.path() / "elastic.hdf"));
-    restore<NeoHookean<double>>(continued, read_state<double>(folder.path() / "neo_hookean.hdf"));
-    REQUIRE_THROWS_AS(restore<0>(continued, read_state<double>(folder.path() / "neo_hookean.hdf")), io_error);
+    restore(continued.set<0>(), read_state<double>(folder.path() / "elastic.hdf"));
+    restore(continued.set<NeoHookean<double>>(), read_state<double>(folder.path() / "neo_hookean.hdf"));
+    REQUIRE_THROWS_AS(restore(continued.set<0>(), read_state<double>(folder.path() / "neo_hookean.hdf")), io_error);
     for (int step = 0; step < 40; ++step) continued.step();
     REQUIRE(numbers<0>(continued) == numbers<0>(whole));
     REQUIRE(numbers<1>(continued) == numbers<1>(whole));

@@ -32,8 +32,8 @@ std::vector<double> masses(const Net<3>& net, double total) {
 }
 
 Totals<3> of_both(const Both& simulation) {
-    auto sum = simulation.totals<Cloth>();
-    return sum += simulation.totals<Jelly>();
+    auto sum = simulation.set<Cloth>().totals();
+    return sum += simulation.set<Jelly>().totals();
 }
 
 /// A block of jelly that flies into a cloth, far from any wall.
@@ -41,10 +41,10 @@ Both falling_into_cloth(int threads) {
     Both simulation({{{0, 0, 0}}, {{1, 1, 1}}, 1.0 / 16}, {}, {threads});
     simulation.gravity = V::zero();
     const Net<3> net = square({{0.25, 0.5, 0.25}}, 0.5, 16);
-    const Body sheet = simulation.add<Cloth>(net, masses(net, 0.05));
-    simulation.add_force<Cloth>(sheet, membranes_of(net, Jelly::from_young_poisson(1e4, 0.3), 1e-3));
-    simulation.add<Jelly>(sample_box<3>({{0.4, 0.6, 0.4}}, {{0.6, 0.7, 0.6}}, {.spacing = 1.0 / 32}), 20,
-                          {{0.3, -2, 0}});
+    const Body sheet = simulation.set<Cloth>().add(net, masses(net, 0.05));
+    simulation.set<Cloth>().add_force(sheet, membranes_of(net, Jelly::from_young_poisson(1e4, 0.3), 1e-3));
+    simulation.set<Jelly>().add(sample_box<3>({{0.4, 0.6, 0.4}}, {{0.6, 0.7, 0.6}}, {.spacing = 1.0 / 32}), 20,
+                                {{0.3, -2, 0}});
     return simulation;
 }
 
@@ -58,7 +58,7 @@ TEST_CASE("cloth that catches a block takes its momentum, and both have as much 
     CHECK(norm(after.momentum - before.momentum) < 1e-12 * norm(before.momentum));
     CHECK(norm(after.angular_momentum - before.angular_momentum) < 1e-12 * norm(before.momentum));
     // Both ways: the cloth is carried along, the block is slower.
-    const auto cloth = simulation.totals<Cloth>(), block = simulation.totals<Jelly>();
+    const auto cloth = simulation.set<Cloth>().totals(), block = simulation.set<Jelly>().totals();
     CHECK(cloth.momentum[1] / cloth.mass < -0.5);
     CHECK(block.momentum[1] / block.mass > -1.9);
     // And nothing went through: the block's lowest particle is above the cloth's lowest.
@@ -68,7 +68,7 @@ TEST_CASE("cloth that catches a block takes its momentum, and both have as much 
             if (particles.is_particle(slot)) y = std::min(y, particles.exact_position(slot)[1]);
         return y;
     };
-    CHECK(lowest(simulation.particles<Jelly>()) > lowest(simulation.particles<Cloth>()));
+    CHECK(lowest(simulation.set<Jelly>().particles()) > lowest(simulation.set<Cloth>().particles()));
 }
 
 TEST_CASE("cloth and a block give the same bits for 1, 2, 3, 4 and 7 threads", "[lagrangian]") {
@@ -76,7 +76,7 @@ TEST_CASE("cloth and a block give the same bits for 1, 2, 3, 4 and 7 threads", "
         Both simulation = falling_into_cloth(threads);
         for (int i = 0; i < 40; ++i) simulation.step();
         std::vector<V> all;
-        const auto& particles = simulation.particles<Cloth>();
+        const auto& particles = simulation.set<Cloth>().particles();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot)
             if (particles.is_particle(slot)) all.push_back(particles.exact_position(slot));
         return all;
@@ -96,12 +96,12 @@ TEST_CASE("a strip of cloth that hangs is longer by rho g L^2 / 2E", "[lagrangia
     walls.at_lower[0].contact = Contact::stick;
     Both simulation({{{0, 0, 0}}, {{1, 0.5, 0.5}}, 1.0 / 32}, {}, {}, walls);
     const Net<3> net = cloth({{0, 0.25, 0.2}}, {{length, 0, 0}}, {{0, 0, 0.1}}, {32, 8});
-    const Body sheet = simulation.add<Cloth>(net, facet_masses(net, density * thickness));
-    simulation.add_force<Cloth>(sheet, membranes_of(net, Jelly::from_young_poisson(young, 0), thickness));
+    const Body sheet = simulation.set<Cloth>().add(net, facet_masses(net, density * thickness));
+    simulation.set<Cloth>().add_force(sheet, membranes_of(net, Jelly::from_young_poisson(young, 0), thickness));
     const Damped<double, 3> damped{{{{g, 0, 0}}}, 20};
     simulation.advance(0.7, damped);
     double end = 0, count = 0;
-    const auto& particles = simulation.particles<Cloth>();
+    const auto& particles = simulation.set<Cloth>().particles();
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot) && net.positions[particles.id(slot)][0] == length) {
             end += particles.exact_position(slot)[0];
@@ -116,27 +116,28 @@ TEST_CASE("the step is bounded by what joins the particles of a net", "[lagrangi
     Both simulation({{{0, 0, 0}}, {{1, 1, 1}}, 1.0 / 16});
     simulation.gravity = V::zero();
     const Net<3> net = square({{0.25, 0.5, 0.25}}, 0.5, 8);
-    const Body sheet = simulation.add<Cloth>(net, masses(net, 0.01));
+    const Body sheet = simulation.set<Cloth>().add(net, masses(net, 0.01));
     // Nothing moves and nothing pulls: there is no bound before there is a force.
     CHECK_THROWS_AS(simulation.stable_time_step(), particle_error);
-    simulation.add_force<Cloth>(sheet, aerodynamic_surface_of(net, AerodynamicDrag<double, 3>{}));  // nor after this
+    simulation.set<Cloth>().add_force(sheet,
+                                      aerodynamic_surface_of(net, AerodynamicDrag<double, 3>{}));  // nor after this
     CHECK_THROWS_AS(simulation.stable_time_step(), particle_error);
     Springs<double, 3> one;
     one.add({0, 1}, {1.0 / 16, 100, 0});
-    simulation.add_force<Cloth>(sheet, std::move(one));
+    simulation.set<Cloth>().add_force(sheet, std::move(one));
     // Half of 2/ω, ω² = 2k/m of two free masses
     CHECK(simulation.stable_time_step() == Approx(1 / std::sqrt(200 / (0.01 / 81))));
     // Slightly pulled apart it swings for as long as we look, and does not grow.
-    simulation.add_force<Cloth>(sheet, membranes_of(net, Jelly::from_young_poisson(1e5, 0.3), 1e-3));
-    auto& particles = simulation.edit_particles<Cloth>();
+    simulation.set<Cloth>().add_force(sheet, membranes_of(net, Jelly::from_young_poisson(1e5, 0.3), 1e-3));
+    auto& particles = simulation.set<Cloth>().edit_particles();
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot))
             particles.set_velocity(slot, (particles.exact_position(slot) - V::filled(0.5)) * 0.1);
-    const double energy = simulation.totals<Cloth>().kinetic_energy;
+    const double energy = simulation.set<Cloth>().totals().kinetic_energy;
     double largest = 0;
     for (int i = 0; i < 500; ++i) {
         simulation.step();
-        largest = std::max(largest, simulation.totals<Cloth>().kinetic_energy);
+        largest = std::max(largest, simulation.set<Cloth>().totals().kinetic_energy);
     }
     CHECK(largest < 1.05 * energy);
     CHECK(largest > 0.1 * energy);
@@ -144,36 +145,37 @@ TEST_CASE("the step is bounded by what joins the particles of a net", "[lagrangi
 
 TEST_CASE("where a sink takes points of a net, what joined them is gone, and the rest goes on", "[lagrangian]") {
     Both simulation = falling_into_cloth(0);
-    auto& springs = simulation.add_force<Cloth>(
-        simulation.bodies<Cloth>()[0], springs_of<double>(square({{0.25, 0.5, 0.25}}, 0.5, 16), SpringOptions{1, 0}));
+    auto& springs = simulation.set<Cloth>().add_force(
+        simulation.set<Cloth>().bodies()[0],
+        springs_of<double>(square({{0.25, 0.5, 0.25}}, 0.5, 16), SpringOptions{1, 0}));
     const std::size_t before = springs.size();
-    simulation.add_sink<Cloth>({{{0, 0, 0}}, {{0.3, 1, 1}}});
+    simulation.set<Cloth>().add_sink({{{0, 0, 0}}, {{0.3, 1, 1}}});
     for (int i = 0; i < 20; ++i) simulation.step();
-    CHECK(simulation.particles<Cloth>().size() == 17 * 15);
+    CHECK(simulation.set<Cloth>().particles().size() == 17 * 15);
     // Two rows of points left: of each kind of link, those that began in them.
     CHECK(springs.size() < before);
-    CHECK(std::isfinite(simulation.totals<Cloth>().kinetic_energy));
+    CHECK(std::isfinite(simulation.set<Cloth>().totals().kinetic_energy));
 }
 
 TEST_CASE("a state keeps the facets of nets, and a run with forces goes on from it to the same bits", "[lagrangian]") {
     Both whole = falling_into_cloth(2);
     for (int i = 0; i < 25; ++i) whole.step();
-    const auto of_cloth = state_of<0>(whole);
-    const auto of_jelly = state_of<1>(whole);
+    const auto of_cloth = state_of(whole.set<0>());
+    const auto of_jelly = state_of(whole.set<1>());
     CHECK(of_cloth.facets.size() == 3 * 2 * 16 * 16);
     for (int i = 0; i < 25; ++i) whole.step();
 
     Both restored = falling_into_cloth(1);
-    restore<0>(restored, of_cloth);
-    restore<1>(restored, of_jelly);
+    restore(restored.set<0>(), of_cloth);
+    restore(restored.set<1>(), of_jelly);
     for (int i = 0; i < 25; ++i) restored.step();
-    CHECK(state_of<0>(restored).fields == state_of<0>(whole).fields);
-    CHECK(state_of<1>(restored).fields == state_of<1>(whole).fields);
-    CHECK(state_of<0>(restored).facets == of_cloth.facets);
+    CHECK(state_of(restored.set<0>()).fields == state_of(whole.set<0>()).fields);
+    CHECK(state_of(restored.set<1>()).fields == state_of(whole.set<1>()).fields);
+    CHECK(state_of(restored.set<0>()).facets == of_cloth.facets);
 
     // A row of points is taken out: the facets on it are gone, the others name the rows of their points.
-    whole.remove_if<Cloth>([](const V&, std::uint32_t id) { return id < 17; });
-    const auto less = state_of<0>(whole);
+    whole.set<Cloth>().remove_if([](const V&, std::uint32_t id) { return id < 17; });
+    const auto less = state_of(whole.set<0>());
     CHECK(less.facets.size() == 3 * 2 * 16 * 15);
     for (std::size_t k = 0; k < less.facets.size(); ++k)
         CHECK(less.id[std::size_t(less.facets[k])] == of_cloth.id[std::size_t(of_cloth.facets[k + 3 * 2 * 16])]);
@@ -182,15 +184,17 @@ TEST_CASE("a state keeps the facets of nets, and a run with forces goes on from 
 TEST_CASE("in the plane a rope carries a block that falls on it, in float", "[lagrangian]") {
     Simulation<2, Materials<NoStress<float>, FixedCorotated<float>>> simulation({{{0, 0}}, {{1, 1}}, 1.0 / 32});
     const Net<2> net = rope<2>({{0.2, 0.5}}, {{0.8, 0.5}}, 64);
-    const Body body = simulation.add<NoStress<float>>(net, std::vector<double>(65, 0.05));
-    simulation.add_force<NoStress<float>>(body, springs_of<float>(net, SpringOptions{2e4, 0.5}));
+    const Body body = simulation.set<NoStress<float>>().add(net, std::vector<double>(65, 0.05));
+    simulation.set<NoStress<float>>().add_force(body, springs_of<float>(net, SpringOptions{2e4, 0.5}));
     Anchors<float, 2> ends;
     ends.add({0}, {{{0.2F, 0.5F}}, 2e4F, 1});
     ends.add({64}, {{{0.8F, 0.5F}}, 2e4F, 1});
-    simulation.add_force<NoStress<float>>(body, std::move(ends));
-    simulation.add<FixedCorotated<float>>(sample_box<2>({{0.4, 0.55}}, {{0.6, 0.65}}, {.spacing = 1.0 / 64}), 200);
+    simulation.set<NoStress<float>>().add_force(body, std::move(ends));
+    simulation.set<FixedCorotated<float>>().add(sample_box<2>({{0.4, 0.55}}, {{0.6, 0.65}}, {.spacing = 1.0 / 64}),
+                                                200);
     simulation.advance(0.5);
-    const auto block = simulation.totals<FixedCorotated<float>>(), below = simulation.totals<NoStress<float>>();
+    const auto block = simulation.set<FixedCorotated<float>>().totals(),
+               below = simulation.set<NoStress<float>>().totals();
     // Without it the block would lie on the floor since 0.33 s.
     CHECK(block.first_moment[1] / block.mass > 0.3);
     CHECK(block.first_moment[1] / block.mass > below.first_moment[1] / below.mass);
@@ -199,16 +203,16 @@ TEST_CASE("in the plane a rope carries a block that falls on it, in float", "[la
 TEST_CASE("nets that do not fit are refused", "[lagrangian]") {
     Both simulation({{{0, 0, 0}}, {{1, 1, 1}}, 1.0 / 16});
     Net<3> net = square({{0.25, 0.5, 0.25}}, 0.5, 2);
-    CHECK_THROWS_WITH(simulation.add<Cloth>(net, std::vector<double>(3, 1.0)), Catch::Contains("9 points"));
-    CHECK_THROWS_AS(simulation.add<Cloth>(net, std::vector<double>(9, 0.0)), parameter_error);
+    CHECK_THROWS_WITH(simulation.set<Cloth>().add(net, std::vector<double>(3, 1.0)), Catch::Contains("9 points"));
+    CHECK_THROWS_AS(simulation.set<Cloth>().add(net, std::vector<double>(9, 0.0)), parameter_error);
     net.positions[4][1] = 2;
-    CHECK_THROWS_AS(simulation.add<Cloth>(net, masses(net, 1)), particle_error);
-    CHECK(simulation.particles<Cloth>().size() == 0);
+    CHECK_THROWS_AS(simulation.set<Cloth>().add(net, masses(net, 1)), particle_error);
+    CHECK(simulation.set<Cloth>().particles().size() == 0);
     net.positions[4][1] = 0.5;
-    const Body sheet = simulation.add<Cloth>(net, masses(net, 1), {{0, 1, 0}});
+    const Body sheet = simulation.set<Cloth>().add(net, masses(net, 1), {{0, 1, 0}});
     Springs<double, 3> beyond;
     beyond.add({0, 9}, {1, 1, 0});
-    simulation.add_force<Cloth>(sheet, std::move(beyond));
+    simulation.set<Cloth>().add_force(sheet, std::move(beyond));
     CHECK_THROWS_WITH(simulation.step(), Catch::Contains("point 9"));
 }
 

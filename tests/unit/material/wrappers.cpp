@@ -192,9 +192,9 @@ TEST_CASE("totals of a body that turns: momenta and energies in closed form, the
 TEST_CASE("elastic energy that nobody knows is no number; points without stress have none") {
     const Domain<2> box{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16};
     Simulation<2, Materials<OfUnknownEnergy<double>, NoStress<double>>> simulation(box);
-    CHECK(simulation.totals<0>().elastic_energy == 0);  // of no particles
-    simulation.add<0>(sample_box<2>({0.3, 0.3}, {0.5, 0.5}, {.spacing = 1.0 / 32}), 1000);
-    simulation.add<1>(sample_box<2>({0.6, 0.3}, {0.7, 0.5}, {.spacing = 1.0 / 32}), 1000);
-    CHECK(std::isnan(simulation.totals<0>().elastic_energy));
-    CHECK(simulation.totals<1>().elastic_energy == 0);
+    CHECK(simulation.set<0>().totals().elastic_energy == 0);  // of no particles
+    simulation.set<0>().add(sample_box<2>({0.3, 0.3}, {0.5, 0.5}, {.spacing = 1.0 / 32}), 1000);
+    simulation.set<1>().add(sample_box<2>({0.6, 0.3}, {0.7, 0.5}, {.spacing = 1.0 / 32}), 1000);
+    CHECK(std::isnan(simulation.set<0>().totals().elastic_energy));
+    CHECK(simulation.set<1>().totals().elastic_energy == 0);
 }
