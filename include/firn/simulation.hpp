@@ -4,7 +4,7 @@
 #include <firn/core/requirements.hpp>
 
 #include <firn/boundary/walls.hpp>
-#include <firn/core/run.hpp>
+#include <firn/core/stepper.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/data/sampling.hpp>
@@ -48,11 +48,11 @@ namespace firn {
 template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, class Force = MlsForce,
           class Kernel = QuadraticBSpline, class Execution = Coloured,
           class Boundary = Walls<detail::precision_of_t<Material>, D>>
-class Simulation : public Run<D>,
+class Simulation : public Stepper<D>,
                    public SetAccess<Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>, D> {
     using List = detail::material_list<Material, D>;
     using Make = detail::material_sets<D, List>;
-    using Run<D>::now_;
+    using Stepper<D>::now_;
     template <std::size_t I>
     static constexpr std::size_t at = detail::named_material<I, std::tuple_size_v<typename Make::type>>();
     template <class, int>
@@ -110,11 +110,11 @@ public:
         static_assert(N == D, "firn: this domain has another dimension than the simulation.");
     }
 
-    using Run<D>::gravity;
+    using Stepper<D>::gravity;
     /// Of a fixed time step above the bound (again whenever that gets worse), of a bound that has fallen by 10³ or
     /// needs more than 10⁶ steps a second, of bodies whose particles lie further apart than a cell, overlap or lie in a
     /// solid, of walls that are not the domain's, of matter at an end without a wall.
-    using Run<D>::warn;
+    using Stepper<D>::warn;
     Boundary boundary;  ///< by default: walls on all faces that let go, without friction. What moves is moved by steps.
     Execution execution;
     Transfer transfer{};
@@ -219,8 +219,8 @@ private:
     template <class Acceleration>
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
         if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, warn);
-        const bool leaves_regions = any_set([](const auto& set) { return set.may_open_regions(); });
-        Run<D>::take_steps(
+        const bool leaves_regions = any_set([](const auto& set) { return set.forces.may_open_regions(); });
+        Stepper<D>::take_steps(
             leaves_regions ? 1 : workers(), last_step, [&] { return !(now_.time < end) || now_.steps == last_step; },
             [&](std::string& warning) {
                 const double dt = next_time_step(warning), left = end - now_.time;
@@ -356,6 +356,7 @@ private:
     template <class Set>
     void sort(Set& set) {
         set.partition = sort_particles<Kernel>(set.particles, requested_threads(execution));
+        set.forces.forget();
     }
     void activate() {
         std::array<BlockPartition<D>*, material_count> all{};

@@ -278,6 +278,7 @@ TEST_CASE("with several materials the one with the wrong particle is named; a re
     CHECK_THROWS_AS(state_of(simulation.set<0>()), particle_error);
     simulation.fixed_time_step = 0;
     restore(simulation.set<0>(), first);
+    CHECK_THROWS_AS(simulation.step(), particle_error);  // the other material is of no use yet
     restore(simulation.set<1>(), second);
     CHECK_NOTHROW(simulation.step());
     CHECK(simulation.steps() == 2);

@@ -40,6 +40,9 @@ enum class FieldRole : std::uint8_t {
     state      ///< the material
 };
 
+/// Which numbers of a stored field a run can go on from.
+enum class FieldRange : std::uint8_t { finite, not_negative, positive };
+
 /// A line of the table.
 struct FieldInfo {
     const char* name;  ///< as states and GPU programs name it
@@ -48,8 +51,12 @@ struct FieldInfo {
     FieldRole role;
     /// What a particle begins with, and what a slot without a particle holds; a matrix column by column.
     std::array<double, 9> start{};
+    FieldRange range = FieldRange::finite;
     FieldNumber number = FieldNumber::real;
 
+    constexpr bool allows(double value) const {
+        return range == FieldRange::positive ? value > 0 : range == FieldRange::finite || value >= 0;
+    }
     /// Numbers a particle in d dimensions, as they are kept.
     constexpr int components(int d) const {
         switch (shape) {

@@ -5,6 +5,7 @@
 
 #include <firn/data/block_partition.hpp>
 #include <firn/data/field_memory.hpp>
+#include <firn/data/ids.hpp>
 #include <firn/data/memory.hpp>
 #include <firn/data/particle_view.hpp>
 
@@ -54,15 +55,14 @@ public:
     }
 
     /// The id of the next particle: no id is given out twice.
-    std::uint32_t next_id() const { return next_id_; }
+    std::uint32_t next_id() const { return ids_.next(); }
 
     /// Appends a particle at x [m] that has its start in every other field; its id is the number of particles added
     /// before. Ends the order by blocks.
     /// \return its slot
     /// \throws parameter_error  if all ids have been given out
     std::size_t push_back(const Vec<double, D>& x) {
-        if (next_id_ == no_particle)
-            throw parameter_error(sentence("All ", no_particle, " ids of particles have been given out."));
+        ids_.require(1);
         if (end_ == slots()) {
             const std::size_t more =
                 std::max<std::size_t>(4 * pack_size, slots() + slots() / 2 / pack_size * pack_size);
@@ -71,7 +71,7 @@ public:
         const std::size_t slot = end_++;
         set_start(slot);
         set_position(slot, x);
-        id_[slot] = next_id_++;
+        id_[slot] = ids_.give();
         ++size_;
         return slot;
     }
@@ -84,7 +84,7 @@ public:
         --size_;
     }
     /// As many as that have been given out: those of particles that were taken out are not given again.
-    void skip_ids(std::uint32_t next) { next_id_ = std::max(next_id_, next); }
+    void skip_ids(std::uint32_t next) { ids_.skip(next); }
 
     std::uint32_t id(std::size_t slot) const { return id_[slot]; }
     bool is_particle(std::size_t slot) const { return id_[slot] != no_particle; }
@@ -274,7 +274,7 @@ private:
     Domain<D> domain_;
     FieldTable table_;
     std::size_t size_ = 0;  ///< particles
-    std::uint32_t next_id_ = 0;
+    Ids ids_;
     std::size_t end_ = 0;  ///< slots in use, padding included
     FieldMemory fields_;
     aligned_vector<std::uint32_t> id_;

@@ -49,8 +49,8 @@ struct ParticleView {
             BuiltIn{{"velocity", "m/s", vector, motion}, &View::velocity},
             BuiltIn{{"affine_velocity", "1/s", matrix, FieldRole::affine}, &View::affine},
             BuiltIn{{"kirchhoff_stress", "Pa", symmetric_matrix, FieldRole::stress}, &View::stress},
-            BuiltIn{{"mass", "kg", scalar, given}, &View::mass},
-            BuiltIn{{"volume", D == 3 ? "m^3" : "m^2", scalar, given}, &View::volume},
+            BuiltIn{{"mass", "kg", scalar, given, {}, FieldRange::positive}, &View::mass},
+            BuiltIn{{"volume", D == 3 ? "m^3" : "m^2", scalar, given, {}, FieldRange::not_negative}, &View::volume},
         };
     }
     /// Which line of the table a member is.

@@ -14,8 +14,8 @@
 
 namespace firn {
 
-/// The state of point masses: positions [m], velocities [m/s], masses [kg], radii [m], and which are pinned (1, else
-/// 0), in the order of ids. The group of a point stands as its `material`. To be looked at.
+/// The state of point masses: every field of their table that is a number of S, positions [m], velocities [m/s], masses
+/// [kg], …, and which are pinned (1, else 0), in the order of ids. The group of a point stands as its `body`.
 /// \param facets  that name points by their places
 /// \param time    [s]
 /// \throws parameter_error  if a facet names a point that is not there
@@ -27,15 +27,12 @@ State<S> state_of(const PointMasses<S, D>& points, std::type_identity_t<std::spa
     state.dimension = D;
     state.step = step;
     state.time = time;
-    const auto add_vectors = [&](const char* name, const char* unit, const auto& values) {
-        StateField<S> field{name, unit, D, std::vector<S>(n * D)};
-        for (std::size_t i = 0; i < n; ++i) std::copy_n(values[i].v, D, field.values.data() + i * D);
-        state.fields.push_back(std::move(field));
-    };
-    add_vectors("position", "m", points.position);
-    add_vectors("velocity", "m/s", points.velocity);
-    state.fields.push_back({"mass", "kg", 1, {points.mass.begin(), points.mass.end()}});
-    state.fields.push_back({"radius", "m", 1, {points.radius.begin(), points.radius.end()}});
+    PointMasses<S, D>::for_fields([&](const FieldInfo& info, auto member) {
+        if (info.number != FieldNumber::real) return;
+        const auto* const first = reinterpret_cast<const S*>((points.*member).data());
+        const int components = info.components(D);
+        state.fields.push_back({info.name, info.unit, components, {first, first + n * std::size_t(components)}});
+    });
     StateField<S> pinned{"pinned", "1", 1, std::vector<S>(n)};
     for (std::size_t i = 0; i < n; ++i) pinned.values[i] = points.is_pinned(i) ? S(1) : S(0);
     state.fields.push_back(std::move(pinned));
@@ -162,45 +159,34 @@ private:
         for (std::size_t k = 0; k < rows.values.size(); k += std::size_t(columns)) f(rows.values.data() + k);
     }
 
-    /// \throws io_error  unless all values are from `least` to `most`
-    const S* field(const char* name, int components, S least) const {
-        const StateField<S>* const found = state_.find(name);
-        if (!found || found->components != components)
-            throw io_error(sentence("The state has no field '", name, "' of ", components,
+    /// \throws io_error  unless all values are in the field's range
+    std::span<const S> field(const FieldInfo& info) const {
+        const StateField<S>* const found = state_.find(info.name);
+        if (!found || found->components != info.components(D))
+            throw io_error(sentence("The state has no field '", info.name, "' of ", info.components(D),
                                     " components; write all fields for a run to go on."));
         for (const S value : found->values)
-            if (!(value >= least && value <= std::numeric_limits<S>::max())) throw damaged(name);
-        return found->values.data();
+            if (!std::isfinite(value) || !info.allows(double(value))) throw damaged(info.name);
+        return found->values;
     }
 
     PointMasses<S, D> points() const {
-        constexpr S lowest = std::numeric_limits<S>::lowest();
         const std::size_t n = state_.size();
         const StateTable& end = table(state_.tables, "end", 1);
         if (end.values.size() != n) throw damaged("end");
         PointMasses<S, D> points;
-        const auto vectors = [&](const char* name, auto& to) {
-            const S* const from = field(name, D, lowest);
-            to.resize(n);
-            for (std::size_t i = 0; i < n; ++i) std::copy_n(from + i * D, D, to[i].v);
-        };
-        const auto numbers = [&](const char* name, S least, auto& to) {
-            const S* const from = field(name, 1, least);
-            to.assign(from, from + n);
-        };
-        vectors("position", points.position);
-        vectors("velocity", points.velocity);
-        numbers("mass", std::numeric_limits<S>::denorm_min(), points.mass);
-        numbers("inverse_mass", 0, points.inverse_mass);
-        numbers("radius", 0, points.radius);
-        numbers("since", 0, points.since);
+        points.reserve(n);
         for (std::size_t i = 0; i < n; ++i) {
             const std::int64_t id = state_.id[i];
             if (id < 0 || id >= std::int64_t(next_id_) || (i > 0 && id <= state_.id[i - 1])) throw damaged("id");
-            points.id.push_back(std::uint32_t(id));
-            points.group.push_back(std::uint32_t(state_.body[i]));
-            points.end.push_back(time(end.values[i]));
+            points.append(std::uint32_t(id));
+            points.group[i] = std::uint32_t(state_.body[i]);
+            points.end[i] = time(end.values[i]);
         }
+        PointMasses<S, D>::for_fields([&](const FieldInfo& info, auto member) {
+            if (info.number != FieldNumber::real) return;
+            std::ranges::copy(field(info), reinterpret_cast<S*>((points.*member).data()));
+        });
         points.skip_ids(next_id_);
         return points;
     }
@@ -256,9 +242,6 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
                                           "; no run can go on from there. Go on from the state before."));
     State<S> state = state_of(points, system.facets, system.time(), system.steps());
     state.last_time_step = system.last_time_step();
-    state.fields.push_back({"inverse_mass", "1/kg", 1, {points.inverse_mass.begin(), points.inverse_mass.end()}});
-    state.fields.push_back({"since", "s", 1, {points.since.begin(), points.since.end()}});
-
     state.attributes = detail::system_attributes<S, Integrator, Boundary>();
     if constexpr (requires { system.boundary.description(); })
         state.attributes.push_back({"boundary_conditions", system.boundary.description()});

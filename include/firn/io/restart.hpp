@@ -61,8 +61,6 @@ public:
                 continue;
             set(particles, f);
         }
-        for (std::size_t i = 0; i < n_; ++i)
-            if (!(particles.mass(i) > 0) || !(particles.volume(i) >= 0)) throw_damaged("mass or volume");
     }
     /// Sets a field of the particles, which lie in the order of their ids.
     void set(ParticleStore<S, D>& particles, std::size_t f) const {
@@ -71,8 +69,10 @@ public:
         const T* const from = field(info.name, components);
         std::array<S, 9> numbers{};
         for (std::size_t i = 0; i < n_; ++i) {
-            for (int k = 0; k < components; ++k)
+            for (int k = 0; k < components; ++k) {
                 numbers[std::size_t(k)] = S(from[row(i) * std::size_t(components) + std::size_t(k)]);
+                if (!info.allows(double(numbers[std::size_t(k)]))) throw_damaged(info.name);
+            }
             particles.set(f, i, numbers.data());
         }
     }

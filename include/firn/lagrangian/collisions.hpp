@@ -382,7 +382,7 @@ private:
         }
     }
 
-    void gather(const aligned_vector<V>& field, aligned_vector<S>& values, int threads) {
+    void gather(const FieldArray<V>& field, aligned_vector<S>& values, int threads) {
         const auto copy = [&](std::size_t k, int) {
             const V& value = field[grid_.place(k)];
             unroll<D>([&](auto a) FIRN_LAMBDA { values[4 * k + a] = value.v[a]; });
@@ -391,7 +391,7 @@ private:
         std::copy(values.begin() + std::ptrdiff_t(4 * grid_.size()), values.end(),
                   next_.begin() + std::ptrdiff_t(4 * grid_.size()));
     }
-    void scatter(aligned_vector<V>& field, const aligned_vector<S>& values, int threads) {
+    void scatter(FieldArray<V>& field, const aligned_vector<S>& values, int threads) {
         const auto copy = [&](std::size_t k, int) {
             if (table_.count[k] > 0 && w_[k] > 0)
                 unroll<D>([&](auto a) FIRN_LAMBDA { field[grid_.place(k)].v[a] = values[4 * k + a]; });

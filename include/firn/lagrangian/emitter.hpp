@@ -66,13 +66,7 @@ struct Emitter {
         require_range("speed", speed, 0, forever, "finite and not negative [m/s]");
         require_range("spread of speed", speed_spread, 0, speed, "from 0 to the speed [m/s]");
         require_range("cone", cone, 0, std::numbers::pi, "from 0 to pi [rad]");
-        if (!std::isfinite(start) || !(end >= start))
-            throw parameter_error(sentence("An emitter gives particles from ", start, " s to ", end,
-                                           " s; the start must be finite and not after the end."));
-        detail::check_positive(rate, "The rate of an emitter", "births a second");
-        if (!(lifespan > 0))
-            throw parameter_error(
-                sentence("The lifespan of an emitter's particles is ", lifespan, " s; it must be positive."));
+        recurrence().check(lifespan);
         require_range("spread of the lifespan", lifespan_spread, 0, std::min(lifespan, 1e300),
                       "from 0 to the lifespan [s]");
         detail::check_positive(mass, "The mass of an emitter's particle", "kg");
@@ -139,10 +133,7 @@ struct Emitter {
         const detail::Recurrence schedule = recurrence();
         if (!schedule.is_due(births, time)) return 0;
         check();
-        if (const double owed = schedule.due(births, time); owed > double(no_particle))
-            throw parameter_error(sentence("An emitter of ", rate, " births a second owes ", owed, " at ", time,
-                                           " s; there are ids for ", no_particle,
-                                           ". Take a lower rate, or let it start later."));
+        schedule.require_ids(births, time, 1, no_particle - points.next_id());
         std::priority_queue<double, std::vector<double>, std::greater<>> ends;  // of those alive, the next first
         if (maximum != no_maximum) {
             forget_missing(points);

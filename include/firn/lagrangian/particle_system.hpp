@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/core/optimised.hpp>
-#include <firn/core/run.hpp>
+#include <firn/core/stepper.hpp>
 #include <firn/data/mesh.hpp>
 #include <firn/lagrangian/collisions.hpp>
 #include <firn/lagrangian/distance_constraints.hpp>
@@ -47,8 +47,8 @@ struct SystemMoment {
 /// change each other's; points move; constraints pull them where they should be, which changes velocities, too; what
 /// overlaps is moved apart, which does not.
 template <int D, std::floating_point S = float, integrator Integrator = Verlet, class Boundary = NoBoundary>
-class ParticleSystem : public Run<D> {
-    using Run<D>::now_;
+class ParticleSystem : public Stepper<D> {
+    using Stepper<D>::now_;
 
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
@@ -61,9 +61,9 @@ public:
     }
 
     PointMasses<S, D> points;
-    using Run<D>::gravity;
-    using Run<D>::warn;  ///< of a time step above the bound of the forces
-    double damping = 0;  ///< c [1/s]: velocities fall by e^(−c dt) a step
+    using Stepper<D>::gravity;
+    using Stepper<D>::warn;  ///< of a time step above the bound of the forces
+    double damping = 0;      ///< c [1/s]: velocities fall by e^(−c dt) a step
     DistanceConstraints<S, D> constraints;
     int iterations = 8;  ///< of the constraints, in every step
     /// Given, points collide with each other.
@@ -230,7 +230,7 @@ private:
     void take_steps(double dt, std::uint64_t count) {
         check(dt);
         const std::uint64_t last = now_.steps + count;
-        Run<D>::take_steps(
+        Stepper<D>::take_steps(
             workers_of_steps(), last, [&] { return now_.steps == last; },
             [&](std::string& warning) {
                 if (now_.steps == 0) emit();
@@ -265,10 +265,11 @@ private:
     /// Of a step above the bound, which is computed anew now and then, and when forces change; or empty.
     std::string warning_of(double dt) {
         if (largest_step_ == 0 || now_.steps % 64 == 0) largest_step_ = stable_time_step();
-        if (dt < largest_step_ * warned_ratio_) return {};
-        warned_ratio_ = 1.2 * dt / largest_step_;
+        const double ratio = dt / largest_step_;  // infinite where no step is small enough
+        if (!(ratio >= warned_ratio_) || std::isinf(warned_ratio_)) return {};
+        warned_ratio_ = 1.2 * ratio;
         if (!warn) return {};
-        return sentence("the time step of ", dt, " s is ", dt / largest_step_, " times the bound of ", largest_step_,
+        return sentence("the time step of ", dt, " s is ", ratio, " times the bound of ", largest_step_,
                         " s of the springs and dampers at step ", now_.steps, "; points may fly apart.");
     }
 

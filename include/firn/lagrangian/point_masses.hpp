@@ -3,7 +3,10 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/tensor.hpp>
-#include <firn/data/field.hpp>
+#include <firn/data/field_array.hpp>
+#include <firn/data/field_memory.hpp>
+#include <firn/data/ids.hpp>
+#include <firn/data/memory.hpp>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +14,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace firn {
@@ -39,44 +43,94 @@ struct PointMass {
     double end = std::numeric_limits<double>::infinity();  ///< when it is taken out [s]
 };
 
-/// Each field lies in an array of its own, position after position: what links and cells name is then one or two cache
-/// lines. A point's place may change when points are taken out; its id never does. Places are in the order of ids.
+/// Particles that keep the order of their ids. Each field lies in an array of its own, position after position: what
+/// links and cells name is then one or two cache lines. A point's place may change when points are taken out; its id
+/// never does.
 ///
 /// A pinned point has inverse mass 0: no force, constraint or collision moves it; it moves by its velocity.
 template <std::floating_point S, int D>
 struct PointMasses {
     using V = Vec<S, D>;
 
-    aligned_vector<V> position;      ///< [m]
-    aligned_vector<V> velocity;      ///< [m/s]
-    aligned_vector<S> mass;          ///< [kg]
-    aligned_vector<S> inverse_mass;  ///< [1/kg]; 0: pinned
-    aligned_vector<S> radius;        ///< [m]
-    aligned_vector<S> since;         ///< how long before now the velocity was as given [s]; see Verlet
-    aligned_vector<std::uint32_t> group;
-    aligned_vector<std::uint32_t> id;
-    aligned_vector<double> end;  ///< when it is taken out [s]
+    FieldArray<V> position;      ///< [m]
+    FieldArray<V> velocity;      ///< [m/s]
+    FieldArray<S> mass;          ///< [kg]
+    FieldArray<S> inverse_mass;  ///< [1/kg]; 0: pinned
+    FieldArray<S> radius;        ///< [m]
+    FieldArray<S> since;         ///< how long before now the velocity was as given [s]; see Verlet
+    FieldArray<std::uint32_t> group;
+    FieldArray<std::uint32_t> id;
+    FieldArray<double> end;  ///< when it is taken out [s]
 
-    std::size_t size() const { return position.size(); }
+    /// f(info, member) for every field: what is a member above has its line here.
+    template <class F>
+    static void for_fields(const F& f) {
+        using enum FieldShape;
+        using enum FieldRole;
+        using enum FieldRange;
+        using P = PointMasses;
+        f(FieldInfo{"position", "m", vector, motion}, &P::position);
+        f(FieldInfo{"velocity", "m/s", vector, motion}, &P::velocity);
+        f(FieldInfo{"mass", "kg", scalar, given, {}, positive}, &P::mass);
+        f(FieldInfo{"inverse_mass", "1/kg", scalar, given, {}, not_negative}, &P::inverse_mass);
+        f(FieldInfo{"radius", "m", scalar, given, {}, not_negative}, &P::radius);
+        f(FieldInfo{"since", "s", scalar, motion, {}, not_negative}, &P::since);
+        f(FieldInfo{"group", "1", scalar, given, {}, not_negative, FieldNumber::uint32}, &P::group);
+        f(FieldInfo{"id", "1", scalar, given, {}, not_negative, FieldNumber::uint32}, &P::id);
+        f(FieldInfo{"end", "s", scalar, given, {}, finite, FieldNumber::float64}, &P::end);
+    }
+    static FieldTable table() {
+        FieldTable all;
+        for_fields([&](const FieldInfo& info, auto) { all.push_back(info); });
+        return all;
+    }
+
+    PointMasses() : memory_(table(), D, sizeof(S), SlotOrder::by_id) {}
+    PointMasses(const PointMasses& other) : size_(other.size_), ids_(other.ids_), memory_(other.memory_) { bind(); }
+    PointMasses(PointMasses&& other) noexcept : PointMasses() { swap(other); }
+    PointMasses& operator=(PointMasses other) noexcept {
+        swap(other);
+        return *this;
+    }
+    ~PointMasses() = default;
+    void swap(PointMasses& other) noexcept {
+        std::swap(size_, other.size_);
+        std::swap(ids_, other.ids_);
+        std::swap(memory_, other.memory_);
+        bind();
+        other.bind();
+    }
+
+    std::size_t size() const { return size_; }
     PointView<S, D> view(double time = 0) const { return {position, velocity, mass, radius, time}; }
     /// No id is given out twice.
-    std::uint32_t next_id() const { return next_id_; }
+    std::uint32_t next_id() const { return ids_.next(); }
 
     /// Makes room for so many points, which each worker is the first to write in its share.
     /// \param threads  0: as many as thread_count() says
+    /// \throws memory_error  if there is not enough for so many
     void reserve(std::size_t count, int threads = 0) {
-        if (count <= position.capacity()) return;
+        if (count <= memory_.slots()) return;
+        const std::size_t slots = (std::max(count, size_ + size_ / 2) + pack_size - 1) / pack_size * pack_size;
+        require_memory(double(memory_.bytes()) + double(memory_.bytes_for(slots)),
+                       sentence("Room for ", count, " points"), "Take fewer.");
         const int workers = thread_count(threads);
-        const auto make_room = [&](auto& field) {
-            const std::size_t now = field.size();
-            grow(field, std::max(count, now + now / 2), {}, workers);
-            field.resize(now);
-        };
-        parallel_region(workers, [&] { for_fields(make_room); });
+        parallel_region(workers, [&] { memory_.grow(slots, workers); });
+        bind();
     }
 
     /// Ids below `next` are given out no more.
-    void skip_ids(std::uint32_t next) { next_id_ = std::max(next_id_, next); }
+    void skip_ids(std::uint32_t next) { ids_.skip(next); }
+
+    /// Appends a point of which no field is set but its id.
+    /// \return its place
+    std::size_t append(std::uint32_t as) {
+        if (size_ == memory_.slots()) reserve(std::max<std::size_t>(4 * pack_size, size_ + 1));
+        const std::size_t place = size_++;
+        bind();
+        id[place] = as;
+        return place;
+    }
 
     /// Could the point be added, as one of this id?
     /// \throws parameter_error  unless numbers are finite, the mass positive, and the radius not negative, in S
@@ -100,18 +154,17 @@ struct PointMasses {
     /// \return its id
     /// \throws parameter_error  as check()
     std::uint32_t add(const PointMass<D>& point) {
-        check(point, next_id_);
-        const S m = S(point.mass);
-        position.push_back(cast<S>(point.position));
-        velocity.push_back(cast<S>(point.velocity));
-        mass.push_back(m);
-        inverse_mass.push_back(1 / m);
-        radius.push_back(S(point.radius));
-        since.push_back(0);
-        group.push_back(point.group);
-        end.push_back(point.end);
-        id.push_back(next_id_);
-        return next_id_++;
+        check(point, next_id());
+        const std::size_t i = append(ids_.give());
+        position[i] = cast<S>(point.position);
+        velocity[i] = cast<S>(point.velocity);
+        mass[i] = S(point.mass);
+        inverse_mass[i] = 1 / mass[i];
+        radius[i] = S(point.radius);
+        since[i] = 0;
+        group[i] = point.group;
+        end[i] = point.end;
+        return id[i];
     }
 
     /// The place of the point of this id.
@@ -119,7 +172,7 @@ struct PointMasses {
     std::size_t place(std::uint32_t wanted) const {
         const auto found = std::lower_bound(id.begin(), id.end(), wanted);
         if (found == id.end() || *found != wanted)
-            throw parameter_error(sentence("There is no point ", wanted, ": ", size(), " points are there, ", next_id_,
+            throw parameter_error(sentence("There is no point ", wanted, ": ", size(), " points are there, ", next_id(),
                                            " ids have been given out, counted from 0."));
         return std::size_t(found - id.begin());
     }
@@ -161,19 +214,26 @@ struct PointMasses {
                 continue;
             }
             places[i] = gone ? no_particle : std::uint32_t(to);
-            if (!gone) for_fields([&](auto& field) { field[to] = field[i]; }), ++to;
+            if (!gone) memory_.copy(i, to++);
         }
-        for_fields([&](auto& field) { field.resize(to); });
+        size_ = to;
+        bind();
         return places;
     }
 
 private:
-    template <class F>
-    void for_fields(const F& f) {
-        f(position), f(velocity), f(mass), f(inverse_mass), f(radius), f(since), f(group), f(end), f(id);
+    /// Says to every field where it lies now.
+    void bind() {
+        std::size_t f = 0;
+        for_fields([&](const FieldInfo&, auto member) {
+            using T = typename std::remove_cvref_t<decltype(this->*member)>::value_type;
+            (this->*member).bind(memory_.numbers<T>(f++), size_);
+        });
     }
 
-    std::uint32_t next_id_ = 0;
+    std::size_t size_ = 0;
+    Ids ids_;
+    FieldMemory memory_;
 };
 
 namespace detail {

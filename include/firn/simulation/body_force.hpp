@@ -2,11 +2,15 @@
 #pragma once
 
 #include <firn/core/parallel.hpp>
-#include <firn/core/run.hpp>
+#include <firn/core/stepper.hpp>
+#include <firn/data/particle_store.hpp>
 #include <firn/lagrangian/any_force.hpp>
 #include <firn/simulation/body.hpp>
 
+#include <algorithm>
 #include <atomic>
+#include <limits>
+#include <vector>
 
 namespace firn::detail {
 
@@ -32,91 +36,152 @@ private:
     std::atomic<std::size_t> count_ = 0;
 };
 
-/// Springs, membranes, wind: what joins the particles of a body, to which particle first + i is point i. Their impulses
-/// go to the particles' own velocities, from where P2G takes them to the nodes: Σ w_ip (m_p v_p + dt f_p), the momentum
-/// of a Lagrangian mesh (Jiang, Schroeder, Selle, Teran, Stomakhin 2015, §9). A free mesh's frequencies bound those
-/// that the grid lets through: what nodes carry is heavier.
+/// The particles of a body as the points that forces between them see: particle first + i is point i. They are read
+/// once for all forces of the body, in the order of memory, and written through their slots.
 template <std::floating_point S, int D>
-class BodyForce {
+class JoinedPoints {
 public:
-    BodyForce(const Body& body, AnyForce<S, D> force) : body_(body), between_(std::move(force)) {}
+    explicit JoinedPoints(const Body& body) : body_(body) {}
 
-    AnyForce<S, D>& force() { return between_; }
-    bool may_open_regions() const { return between_.may_open_regions(); }
-
-    /// \param particles  in any order
-    /// \throws particle_error  naming the first of those that would get a velocity that is not finite
-    template <class Particles>
-    void push(Particles& particles, const Moment& now, double dt, int threads) {
-        look_at(particles, threads);
-        renew(force_, position_.size(), threads);
-        fill_chunks(force_, Vec<S, D>::zero(), threads);
-        between_.add_forces(view(now.time), force_, threads);
-        LowestId wrong;
-        for_slots(particles, threads, [&](std::size_t slot, std::size_t i) {
-            const Vec<S, D> after = velocity_[i] + force_[i] * (S(dt) / mass_[i]);
-            particles.set_velocity(slot, after);
-            if (!is_finite(after)) wrong.see(particles.id(slot));
-        });
-        wrong.refuse("a force between particles", now, dt);
-    }
-
-    /// Above it [s] an explicit step lets what the force joins fly apart.
-    template <class Particles>
-    double largest_step(const Particles& particles, double time, int threads) {
-        look_at(particles, threads);
-        return detail::largest_step<S, D>(std::span(&between_, 1), view(time), threads);
-    }
-
-private:
+    const Body& body() const { return body_; }
     PointView<S, D> view(double time) const { return {position_, velocity_, mass_, radius_, time}; }
+    std::size_t size() const { return position_.size(); }
 
-    /// Calls f(slot, i) for the particles of the body.
-    template <class Particles, class F>
-    void for_slots(Particles& particles, int threads, const F& f) const {
-        for_chunks(particles.slots(), threads, [&](std::size_t first, std::size_t last) {
-            for (std::size_t slot = first; slot < last; ++slot)
-                if (particles.is_particle(slot) && body_.holds(particles.id(slot)))
-                    f(slot, std::size_t(particles.id(slot) - body_.first));
-        });
-    }
-
-    template <class Particles>
-    void look_at(const Particles& particles, int threads) {
+    /// Reads all points: where they are, and in which slots.
+    void read(const ParticleStore<S, D>& particles, int threads) {
         renew(position_, body_.count, threads);
         renew(velocity_, body_.count, threads);
         renew(radius_, body_.count, threads);
         renew(mass_, body_.count, threads);
+        renew(slot_, body_.count, threads);
         for_chunks(body_.count, threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
                 position_[i] = velocity_[i] = Vec<S, D>::zero();  // of what a sink took
                 radius_[i] = mass_[i] = 0;
+                slot_[i] = no_particle;
             }
         });
-        for_slots(particles, threads, [&](std::size_t slot, std::size_t i) {
-            position_[i] = particles.position(slot);
-            velocity_[i] = particles.velocity(slot);
-            mass_[i] = particles.mass(slot);
+        for_chunks(particles.slots(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t slot = first; slot < last; ++slot) {
+                const std::uint32_t id = particles.id(slot);
+                if (id == no_particle || !body_.holds(id)) continue;
+                const std::size_t i = id - body_.first;
+                position_[i] = particles.position(slot);
+                velocity_[i] = particles.velocity(slot);
+                mass_[i] = particles.mass(slot);
+                slot_[i] = std::uint32_t(slot);
+            }
         });
-        drop_lost();
+        lost_ = std::size_t(std::count(slot_.begin(), slot_.end(), no_particle));
     }
 
-    /// Particles that a sink took: whatever joined them is gone.
-    void drop_lost() {
-        std::size_t lost = 0;
-        for (const S mass : mass_) lost += mass == 0;
-        if (lost == lost_) return;
-        lost_ = lost;
-        std::vector<std::uint32_t> place(mass_.size());
-        for (std::size_t i = 0; i < place.size(); ++i) place[i] = mass_[i] == 0 ? no_particle : std::uint32_t(i);
-        between_.renumber(place);
+    /// Adds the impulses of forces [N] to the particles' own velocities.
+    void push(ParticleStore<S, D>& particles, std::span<const Vec<S, D>> force, double dt, LowestId& wrong,
+              int threads) {
+        for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) {
+                if (slot_[i] == no_particle) continue;
+                velocity_[i] = velocity_[i] + force[i] * (S(dt) / mass_[i]);
+                particles.set_velocity(slot_[i], velocity_[i]);
+                if (!is_finite(velocity_[i])) wrong.see(std::uint32_t(body_.first + i));
+            }
+        });
     }
 
+    /// How many have been taken out.
+    std::size_t lost() const { return lost_; }
+    /// The place of every point; no_particle for what was taken out.
+    std::vector<std::uint32_t> places() const {
+        std::vector<std::uint32_t> places(size());
+        for (std::size_t i = 0; i < size(); ++i) places[i] = slot_[i] == no_particle ? no_particle : std::uint32_t(i);
+        return places;
+    }
+
+private:
     Body body_;
-    AnyForce<S, D> between_;
-    aligned_vector<Vec<S, D>> position_, velocity_, force_;
+    aligned_vector<Vec<S, D>> position_, velocity_;
     aligned_vector<S> mass_, radius_;
+    aligned_vector<std::uint32_t> slot_;
     std::size_t lost_ = 0;
+};
+
+/// Springs, membranes, wind: what joins the particles of a body. Their impulses go to the particles' own velocities,
+/// from where P2G takes them to the nodes: Σ w_ip (m_p v_p + dt f_p), the momentum of a Lagrangian mesh (Jiang,
+/// Schroeder, Selle, Teran, Stomakhin 2015, §9). A free mesh's frequencies bound those that the grid lets through: what
+/// nodes carry is heavier.
+template <std::floating_point S, int D>
+struct BodyForce {
+    std::size_t points;  ///< which of the bodies' points it joins
+    AnyForce<S, D> between;
+    std::size_t lost = 0;  ///< points that it knows to have been taken out
+
+    /// Whatever joined points that a sink took is gone.
+    void drop_lost(const JoinedPoints<S, D>& of) {
+        if (lost != of.lost()) between.renumber(of.places());
+        lost = of.lost();
+    }
+};
+
+/// The forces between the particles of a set, in the order they were added.
+template <std::floating_point S, int D>
+class BodyForces {
+public:
+    bool empty() const { return forces_.empty(); }
+    /// Do forces of the user's open parallel regions of their own?
+    bool may_open_regions() const {
+        return std::any_of(forces_.begin(), forces_.end(), [](const auto& f) { return f.between.may_open_regions(); });
+    }
+
+    AnyForce<S, D>& add(const Body& body, AnyForce<S, D> force) {
+        const auto is_of = [&](const JoinedPoints<S, D>& points) {
+            return points.body().first == body.first && points.body().count == body.count;
+        };
+        const auto of = std::size_t(std::find_if(points_.begin(), points_.end(), is_of) - points_.begin());
+        if (of == points_.size()) points_.emplace_back(body);
+        forces_.push_back({of, std::move(force)});
+        return forces_.back().between;
+    }
+
+    /// Above it [s] an explicit step lets what the forces join fly apart. Reads the points anew.
+    double largest_step(const ParticleStore<S, D>& particles, double time, int threads) {
+        read(particles, threads);
+        double bound = std::numeric_limits<double>::infinity();
+        for (BodyForce<S, D>& force : forces_)
+            bound = std::min(bound, detail::largest_step<S, D>(std::span(&force.between, 1),
+                                                               points_[force.points].view(time), threads));
+        return bound;
+    }
+
+    /// Particles have moved to other slots, or something else has changed their velocities.
+    void forget() { is_read_ = false; }
+
+    /// Each force sees the velocities that those before it have left.
+    /// \throws particle_error  naming the first of the particles that would get a velocity that is not finite
+    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) {
+        if (!is_read_) read(particles, threads);
+        for (BodyForce<S, D>& force : forces_) {
+            JoinedPoints<S, D>& points = points_[force.points];
+            renew(sum_, points.size(), threads);
+            fill_chunks(sum_, Vec<S, D>::zero(), threads);
+            force.between.add_forces(points.view(now.time), sum_, threads);
+            LowestId wrong;
+            points.push(particles, sum_, dt, wrong, threads);
+            wrong.refuse("a force between particles", now, dt);
+        }
+        forget();
+    }
+
+private:
+    void read(const ParticleStore<S, D>& particles, int threads) {
+        for (JoinedPoints<S, D>& points : points_) points.read(particles, threads);
+        for (BodyForce<S, D>& force : forces_) force.drop_lost(points_[force.points]);
+        is_read_ = true;
+    }
+
+    std::vector<JoinedPoints<S, D>> points_;
+    std::vector<BodyForce<S, D>> forces_;
+    aligned_vector<Vec<S, D>> sum_;
+    bool is_read_ = false;
 };
 
 }  // namespace firn::detail

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <firn/core/parallel.hpp>
-#include <firn/core/run.hpp>
+#include <firn/core/stepper.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/exec/g2p.hpp>
@@ -106,7 +106,7 @@ struct MaterialSet {
     std::vector<Source<D>> sources{};
     std::vector<Sink<D>> sinks{};
     std::vector<Load<D>> loads{};
-    std::vector<detail::BodyForce<S, D>> forces{};
+    detail::BodyForces<S, D> forces{};
     std::vector<Facet<D>> facets{};  ///< of the nets, by ids of particles
 
     /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
@@ -168,8 +168,7 @@ struct MaterialSet {
     template <class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
         check_body(body);
-        forces.emplace_back(body, detail::AnyForce<S, D>(std::move(force)));
-        return forces.back().force().template as<BetweenPoints>();
+        return forces.add(body, detail::AnyForce<S, D>(std::move(force))).template as<BetweenPoints>();
     }
 
     /// Which of the bodies, which lie in the order of their ids, a particle is of; bodies.size(): of none.
@@ -194,6 +193,7 @@ struct MaterialSet {
         stored.sinks = std::move(sinks);
         stored.loads = std::move(loads);
         stored.forces = std::move(forces);
+        stored.forces.forget();
         stored.facets = std::move(facets);
         *this = std::move(stored);
         restored = moment;
@@ -240,12 +240,7 @@ struct MaterialSet {
     /// \throws parameter_error  if they are of more particles than there are ids left
     void give(double time, int threads) {
         for (Source<D>& source : sources) {
-            const double due = source.due(time), count = due * double(source.samples.positions.size());
-            if (count > double(no_particle - particles.next_id()))
-                throw parameter_error(sentence("A source of ", source.rate, " bursts a second owes ", count,
-                                               " particles at ", time, " s; there are ids for ",
-                                               no_particle - particles.next_id(),
-                                               " more. Take a lower rate, or let it start later."));
+            source.require_ids(time, no_particle - particles.next_id());
             for (; source.is_due(time); ++source.bursts) {
                 Samples<D> burst = source.samples;
                 const double born = source.time_of(source.bursts);
@@ -278,10 +273,6 @@ struct MaterialSet {
         return next;
     }
 
-    /// Do forces of the user's open parallel regions of their own?
-    bool may_open_regions() const {
-        return std::any_of(forces.begin(), forces.end(), [](const auto& force) { return force.may_open_regions(); });
-    }
     /// The impulses of the loads, to the particles' own velocities: as much as to the nodes, by P2G.
     /// \throws particle_error  naming the first of those that would get a velocity that is not finite
     void push(const Moment& now, double dt, int threads) {
@@ -302,8 +293,9 @@ struct MaterialSet {
                 },
                 64);
             wrong.refuse("a load", now, dt);
+            forces.forget();
         }
-        for (auto& force : forces) force.push(particles, now, dt, threads);
+        if (!forces.empty()) forces.push(particles, now, dt, threads);
     }
 
 private:

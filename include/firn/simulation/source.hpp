@@ -46,19 +46,14 @@ struct Source {
         if (!std::isfinite(norm(velocity)))
             throw parameter_error(
                 sentence("A source gives particles at ", norm(velocity), " m/s; their velocity must be finite."));
-        if (!(rate > 0) || !std::isfinite(rate))
-            throw parameter_error(sentence("A source's rate is ", rate, " bursts a second; it must be positive."));
-        if (!std::isfinite(start) || !(end >= start))
-            throw parameter_error(sentence("A source gives particles from ", start, " s to ", end,
-                                           " s; the start must be finite and not after the end."));
-        if (!(lifespan > 0))
-            throw parameter_error(
-                sentence("The lifespan of a source's particles is ", lifespan, " s; it must be positive."));
+        recurrence().check(lifespan);
     }
 
     double time_of(std::uint64_t burst) const { return recurrence().time_of(burst); }
-    /// How many bursts a step to `time` would give. \throws parameter_error  if they are more than can be counted
-    double due(double time) const { return recurrence().due(bursts, time); }
+    /// \throws parameter_error  if the bursts that a step to `time` gives are of more particles than there are ids left
+    void require_ids(double time, std::uint32_t left) const {
+        recurrence().require_ids(bursts, time, double(samples.positions.size()), left);
+    }
     bool is_due(double time) const { return recurrence().is_due(bursts, time); }
     /// Those due until `time`, it included, are not given: they have been, or the source was not there.
     void skip(double time) { bursts = recurrence().first_after(bursts, time); }

@@ -109,3 +109,15 @@ TEST_CASE("gravity, damping, restitution and numbers of iterations that are of n
     for (const double duration : {-1.0, not_a_number, infinity})
         CHECK_THROWS_AS(system.advance(duration, 1e-3), parameter_error);
 }
+
+TEST_CASE("where no step is small enough the run warns once, and does not hang", "[lagrangian]") {
+    ParticleSystem<3, float> system;
+    system.points.add({.velocity = {1, 1, 1}, .radius = 1e30});  // whose drag no number of S holds
+    system.add_force(DragOnPoints<float, 3>{});
+    CHECK(system.stable_time_step() == 0);
+    int warnings = 0;
+    system.warn = [&](const std::string&) { ++warnings; };
+    CHECK_THROWS_AS(system.step(1e-3), particle_error);
+    CHECK_THROWS_AS(system.step(1e-3), particle_error);
+    CHECK(warnings == 1);
+}

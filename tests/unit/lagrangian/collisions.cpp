@@ -51,7 +51,7 @@ double energy(const PointMasses<S, D>& points) {
 
 /// Σ m f, of velocities or positions, with a rounding far below that of S.
 template <class S, int D>
-Vec<long double, D> moment(const PointMasses<S, D>& points, const aligned_vector<Vec<S, D>>& field) {
+Vec<long double, D> moment(const PointMasses<S, D>& points, const FieldArray<Vec<S, D>>& field) {
     auto sum = Vec<long double, D>::zero();
     for (std::size_t i = 0; i < points.size(); ++i)
         for (int a = 0; a < D; ++a) sum[a] += (long double)(points.mass[i]) * (long double)(field[i][a]);
@@ -119,7 +119,7 @@ TEST_CASE("collisions: two balls leave with e times the speed of their approach,
 
 TEST_CASE("collisions: balls that separate are let go, and shifts change no velocity", "[lagrangian]") {
     auto points = two_balls(1, 2, n * -1e-4, n * 0.5e-4);
-    const auto before = points.velocity;
+    const auto before = points.velocity.copy();
     Collisions<double, 2> collisions;
     collisions.restitution = 1;
     collisions.friction = 1;
@@ -429,7 +429,7 @@ TEST_CASE("collisions: a blow is not repeated in the step after it", "[lagrangia
         collisions.restitution = e;
         collisions.shift_passes = 0;  // they still overlap
         collisions.apply(points);
-        const auto after = points.velocity;
+        const auto after = points.velocity.copy();
         for (int step = 0; step < 3; ++step) collisions.apply(points);
         CHECK(norm(points.velocity[0] - after[0]) < 1e-14);
         CHECK(norm(points.velocity[1] - after[1]) < 1e-14);

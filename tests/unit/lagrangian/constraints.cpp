@@ -170,7 +170,7 @@ TEMPLATE_TEST_CASE("the same bits for 1, 2, 3, 4 and 7 threads, in any order of 
             system.add_force(springs_of<S>(net, SpringOptions{0.1, 1e-4}));
             system.add_force(aerodynamic_surface_of(net, AerodynamicDrag<S, 3>{S(1.2), 1, {{1, 0, 2}}}));
             for (int i = 0; i < 15; ++i) system.step(0.005);
-            return std::pair(system.points.position, system.points.velocity);
+            return std::pair(system.points.position.copy(), system.points.velocity.copy());
         };
         const auto one = run(1);
         CHECK(one.first[2000][1] < 0);

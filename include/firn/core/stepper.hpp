@@ -21,7 +21,7 @@ struct Moment {
 };
 
 template <int D>
-class Run {
+class Stepper {
 public:
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
     /// Takes warnings, each once. By default they go to std::cerr; empty: nowhere. It is called outside any parallel
@@ -36,7 +36,7 @@ public:
     Moment moment() const { return now_; }
 
 protected:
-    Run() { gravity[1] = -9.81; }
+    Stepper() { gravity[1] = -9.81; }
 
     /// Takes steps until is_done() says so. They share parallel regions, each of which is left where something of the
     /// user's is to be called.
