@@ -4,6 +4,7 @@
 #include <firn/firn.hpp>
 
 #include <cstring>
+#include <map>
 #include <vector>
 
 namespace scenes {
@@ -88,10 +89,35 @@ void add_two_blocks(Simulation& simulation, double side = 0.3, double spacing = 
     simulation.add(firn::sample_box<D>(low, low + V::filled(side), filling), 1000, velocity);
 }
 
+/// Moves particles to other slots, at random, each with all that it has: as if they had been added in another order.
+template <class S, int D, class State>
+void shuffle(firn::Particles<S, D, State>& particles, std::uint64_t seed) {
+    const auto random_order = [&](auto& list) {
+        for (std::size_t i = list.size(); i > 1; --i)
+            std::swap(list[i - 1], list[std::size_t(noise(seed++) * double(i))]);
+    };
+    std::map<firn::BlockCoordinate<D>, std::vector<std::uint32_t>> slots_of;
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot)) slots_of[particles.block(slot)].push_back(std::uint32_t(slot));
+    std::vector<firn::BlockCoordinate<D>> blocks;
+    for (const auto& [block, slots] : slots_of) blocks.push_back(block);
+    random_order(blocks);
+    firn::BlockPartition<D> partition;
+    for (const auto& block : blocks) {
+        std::vector<std::uint32_t>& slots = slots_of[block];
+        random_order(slots);
+        const std::size_t first = partition.order.size();
+        partition.ranges.push_back({block, first, slots.size()});
+        partition.groups.push_back({std::uint32_t(partition.groups.size()), 1, first, slots.size(), false});
+        partition.order.insert(partition.order.end(), slots.begin(), slots.end());
+        while (partition.order.size() % firn::pack_size != 0) partition.order.push_back(firn::no_particle);
+    }
+    particles.reorder(partition, 1);
+}
+
 /// FNV-1a over the bits of everything that a particle has, in the order of ids.
-template <class Simulation>
-std::uint64_t hash(const Simulation& simulation) {
-    const auto& particles = simulation.particles();
+template <class S, int D, class State>
+std::uint64_t hash(const firn::Particles<S, D, State>& particles) {
     std::vector<std::size_t> slot_of(particles.size());
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) slot_of[particles.id(slot)] = slot;
@@ -101,16 +127,19 @@ std::uint64_t hash(const Simulation& simulation) {
         std::memcpy(bytes, numbers, count * sizeof(*numbers));
         for (std::size_t i = 0; i < count * sizeof(*numbers); ++i) h = (h ^ bytes[i]) * 0x100000001b3ull;
     };
-    constexpr std::size_t D = std::size_t(Simulation::dimension);
     for (const std::size_t slot : slot_of) {
         const auto x = particles.position(slot), v = particles.velocity(slot);
         const auto C = particles.affine(slot), F = particles.state(slot).F;
-        add(x.v, D);
-        add(v.v, D);
-        add(C.m, D * D);
-        add(F.m, D * D);
+        add(x.v, std::size_t(D));
+        add(v.v, std::size_t(D));
+        add(C.m, std::size_t(D * D));
+        add(F.m, std::size_t(D * D));
     }
     return h;
+}
+template <class Simulation>
+std::uint64_t hash(const Simulation& simulation) {
+    return hash(simulation.particles());
 }
 
 }  // namespace scenes

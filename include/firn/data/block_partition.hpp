@@ -100,8 +100,8 @@ struct BlockRange {
     std::size_t particles;  ///< from first_slot on
 };
 
-/// Sparse blocks that have no more than this together are spray: an arena for them would hold mostly nodes that no
-/// particle reaches, so they scatter to the grid and gather from it where its nodes lie.
+/// Sparse blocks that have no more than this together are spray: an arena for them holds mostly nodes that no particle
+/// reaches. Of it they scatter to those that they reach, and they gather from the grid where its nodes lie.
 inline constexpr std::size_t spray_particles = 64;
 
 /// What one thread works through at once: the particles of one block; or those of all the sparse blocks in a cube,

@@ -6,6 +6,7 @@
 #include <firn/data/particle_set.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/exec/scatter.hpp>
+#include <firn/exec/spray.hpp>
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>
@@ -101,6 +102,24 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
     });
 }
 
+/// Scatters spray to an arena, too: what a node gets from a group is one number, whatever came to it before.
+template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
+[[gnu::noinline]] void scatter_spray(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
+                                     const BlockPartition<D>& partition, const BlockGroup& group,
+                                     const SparseGrid<S, D>& grid, const Sums& sums, S* nodes) {
+    using Rows = ArenaRows<Sums, Kernel, S, D, exact_row<S, Kernel::support>>;
+    SprayArena<Kernel, S, D> arena;
+    if (places.template has_strays<Kernel>(group)) throw_strays();
+    places.template for_corners<Kernel>(group, arena.n, [&](std::size_t corner) FIRN_LAMBDA { arena.reach(corner); });
+    for_packs<Kernel, Transfer, Force>(
+        reader, places, group, arena.n, sums, [&](const auto& records, std::size_t, int used) FIRN_LAMBDA {
+            records.template scatter<Sums::costly>(
+                0, used, [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node, arena.n, corner); },
+                [](std::ptrdiff_t, int) {});
+        });
+    arena.add_to_grid(nodes, BlocksAround<D>(grid, partition, group));
+}
+
 /// All groups, phase after phase: no two threads ever add to one node, and every node is added to in one order.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, double dt, int threads,
@@ -110,10 +129,12 @@ void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid
     for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int thread) {
         const GroupPlaces<View> places(set.view, set.partition, group, positions);
         auto&& mine = sums.of_thread(thread);  // what measures on the way, measures into its own
-        if (group.is_spray())
-            scatter_to_nodes<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
-        else
+        if (!group.is_spray())
             scatter_to_arena<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
+        else if constexpr (std::floating_point<typename Sums::number>)
+            scatter_spray<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
+        else  // integers need no sum of their own
+            scatter_to_nodes<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
     });
 }
 

@@ -133,6 +133,14 @@ FIRN_INLINE Place<P, D> locate(const Vec<P, D>& position) {
     return place;
 }
 
+/// The first number of a node, in an arena of n along each axis.
+template <class P, int D>
+FIRN_INLINE P first_number(const Vec<P, D>& node, int n) {
+    P number = node.v[0];
+    unroll<D - 1>([&](auto a) FIRN_LAMBDA { number = number * P(n) + node.v[a + 1]; });
+    return number * P(node_width);
+}
+
 /// Which particles lie beyond the reach of their block.
 /// \param position  in cells, from the lower corner of the particle's block
 template <class Kernel, class P, int D>
@@ -253,6 +261,17 @@ public:
         return any(stray);
     }
 
+    /// Calls f(corner) for the particles of spray: the first number of the base node in an arena of n along each axis.
+    template <class Kernel, class F>
+    FIRN_INLINE void for_corners(const BlockGroup& spray, int n, const F& f) const {
+        using P = native_pack<S>;
+        alignas(64) typename P::integer corner[spray_particles];
+        for (std::size_t slot = 0; slot < spray.particles; slot += scalar_traits<P>::lanes)
+            first_number(locate<Kernel>(position<P>(slot)).node + block_in_arena<Kernel, P>(slot, n), n)
+                .store(corner + slot);
+        for (std::size_t i = 0; i < spray.particles; ++i) f(std::size_t(corner[i]));
+    }
+
 private:
     /// Which lanes from `slot` on hold particles, and not padding, which stands for any of them.
     FIRN_INLINE static auto is_used(const BlockGroup& group, std::size_t slot) {
@@ -286,9 +305,7 @@ struct PackWeights {
     /// \param block  where the particles' blocks begin in the arena;  \param n  the arena's size
     FIRN_INLINE void fill(int lane, const Place<P, D>& place, const Vec<P, D>& block, int n) {
         const Vec<P, D> node = place.node + block;
-        P corner_node = node.v[0];
-        unroll<D - 1>([&](auto a) FIRN_LAMBDA { corner_node = corner_node * P(S(n)) + node.v[a + 1]; });
-        (corner_node * P(node_width)).store(corner + lane);
+        first_number(node, n).store(corner + lane);
         unroll<D>([&](auto a) FIRN_LAMBDA {
             put(a, Kernel::weights(place.fraction.v[a]), lane, leading[a < D - 1 ? int(a) : 0], last);
             if constexpr (Gradients)

@@ -103,10 +103,10 @@ struct AtomicSums : IntegerSums<Integer, S> {
 };
 
 /// The rows of one particle, in an arena. In registers that suit the target.
-template <class Sums, class Kernel, std::floating_point S, int D>
+template <class Sums, class Kernel, std::floating_point S, int D, class RowOfArena = row<S, Kernel::support>>
 class ArenaRows {
 public:
-    using Row = row<S, Kernel::support>;
+    using Row = RowOfArena;
     using Sum = typename Sums::template sum<Row>;
 
     /// \param n       nodes a line of the arena

@@ -1,5 +1,5 @@
-/// \file Particles into blocks and cells: a stable counting sort in four steps, the same order for any number of
-/// threads.
+/// \file Particles into blocks and cells, and in a cell by their ids: a counting sort in four steps. The order depends
+/// on nothing else, not on where particles lay, nor on the number of threads.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
+#include <cstring>
 
 namespace firn {
 
@@ -45,10 +47,10 @@ FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
     }
 }
 
-/// Sorts particles by block, then by cell, and gathers blocks into groups. Nothing is moved: the result is an order.
-/// It knows nothing of what a particle carries: a caller says in which cell each lies.
+/// Sorts particles by block, then by cell, then by id, and gathers blocks into groups. Nothing is moved: the result is
+/// an order. It knows nothing of what a particle carries: a caller says in which cell each lies.
 ///
-///     BlockSort<3> sort(count, threads, room);
+///     BlockSort<3> sort(count, ids, threads, room);
 ///     sort.look(is_particle, cells_of);
 ///     BlockPartition<3> partition = sort.partition(colours);
 template <int D>
@@ -58,10 +60,12 @@ public:
     static constexpr std::size_t room = 2 * sizeof(std::uint32_t) + sizeof(std::uint8_t);
 
     /// \param candidates  number of places to look at
+    /// \param ids         of the particle in each place, no two the same; null: a place is its particle's id
     /// \param threads     0: as many as thread_count() says
     /// \param memory      `room` bytes a place, aligned as std::uint32_t, that nobody else uses
-    BlockSort(std::size_t candidates, int threads, std::byte* memory)
+    BlockSort(std::size_t candidates, const std::uint32_t* ids, int threads, std::byte* memory)
         : candidates_(candidates),
+          ids_(ids),
           threads_(int(std::min<std::size_t>(std::size_t(thread_count(threads)), candidates / 4096 + 1))),
           met_(std::size_t(threads_)),
           number_of_(reinterpret_cast<std::uint32_t*>(memory)),
@@ -148,8 +152,8 @@ private:
         return sorted;
     }
 
-    /// The third: particles range by range. In a range, thread t's follow those of thread t − 1: the order of a serial
-    /// stable sort.
+    /// The third: particles range by range, in a range in the order of their places: thread t's follow those of thread
+    /// t − 1.
     void place_by_block(const BlockPartition<D>& partition) {
         first_place_.assign(partition.ranges.size(), 0);
         for (std::size_t r = 1; r < partition.ranges.size(); ++r)
@@ -168,21 +172,67 @@ private:
         });
     }
 
-    /// The fourth: each range by cell, into the partition's order.
+    /// The fourth: each range by cell and id, into the partition's order.
     void order_by_cell(BlockPartition<D>& partition) const {
         const auto order_range = [&](std::size_t r, int) {
             const BlockRange<D>& range = partition.ranges[r];
             const std::uint32_t* from = by_block_ + first_place_[r];
             std::uint32_t* to = partition.order.data() + range.first_slot;
-            std::uint32_t first[block_nodes<D> + 1] = {};
-            for (std::size_t i = 0; i < range.particles; ++i) ++first[cell_of_[from[i]] + 1];
-            for (int c = 0; c < block_nodes<D>; ++c) first[c + 1] += first[c];
-            for (std::size_t i = 0; i < range.particles; ++i) to[first[cell_of_[from[i]]]++] = from[i];
+            std::uint32_t next[block_nodes<D> + 1] = {};
+            for (std::size_t i = 0; i < range.particles; ++i) ++next[cell_of_[from[i]] + 1];
+            for (int c = 0; c < block_nodes<D>; ++c) next[c + 1] += next[c];
+            if (!ids_) {  // they already are in the order of their ids
+                for (std::size_t i = 0; i < range.particles; ++i) to[next[cell_of_[from[i]]]++] = from[i];
+                return;
+            }
+            std::uint32_t* const id_of = number_of_ + first_place_[r];  // of what lies in `to`
+            std::uint32_t last_id[block_nodes<D>] = {};
+            std::uint64_t disordered = 0;  // cells, a bit each
+            for (std::size_t i = 0; i < range.particles; ++i) {
+                const std::uint32_t place = from[i], id = ids_[place], cell = cell_of_[place], at = next[cell]++;
+                to[at] = place;
+                id_of[at] = id;
+                disordered |= std::uint64_t(id < last_id[cell]) << cell;
+                last_id[cell] = id;
+            }
+            for (; disordered != 0; disordered &= disordered - 1) {
+                const int cell = std::countr_zero(disordered);
+                const std::size_t begin = cell == 0 ? 0 : next[cell - 1], count = next[cell] - begin;
+                if (count <= pack_size && range.particles >= pack_size) {
+                    const std::size_t first = std::min(begin, range.particles - pack_size);  // of a pack of places
+                    order_few(to + first, id_of + first, begin - first, count);
+                } else {
+                    std::sort(to + begin, to + begin + count,
+                              [this](auto one, auto other) { return ids_[one] < ids_[other]; });
+                }
+            }
         };
         parallel_for(partition.ranges.size(), threads_, order_range, 16);
     }
 
+    /// Some of a pack of places. Each finds its rank by a comparison with all, in lanes: no branches that a processor
+    /// must guess.
+    FIRN_INLINE static void order_few(std::uint32_t* places, const std::uint32_t* ids, std::size_t first,
+                                      std::size_t count) {
+        using Pack [[gnu::vector_size(4 * pack_size)]] = std::uint32_t;
+        constexpr Pack lanes{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+        constexpr std::size_t half = pack_size / 2;
+        Pack id, rank{};
+        std::memcpy(&id, ids, sizeof id);
+        id |= Pack(lanes - std::uint32_t(first) >= std::uint32_t(count));  // others are higher than all
+        alignas(64) std::uint32_t each[2 * pack_size], place[pack_size];
+        std::memcpy(each, &id, sizeof id);
+        std::fill_n(each + pack_size, pack_size, no_particle);
+        for (std::size_t i = 0; i < half; ++i) rank -= Pack(each[first + i] < id);
+        if (count > half)
+            for (std::size_t i = half; i < pack_size; ++i) rank -= Pack(each[first + i] < id);
+        std::memcpy(each, &rank, sizeof rank);
+        std::memcpy(place, places, sizeof place);
+        for (std::size_t i = first; i < first + count; ++i) places[first + each[i]] = place[i];
+    }
+
     std::size_t candidates_;
+    const std::uint32_t* ids_;
     int threads_;
     std::vector<Met> met_;
     std::uint32_t* number_of_;  // of a place: of its block, among those that its thread has met; no_particle

@@ -27,7 +27,7 @@ void check_periods(const Domain<D>& domain, int colours, int support) {
 template <std::floating_point S, int D>
 BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const Domain<D>& domain, double base_shift,
                                    int colours, int threads, std::byte* room) {
-    BlockSort<D> sort(particles.slots, threads, room);
+    BlockSort<D> sort(particles.slots, particles.id, threads, room);
     const bool periodic = is_periodic(domain);
     sort.look([&](std::size_t i) { return particles.is_particle(i); },
               [&](std::size_t first, std::size_t count, BlockCells& cells) {
@@ -79,7 +79,7 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
     if (view.mass.data) check_masses<S>(count, [&](std::size_t i) { return view.mass.particle(i, 0); });
     const S per_cell = S(1 / domain.cell_size);
     const auto room = std::make_unique_for_overwrite<std::byte[]>(count * BlockSort<D>::room);
-    BlockSort<D> sort(count, threads, room.get());
+    BlockSort<D> sort(count, nullptr, threads, room.get());
     sort.look([](std::size_t) { return true; },
               [&](std::size_t first, std::size_t used, BlockCells& cells) {
                   S base[D][pack_size] = {};

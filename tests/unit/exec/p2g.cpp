@@ -128,6 +128,34 @@ TEST_CASE("Coloured sums have the same bits for 1, 2, 3, 4 and 7 threads") {
     for (int threads : {2, 3, 4, 7}) CHECK(numbers(scattered<C>(cloud, Coloured{threads})) == one);
 }
 
+TEST_CASE("What a node gets from a group is one number, whatever came to it before") {
+    using Cloud = scenes::RandomCloud<float, 3>;
+    Cloud before(4000);
+    const auto partition_of = [](Cloud& cloud) {
+        return partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 1);
+    };
+    const auto check = [&](Kind kind, std::size_t count, float cells) {
+        Cloud group(count, 2);
+        for (float& x : group.x) x = -0.25f + 0.05f * (8.6f + (cells - 0.2f) * (x + 0.2f) / 0.9f);
+        BlockPartition<3> first = partition_of(before), second = partition_of(group);
+        REQUIRE((second.groups.size() == 1 && scenes::has(second, kind)));
+        SparseGrid<float, 3> grid(before.domain);
+        grid.activate(std::array{&first, &second});
+        const auto sums_of = [&](const auto&... sets) {
+            p2g<QuadraticBSpline, Apic, MlsForce>(Coloured{1}, grid, dt, sets...);
+            return numbers(grid);
+        };
+        const ParticleSet a{before.view(), first}, b{group.view(), second};
+        auto sums = sums_of(a);
+        const auto of_group = sums_of(b);
+        for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = double(float(sums[i]) + float(of_group[i]));
+        CHECK(sums_of(a, b) == sums);
+    };
+    check(Kind::dense, 100, 4);
+    check(Kind::cube, 100, 8);
+    check(Kind::spray, 40, 8);
+}
+
 namespace {
 
 /// All particles at one node, all with one velocity: every contribution has the same sign.

@@ -1,4 +1,5 @@
-/// \file Sorting by blocks: complete, stable, colour-safe, and the same for any number of threads.
+/// \file Sorting by blocks, cells and ids: complete, colour-safe, and the same for any number of threads and any order
+/// in memory.
 #include "support/catch.hpp"
 #include "support/random_numbers.hpp"
 #include "support/scenes.hpp"
@@ -22,8 +23,7 @@ scenes::RandomCloud<S, D> cloud_and_spray(std::size_t count) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("Every particle lies once in the range of its block, by cell, and in the order it had", "", float,
-                   double) {
+TEMPLATE_TEST_CASE("Every particle lies once in the range of its block, by cell and number", "", float, double) {
     auto cloud = cloud_and_spray<TestType, 3>(20000);
     const auto partition = partition_particles<QuadraticBSpline>(cloud.view(), cloud.size(), cloud.domain, 2);
     std::set<std::uint32_t> seen;
@@ -186,8 +186,8 @@ TEMPLATE_TEST_CASE_SIG("However far particles have gone from the block they were
                     CHECK(node >> 2 == range.block[std::size_t(a)]);
                     cell += (node & 3) << 2 * a;
                 }
-                CHECK(std::pair{cell, slot} > before);
-                before = {cell, slot};
+                CHECK(std::pair{cell, particles.id(slot)} > before);
+                before = {cell, particles.id(slot)};
             }
         }
         for (std::size_t slot = 0; slot < particles.slots(); ++slot)
@@ -203,6 +203,30 @@ TEST_CASE("The order is the same for any number of threads") {
         CHECK(many.order == one.order);
         CHECK(many.by_phase == one.by_phase);
         CHECK(many.phase_ends == one.phase_ends);
+    }
+}
+
+TEMPLATE_TEST_CASE_SIG("Where particles lie in memory makes no difference to their order", "", ((int D), D), 2, 3) {
+    const Domain<D> domain{Vec<double, D>::zero(), Vec<double, D>::filled(1), 1.0 / 64};
+    Particles<float, D> particles(domain);
+    test_support::Random random(7);
+    const auto fill = [&](int count, double from, double to) {
+        for (int i = 0; i < count; ++i) particles.push_back(random.vector<D>(from, to), {}, 1, 1);
+    };
+    fill(300, 0.4, 0.42);  // a cell of more than 64, and such of up to 16
+    fill(6000, 0.5, D == 2 ? 0.8 : 0.62);
+    fill(2000, 0.1, 0.9);
+    Particles<float, D> other = particles;
+    for (const std::uint64_t seed : {1, 2}) {
+        scenes::shuffle(other, seed);
+        CHECK(other.id(0) != particles.id(0));
+        Particles<float, D> sorted = particles, too = other;
+        const auto expected = sort_particles<QuadraticBSpline>(sorted, 1);
+        const auto partition = sort_particles<QuadraticBSpline>(too, 2);
+        CHECK(partition.order == expected.order);
+        CHECK(partition.by_phase == expected.by_phase);
+        CHECK(scenes::has(partition, scenes::Kind::dense));
+        CHECK(scenes::has(partition, scenes::Kind::spray));
     }
 }
 

@@ -1,0 +1,91 @@
+/// \file The sums of spray: in an arena, of which only what particles reach is cleared, and added to the grid.
+#pragma once
+
+#include <firn/exec/arena.hpp>
+#include <firn/simd/row.hpp>
+
+#include <bit>
+
+namespace firn {
+
+/// The nodes around a cube of blocks, of which some are reached. Those come by the runs that lie in one line and in one
+/// block.
+template <class Kernel, std::floating_point S, int D>
+class SprayArena {
+    static constexpr int K = Kernel::support;
+
+public:
+    static constexpr int n = arena_size<Kernel, cube_blocks>;  ///< nodes along an axis
+
+    /// Zeros the runs that a particle reaches: for all particles, before any is added.
+    /// \param corner  the number, in the arena, of the first number of the particle's base node
+    FIRN_INLINE void reach(std::size_t corner) {
+        const unsigned base = unsigned(corner) / node_width, line = base / n, k = base % n;
+        const unsigned first = (k + before) / block_size, last = (k + before + K - 1) / block_size;
+        // Two runs are no more than two blocks' nodes; what is zeroed of others does no harm yet.
+        const unsigned begin = line * n + unsigned(std::max(int(first * block_size) - before, 0));
+        S* const run = node + begin * node_width;
+        unroll<lines_of_particle<Kernel, D>>([&](auto l) FIRN_LAMBDA {
+            std::fill_n(run + line_begin<Kernel, D>(l, n) * node_width, 2 * block_size * node_width, S(0));
+        });
+        const unsigned word = line / 64, shift = line % 64;
+        for (const unsigned block : {first, last}) {
+            reached_[block][word] |= lines_from_0 << shift;
+            if constexpr (words > 1) reached_[block][word + 1] |= lines_from_0 >> 1 >> (63 - shift);
+        }
+    }
+
+    /// Adds what is reached to the grid's nodes.
+    FIRN_INLINE void add_to_grid(S* nodes, const BlocksAround<D>& around) const {
+        unroll<blocks>([&](auto b) FIRN_LAMBDA {
+            constexpr int begin = b == 0 ? before : 0, end = std::min(block_size, before + n - b * block_size);
+            constexpr int place = b * block_size + begin - before;  // in the line
+            using Run = exact_row<S, end - begin>;
+            for (int word = 0; word < words; ++word)
+                for (std::uint64_t left = reached_[b][word]; left != 0; left &= left - 1) {
+                    const int line = 64 * word + std::countr_zero(left);
+                    const Line in_grid = lines[std::size_t(line)];
+                    const std::size_t block = around.data()[in_grid.block * blocks + b];
+                    S* const to =
+                        nodes + (block * std::size_t(block_nodes<D>) + std::size_t(in_grid.node * block_size + begin)) *
+                                    node_width;
+                    (Run::load(to) + Run::load(node + (line * n + place) * node_width)).store(to);
+                }
+        });
+    }
+
+    /// Zeroing may reach over the end.
+    alignas(64) S node[(arena_nodes<D>(n) + 2 * block_size) * node_width];
+
+private:
+    static constexpr int before = block_size - allowed_drift;  // nodes of the first block that the arena leaves out
+    static constexpr int blocks = cube_blocks + 2, line_count = arena_nodes<D>(n) / n;
+    static constexpr int words = line_count <= 64 ? 1 : line_count / 64 + 2;
+
+    /// Of those lines that a particle of the first line reaches, a bit each.
+    static constexpr std::uint64_t lines_from_0 = [] {
+        std::uint64_t bits = 0;
+        for (int l = 0; l < lines_of_particle<Kernel, D>; ++l)
+            bits |= std::uint64_t(1) << line_begin<Kernel, D>(l, n) / n;
+        return bits;
+    }();
+
+    /// Where a line is in the grid along the leading axes: block and node.
+    struct Line {
+        std::uint8_t block, node;
+    };
+    static constexpr auto lines = [] {
+        std::array<Line, std::size_t(line_count)> all{};
+        for (int line = 0; line < line_count; ++line)
+            for (int a = 0, at = D == 2 ? line : line / n; a < D - 1; ++a, at = line % n) {
+                Line& to = all[std::size_t(line)];
+                to.block = std::uint8_t(to.block * blocks + (at + before) / block_size);
+                to.node = std::uint8_t(to.node * block_size + (at + before) % block_size);
+            }
+        return all;
+    }();
+
+    std::uint64_t reached_[blocks][words] = {};  // lines, a bit each
+};
+
+}  // namespace firn
