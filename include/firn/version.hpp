@@ -6,10 +6,10 @@
 namespace firn {
 
 inline constexpr int version_major = 0;
-inline constexpr int version_minor = 1;
+inline constexpr int version_minor = 2;
 inline constexpr int version_patch = 0;
 
-/// "0.1.0"
+/// "0.2.0"
 inline std::string version() {
     return std::to_string(version_major) + "." + std::to_string(version_minor) + "." + std::to_string(version_patch);
 }

@@ -36,11 +36,11 @@ void add_mixture(Simulation& simulation) {
     using V = Vec<double, D>;
     simulation.warn = {};
     simulation.most_steps_between_sorts = 8;
-    const auto add = [&](const Samples<D>& samples) { simulation.template add<I>(samples, 1000); };
+    const auto add = [&](const Samples<D>& samples) { simulation.template set<I>().add(samples, 1000); };
     add(sample_box<D>(V::filled(0.2), V::filled(D == 2 ? 0.45 : 0.36), {.spacing = 1.0 / 64}));
     add(sample_box<D>(V::filled(0.45), V::filled(0.8), {.spacing = D == 2 ? 1.0 / 32 : 1.0 / 20}));
     add(spray<D>(D == 2 ? 100 : 250));
-    auto& particles = simulation.template edit_particles<I>();
+    auto& particles = simulation.template set<I>().edit_particles();
     for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
         if (!particles.is_particle(slot)) continue;
         Vec<double, D> v{};
@@ -56,18 +56,18 @@ void check_order(const Simulation& empty) {
     Simulation one = empty, other = empty;
     for (Simulation* simulation : {&one, &other}) add_mixture<I>(*simulation);
     for (const std::uint64_t seed : {1, 2}) {
-        one.template edit_particles<I>();
-        scenes::shuffle(other.template edit_particles<I>(), seed);
-        const auto energy = [](const auto& simulation) { return simulation.template totals<I>().kinetic_energy; };
+        one.template set<I>().edit_particles();
+        scenes::shuffle(other.template set<I>().edit_particles(), seed);
+        const auto energy = [](const auto& simulation) { return simulation.template set<I>().totals().kinetic_energy; };
         CHECK(energy(one) == energy(other));
         if (seed == 1)
             for (const auto kind : {scenes::Kind::dense, scenes::Kind::cube, scenes::Kind::spray})
-                CHECK(scenes::has(one.template partition<I>(), kind));
+                CHECK(scenes::has(one.template set<I>().partition(), kind));
         for (int step = 0; step < 30; ++step) {
             one.step();
             other.step();
         }
-        CHECK(scenes::hash(one.template particles<I>()) == scenes::hash(other.template particles<I>()));
+        CHECK(scenes::hash(one.template set<I>().particles()) == scenes::hash(other.template set<I>().particles()));
         CHECK(one.time() == other.time());
     }
 }
