@@ -65,8 +65,7 @@ template <std::floating_point S, int D, class Acceleration>
                 small = small && std::abs(found[a]) * dt * dt <= most;
             }
             if (finite && small) continue;
-            return sentence("The acceleration at ", point_text(0, D, [&](std::size_t, int a) { return at[a]; }),
-                            " m is ", point_text(0, D, [&](std::size_t, int a) { return found[a]; }), " m/s^2, ",
+            return sentence("The acceleration at ", point_text(at.v, D), " m is ", point_text(found.v, D), " m/s^2, ",
                             finite ? "which moves matter by more than a cell in one step: take a smaller step."
                                    : "which is not finite: look at the field that was given.");
         }

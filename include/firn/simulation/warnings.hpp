@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <functional>
 #include <limits>
 #include <string>
@@ -25,7 +26,7 @@ namespace firn::detail {
 
 template <int D>
 std::string text_of(const Vec<double, D>& x) {
-    return point_text(0, D, [&](std::size_t, int a) { return x[a]; });
+    return point_text(x.v, D);
 }
 
 /// A sentence about samples that lie further apart than a cell; or nothing.
@@ -246,6 +247,8 @@ template <class Sets, int D>
     });
     return text;
 }
+
+inline void warn_on_stderr(const std::string& text) { std::fprintf(stderr, "firn: %s\n", text.c_str()); }
 
 /// What a run has been warned of.
 class Warnings {
