@@ -28,7 +28,6 @@
 #include <algorithm>
 #include <array>
 #include <functional>
-#include <iostream>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -115,10 +114,8 @@ public:
     /// Takes warnings, each once: of a fixed time step above the bound (again whenever that gets worse), of a bound
     /// that has fallen by 10³ or needs more than 10⁶ steps a second, of bodies whose particles lie further apart than a
     /// cell, overlap or lie in a solid, of walls that are not the domain's, of matter at an end without a wall. By
-    /// default they go to std::cerr; empty: nowhere. It is called outside any parallel region, before the step.
-    std::function<void(const std::string&)> warn = [](const std::string& text) {
-        std::cerr << "firn: " << text << '\n';
-    };
+    /// default they go to stderr; empty: nowhere. It is called outside any parallel region, before the step.
+    std::function<void(const std::string&)> warn = detail::warn_on_stderr;
 
     const Domain<D>& domain() const { return grid_.domain(); }
     const SparseGrid<S, D>& grid() const { return grid_; }
@@ -192,9 +189,7 @@ public:
     /// \throws parameter_error, particle_error (nothing is added)
     template <std::size_t I = unnamed>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
-        const Body body = std::get<at<I>>(sets_).add(samples, density, velocity, workers());
-        warnings_.of_spacing(samples, domain(), warn);
-        return body;
+        return add_to(at<I>, samples, density, velocity);
     }
     template <class M>
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
@@ -370,6 +365,8 @@ public:
     }
 
 private:
+    Body add_to(std::size_t set, const Samples<D>& samples, double density, const Vec<double, D>& velocity);
+
     int workers() const { return thread_count(requested_threads(execution)); }
 
     /// Steps until the time `end` [s], where the last one is shortened to end, or up to a number of steps. They share
@@ -598,3 +595,5 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prep
 }
 
 }  // namespace firn
+
+#include <firn/simulation/compiled.hpp>

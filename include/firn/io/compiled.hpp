@@ -1,0 +1,28 @@
+/// \file What a program may leave to the library firn::compiled_hdf5: states of the common simulations.
+#pragma once
+
+#include <firn/io/restart.hpp>
+#include <firn/io/simulation_state.hpp>
+#include <firn/io/state_reader.hpp>
+#include <firn/io/state_series.hpp>
+#include <firn/io/state_writer.hpp>
+
+#ifdef FIRN_COMPILED_HDF5
+#ifdef FIRN_COMPILES_STATES
+#define FIRN_ELSEWHERE
+#else
+#define FIRN_ELSEWHERE extern
+#endif
+namespace firn {
+FIRN_ELSEWHERE template void write_state(const std::filesystem::path&, const State<float>&, const StateOptions&);
+FIRN_ELSEWHERE template std::filesystem::path StateSeries::write(const State<float>&);
+FIRN_ELSEWHERE template State<float> read_state(const std::filesystem::path&, const StateReading&);
+FIRN_ELSEWHERE template State<float> state_of<detail::unnamed_material>(Simulation<2>&);
+FIRN_ELSEWHERE template State<float> state_of<detail::unnamed_material>(Simulation<3>&);
+FIRN_ELSEWHERE template void state_of<detail::unnamed_material>(Simulation<2>&, State<float>&);
+FIRN_ELSEWHERE template void state_of<detail::unnamed_material>(Simulation<3>&, State<float>&);
+FIRN_ELSEWHERE template void restore<detail::unnamed_material>(Simulation<2>&, const State<float>&, Restart);
+FIRN_ELSEWHERE template void restore<detail::unnamed_material>(Simulation<3>&, const State<float>&, Restart);
+}  // namespace firn
+#undef FIRN_ELSEWHERE
+#endif

@@ -1,0 +1,50 @@
+/// \file What a program may leave to another of its files, or to the library firn::compiled.
+#pragma once
+
+#include <firn/simulation.hpp>
+
+namespace firn {
+
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
+Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::add_to(std::size_t wanted,
+                                                                                   const Samples<D>& samples,
+                                                                                   double density,
+                                                                                   const Vec<double, D>& velocity) {
+    Body body;
+    std::size_t i = 0;
+    for_sets([&](auto& set) { body = i++ == wanted ? set.add(samples, density, velocity, workers()) : body; });
+    warnings_.of_spacing(samples, domain(), warn);
+    return body;
+}
+
+}  // namespace firn
+
+#ifdef FIRN_COMPILED
+/// The common simulations, what they are filled with, and what others share with them. FIRN_COMPILES is the dimension
+/// that a source file of the library compiles; all other files find these there.
+#define FIRN_TEMPLATES(where, D)                                                                                 \
+    namespace firn {                                                                                             \
+    where template class Particles<float, D, ElasticState<float, D>>;                                            \
+    where template class SparseGrid<float, D>;                                                                   \
+    where template class BlockSort<D>;                                                                           \
+    where template BlockPartition<D> arrange(const std::vector<BlockRange<D>>&, int, int);                       \
+    where template BlockPartition<D> detail::partition_places(const PlacesOfParticles<float>&, const Domain<D>&, \
+                                                              double, int, int, std::byte*);                     \
+    where template class Simulation<D>;                                                                          \
+    where template Samples<D> sample_box(const Vec<double, D>&, const Vec<double, D>&, const SamplingOptions&);  \
+    where template Samples<D> sample_sphere(const Vec<double, D>&, double, const SamplingOptions&);              \
+    where template std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>&, const Vec<double, D>&, \
+                                                                   double, std::uint64_t, double, int);          \
+    }
+#if FIRN_COMPILES == 2
+FIRN_TEMPLATES(, 2)
+#else
+FIRN_TEMPLATES(extern, 2)
+#endif
+#if FIRN_COMPILES == 3
+FIRN_TEMPLATES(, 3)
+#else
+FIRN_TEMPLATES(extern, 3)
+#endif
+#undef FIRN_TEMPLATES
+#endif
