@@ -8,7 +8,7 @@
 #include <firn/io/state_writer.hpp>
 
 #ifdef FIRN_COMPILED_HDF5
-#ifdef FIRN_COMPILES_STATES
+#ifdef FIRN_COMPILES
 #define FIRN_ELSEWHERE
 #else
 #define FIRN_ELSEWHERE extern

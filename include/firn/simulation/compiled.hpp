@@ -36,6 +36,25 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::add_
     where template std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>&, const Vec<double, D>&, \
                                                                    double, std::uint64_t, double, int);          \
     }
+namespace firn::detail {
+/// Defined by the library for the target it is compiled for. Where a program is compiled for another, the linker
+/// misses it: give both the same options.
+template <std::size_t register_bytes, bool openmp>
+void firn_compiled_has_the_same_march_and_openmp();
+#ifdef _OPENMP
+inline constexpr bool has_openmp = true;
+#else
+inline constexpr bool has_openmp = false;
+#endif
+#if FIRN_COMPILES == 3
+template <>
+void firn_compiled_has_the_same_march_and_openmp<register_bytes, has_openmp>() {}
+#elif !defined(FIRN_COMPILES)
+[[gnu::used]] inline void (*const of_library)() =
+    firn_compiled_has_the_same_march_and_openmp<register_bytes, has_openmp>;
+#endif
+}  // namespace firn::detail
+
 #if FIRN_COMPILES == 2
 FIRN_TEMPLATES(, 2)
 #else
