@@ -52,6 +52,24 @@ macro(firn_link_hdf5 target)
     endif()
 endmacro()
 
+# firn::compiled: the common simulations compiled once, by the project that uses them, for its processor and with its
+# options; firn::compiled_hdf5: their states. They are built where something links them.
+function(firn_add_compiled include_folder)
+    set(folder "${include_folder}/firn/compiled")
+    if(NOT TARGET firn_compiled)
+        add_library(firn_compiled STATIC EXCLUDE_FROM_ALL "${folder}/simulation_2d.cpp" "${folder}/simulation_3d.cpp")
+        target_link_libraries(firn_compiled PUBLIC firn::firn)
+        target_compile_definitions(firn_compiled PUBLIC FIRN_COMPILED)
+        add_library(firn::compiled ALIAS firn_compiled)
+    endif()
+    if(TARGET firn::hdf5 AND firn_hdf5_found AND NOT TARGET firn_compiled_hdf5)
+        add_library(firn_compiled_hdf5 STATIC EXCLUDE_FROM_ALL "${folder}/states.cpp")
+        target_link_libraries(firn_compiled_hdf5 PUBLIC firn_compiled firn::hdf5)
+        target_compile_definitions(firn_compiled_hdf5 PUBLIC FIRN_COMPILED_HDF5)
+        add_library(firn::compiled_hdf5 ALIAS firn_compiled_hdf5)
+    endif()
+endfunction()
+
 # Without a build type CMake compiles without optimisation, some hundred times slower, and does not say so. It is looked
 # at when the project has been read: it may set its build type after it has found firn.
 function(firn_check_build_type)

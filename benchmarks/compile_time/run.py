@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""benchmarks/compile_time/run.py [FOLDER]: how long a program takes to compile that includes firn.hpp and runs one
-simulation, beside one that includes it and runs none, and one that leaves the simulation to another of its files; with
--O0 and -O3 -march=native; medians of 3, in seconds of CPU and of wall time, kept in build/benchmarks/compile_time.json.
-CXX names the compiler, FOLDER firn's headers.
+"""benchmarks/compile_time/run.py [FOLDER]: how long programs take to compile, as multiples of one that includes
+<Eigen/SVD> and makes one JacobiSVD<Matrix3f>, compiled with -O3 -march=native: one that runs a simulation, one that
+also writes and reads states, both header-only and with firn::compiled, and one that leaves the simulation to another
+of its files. Medians of 5 by turns, in seconds of CPU time (user and system), kept in
+build/benchmarks/compile_time.json. CXX names the compiler, FOLDER firn's headers, REPETITIONS another number than 5.
 """
 import json
 import os
@@ -11,7 +12,6 @@ import statistics
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 sys.path.append(str(Path(__file__).resolve().parent.parent))
@@ -20,40 +20,50 @@ import results
 compiler = os.environ.get("CXX", "g++")
 include = sys.argv[1] if len(sys.argv) > 1 else str(results.root / "include")
 # As the README says for builds without CMake.
-flags = ["-std=c++20", "-fopenmp", "-fopenmp-simd", "-fno-math-errno", "-Wno-psabi", "-I", include, "-isystem",
-         "/usr/include/eigen3"]
-one_simulation = Path(__file__).with_name("one_simulation.cpp").read_text()
+flags = ["-std=c++20", "-pthread", "-fopenmp", "-fopenmp-simd", "-fno-math-errno", "-Wno-psabi", "-I", include,
+         "-isystem", "/usr/include/eigen3"]
+hdf5 = subprocess.run(["pkg-config", "--cflags", "hdf5"], capture_output=True, text=True).stdout.split()
+folder = Path(__file__).parent
+one = (folder / "one_simulation.cpp").read_text()
+elsewhere = one.replace("int main", "extern template class firn::Simulation<3>;\nint main")
+states = (folder / "with_states.cpp").read_text()
+fast, slow, library = ["-O3", "-march=native"], ["-O0"], ["-DFIRN_COMPILED", "-DFIRN_COMPILED_HDF5"]
+reference = "one JacobiSVD<Matrix3f>, -O3"
 programs = {
-    "includes firn.hpp": "#include <firn/firn.hpp>\nint main() {}\n",
-    "runs one simulation": one_simulation,
-    "runs one, compiled elsewhere": one_simulation.replace(
-        "int main", "extern template class firn::Simulation<3>;\nint main"),
+    reference: ((folder / "jacobi_svd.cpp").read_text(), fast),
+    "one simulation, -O3": (one, fast),
+    "with states, -O3": (states, fast + hdf5),
+    "one simulation, firn::compiled, -O3": (one, fast + library),
+    "with states, firn::compiled, -O3": (states, fast + library + hdf5),
+    "one simulation, extern template, -O3": (elsewhere, fast),
+    "one simulation, -O0": (one, slow),
+    "with states, -O0": (states, slow + hdf5),
+    "one simulation, extern template, -O0": (elsewhere, slow),
 }
 if "g++" in compiler and "clang" not in compiler:
     version = subprocess.run([compiler, "-dumpversion"], capture_output=True, text=True, check=True).stdout
     if int(version.split(".")[0]) < 13:
         flags.append("-fno-tree-slp-vectorize")
-optimisations = {"-O0": ["-O0"], "-O3": ["-O3", "-march=native"]}
 
 
-def seconds(source, options, output):
-    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    subprocess.run([compiler, *flags, *options, "-c", source, "-o", output], check=True)
-    wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, wall
+def seconds(source, options):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([compiler, *flags, *options, "-c", source, "-o", source + ".o"], check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def main():
-    measured = {}
-    with tempfile.TemporaryDirectory() as folder:
-        for program, text in programs.items():
-            source = Path(folder) / "program.cpp"
-            source.write_text(text)
-            for name, options in optimisations.items():
-                runs = [seconds(str(source), options, str(source.with_suffix(".o"))) for _ in range(3)]
-                cpu, wall = (statistics.median(column) for column in zip(*runs))
-                measured[f"{program}, {name}"] = {"cpu": cpu, "wall": wall}
-                print(f"{program + ', ' + name:<35} {cpu:6.2f} s of CPU time {wall:6.2f} s")
+    runs = {name: [] for name in programs}
+    with tempfile.TemporaryDirectory() as temporary:
+        for _ in range(int(os.environ.get("REPETITIONS", "5"))):
+            for name, (text, options) in programs.items():
+                source = Path(temporary) / "program.cpp"
+                source.write_text(text)
+                runs[name].append(seconds(str(source), options))
+    measured = {name: statistics.median(times) for name, times in runs.items()}
+    for name, time in measured.items():
+        print(f"{name:<40} {time:6.2f} s {time / measured[reference]:6.2f}")
     results.folder.mkdir(parents=True, exist_ok=True)
     (results.folder / "compile_time.json").write_text(json.dumps({"compiler": compiler, "seconds": measured}, indent=1))
 

@@ -29,7 +29,6 @@
 #include <algorithm>
 #include <array>
 #include <functional>
-#include <iostream>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -201,8 +200,19 @@ private:
     /// For SetAccess: of a simulation with one material.
     Simulation& simulation() { return *this; }
     const Simulation& simulation() const { return *this; }
-    auto& mine() { return set_at<at<unnamed>>(); }
-    const auto& mine() const { return set_at<at<unnamed>>(); }
+    template <std::size_t I = unnamed>
+    auto& mine() {
+        return set_at<at<I>>();
+    }
+    template <std::size_t I = unnamed>
+    const auto& mine() const {
+        return set_at<at<I>>();
+    }
+    template <std::size_t I = unnamed>
+    static constexpr std::size_t number_of_mine() {
+        return at<I>;
+    }
+    Body add_to(std::size_t number, const Samples<D>& samples, double density, const Vec<double, D>& velocity);
     template <std::size_t I>
     auto& set_at() {
         return std::get<I>(sets_);
@@ -419,3 +429,5 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prep
 }
 
 }  // namespace firn
+
+#include <firn/simulation/compiled.hpp>

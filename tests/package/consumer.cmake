@@ -13,6 +13,11 @@ foreach(target IN ITEMS consumer consumer_hdf5)
     target_compile_definitions(${target} PRIVATE EXPECTED_VERSION="${FIRN_EXPECTED_VERSION}")
 endforeach()
 
+# Only in name: ../compiled builds it.
+if(FIRN_SOURCE_DIR AND NOT (TARGET firn::compiled AND TARGET firn::compiled_hdf5))
+    message(FATAL_ERROR "firn::compiled is not there")
+endif()
+
 # Nothing of firn's own development reaches a consumer.
 get_property(cached DIRECTORY "${CMAKE_SOURCE_DIR}" PROPERTY CACHE_VARIABLES)
 foreach(option IN ITEMS FIRN_BUILD_TESTS FIRN_BUILD_EXAMPLES FIRN_BUILD_BENCHMARKS FIRN_NATIVE FIRN_PORTABLE

@@ -104,7 +104,7 @@ std::string wrongly_shared(const Watch& watch, std::size_t& seen) {
 
 template <class Run>
 void check_shared(const Run& run, std::size_t least_seen) {
-    detail::longest_wait_for_owner = std::chrono::seconds(20);  // this machine may be busy with other tests
+    detail::longest_wait_for_owner = 20;  // this machine may be busy with other tests
     std::size_t seen = 0;
     const Watch watch;
     run();

@@ -3,9 +3,14 @@
 
 #include <firn/core/requirements.hpp>
 
-#include <sstream>
+#include <cinttypes>
+#include <concepts>
+#include <cstdint>
+#include <cstdio>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 
 namespace firn {
 
@@ -54,13 +59,85 @@ struct usage_error : error {
     using error::error;
 };
 
+namespace detail {
+
+/// One argument of sentence(): text, or a number. Types end here, so that sentences are joined by one function.
+class Part {
+public:
+    Part(const char* text) : Part(std::string_view(text)) {}
+    Part(const std::string& text) : Part(std::string_view(text)) {}
+    Part(std::string_view text) : kind_(Kind::text), text_(text) {}
+    Part(const char& letter) : Part(std::string_view(&letter, 1)) {}
+    template <std::integral I>
+    Part(I number) : kind_(std::signed_integral<I> ? Kind::integer : Kind::natural), integer_(std::int64_t(number)) {}
+    template <std::floating_point S>
+    Part(S number) : kind_(Kind::number), number_(double(number)) {}
+
+    void append_to(std::string& sentence) const {
+        if (kind_ == Kind::text) {
+            sentence.append(text_.data(), text_.size());
+            return;
+        }
+        char digits[32];
+        const int count = kind_ == Kind::number    ? std::snprintf(digits, sizeof digits, "%.9g", number_)
+                          : kind_ == Kind::integer ? std::snprintf(digits, sizeof digits, "%" PRId64, integer_)
+                                                   : std::snprintf(digits, sizeof digits, "%" PRIu64, integer_);
+        sentence.append(digits, std::size_t(count));
+    }
+
+private:
+    enum class Kind { text, number, integer, natural } kind_;
+    union {
+        std::string_view text_;
+        double number_;
+        std::int64_t integer_;
+    };
+};
+
+/// Files are named in quotes.
+template <class T>
+    requires requires(const T& path) { path.root_directory(); }
+std::string part_of(const T& path) {
+    std::string text = "\"";
+    for (const char c : path.string()) {
+        if (c == '"' || c == '\\') text += '\\';
+        text += c;
+    }
+    return text += '"';
+}
+template <class T>
+    requires requires(const T& atomic) { atomic.load(); }
+auto part_of(const T& atomic) {
+    return atomic.load();
+}
+template <class T>
+const T& part_of(const T& part) {
+    return part;
+}
+
+[[gnu::cold]] inline std::string joined(std::initializer_list<Part> parts) {
+    std::string sentence;
+    for (const Part& part : parts) part.append_to(sentence);
+    return sentence;
+}
+
+/// "(x, y, z)"
+[[gnu::cold]] inline std::string point_text(const double* x, int dimension) {
+    std::string text = "(";
+    for (int a = 0; a < dimension; ++a) {
+        if (a > 0) text.append(", ", 2);
+        Part(x[a]).append_to(text);
+    }
+    text.append(")", 1);
+    return text;
+}
+
+}  // namespace detail
+
 /// Joins its arguments into one sentence: `throw parameter_error(sentence("dt = ", dt, " s …"))`.
 template <class... Parts>
 [[gnu::cold, gnu::noinline]] std::string sentence(const Parts&... parts) {
-    std::ostringstream out;
-    out.precision(9);
-    (out << ... << parts);
-    return out.str();
+    return detail::joined({detail::Part(detail::part_of(parts))...});
 }
 
 }  // namespace firn

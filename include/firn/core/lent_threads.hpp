@@ -9,7 +9,6 @@
 
 #include <functional>
 #include <memory>
-#include <thread>
 
 #ifdef _OPENMP
 #include <omp.h>
@@ -26,7 +25,7 @@ struct Call {
     Team team;
     void (*run)(const void* body);
     const void* body;
-    const std::thread::id caller = std::this_thread::get_id();
+    const ThreadRole* const caller = &role_of_this_thread;
     bool has_run = false;
     std::exception_ptr failure = nullptr;
 
@@ -58,7 +57,7 @@ public:
         const std::shared_ptr<detail::Call> call = call_;
         if (worker > 0 && worker < call->team.workers())
             call->team.help(worker);
-        else if (worker == 0 && call->caller == std::this_thread::get_id() && !call->has_run)
+        else if (worker == 0 && call->caller == &detail::role_of_this_thread && !call->has_run)
             call->run_by_caller();
     }
 

@@ -10,7 +10,7 @@
 #define FIRN_TELLS_UNOPTIMISED false
 #else
 #define FIRN_TELLS_UNOPTIMISED true
-#include <iostream>
+#include <cstdio>
 #endif
 
 namespace firn::detail {
@@ -20,10 +20,11 @@ template <bool tells>
 void tell_unoptimised() {
 #if FIRN_TELLS_UNOPTIMISED
     static const bool said = [] {
-        std::cerr
-            << "firn: this program was compiled without optimisation and is some hundred times slower. Compile with "
-               "-O3 -march=native; in CMake configure with -DCMAKE_BUILD_TYPE=Release. Define "
-               "FIRN_ALLOW_UNOPTIMISED where that is meant.\n";
+        std::fputs(
+            "firn: this program was compiled without optimisation and is some hundred times slower. Compile with "
+            "-O3 -march=native; in CMake configure with -DCMAKE_BUILD_TYPE=Release. Define "
+            "FIRN_ALLOW_UNOPTIMISED where that is meant.\n",
+            stderr);
         return true;
     }();
     static_cast<void>(said);

@@ -9,6 +9,7 @@
 #include <deque>
 #include <mutex>
 #include <system_error>
+#include <thread>
 #include <vector>
 
 #ifdef __linux__

@@ -7,13 +7,10 @@
 
 #include <firn/core/bits.hpp>
 #include <firn/core/scalar.hpp>
+#include <firn/core/x86.hpp>
 
 #include <cstring>
 #include <limits>
-
-#ifdef __SSE2__
-#include <immintrin.h>
-#endif
 
 namespace firn {
 
@@ -35,67 +32,38 @@ FIRN_INLINE bool any_bit(V bits) {
 /// The sign bits of the lanes, lane 0 the lowest.
 template <class T, int N, class V>
 FIRN_INLINE std::uint32_t sign_bits(V bits) {
-    [[maybe_unused]] constexpr bool single = sizeof(T) == 4;
-#ifdef __AVX512DQ__
-    if constexpr (sizeof(V) == 64 && single) return _mm512_movepi32_mask(__m512i(bits));
-    if constexpr (sizeof(V) == 64 && !single) return _mm512_movepi64_mask(__m512i(bits));
-#endif
-#ifdef __AVX__
-    if constexpr (sizeof(V) == 32 && single) return std::uint32_t(_mm256_movemask_ps(__m256(bits)));
-    if constexpr (sizeof(V) == 32 && !single) return std::uint32_t(_mm256_movemask_pd(__m256d(bits)));
-#endif
-#ifdef __SSE2__
-    if constexpr (sizeof(V) == 16 && single) return std::uint32_t(_mm_movemask_ps(__m128(bits)));
-    if constexpr (sizeof(V) == 16 && !single) return std::uint32_t(_mm_movemask_pd(__m128d(bits)));
-#endif
-    std::uint32_t set = 0;
-    for (int i = 0; i < N; ++i) set |= std::uint32_t(bits[i] < 0) << i;
-    return set;
+    using numbers [[gnu::vector_size(sizeof(V))]] = T;
+    if constexpr (requires(numbers a) { x86::sign_bits(a); }) {
+        return std::uint32_t(x86::sign_bits(numbers(bits)));
+    } else {
+        std::uint32_t set = 0;
+        for (int i = 0; i < N; ++i) set |= std::uint32_t(bits[i] < 0) << i;
+        return set;
+    }
 }
 
-/// Of all lanes, in one instruction where the target has it: g++ 12 takes a loop over lanes apart. (Masked where g++ 12
-/// would warn of uninitialised values.)
+/// Of all lanes, in one instruction where the target has it: g++ 12 takes a loop over lanes apart.
 template <class T, class V>
 FIRN_INLINE V sqrt_of_lanes(V a) {
-    [[maybe_unused]] constexpr bool single = sizeof(T) == 4;
-#ifdef __AVX512F__
-    if constexpr (sizeof(V) == 64 && single) return V(_mm512_maskz_sqrt_ps(0xffff, __m512(a)));
-    if constexpr (sizeof(V) == 64 && !single) return V(_mm512_maskz_sqrt_pd(0xff, __m512d(a)));
-#endif
-#ifdef __AVX__
-    if constexpr (sizeof(V) == 32 && single) return V(_mm256_sqrt_ps(__m256(a)));
-    if constexpr (sizeof(V) == 32 && !single) return V(_mm256_sqrt_pd(__m256d(a)));
-#endif
-#ifdef __SSE2__
-    if constexpr (sizeof(V) == 16 && single) return V(_mm_sqrt_ps(__m128(a)));
-    if constexpr (sizeof(V) == 16 && !single) return V(_mm_sqrt_pd(__m128d(a)));
-#endif
-    for (int i = 0; i < int(sizeof(V) / sizeof(T)); ++i) a[i] = firn::sqrt(T(a[i]));
-    return a;
+    if constexpr (requires { x86::sqrt(a); }) {
+        return x86::sqrt(a);
+    } else {
+        for (int i = 0; i < int(sizeof(V) / sizeof(T)); ++i) a[i] = firn::sqrt(T(a[i]));
+        return a;
+    }
 }
 
 /// Valid for |a| < 2³¹ (float) or 2⁶³ (double); larger numbers have no fraction and are returned as they are.
 template <class P>
 FIRN_INLINE P floor_of_lanes(P a) {
     using V = typename P::vector;
-    constexpr bool single = sizeof(value_type_t<P>) == 4;
-#ifdef __AVX512F__
-    if constexpr (sizeof(V) == 64 && single)
-        return {V(_mm512_maskz_roundscale_ps(0xffff, __m512(a.lanes), _MM_FROUND_FLOOR))};
-    if constexpr (sizeof(V) == 64 && !single)
-        return {V(_mm512_maskz_roundscale_pd(0xff, __m512d(a.lanes), _MM_FROUND_FLOOR))};
-#endif
-#ifdef __AVX__
-    if constexpr (sizeof(V) == 32 && single) return {V(_mm256_floor_ps(__m256(a.lanes)))};
-    if constexpr (sizeof(V) == 32 && !single) return {V(_mm256_floor_pd(__m256d(a.lanes)))};
-#endif
-#ifdef __SSE4_1__
-    if constexpr (sizeof(V) == 16 && single) return {V(_mm_floor_ps(__m128(a.lanes)))};
-    if constexpr (sizeof(V) == 16 && !single) return {V(_mm_floor_pd(__m128d(a.lanes)))};
-#endif
-    const V whole = __builtin_convertvector(__builtin_convertvector(a.lanes, typename P::mask_vector), V);
-    const P down = select(a < P(whole), P(whole) - P(1), P(whole));
-    return select(abs(a) < P(single ? 0x1p23 : 0x1p52), down, a);
+    if constexpr (requires { x86::floor(a.lanes); }) {
+        return {x86::floor(a.lanes)};
+    } else {
+        const V whole = __builtin_convertvector(__builtin_convertvector(a.lanes, typename P::mask_vector), V);
+        const P down = select(a < P(whole), P(whole) - P(1), P(whole));
+        return select(abs(a) < P(sizeof(value_type_t<P>) == 4 ? 0x1p23 : 0x1p52), down, a);
+    }
 }
 }  // namespace detail
 

@@ -17,7 +17,6 @@
 #include <cstddef>
 #include <memory>
 #include <span>
-#include <thread>
 
 namespace firn {
 
@@ -38,7 +37,7 @@ inline int thread_count(int requested) {
     if (!detail::lender_of_this_thread)
         return std::min(requested > 0 ? requested : omp_get_max_threads(), omp_get_thread_limit());
 #endif
-    return requested > 0 ? requested : std::max(int(std::thread::hardware_concurrency()), 1);
+    return requested > 0 ? requested : std::max(int(sysconf(_SC_NPROCESSORS_ONLN)), 1);
 }
 
 /// Calls body() on the calling thread. All loops that it starts share one parallel region of up to so many workers, who

@@ -8,7 +8,6 @@
 #include <firn/core/parallel.hpp>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 
 namespace firn::detail {
@@ -58,21 +57,19 @@ template <class Body>
 void steps_region(int workers, std::uint64_t most, StepHelpers& helpers, const Body& body) {
     if (workers <= 1 || !may_open_region() || !helpers_may_be_left_out)
         return parallel_region(workers, [&] { body(most); });
-    using clock = std::chrono::steady_clock;
-    const auto seconds = [](clock::duration d) { return std::chrono::duration<double>(d).count(); };
-    clock::duration inside{};
+    double inside = 0;  // [s]
     std::uint64_t taken = 0;
     const auto timed_body = [&](std::uint64_t steps) {
-        const auto begin = clock::now();
+        const double begin = seconds_now();
         taken = body(steps);
-        inside = clock::now() - begin;
+        inside = seconds_now() - begin;
     };
-    const auto begin = clock::now();
+    const double begin = seconds_now();
     if (const std::uint64_t alone = helpers.steps_alone(); alone > 0)
         on_this_thread([&] { timed_body(std::min(alone, most)); });
     else
         parallel_region(workers, [&] { timed_body(most); });
-    helpers.took(seconds(clock::now() - begin), seconds(inside), taken);
+    helpers.took(seconds_now() - begin, inside, taken);
 }
 
 }  // namespace firn::detail

@@ -1,11 +1,12 @@
 /// \file What every run has, on a grid or without: a clock, gravity, where warnings go, and steps one after the other.
 #pragma once
 
+#include <firn/core/error.hpp>
 #include <firn/core/step_region.hpp>
 #include <firn/core/tensor.hpp>
 
+#include <cstdio>
 #include <functional>
-#include <iostream>
 #include <string>
 #include <utility>
 
@@ -20,15 +21,17 @@ struct Moment {
     bool operator==(const Moment&) const = default;
 };
 
+namespace detail {
+inline void warn_on_stderr(const std::string& text) { std::fprintf(stderr, "firn: %s\n", text.c_str()); }
+}  // namespace detail
+
 template <int D>
 class Stepper {
 public:
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
-    /// Takes warnings, each once. By default they go to std::cerr; empty: nowhere. It is called outside any parallel
+    /// Takes warnings, each once. By default they go to stderr; empty: nowhere. It is called outside any parallel
     /// region, before the step that it warns of.
-    std::function<void(const std::string&)> warn = [](const std::string& text) {
-        std::cerr << "firn: " << text << '\n';
-    };
+    std::function<void(const std::string&)> warn = detail::warn_on_stderr;
 
     double time() const { return now_.time; }  ///< [s]
     std::uint64_t steps() const { return now_.steps; }

@@ -18,9 +18,9 @@ namespace firn {
 namespace detail {
 template <class Position>
 std::string point_text(std::size_t i, int dimension, const Position& position) {
-    std::string text = "(";
-    for (int a = 0; a < dimension; ++a) text += sentence(a ? ", " : "", double(position(i, a)));
-    return text + ")";
+    double x[3];
+    for (int a = 0; a < dimension; ++a) x[a] = double(position(i, a));
+    return point_text(x, dimension);
 }
 }  // namespace detail
 

@@ -7,9 +7,8 @@
 #include <atomic>
 #include <cmath>
 #include <cstddef>
-#include <fstream>
+#include <cstdio>
 #include <limits>
-#include <sstream>
 #include <string>
 
 #if defined(__unix__) || defined(__APPLE__)
@@ -23,17 +22,17 @@ namespace detail {
 
 /// "512 bytes", "3.5 GiB (3758096384 bytes)"
 [[gnu::cold]] inline std::string bytes_text(double bytes) {
-    std::ostringstream text;
-    text.precision(bytes < 0x1p53 ? 16 : 6);
-    text << bytes << " bytes";
-    if (!(bytes >= 1024)) return text.str();
-    const char* const units[] = {"KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
-    int unit = -1;
-    for (; bytes >= 1024 && unit < 5; ++unit) bytes /= 1024;
-    std::ostringstream short_text;
-    short_text.precision(3);
-    short_text << bytes << ' ' << units[unit] << " (" << text.str() << ')';
-    return short_text.str();
+    char text[80];
+    const double all = bytes;
+    const int digits = all < 0x1p53 ? 16 : 6;
+    const char* const units[] = {"", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
+    int unit = 0;
+    for (; bytes >= 1024 && unit < 6; ++unit) bytes /= 1024;
+    if (unit == 0)
+        std::snprintf(text, sizeof text, "%.*g bytes", digits, all);
+    else
+        std::snprintf(text, sizeof text, "%.3g %s (%.*g bytes)", bytes, units[unit], digits, all);
+    return text;
 }
 
 }  // namespace detail
@@ -51,8 +50,11 @@ inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity
         if (pages > 0 && page > 0) most = pages * page;
 #endif
         // Of a container, which sees its own group as the root.
-        double of_group = 0;
-        if (std::ifstream("/sys/fs/cgroup/memory.max") >> of_group && of_group > 0) most = std::fmin(most, of_group);
+        if (std::FILE* const file = std::fopen("/sys/fs/cgroup/memory.max", "r")) {
+            double of_group = 0;
+            if (std::fscanf(file, "%lf", &of_group) == 1 && of_group > 0) most = std::fmin(most, of_group);
+            std::fclose(file);
+        }
         return most;
     }();
     double most = std::fmin(of_machine, memory_budget);

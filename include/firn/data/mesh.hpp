@@ -37,9 +37,9 @@ bool is_finite(const Vec<S, D>& x) {
 /// "(x, y, z)"
 template <class S, int D>
 std::string describe(const Vec<S, D>& x) {
-    std::string text = "(";
-    for (int i = 0; i < D; ++i) text += sentence(i == 0 ? "" : ", ", x[i]);
-    return text + ")";
+    double numbers[D];
+    for (int i = 0; i < D; ++i) numbers[i] = double(x[i]);
+    return point_text(numbers, D);
 }
 
 template <class Move>

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <utility>
 #include <vector>
 
 namespace firn {
@@ -74,7 +73,14 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
         for (std::size_t k = D; k-- > 0;) at = at * cells[k] + x[k] / cell + reach;
         return at;
     };
-    std::vector<std::pair<std::int64_t, std::int64_t>> nearby;  // distance² in cells, offset: the nearest cells first
+    struct Near {
+        std::int64_t distance, offset;  // squared, in cells
+        bool operator<(const Near& other) const {
+            return distance != other.distance ? distance < other.distance : offset < other.offset;
+        }
+    };
+    std::array<Near, D == 2 ? 25 : 125> nearby;  // the nearest cells first
+    std::size_t known = 0;
     Index first{}, last{};
     first.fill(-reach);
     last.fill(reach + 1);
@@ -84,22 +90,25 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
             distance += offset[k] * offset[k];
             at = at * cells[k] + offset[k];
         }
-        nearby.emplace_back(distance, at);
+        const Near near{distance, at};
+        std::size_t k = known++;
+        for (; k > 0 && near < nearby[k - 1]; --k) nearby[k] = nearby[k - 1];
+        nearby[k] = near;
         return true;
     });
-    std::sort(nearby.begin(), nearby.end());
     const auto is_free = [&](const Index& x) {
         const auto at = cell_of(x);
-        return std::none_of(nearby.begin(), nearby.end(), [&](const auto& near) {
-            const auto other = grid[std::size_t(at + near.second)];
-            if (other == empty) return false;
+        for (const Near& near : nearby) {
+            const auto other = grid[std::size_t(at + near.offset)];
+            if (other == empty) continue;
             std::int64_t distance = 0;
             for (std::size_t k = 0; k < D; ++k) {
                 const auto d = points[std::size_t(other)][k] - x[k];
                 distance += d * d;
             }
-            return distance < r * r;
-        });
+            if (distance < r * r) return false;
+        }
+        return true;
     };
     std::vector<std::int32_t> active;
     const auto add = [&](const Index& x) {

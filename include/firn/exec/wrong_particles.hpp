@@ -1,4 +1,6 @@
 /// \file Which particles a step has spoiled. They are looked for once it is known that there are some.
+///
+/// What is known of a particle becomes numbers and text in one template; all that is said of it is compiled once.
 #pragma once
 
 #include <firn/data/check_particles.hpp>
@@ -6,171 +8,172 @@
 #include <firn/stage/time_step.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
-#include <vector>
+#include <utility>
 
 namespace firn::detail {
 
-/// Particles that are not finite, or would have moved more than a cell beyond the domain.
-struct WrongParticles {
-    std::size_t count = 0, of = 0;  ///< wrong ones, of how many
-    std::string first;              ///< what is known of the one with the lowest id
-    std::string further;            ///< the next few ids, or nothing
+/// One particle, with what a sentence can say of it.
+struct ParticleFacts {
+    std::uint32_t id = 0;
+    int dimension = 0;
+    bool has_position = false;  ///< not where the domain of firn's own particles is not known
+    double position[3] = {};    ///< [m]
+    double velocity[3] = {};    ///< [m/s]
+    double volume_ratio = 0;    ///< J, the determinant of the first matrix of the state
+    bool has_volume_ratio = false;
+    double signal_speed = 0;  ///< |v| + c [m/s], that the bound of the time step comes from. \see firn::signal_speed
+    double undeformed_speed = 0;  ///< of sound in matter of its density that is not deformed [m/s]
+    std::string not_finite{};     ///< "not finite: its velocity, its stress", or nothing
+    bool at_face = false;         ///< of the domain, where G2P put it
+    bool has_passed = false;      ///< and it moves as if it had passed through the face by a cell
 
+    double speed() const {  ///< |v| [m/s]
+        double square = 0;
+        for (int a = 0; a < dimension; ++a) square += velocity[a] * velocity[a];
+        return std::sqrt(square);
+    }
+    /// "particle 7 at (1, 2) m with velocity (3, 4) m/s, J = 1"
+    [[gnu::cold]] std::string text() const {
+        return sentence("particle ", id, has_position ? " at " + point_text(position, dimension) + " m" : "",
+                        " with velocity ", point_text(velocity, dimension), " m/s",
+                        has_volume_ratio ? sentence(", J = ", volume_ratio) : "");
+    }
+    /// Takes note of a field that is not finite.
+    [[gnu::cold]] void look_at(const char* name, const double* numbers, int components) {
+        bool finite = true;
+        for (int k = 0; k < components; ++k) finite = finite && std::isfinite(numbers[k]);
+        if (finite) return;
+        not_finite += not_finite.empty() ? "not finite: its " : ", its ";
+        for (; *name; ++name) not_finite += *name == '_' ? ' ' : *name;
+    }
+};
+
+/// Takes in particles one after the other.
+struct FactsReader {
+    virtual void see(ParticleFacts& one) = 0;
+
+protected:
+    ~FactsReader() = default;
+};
+
+/// Particles that are not finite, or would have moved more than a cell beyond the domain.
+struct WrongParticles final : FactsReader {
+    std::size_t count = 0, of = 0;  ///< wrong ones, of how many
+    bool by_velocity = true;        ///< a scheme that blends keeps another velocity than that which moves it
+
+    [[gnu::cold]] void see(ParticleFacts& one) override {
+        if (by_velocity ? one.not_finite.empty() && !one.has_passed : !one.at_face) return;
+        ++count;
+        std::size_t place = std::min(count, lowest_.size()) - 1;
+        if (count > lowest_.size() && lowest_[place] < one.id) return;
+        for (; place > 0 && lowest_[place - 1] > one.id; --place) lowest_[place] = lowest_[place - 1];
+        lowest_[place] = one.id;
+        if (place == 0) first_ = std::move(one);
+    }
     /// "3 of 100 particles …", to be followed by a cause.
     [[gnu::cold]] std::string text() const {
         const std::string total = sentence(of, of == 1 ? " particle" : " particles");
         if (count == 0) return sentence("One of ", total, " is not finite, or has left the domain.");
+        std::string further;
+        for (std::size_t k = 1; k < std::min(count, lowest_.size()); ++k)
+            further += sentence(k == 1 ? "; further ids: " : ", ", lowest_[k]);
+        if (count > lowest_.size()) further += ", …";
         return sentence(count, " of ", total, count == 1 ? " is" : " are",
-                        " not finite, or left the domain. The first is ", first,
-                        further.empty() ? "." : sentence("; further ids: ", further, "."));
-    }
-};
-
-/// One particle of a view, with what a sentence can say of it.
-template <class View, class Material>
-class ParticleLook {
-    using S = typename View::scalar_type;
-    using P = native_pack<S>;
-    using State = typename View::state_type;
-    static constexpr int D = View::dimension;
-
-public:
-    /// \param domain  null: not known
-    /// \param dt      of the step that it came from [s]; 0: of none
-    ParticleLook(const View& view, const BlockPartition<D>& partition, const BlockRange<D>& range, std::size_t slot,
-                 const Domain<D>* domain, double cell_size, const Material& material, double dt)
-        : view_(view),
-          range_(range),
-          domain_(domain),
-          cell_size_(cell_size),
-          material_(material),
-          slots_{slot, partition.order.data() + slot},
-          dt_(dt) {}
-
-    bool is_finite() const { return not_finite().empty(); }
-
-    /// Is it at a face of the domain, where G2P put it, and moves as if it had passed through it by a cell?
-    [[gnu::cold]] bool left(bool by_velocity) const {
-        if (!domain_ || !(dt_ > 0)) return false;
-        const Positions<View> positions(*domain_);
-        Vec<S, D> block{};
-        for (int a = 0; a < D; ++a) block[a] = S(block_size * range_.block[std::size_t(a)]);
-        const Vec<S, D> lowest = positions.lowest(block), highest = positions.highest(block);
-        bool left = false;
-        for (int a = 0; a < D; ++a) {
-            const S x = view_.position.at(slots_, a);
-            const bool low = x <= lowest[a], high = x >= highest[a];
-            const double moved = dt_ * double(view_.velocity.at(slots_, a));
-            left = left || ((low || high) && (!by_velocity || (low ? -moved : moved) > cell_size_));
-        }
-        return left;
-    }
-
-    /// "particle 7 at (1, 2) m with velocity (3, 4) m/s, J = 1: its stress is not finite"
-    [[gnu::cold]] std::string text(std::uint32_t id) const {
-        const std::string wrong = not_finite();
-        return state_text(id) + ": " + (wrong.empty() ? "it has left the domain" : wrong);
-    }
-
-    /// "particle 7 at (1, 2) m with velocity (3, 4) m/s, J = 1"
-    [[gnu::cold]] std::string state_text(std::uint32_t id) const {
-        const auto position = [&](std::size_t, int a) {
-            const double x = double(view_.position.at(slots_, a));
-            return Positions<View>::in_cells ? position_of_place(*domain_, range_.block, a, x) : x;
-        };
-        const auto velocity = [&](std::size_t, int a) { return double(view_.velocity.at(slots_, a)); };
-        const bool is_known = domain_ || !Positions<View>::in_cells;
-        return sentence("particle ", id, is_known ? " at " + point_text(0, D, position) + " m" : "", " with velocity ",
-                        point_text(0, D, velocity), " m/s", volume_text());
-    }
-
-    /// |v| + c [m/s], that the bound of the time step comes from. \see firn::signal_speed
-    double signal_speed() const { return double(lane_value(speed(lift<P>(material_)), 0)); }
-    double velocity() const {  ///< |v| [m/s]
-        double square = 0;
-        for (int a = 0; a < D; ++a) square += std::pow(double(view_.velocity.at(slots_, a)), 2);
-        return std::sqrt(square);
-    }
-    /// Of sound in matter of its density that is not deformed [m/s].
-    double undeformed_speed() const {
-        const P density = P(view_.mass.at(slots_, 0)) / P(view_.volume.at(slots_, 0));
-        const auto lifted = lift<P>(material_);
-        return double(lane_value(wave_speed(lifted, density, initial_state<D>(lifted)), 0));
+                        " not finite, or left the domain. The first is ", first_.text(), ": ",
+                        first_.not_finite.empty() ? "it has left the domain" : first_.not_finite, further, ".");
     }
 
 private:
-    template <class Field>
-    bool is_finite(const Field& field, int components) const {
-        bool finite = true;
-        for (int k = 0; k < components; ++k) finite = finite && std::isfinite(double(field.at(slots_, k)));
-        return finite;
-    }
-
-    /// "not finite: its velocity, its stress", or nothing
-    [[gnu::cold]] std::string not_finite() const {
-        std::string text;
-        const auto look = [&](std::string name, const auto& field, int components) {
-            if (is_finite(field, components)) return;
-            std::replace(name.begin(), name.end(), '_', ' ');
-            text += (text.empty() ? "not finite: its " : ", its ") + name;
-        };
-        look("position", view_.position, D);
-        look("velocity", view_.velocity, D);
-        for_state([&](const char* name, const auto& field, auto components) { look(name, field, components); });
-        look("stress", view_.stress, symmetric_size<D>);
-        if (text.empty() && !std::isfinite(signal_speed())) text = "not finite: the speed of waves in it";
-        return text;
-    }
-
-    /// In lanes, in which every model is used; all of them alike.
-    template <class Lifted>
-    P speed(const Lifted& material) const {
-        material_state_t<Lifted, D> state;
-        constexpr auto members = decltype(state)::fields();
-        unroll<int(std::tuple_size_v<decltype(members)>)>([&](auto f) {
-            auto& member = state.*(std::get<f>(members).member);
-            for (int k = 0; k < component_count<std::remove_cvref_t<decltype(member)>>; ++k)
-                components(member)[k] = P(view_.state[f].at(slots_, k));
-        });
-        Vec<P, D> velocity;
-        for (int a = 0; a < D; ++a) velocity[a] = P(view_.velocity.at(slots_, a));
-        return firn::signal_speed(material, velocity, P(view_.mass.at(slots_, 0)), P(view_.volume.at(slots_, 0)), state,
-                                  P(S(cell_size_)));
-    }
-
-    /// ", J = 1" of the first matrix of the state, the deformation gradient; nothing where there is none.
-    std::string volume_text() const {
-        std::string text;
-        for_state([&](const char*, const auto& field, auto components) {
-            if constexpr (components == D * D) {
-                Mat<double, D> F{};
-                for (int k = 0; k < D * D; ++k) F.m[k] = double(field.at(slots_, k));
-                if (text.empty()) text = sentence(", J = ", determinant(F));
-            }
-        });
-        return text;
-    }
-
-    template <class F>
-    void for_state(const F& f) const {
-        constexpr auto members = State::fields();
-        unroll<int(std::tuple_size_v<decltype(State::fields())>)>([&](auto i) {
-            constexpr auto member = std::get<i>(members);
-            using Value = std::remove_cvref_t<decltype(std::declval<State>().*(member.member))>;
-            f(member.name, view_.state[i], std::integral_constant<int, component_count<Value>>{});
-        });
-    }
-
-    const View& view_;
-    const BlockRange<D>& range_;
-    const Domain<D>* domain_;
-    double cell_size_;
-    const Material& material_;
-    Slots slots_;
-    double dt_;
+    std::array<std::uint32_t, 5> lowest_{};  // ids
+    ParticleFacts first_;
 };
+
+/// In lanes, in which every model is used; all of them alike.
+template <class View, class Material>
+[[gnu::cold]] void find_speeds(const View& view, const Slots& slots, double cell_size, const Material& material,
+                               ParticleFacts& facts) {
+    using S = typename View::scalar_type;
+    using P = native_pack<S>;
+    constexpr int D = View::dimension;
+    const auto lifted = lift<P>(material);
+    material_state_t<decltype(lift<P>(material)), D> state;
+    constexpr auto members = decltype(state)::fields();
+    unroll<int(std::tuple_size_v<decltype(members)>)>([&](auto f) {
+        auto& member = state.*(std::get<f>(members).member);
+        for (int k = 0; k < component_count<std::remove_cvref_t<decltype(member)>>; ++k)
+            components(member)[k] = P(view.state[f].at(slots, k));
+    });
+    Vec<P, D> velocity;
+    for (int a = 0; a < D; ++a) velocity[a] = P(view.velocity.at(slots, a));
+    const P mass = P(view.mass.at(slots, 0)), volume = P(view.volume.at(slots, 0));
+    facts.signal_speed =
+        double(lane_value(firn::signal_speed(lifted, velocity, mass, volume, state, P(S(cell_size))), 0));
+    facts.undeformed_speed = double(lane_value(wave_speed(lifted, mass / volume, initial_state<D>(lifted)), 0));
+}
+
+/// \param domain  null: not known
+/// \param dt      of the step that it came from [s]; 0: of none
+template <int D, class View, class Material>
+[[gnu::cold]] void find_facts(const View& view, const BlockRange<D>& range, const Slots& slots, const Domain<D>* domain,
+                              double cell_size, const Material& material, double dt, ParticleFacts& facts) {
+    using S = typename View::scalar_type;
+    const auto look = [&](const char* name, const auto& field, int components, double* numbers) {
+        for (int k = 0; k < components; ++k) numbers[k] = double(field.at(slots, k));
+        facts.look_at(name, numbers, components);
+    };
+    double numbers[9];
+    facts.dimension = D;
+    look("position", view.position, D, facts.position);
+    look("velocity", view.velocity, D, facts.velocity);
+    constexpr auto members = View::state_type::fields();
+    unroll<int(std::tuple_size_v<decltype(members)>)>([&](auto i) {
+        constexpr auto member = std::get<i>(members);
+        using Value = std::remove_cvref_t<decltype(std::declval<typename View::state_type>().*(member.member))>;
+        look(member.name, view.state[i], component_count<Value>, numbers);
+        if (component_count<Value> != D * D || facts.has_volume_ratio) return;
+        Mat<double, D> F{};
+        for (int k = 0; k < D * D; ++k) F.m[k] = numbers[k];
+        facts.volume_ratio = determinant(F);
+        facts.has_volume_ratio = true;
+    });
+    look("stress", view.stress, symmetric_size<D>, numbers);
+    find_speeds(view, slots, cell_size, material, facts);
+    if (facts.not_finite.empty() && !std::isfinite(facts.signal_speed))
+        facts.not_finite = "not finite: the speed of waves in it";
+
+    facts.has_position = domain || !Positions<View>::in_cells;
+    if (domain && Positions<View>::in_cells)
+        for (int a = 0; a < D; ++a) facts.position[a] = position_of_place(*domain, range.block, a, facts.position[a]);
+    if (!domain || !(dt > 0)) return;
+    const Positions<View> positions(*domain);
+    Vec<S, D> block{};
+    for (int a = 0; a < D; ++a) block[a] = S(block_size * range.block[std::size_t(a)]);
+    const Vec<S, D> lowest = positions.lowest(block), highest = positions.highest(block);
+    for (int a = 0; a < D; ++a) {
+        const S x = view.position.at(slots, a);
+        const bool low = x <= lowest[a], high = x >= highest[a];
+        const double moved = dt * facts.velocity[a];
+        facts.at_face = facts.at_face || low || high;
+        facts.has_passed = facts.has_passed || ((low || high) && (low ? -moved : moved) > cell_size);
+    }
+}
+
+/// Shows a reader all particles of a set.
+template <int D, class View, class Material>
+[[gnu::cold]] void read_facts(const View& view, const BlockPartition<D>& partition, const Domain<D>* domain,
+                              double cell_size, const Material& material, double dt, FactsReader& reader) {
+    for (const BlockRange<D>& range : partition.ranges)
+        for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) {
+            const Slots slots{slot, partition.order.data() + slot};
+            ParticleFacts facts{partition.order[slot]};
+            if (facts.id == no_particle) continue;
+            find_facts(view, range, slots, domain, cell_size, material, dt, facts);
+            reader.see(facts);
+        }
+}
 
 /// Looks at all particles of a set.
 /// \param domain  null: not known
@@ -179,36 +182,12 @@ template <int D, class View, class Material>
 [[gnu::cold]] WrongParticles wrong_particles(const View& view, const BlockPartition<D>& partition,
                                              const Domain<D>* domain, double cell_size, const Material& material,
                                              double dt) {
-    struct Found {
-        std::uint32_t id;
-        std::size_t slot, range;
-    };
-    std::vector<Found> found;
-    const auto look_at = [&](const Found& one) {
-        return ParticleLook<View, Material>(view, partition, partition.ranges[one.range], one.slot, domain, cell_size,
-                                            material, dt);
-    };
-    const auto find = [&](const auto& is_wrong) {
-        for (std::size_t r = 0; r < partition.ranges.size(); ++r) {
-            const BlockRange<D>& range = partition.ranges[r];
-            for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) {
-                const Found one{partition.order[slot], slot, r};
-                if (one.id != no_particle && is_wrong(look_at(one))) found.push_back(one);
-            }
-        }
-    };
-    find([](const auto& look) { return !look.is_finite() || look.left(true); });
-    // A scheme that blends keeps another velocity than that which moves it.
-    if (found.empty()) find([](const auto& look) { return look.left(false); });
-
-    WrongParticles wrong{found.size(), partition.particles, {}, {}};
-    if (found.empty()) return wrong;
-    const auto few = found.begin() + std::ptrdiff_t(std::min<std::size_t>(found.size(), 5));
-    std::partial_sort(found.begin(), few, found.end(), [](const Found& a, const Found& b) { return a.id < b.id; });
-    wrong.first = look_at(found.front()).text(found.front().id);
-    for (auto next = found.begin() + 1; next != few; ++next)
-        wrong.further += sentence(wrong.further.empty() ? "" : ", ", next->id);
-    if (found.size() > 5) wrong.further += ", …";
+    WrongParticles wrong;
+    wrong.of = partition.particles;
+    for (; wrong.count == 0; wrong.by_velocity = false) {
+        read_facts(view, partition, domain, cell_size, material, dt, wrong);
+        if (!wrong.by_velocity) break;
+    }
     return wrong;
 }
 

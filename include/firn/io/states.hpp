@@ -4,6 +4,7 @@
 #include <firn/core/requirements.hpp>
 
 #include <firn/io/background_series.hpp>
+#include <firn/io/compiled.hpp>
 #include <firn/io/interruption.hpp>
 #include <firn/io/restart.hpp>
 #include <firn/io/simulation_state.hpp>

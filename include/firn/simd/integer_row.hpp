@@ -6,9 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-#if !defined(FIRN_PORTABLE_ROWS) && defined(__SSE2__)
-#include <immintrin.h>
-#elif !defined(FIRN_PORTABLE_ROWS) && defined(__aarch64__)
+#if !defined(FIRN_PORTABLE_ROWS) && defined(__aarch64__)
 #include <arm_neon.h>
 #endif
 
@@ -35,14 +33,7 @@ template <class Integer, std::floating_point S, int N>
 FIRN_INLINE node_register<Integer, N> nearest(const node_register<S, N>& x) {
     if constexpr (sizeof(S) == 4 && sizeof(Integer) == 4) {
 #if !defined(FIRN_PORTABLE_ROWS) && defined(__SSE2__)
-        using Int = typename node_register<Integer, N>::vector;
-        if constexpr (N == 4) return {Int(_mm_cvtps_epi32(x.v))};
-#ifdef __AVX__
-        if constexpr (N == 8) return {Int(_mm256_cvtps_epi32(x.v))};
-#endif
-#ifdef __AVX512F__
-        if constexpr (N == 16) return {Int(_mm512_maskz_cvtps_epi32(0xffff, x.v))};
-#endif
+        return {typename node_register<Integer, N>::vector(x86::nearest(x.v))};
 #elif !defined(FIRN_PORTABLE_ROWS) && defined(__aarch64__)
         return {typename node_register<Integer, N>::vector(vcvtnq_s32_f32(x.v))};
 #else

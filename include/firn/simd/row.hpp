@@ -8,6 +8,7 @@
 #pragma once
 
 #include <firn/core/config.hpp>
+#include <firn/core/x86.hpp>
 
 #include <array>
 #include <concepts>
@@ -16,7 +17,6 @@
 
 #if defined(__AVX__) && !defined(FIRN_PORTABLE_ROWS)
 #define FIRN_WIDE_ROWS
-#include <immintrin.h>
 #endif
 
 namespace firn {
@@ -40,9 +40,8 @@ FIRN_INLINE V rounded_product(const V& a, const V& b) {
 #endif
 }
 
-/// A register of N numbers, N/4 nodes. Arithmetic is the compilers' vector extension's. Intrinsics stand only where
-/// g++ 12 takes a shuffle between registers of different widths through memory; unmasked ones of AVX-512 make it warn
-/// of uninitialised values.
+/// A register of N numbers, N/4 nodes. Arithmetic is the compilers' vector extension's. Instructions of x86 are
+/// named only where g++ 12 takes a shuffle between registers of different widths through memory.
 /// \tparam S  of floating point, or an integer, of which only sums are made
 template <class S, int N>
 struct node_register {
@@ -72,10 +71,10 @@ struct node_register {
     FIRN_INLINE static node_register repeat(const S* from) {
         if constexpr (N == 4) return load(from);
 #ifdef FIRN_WIDE_ROWS
-        if constexpr (N == 8 && sizeof(S) == 4) return {_mm256_broadcast_ps(reinterpret_cast<const __m128*>(from))};
+        if constexpr (N == 8 && sizeof(S) == 4) return {x86::repeat(from)};
 #ifdef __AVX512F__
-        if constexpr (N == 8 && sizeof(S) == 8) return {_mm512_maskz_broadcast_f64x4(0xff, _mm256_loadu_pd(from))};
-        if constexpr (N == 16) return {_mm512_maskz_broadcast_f32x4(0xffff, _mm_loadu_ps(from))};
+        if constexpr (N == 8 && sizeof(S) == 8) return {x86::repeat(node_register<S, 4>::load(from).v)};
+        if constexpr (N == 16) return {x86::repeat(node_register<S, 4>::load(from).v)};
 #endif
 #endif
     }
@@ -84,14 +83,12 @@ struct node_register {
     FIRN_INLINE static node_register spread(const S* from) {
         if constexpr (N == 4) return fill(from);
 #ifdef FIRN_WIDE_ROWS
-        if constexpr (N == 8 && sizeof(S) == 4)
-            return {_mm256_blend_ps(_mm256_broadcast_ss(from), _mm256_broadcast_ss(from + 1), 0xf0)};
+        if constexpr (N == 8 && sizeof(S) == 4) return {x86::spread(from)};
 #ifdef __AVX512F__
-        if constexpr (N == 8 && sizeof(S) == 8)
-            return {_mm512_mask_broadcastsd_pd(fill(from).v, 0xf0, _mm_load_sd(from + 1))};
+        if constexpr (N == 8 && sizeof(S) == 8) return {x86::with_upper(fill(from).v, from[1])};
         if constexpr (N == 16) {
-            const __m512i index = _mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0);
-            return {_mm512_maskz_permutexvar_ps(0xffff, index, repeat(from).v)};
+            const x86::int16 order = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3};
+            return {x86::permuted(repeat(from).v, order)};
         }
 #endif
 #endif
@@ -112,7 +109,7 @@ struct node_register {
     template <int k>
     FIRN_INLINE node_register<S, 4> node() const {
 #if defined(FIRN_WIDE_ROWS) && defined(__AVX512F__)
-        if constexpr (N == 8 && sizeof(S) == 8 && k == 1) return {_mm512_maskz_extractf64x4_pd(0xff, v, 1)};
+        if constexpr (N == 8 && sizeof(S) == 8 && k == 1) return {x86::upper(v)};
 #endif
         node_register<S, 4> r;
         std::memcpy(&r.v, reinterpret_cast<const char*>(&v) + 4 * k * sizeof(S), sizeof r.v);

@@ -65,8 +65,7 @@ template <std::floating_point S, int D, class Acceleration>
                 small = small && std::abs(found[a]) * dt * dt <= most;
             }
             if (finite && small) continue;
-            return sentence("The acceleration at ", point_text(0, D, [&](std::size_t, int a) { return at[a]; }),
-                            " m is ", point_text(0, D, [&](std::size_t, int a) { return found[a]; }), " m/s^2, ",
+            return sentence("The acceleration at ", point_text(at.v, D), " m is ", point_text(found.v, D), " m/s^2, ",
                             finite ? "which moves matter by more than a cell in one step: take a smaller step."
                                    : "which is not finite: look at the field that was given.");
         }
@@ -87,39 +86,45 @@ template <std::floating_point S, int D, class Acceleration>
                     " s: look for a load, a velocity, a state set by hand or a stiffness that is too large.");
 }
 
-/// A sentence about the particle that sets the bound of the time step, the one with the largest signal speed, and the
-/// likely cause of its being so fast; or nothing, where there are no particles.
+/// The particle that sets the bound of the time step: the one with the largest signal speed.
+struct FastestParticle final : FactsReader {
+    [[gnu::cold]] void see(ParticleFacts& one) override {
+        if (one.signal_speed <= fastest_) return;  // one that is not a number is taken
+        fastest_ = one.signal_speed;
+        facts_ = std::move(one);
+    }
+    /// A sentence about it, and the likely cause of its being so fast; or nothing, where there are no particles.
+    [[gnu::cold]] std::string text() const {
+        if (fastest_ < 0) return {};
+        std::string text =
+            sentence("It is set by ", facts_.text(), ": its velocity and the waves in it come to ", fastest_, " m/s. ");
+        const double sound = facts_.undeformed_speed;
+        if (sound > 0 && fastest_ > 10 * sound)
+            text += sentence(
+                "Waves in the material travel at ", sound, " m/s while it is not deformed. ",
+                facts_.speed() > sound ? "Matter that meets faster than that" : "Matter that is deformed so far",
+                " is squeezed and torn without a limit: take a stiffer material, lower speeds, "
+                "more particles a cell, or a fixed_time_step far below the bound at the start.");
+        else
+            text += "Look for a load, a velocity, a force between particles or a stiffness that is too large.";
+        return text;
+    }
+
+private:
+    double fastest_ = -1;
+    ParticleFacts facts_;
+};
+
+/// \see FastestParticle
 /// \param sets  a tuple of MaterialSet, sorted
 template <class Sets, int D>
 [[gnu::cold]] std::string fastest_particle(Sets& sets, const Domain<D>& domain) {
-    std::string text;
-    double fastest = -1;
+    FastestParticle fastest;
     const auto look = [&](auto& set) {
-        const auto view = set.particles.view();
-        using Look = ParticleLook<decltype(set.particles.view()), std::remove_cvref_t<decltype(set.material)>>;
-        for (const BlockRange<D>& range : set.partition.ranges)
-            for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) {
-                const std::uint32_t id = set.partition.order[slot];
-                if (id == no_particle) continue;
-                const Look one(view, set.partition, range, slot, &domain, domain.cell_size, set.material, 0);
-                const double speed = one.signal_speed();
-                if (speed <= fastest) continue;  // one that is not a number is taken
-                fastest = speed;
-                const double own = one.velocity(), sound = one.undeformed_speed();
-                text = sentence("It is set by ", one.state_text(id), ": its velocity and the waves in it come to ",
-                                speed, " m/s. ");
-                if (sound > 0 && speed > 10 * sound)
-                    text +=
-                        sentence("Waves in the material travel at ", sound, " m/s while it is not deformed. ",
-                                 own > sound ? "Matter that meets faster than that" : "Matter that is deformed so far",
-                                 " is squeezed and torn without a limit: take a stiffer material, lower speeds, "
-                                 "more particles a cell, or a fixed_time_step far below the bound at the start.");
-                else
-                    text += "Look for a load, a velocity, a force between particles or a stiffness that is too large.";
-            }
+        read_facts(set.particles.view(), set.partition, &domain, domain.cell_size, set.material, 0, fastest);
     };
     std::apply([&](auto&... set) { (look(set), ...); }, sets);
-    return text;
+    return fastest.text();
 }
 
 /// Names particles that are not finite or have left the domain, of the first set that has such.

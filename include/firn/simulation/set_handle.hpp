@@ -10,7 +10,7 @@
 namespace firn {
 
 /// What a handle to a set of particles offers; a simulation of one material is such a handle itself.
-/// \tparam Self  has simulation(), and mine(): the MaterialSet in it
+/// \tparam Self  has simulation(), mine(): the MaterialSet in it, and number_of_mine(): which that is
 template <class Self, int D>
 class SetAccess {
 public:
@@ -45,10 +45,7 @@ public:
     /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
     /// \throws parameter_error, particle_error (nothing is added)
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
-        auto& simulation = self().simulation();
-        const Body body = self().mine().add(samples, density, velocity, simulation.workers());
-        simulation.warn_of_spacing(samples);
-        return body;
+        return self().simulation().add_to(self().number_of_mine(), samples, density, velocity);
     }
     template <int N, int M = D>
         requires(N != D || M != D)
@@ -128,14 +125,13 @@ class SetHandle : public SetAccess<SetHandle<Simulation, I>, Simulation::dimensi
     friend Access;
 
 public:
-    static constexpr std::size_t place = I;  ///< of the material in the simulation's list
-
     explicit SetHandle(Simulation& simulation) : simulation_(&simulation) {}
 
     Simulation& simulation() const { return *simulation_; }
 
 private:
     auto& mine() const { return simulation_->template set_at<I>(); }
+    static constexpr std::size_t number_of_mine() { return I; }
 
     Simulation* simulation_;
 };

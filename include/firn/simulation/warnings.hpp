@@ -25,7 +25,7 @@ namespace firn::detail {
 
 template <int D>
 std::string text_of(const Vec<double, D>& x) {
-    return point_text(0, D, [&](std::size_t, int a) { return x[a]; });
+    return point_text(x.v, D);
 }
 
 /// A sentence about samples that lie further apart than a cell; or nothing.

@@ -24,7 +24,7 @@ public:
     aligned_vector<Keyed<Key>> items;  ///< to be filled; then in order
 
     /// \param differ  bits in which keys may differ
-    void sort(Key differ, int workers) {
+    [[gnu::noinline]] void sort(Key differ, int workers) {
         // So many that counters stay in a core's own cache, and are fewer than there is to count.
         const int most_bits = std::clamp(int(std::bit_width(items.size())), 4, 12);
         const std::size_t n = items.size(), parts = std::min<std::size_t>(std::size_t(workers), n / 4096 + 1);
@@ -58,7 +58,7 @@ public:
         }
     }
     /// On the calling thread.
-    void sort() {
+    [[gnu::noinline]] void sort() {
         Key differ = 0;
         for (const Keyed<Key>& item : items) differ |= item.key ^ items[0].key;
         sort(differ, 1);

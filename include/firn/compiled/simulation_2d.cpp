@@ -1,0 +1,3 @@
+/// \file Of the library firn::compiled: the common simulation in 2D.
+#define FIRN_COMPILES 2
+#include <firn/simulation.hpp>

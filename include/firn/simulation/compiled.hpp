@@ -1,0 +1,70 @@
+/// \file What a program may leave to another of its files, or to the library firn::compiled.
+#pragma once
+
+#include <firn/simulation.hpp>
+
+namespace firn {
+
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
+Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::add_to(std::size_t number,
+                                                                                   const Samples<D>& samples,
+                                                                                   double density,
+                                                                                   const Vec<double, D>& velocity) {
+    Body body;
+    std::size_t i = 0;
+    for_sets([&](auto& set) { body = i++ == number ? set.add(samples, density, velocity, workers()) : body; });
+    warn_of_spacing(samples);
+    return body;
+}
+
+}  // namespace firn
+
+#ifdef FIRN_COMPILED
+/// The common simulations, what they are filled with, and what others share with them. FIRN_COMPILES is the dimension
+/// that a source file of the library compiles; all other files find these there.
+#define FIRN_TEMPLATES(where, D)                                                                                 \
+    namespace firn {                                                                                             \
+    where template class ParticleStore<float, D>;                                                                \
+    where template class Particles<float, D, ElasticState<float, D>>;                                            \
+    where template class SparseGrid<float, D>;                                                                   \
+    where template class BlockSort<D>;                                                                           \
+    where template BlockPartition<D> arrange(const std::vector<BlockRange<D>>&, int, int);                       \
+    where template BlockPartition<D> detail::partition_places(const PlacesOfParticles<float>&, const Domain<D>&, \
+                                                              double, int, int, std::byte*);                     \
+    where template class Simulation<D>;                                                                          \
+    where template Samples<D> sample_box(const Vec<double, D>&, const Vec<double, D>&, const SamplingOptions&);  \
+    where template Samples<D> sample_sphere(const Vec<double, D>&, double, const SamplingOptions&);              \
+    where template std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>&, const Vec<double, D>&, \
+                                                                   double, std::uint64_t, double, int);          \
+    }
+namespace firn::detail {
+/// Defined by the library for the target it is compiled for. Where a program is compiled for another, the linker
+/// misses it: give both the same options.
+template <std::size_t register_bytes, bool openmp>
+void firn_compiled_has_the_same_march_and_openmp();
+#ifdef _OPENMP
+inline constexpr bool has_openmp = true;
+#else
+inline constexpr bool has_openmp = false;
+#endif
+#if FIRN_COMPILES == 3
+template <>
+void firn_compiled_has_the_same_march_and_openmp<register_bytes, has_openmp>() {}
+#elif !defined(FIRN_COMPILES)
+[[gnu::used]] inline void (*const of_library)() =
+    firn_compiled_has_the_same_march_and_openmp<register_bytes, has_openmp>;
+#endif
+}  // namespace firn::detail
+
+#if FIRN_COMPILES == 2
+FIRN_TEMPLATES(, 2)
+#else
+FIRN_TEMPLATES(extern, 2)
+#endif
+#if FIRN_COMPILES == 3
+FIRN_TEMPLATES(, 3)
+#else
+FIRN_TEMPLATES(extern, 3)
+#endif
+#undef FIRN_TEMPLATES
+#endif
