@@ -1,3 +1,4 @@
+// sanitized: no
 /// \file What transfers lose in many steps, of the energy of waves and of the spin of a disk; and whether they let
 /// bodies come apart.
 #include "support/catch.hpp"
