@@ -156,8 +156,9 @@ if firn_install_if_offered clang clang_openmp clang_rt; then clang=yes; fi
 with_clang=(-DCMAKE_C_COMPILER=clang-19 -DCMAKE_CXX_COMPILER=clang++-19)
 release=(-DCMAKE_BUILD_TYPE=Release -DFIRN_EXAMPLE_OPTIONS=-O1)
 portable=(-DCMAKE_BUILD_TYPE=Release -DFIRN_EXAMPLE_OPTIONS=-O1 -DFIRN_PORTABLE=ON)
-sanitizer=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O0 -g1" -DFIRN_NATIVE=OFF -DFIRN_BUILD_EXAMPLES=OFF
-    -DFIRN_WARNINGS_AS_ERRORS=OFF)
+# What a sanitizer reports names functions; with --full lines, too.
+sanitizer=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O0 $([[ $full == no ]] || echo -g1)" -DFIRN_NATIVE=OFF
+    -DFIRN_BUILD_EXAMPLES=OFF -DFIRN_WARNINGS_AS_ERRORS=OFF)
 
 webgpu=() # where the C interface is, for the host in C++
 if firn_webgpu_c; then

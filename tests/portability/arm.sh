@@ -48,7 +48,7 @@ build() {
 build golden -O2 -ffp-contract=off "$here/golden.cpp"
 "$machine" "$folder/golden"
 if link catch2 /usr/include/catch2 /usr/local/include/catch2 && [[ -e $folder/include/catch2/catch.hpp ]]; then
-    build rows -O1 "$root/tests/unit/exec/row.cpp" "$root/tests/support/main.cpp"
+    build rows -O1 "$root/tests/unit/simd/row.cpp" "$root/tests/support/main.cpp"
     "$machine" "$folder/rows"
 else
     echo "The tests of rows were left out: they need Catch2 version 2, which is headers only."

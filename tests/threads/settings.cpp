@@ -46,8 +46,8 @@ std::map<int, std::set<int>> workers_of_loop(int workers) {
 
 std::uint64_t hash_of_run(int threads) {
     const auto jelly = FixedCorotated<float>::from_young_poisson(1e5, 0.3);
-    Simulation<3> simulation({{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}, 1.0 / 32}, jelly, {threads});
-    scenes::add_two_blocks<3>(simulation, 0.2);
+    Simulation<2> simulation({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 64}, jelly, {threads});
+    scenes::add_two_blocks<2>(simulation, 0.3, 1.0 / 256);
     simulation.step();
     simulation.advance(0.02);
     return scenes::hash(simulation);

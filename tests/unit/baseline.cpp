@@ -1,3 +1,5 @@
+// part: full
+// sanitized: no
 /// \file The straightforward code that the benchmarks compare firn with does the same physics.
 #include "support/catch.hpp"
 

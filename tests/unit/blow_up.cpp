@@ -1,3 +1,4 @@
+// release: -O0
 /// \file A run that blows up stops in the step in which a number first is not finite, names the particle and the
 /// likely cause, and refuses to go on or to be written.
 #include "support/catch.hpp"

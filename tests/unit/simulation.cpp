@@ -1,3 +1,4 @@
+// sanitized: -O1
 /// \file The simulation as a user meets it: what it promises about motion, walls, time steps and wrong input.
 #include "support/catch.hpp"
 #include "support/effort.hpp"

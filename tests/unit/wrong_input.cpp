@@ -1,3 +1,4 @@
+// release: -O0
 /// \file What a simulation is told that is of no use: each is refused with its type of error and its name, and a good
 /// call goes on to work.
 #include "support/catch.hpp"

@@ -1,3 +1,4 @@
+// part: memory
 /// \file Eigen's vectors and matrices where firn's are taken, and firn's as Eigen's: the same numbers, and nothing that
 /// refers to what is gone. (The sanitized build sees a map of a temporary.)
 #include "support/catch.hpp"

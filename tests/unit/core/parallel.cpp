@@ -1,3 +1,4 @@
+// part: memory
 /// \file What loops over threads promise: each index once, phases in order, exceptions, and waiting that ends.
 #include "support/loops.hpp"
 

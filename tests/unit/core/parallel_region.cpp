@@ -1,3 +1,4 @@
+// part: memory
 /// \file Where threads come from: one region for a call, regions of users, threads that a host lends.
 #include "support/loops.hpp"
 

@@ -1,3 +1,5 @@
+// part: arithmetic
+// sanitized: -O1
 /// \file firn/data/inside.hpp: the winding number is right where a ray meets edges and vertices, and for real meshes.
 #include "support/catch.hpp"
 #include <firn/data/inside.hpp>

@@ -1,3 +1,4 @@
+// part: arithmetic
 /// \file What does not fit into memory is refused before it is asked for, with the number of bytes.
 #include "support/catch.hpp"
 #include "support/message.hpp"

@@ -1,3 +1,5 @@
+// part: arithmetic
+// sanitized: -O1
 /// \file Signed distances from a mesh on a grid, and the collider that interpolates them: against every triangle in
 /// turn, against the ball and the box that meshes stand for.
 #include "support/catch.hpp"

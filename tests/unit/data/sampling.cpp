@@ -1,3 +1,5 @@
+// part: arithmetic
+// sanitized: -O1
 /// \file firn/data/{random,samples,poisson_disk,sampling}.hpp: how shapes are filled, and that it repeats bit for bit.
 #include "support/catch.hpp"
 #include "support/message.hpp"

@@ -1,3 +1,4 @@
+// sanitized: -O1
 /// \file The examples' renderer and PNG writer: what hides what, what is refused, and that pictures repeat.
 #include "../../../examples/support/renderer.hpp"
 

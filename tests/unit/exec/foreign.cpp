@@ -1,3 +1,4 @@
+// part: memory
 /// \file The stages on a foreign program's arrays: any layout, not moved, not copied, the same motion as firn's own.
 #include "support/catch.hpp"
 #include "support/effort.hpp"

@@ -1,3 +1,5 @@
+// part: arithmetic
+// release: -O3
 /// \file G2P takes from the grid what the definition says, for dense matter and for spray.
 #include "support/by_definition.hpp"
 

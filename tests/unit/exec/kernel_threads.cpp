@@ -1,3 +1,4 @@
+// sanitized: no
 /// \file The narrowest and the widest kernel give the same bits for any number of threads. (The quadratic one:
 /// determinism/.)
 #include "support/by_definition.hpp"

@@ -1,3 +1,4 @@
+// part: memory
 // Periodic domains: what leaves at one end comes in at the other, and nothing tells where the ends are.
 #include "support/catch.hpp"
 #include "support/effort.hpp"

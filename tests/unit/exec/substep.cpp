@@ -1,3 +1,4 @@
+// part: memory
 /// \file One whole step against numbers computed independently of firn (tests/reference/substep_2d_*.csv): three
 /// particles, APIC, both force forms, in double. The numbers have 13 digits.
 #include "support/catch.hpp"

@@ -1,5 +1,5 @@
 /// \file A program that uses xxHash itself, in each of its modes, is not disturbed by firn's copy, nor firn's by it.
-// "xxhash.h": xxHash under its own names, made by tests/CMakeLists.txt.
+// "xxhash.h": xxHash under its own names, made by tests/unit/CMakeLists.txt.
 // clang-format off: the order matters
 #define XXH_NAMESPACE program_
 #include "xxhash.h"

@@ -1,3 +1,4 @@
+// part: arithmetic
 /// \file What collisions of point masses promise. Expected velocities are the closed forms of impacts of two bodies.
 #include "support/catch.hpp"
 #include "support/random_numbers.hpp"

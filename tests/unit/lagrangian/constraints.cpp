@@ -1,3 +1,4 @@
+// part: arithmetic
 /// \file Constraints of distance: the catenary, compliance, tearing, and the same bits for any number of threads.
 #include "support/catch.hpp"
 #include "support/random_numbers.hpp"

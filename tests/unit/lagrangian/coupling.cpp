@@ -1,3 +1,4 @@
+// part: arithmetic
 /// \file Nets among other matter on the grid: they carry momentum both ways, stretch as they should, and bound the
 /// step.
 #include "support/catch.hpp"

@@ -1,3 +1,4 @@
+// part: arithmetic
 /// \file A system of point masses that goes on from a state has the bits of one that was never stopped, whatever steps
 /// have changed.
 #include "support/catch.hpp"

@@ -57,7 +57,7 @@ void check_stress(const M& model) {
 template <class M>
 void check_g2p(const M& model) {
     Simulation<3, M> simulation({{0, 0, 0}, {1, 1, 1}, 1. / 16}, model);
-    simulation.add(sample_box<3>({0.3, 0.1, 0.3}, {0.7, 0.4, 0.7}, {.spacing = 1. / 32}), 1000);
+    simulation.add(sample_box<3>({0.4, 0.1, 0.4}, {0.6, 0.4, 0.6}, {.spacing = 1. / 32}), 1000);
     simulation.gravity[1] = -200;
     for (int i = 0; i < 100; ++i) simulation.step();
     const auto& particles = simulation.particles();

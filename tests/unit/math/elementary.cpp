@@ -1,3 +1,4 @@
+// sanitized: -O1
 #include "support/catch.hpp"
 #include "support/not_finite.hpp"
 #include <firn/core/pack.hpp>

@@ -1,3 +1,4 @@
+// sanitized: -O1
 #include "support/catch.hpp"
 #include "support/effort.hpp"
 #include <firn/core/eigen.hpp>

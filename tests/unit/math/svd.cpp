@@ -1,3 +1,4 @@
+// sanitized: no
 /// \file The bounds that svd.hpp states, measured against the matrices themselves and against Eigen.
 #include "support/catch.hpp"
 #include "support/random_numbers.hpp"

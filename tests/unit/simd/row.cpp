@@ -1,3 +1,4 @@
+// release: -O3
 /// \file Every form of a row gives the same bits: by itself, and in P2G and G2P of a pack of particles. Rows of
 /// integers are rounded as std::llrint rounds.
 #include "support/catch.hpp"

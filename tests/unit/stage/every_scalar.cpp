@@ -1,3 +1,4 @@
+// sanitized: no
 /// \file Every policy, every scalar, one test body: kernel, transfers, forces, material, boundary and the stages give
 /// in float, double, SIMD lanes, dual numbers and the strict scalar what they give in plain double. No number is
 /// stored: the double evaluation itself is held to reference numbers by the tests of each policy.

@@ -1,3 +1,4 @@
+// release: -O0
 /// \file Transfers with further passes, FLIP, AFLIP, ASFLIP and FMPM: against their definitions, what they keep, and
 /// that bodies come apart.
 #include "support/by_definition.hpp"

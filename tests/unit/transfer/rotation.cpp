@@ -1,3 +1,4 @@
+// sanitized: no
 /// \file What each transfer keeps of a spinning disk, against numbers computed independently (tests/reference/
 /// rotation.csv), and what every transfer keeps of any cloud of particles. By the public stages, in double, with a
 /// material of this test's own that has no stress.

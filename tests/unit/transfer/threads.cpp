@@ -1,3 +1,4 @@
+// sanitized: no
 /// \file Transfers with further passes have the same bits for any number of threads, for firn's own particles and with
 /// every execution that promises it.
 #include "support/catch.hpp"
