@@ -82,6 +82,8 @@ public:
     }
 
     /// Puts the particle of slot order[i] into slot i; where there is none: anything. Of sorted particles.
+    /// \tparam Bits  as large as the numbers, of which all are of one size
+    template <class Bits>
     void permute(const aligned_vector<std::uint32_t>& order, int workers) {
         if (memory_.size() < bytes_for(order.size()))
             grow(order.size() + order.size() / 64 / pack_size * pack_size, workers);
@@ -93,10 +95,7 @@ public:
             Field& field = fields_[to_the_end ? count - 1 - i : i];
             const std::size_t bytes = slots_ * field.bytes_of_slot();
             const std::size_t to = to_the_end ? end - bytes : end;
-            if (field.bytes == sizeof(std::uint64_t))
-                move<std::uint64_t>(field, order, memory_.data() + to, workers);
-            else
-                move<std::uint32_t>(field, order, memory_.data() + to, workers);
+            move<Bits>(field, order, memory_.data() + to, workers);
             field.offset = to;
             end = to_the_end ? to : to + bytes;
         }

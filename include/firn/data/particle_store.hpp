@@ -169,7 +169,7 @@ public:
         const auto for_groups = [&](const auto& body) {
             parallel_for(partition.groups.size(), workers, [&](std::size_t g, int) { body(partition.groups[g]); }, 64);
         };
-        fields_.permute(order, workers);
+        fields_.template permute<std::conditional_t<sizeof(S) == 4, std::uint32_t, std::uint64_t>>(order, workers);
 
         for_groups([&](const BlockGroup& group) {
             for_slots(partition, group, [&](std::size_t slot, std::size_t r) {
