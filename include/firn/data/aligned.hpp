@@ -61,12 +61,13 @@ using aligned_vector = std::vector<T, aligned_allocator<T>>;
 
 namespace detail {
 
-/// Calls body(first, last) for the share of each worker in memory that holds n of T; of little memory, which may lie
-/// anywhere, for all of it.
+/// Memory of fewer bytes may lie anywhere.
+inline constexpr std::size_t least_shared_bytes = std::size_t(1) << 18;
+
+/// Calls body(first, last) for the share of each worker in memory that holds n of T; of little memory for all of it.
 template <class T, class Body>
 void for_shares_of(std::size_t n, int workers, const Body& body) {
-    constexpr std::size_t least_bytes = std::size_t(1) << 18;
-    for_shares(n, n * sizeof(T) < least_bytes ? 1 : workers, body);
+    for_shares(n, n * sizeof(T) < least_shared_bytes ? 1 : workers, body);
 }
 
 /// Writes n numbers: the first `there` are copied, the others have that value. Each worker writes its share.

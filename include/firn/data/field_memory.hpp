@@ -69,6 +69,7 @@ public:
         FieldMemory larger(order_, fields_, width_, widest_);
         larger.slots_ = slots;
         larger.memory_.resize(bytes_for(slots));
+        if (bytes_for(slots) < detail::least_shared_bytes) workers = 1;
         std::size_t offset = 0;
         for (std::size_t f = 0; f < fields_.size(); ++f) {
             const std::size_t bytes = slots * fields_[f].bytes_of_slot();
@@ -134,9 +135,11 @@ private:
     std::size_t end_of_fields() const { return fields_.back().offset + slots_ * fields_.back().bytes_of_slot(); }
 
     static void write(const std::byte* from, std::size_t there, std::byte* to, std::size_t bytes, int workers) {
-        using Whole = std::uint64_t;
-        detail::copy_and_fill(reinterpret_cast<const Whole*>(from), there / sizeof(Whole), reinterpret_cast<Whole*>(to),
-                              bytes / sizeof(Whole), Whole(0), workers);
+        detail::for_shares(bytes / 64, workers, [&](std::size_t first, std::size_t last) {
+            const std::size_t end = std::clamp(there, 64 * first, 64 * last);
+            if (64 * first < end) std::memcpy(to + 64 * first, from + 64 * first, end - 64 * first);
+            std::memset(to + end, 0, 64 * last - end);
+        });
     }
     template <class T>
     void move(const Field& field, const aligned_vector<std::uint32_t>& order, std::byte* to, int workers) const {

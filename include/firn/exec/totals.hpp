@@ -6,9 +6,7 @@
 #include <firn/kernel/concept.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/math/rotor.hpp>
-#include <firn/sort/radix_sort.hpp>
 
-#include <bit>
 #include <limits>
 #include <vector>
 
@@ -66,17 +64,6 @@ To state_in_double(const From& state) {
     return exact;
 }
 
-/// The particles in the order of their ids: number is the slot of each.
-template <std::floating_point S, int D, class State>
-RadixSort<std::uint32_t> by_id(const Particles<S, D, State>& particles, int workers) {
-    RadixSort<std::uint32_t> sort;
-    sort.items.reserve(particles.size());
-    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-        if (particles.is_particle(slot)) sort.items.push_back({particles.id(slot), std::uint32_t(slot)});
-    sort.sort(std::uint32_t(std::bit_ceil(std::uint64_t(particles.next_id())) - 1), workers);
-    return sort;
-}
-
 }  // namespace detail
 
 /// In the order of ids: the same bits for any number of threads, and any order in memory.
@@ -91,14 +78,14 @@ Totals<D> totals(const Particles<S, D, State>& particles, const Domain<D>& domai
     const auto exact = lift<double>(material);
 
     const int workers = thread_count(threads);
-    const auto by_id = detail::by_id(particles, workers);
     constexpr std::size_t chunk = 4096;
-    std::vector<Totals<D>> parts((by_id.items.size() + chunk - 1) / chunk);
-    parallel_for(parts.size(), workers, [&](std::size_t part, int) {
+    std::vector<Totals<D>> parts((particles.size() + chunk - 1) / chunk);
+    std::vector<std::uint32_t> slots;
+    const auto sum_part = [&](std::size_t part, int) {
         Totals<D>& sum = parts[part];
-        const std::size_t end = std::min(by_id.items.size(), (part + 1) * chunk);
+        const std::size_t end = std::min(slots.size(), (part + 1) * chunk);
         for (std::size_t i = part * chunk; i < end; ++i) {
-            const std::size_t slot = by_id.items[i].number;
+            const std::size_t slot = slots[i];
             const double mass = double(particles.mass(slot)), volume = double(particles.volume(slot));
             const Vec<double, D> x = particles.exact_position(slot), v = cast<double>(particles.velocity(slot));
             const Mat<double, D> C = cast<double>(particles.affine(slot));
@@ -116,6 +103,10 @@ Totals<D> totals(const Particles<S, D, State>& particles, const Domain<D>& domai
                 sum.elastic_energy = std::numeric_limits<double>::quiet_NaN();
             if constexpr (requires { state.dissipated; }) sum.dissipated_energy += volume * state.dissipated;
         }
+    };
+    parallel_region(workers, [&] {
+        slots = slots_by_id(particles, workers);
+        parallel_for(parts.size(), workers, sum_part);
     });
     Totals<D> sum;
     for (const Totals<D>& part : parts) sum += part;

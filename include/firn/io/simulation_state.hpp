@@ -15,25 +15,6 @@ namespace firn {
 
 namespace detail {
 
-/// The slots of all particles in the order of their ids.
-template <class Particles>
-std::vector<std::uint32_t> slots_by_id(const Particles& particles, int threads) {
-    if (particles.next_id() / 8 > particles.size()) {  // few are left of those that there were
-        std::vector<std::uint32_t> slots;
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-            if (particles.is_particle(slot)) slots.push_back(std::uint32_t(slot));
-        std::ranges::sort(slots, {}, [&](std::uint32_t slot) { return particles.id(slot); });
-        return slots;
-    }
-    std::vector<std::uint32_t> slot_of(particles.next_id(), no_particle);
-    for_chunks(particles.slots(), threads, [&](std::size_t first, std::size_t last) {
-        for (std::size_t slot = first; slot < last; ++slot)
-            if (particles.is_particle(slot)) slot_of[particles.id(slot)] = std::uint32_t(slot);
-    });
-    if (particles.size() < slot_of.size()) std::erase(slot_of, no_particle);
-    return slot_of;
-}
-
 /// Positions [m], and every field of the table, of the particles in these slots.
 /// \param before  fields whose memory is used anew
 template <class S, int D>
