@@ -229,7 +229,8 @@ private:
     template <class Acceleration>
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
         if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, warn);
-        const bool leaves_regions = any_set([](const auto& set) { return set.forces.may_open_regions(); });
+        const bool leaves_regions =
+            any_set([](const auto& set) { return set.forces && set.forces->may_open_regions(); });
         Stepper<D>::take_steps(
             leaves_regions ? 1 : workers(), last_step, [&] { return !(now_.time < end) || now_.steps == last_step; },
             [&](std::string& warning) {
@@ -366,7 +367,7 @@ private:
     template <class Set>
     void sort(Set& set) {
         set.partition = sort_particles<Kernel>(set.particles, requested_threads(execution));
-        set.forces.forget();
+        if (set.forces) set.forces->forget();
     }
     void activate() {
         std::array<BlockPartition<D>*, material_count> all{};
@@ -421,7 +422,7 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prep
         });
     });
     if (!std::isfinite(fastest) ||
-        (!(fastest > 0) && !is_waiting() && !any_set([](const auto& set) { return !set.forces.empty(); }))) {
+        (!(fastest > 0) && !is_waiting() && !any_set([](const auto& set) { return bool(set.forces); }))) {
         for_sets([](auto& set) { set.readiness.refuse(); });
         detail::throw_at_rest(fastest);
     }

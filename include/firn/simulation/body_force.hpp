@@ -2,39 +2,15 @@
 #pragma once
 
 #include <firn/core/parallel.hpp>
-#include <firn/core/stepper.hpp>
-#include <firn/data/particle_store.hpp>
 #include <firn/lagrangian/any_force.hpp>
 #include <firn/simulation/body.hpp>
+#include <firn/simulation/push.hpp>
 
 #include <algorithm>
-#include <atomic>
 #include <limits>
 #include <vector>
 
 namespace firn::detail {
-
-/// The lowest of the ids that any thread has seen.
-class LowestId {
-public:
-    void see(std::uint32_t id) {
-        ++count_;
-        for (std::uint32_t known = lowest_; id < known && !lowest_.compare_exchange_weak(known, id);) {
-        }
-    }
-    /// \throws particle_error  if one was seen
-    void refuse(const char* what, const Moment& now, double dt) const {
-        if (count_ > 0)
-            throw particle_error(sentence("At step ", now.steps, ", at ", now.time, " s, ", what, " gives ", count_,
-                                          count_ == 1 ? " particle" : " particles",
-                                          " a velocity that is not finite; the first is particle ", lowest_,
-                                          ". Look at the force that was given, and at the step of ", dt, " s."));
-    }
-
-private:
-    std::atomic<std::uint32_t> lowest_ = no_particle;
-    std::atomic<std::size_t> count_ = 0;
-};
 
 /// The particles of a body as the points that forces between them see: particle first + i is point i. They are read
 /// once for all forces of the body, in the order of memory, and written through their slots.
@@ -124,11 +100,10 @@ struct BodyForce {
 
 /// The forces between the particles of a set, in the order they were added.
 template <std::floating_point S, int D>
-class BodyForces {
+class BodyForces final : public Push<S, D> {
 public:
-    bool empty() const { return forces_.empty(); }
-    /// Do forces of the user's open parallel regions of their own?
-    bool may_open_regions() const {
+    std::unique_ptr<Push<S, D>> copy() const override { return std::make_unique<BodyForces>(*this); }
+    bool may_open_regions() const override {
         return std::any_of(forces_.begin(), forces_.end(), [](const auto& f) { return f.between.may_open_regions(); });
     }
 
@@ -142,8 +117,8 @@ public:
         return forces_.back().between;
     }
 
-    /// Above it [s] an explicit step lets what the forces join fly apart. Reads the points anew.
-    double largest_step(const ParticleStore<S, D>& particles, double time, int threads) {
+    /// Reads the points anew.
+    double largest_step(const ParticleStore<S, D>& particles, double time, int threads) override {
         read(particles, threads);
         double bound = std::numeric_limits<double>::infinity();
         for (BodyForce<S, D>& force : forces_)
@@ -152,12 +127,10 @@ public:
         return bound;
     }
 
-    /// Particles have moved to other slots, or something else has changed their velocities.
-    void forget() { is_read_ = false; }
+    void forget() override { is_read_ = false; }
 
     /// Each force sees the velocities that those before it have left.
-    /// \throws particle_error  naming the first of the particles that would get a velocity that is not finite
-    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) {
+    void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) override {
         if (!is_read_) read(particles, threads);
         for (BodyForce<S, D>& force : forces_) {
             JoinedPoints<S, D>& points = points_[force.points];

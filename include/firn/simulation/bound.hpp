@@ -38,8 +38,7 @@ template <class Sets>
 double force_bound(Sets& sets, double time, int threads) {
     double bound = std::numeric_limits<double>::infinity();
     const auto look = [&](auto& set) {
-        if (!set.forces.empty())
-            bound = std::min(bound, force_safety * set.forces.largest_step(set.particles, time, threads));
+        if (set.forces) bound = std::min(bound, force_safety * set.forces->largest_step(set.particles, time, threads));
     };
     std::apply([&](auto&... set) { (look(set), ...); }, sets);
     return bound;

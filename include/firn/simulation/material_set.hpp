@@ -11,6 +11,7 @@
 #include <firn/material/no_stress.hpp>
 #include <firn/simulation/body.hpp>
 #include <firn/simulation/body_force.hpp>
+#include <firn/simulation/load.hpp>
 #include <firn/simulation/readiness.hpp>
 #include <firn/simulation/source.hpp>
 
@@ -84,13 +85,6 @@ constexpr std::size_t named_material() {
 }
 }  // namespace detail
 
-/// A force on every particle of a body: a traction [Pa] on a face comes to traction × area / particles of the face.
-template <int D>
-struct Load {
-    Body body;
-    std::function<Vec<double, D>(const Vec<double, D>& position, double time)> force;  ///< of [m] and [s], in N
-};
-
 /// A material's particles and what is known of them.
 template <int D, class Material>
 struct MaterialSet {
@@ -105,8 +99,7 @@ struct MaterialSet {
     std::optional<Moment> restored{};  ///< to which moment, if no step was made since
     std::vector<Source<D>> sources{};
     std::vector<Sink<D>> sinks{};
-    std::vector<Load<D>> loads{};
-    detail::BodyForces<S, D> forces{};
+    detail::MaybePush<S, D> loads{}, forces{};
     std::vector<Facet<D>> facets{};  ///< of the nets, by ids of particles
 
     /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
@@ -162,13 +155,15 @@ struct MaterialSet {
     void add(Load<D> load) {
         if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
         check_body(load.body);
-        loads.push_back(std::move(load));
+        loads.template made<detail::Loads<S, D>>().add(std::move(load));
     }
     /// \see SetAccess::add_force
     template <class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
         check_body(body);
-        return forces.add(body, detail::AnyForce<S, D>(std::move(force))).template as<BetweenPoints>();
+        return forces.template made<detail::BodyForces<S, D>>()
+            .add(body, detail::AnyForce<S, D>(std::move(force)))
+            .template as<BetweenPoints>();
     }
 
     /// Which of the bodies, which lie in the order of their ids, a particle is of; bodies.size(): of none.
@@ -193,7 +188,7 @@ struct MaterialSet {
         stored.sinks = std::move(sinks);
         stored.loads = std::move(loads);
         stored.forces = std::move(forces);
-        stored.forces.forget();
+        if (stored.forces) stored.forces->forget();
         stored.facets = std::move(facets);
         *this = std::move(stored);
         restored = moment;
@@ -273,29 +268,14 @@ struct MaterialSet {
         return next;
     }
 
-    /// The impulses of the loads, to the particles' own velocities: as much as to the nodes, by P2G.
+    /// The impulses of loads and forces, to the particles' own velocities.
     /// \throws particle_error  naming the first of those that would get a velocity that is not finite
     void push(const Moment& now, double dt, int threads) {
-        if (!loads.empty() || !forces.empty()) readiness.spoil();  // until the step has ended
-        for (const Load<D>& load : loads) {
-            detail::LowestId wrong;
-            parallel_for(
-                particles.slots() / pack_size, threads,
-                [&](std::size_t pack, int) {
-                    for (std::size_t slot = pack * pack_size; slot < (pack + 1) * pack_size; ++slot) {
-                        if (!particles.is_particle(slot) || !load.body.holds(particles.id(slot))) continue;
-                        const Vec<double, D> force = load.force(particles.exact_position(slot), now.time);
-                        const Vec<S, D> after =
-                            particles.velocity(slot) + cast<S>(force * (dt / double(particles.mass(slot))));
-                        particles.set_velocity(slot, after);
-                        if (!detail::is_finite(after)) wrong.see(particles.id(slot));
-                    }
-                },
-                64);
-            wrong.refuse("a load", now, dt);
-            forces.forget();
-        }
-        if (!forces.empty()) forces.push(particles, now, dt, threads);
+        if (!loads && !forces) return;
+        readiness.spoil();  // until the step has ended
+        if (loads) loads->push(particles, now, dt, threads);
+        if (loads && forces) forces->forget();
+        if (forces) forces->push(particles, now, dt, threads);
     }
 
 private:
