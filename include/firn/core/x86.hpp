@@ -20,41 +20,26 @@ void nearest();
 
 #ifdef __SSE2__
 
-#if defined(__GNUC__) && !defined(__clang__) && !defined(__INTEL_COMPILER)
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__INTEL_COMPILER) &&                                     \
+    __has_builtin(__builtin_ia32_movmskps) && __has_builtin(__builtin_ia32_movmskpd) &&                           \
+    __has_builtin(__builtin_ia32_sqrtps) && __has_builtin(__builtin_ia32_sqrtpd) &&                               \
+    __has_builtin(__builtin_ia32_cvtps2dq) &&                                                                     \
+    (!defined(__SSE4_1__) || (__has_builtin(__builtin_ia32_roundps) && __has_builtin(__builtin_ia32_roundpd))) && \
+    (!defined(__AVX__) ||                                                                                         \
+     (__has_builtin(__builtin_ia32_movmskps256) && __has_builtin(__builtin_ia32_movmskpd256) &&                   \
+      __has_builtin(__builtin_ia32_sqrtps256) && __has_builtin(__builtin_ia32_sqrtpd256) &&                       \
+      __has_builtin(__builtin_ia32_roundps256) && __has_builtin(__builtin_ia32_roundpd256) &&                     \
+      __has_builtin(__builtin_ia32_cvtps2dq256) && __has_builtin(__builtin_ia32_vbroadcastf128_ps256) &&          \
+      __has_builtin(__builtin_ia32_blendps256) && __has_builtin(__builtin_ia32_vbroadcastss256))) &&              \
+    (!defined(__AVX512F__) ||                                                                                     \
+     (__has_builtin(__builtin_ia32_sqrtps512_mask) && __has_builtin(__builtin_ia32_sqrtpd512_mask) &&             \
+      __has_builtin(__builtin_ia32_rndscaleps_mask) && __has_builtin(__builtin_ia32_rndscalepd_mask) &&           \
+      __has_builtin(__builtin_ia32_permvarsf512_mask) && __has_builtin(__builtin_ia32_extractf64x4_mask) &&       \
+      __has_builtin(__builtin_ia32_cvtps2dq512_mask) && __has_builtin(__builtin_ia32_broadcastf32x4_512) &&       \
+      __has_builtin(__builtin_ia32_broadcastf64x4_512) && __has_builtin(__builtin_ia32_broadcastsd512))) &&       \
+    (!defined(__AVX512DQ__) ||                                                                                    \
+     (__has_builtin(__builtin_ia32_cvtd2mask512) && __has_builtin(__builtin_ia32_cvtq2mask512)))
 #define FIRN_HAS_BUILTINS 1
-#if !__has_builtin(__builtin_ia32_movmskps) || !__has_builtin(__builtin_ia32_movmskpd) || \
-    !__has_builtin(__builtin_ia32_sqrtps) || !__has_builtin(__builtin_ia32_sqrtpd) ||     \
-    !__has_builtin(__builtin_ia32_cvtps2dq)
-#undef FIRN_HAS_BUILTINS
-#endif
-#ifdef __SSE4_1__
-#if !__has_builtin(__builtin_ia32_roundps) || !__has_builtin(__builtin_ia32_roundpd)
-#undef FIRN_HAS_BUILTINS
-#endif
-#endif
-#ifdef __AVX__
-#if !__has_builtin(__builtin_ia32_movmskps256) || !__has_builtin(__builtin_ia32_movmskpd256) ||          \
-    !__has_builtin(__builtin_ia32_sqrtps256) || !__has_builtin(__builtin_ia32_sqrtpd256) ||              \
-    !__has_builtin(__builtin_ia32_roundps256) || !__has_builtin(__builtin_ia32_roundpd256) ||            \
-    !__has_builtin(__builtin_ia32_cvtps2dq256) || !__has_builtin(__builtin_ia32_vbroadcastf128_ps256) || \
-    !__has_builtin(__builtin_ia32_blendps256) || !__has_builtin(__builtin_ia32_vbroadcastss256)
-#undef FIRN_HAS_BUILTINS
-#endif
-#endif
-#ifdef __AVX512F__
-#if !__has_builtin(__builtin_ia32_sqrtps512_mask) || !__has_builtin(__builtin_ia32_sqrtpd512_mask) ||       \
-    !__has_builtin(__builtin_ia32_rndscaleps_mask) || !__has_builtin(__builtin_ia32_rndscalepd_mask) ||     \
-    !__has_builtin(__builtin_ia32_permvarsf512_mask) || !__has_builtin(__builtin_ia32_extractf64x4_mask) || \
-    !__has_builtin(__builtin_ia32_cvtps2dq512_mask) || !__has_builtin(__builtin_ia32_broadcastf32x4_512) || \
-    !__has_builtin(__builtin_ia32_broadcastf64x4_512) || !__has_builtin(__builtin_ia32_broadcastsd512)
-#undef FIRN_HAS_BUILTINS
-#endif
-#endif
-#ifdef __AVX512DQ__
-#if !__has_builtin(__builtin_ia32_cvtd2mask512) || !__has_builtin(__builtin_ia32_cvtq2mask512)
-#undef FIRN_HAS_BUILTINS
-#endif
-#endif
 #endif
 
 #ifdef FIRN_HAS_BUILTINS

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -134,18 +135,15 @@ inline Binding buffer_of(FieldRole role) {
     return constants;
 }
 
-/// The fields of a buffer. Where a particle's block begins, in cells, lies beside its place in it, and both are numbers
-/// of the GPU's precision.
-inline std::vector<Component> components_in(Binding buffer, const FieldTable& table, int dimension) {
-    std::vector<Component> all;
+/// f(name, field) for what lies in a buffer. Where a particle's block begins, in cells, lies beside its place in it,
+/// and both are numbers of the GPU's precision.
+template <class F>
+void for_fields_in(int buffer, const FieldTable& table, const F& f) {
     for (const FieldInfo& field : table) {
         if (buffer_of(field.role) != buffer) continue;
-        const int count = field.components(dimension);
-        all.push_back({field.name, count, field.unit, {}});
-        if (field.role == FieldRole::state) all.back().start.assign(field.start.data(), field.start.data() + count);
-        if (all.back().name == "place") all.push_back({"corner", count, field.unit, {}});
+        f(field.name, field);
+        if (std::string_view(field.name) == "place") f("corner", field);
     }
-    return all;
 }
 
 /// \param table  of the particles' fields
@@ -155,9 +153,14 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
         program.buffers.push_back({name, type, binding, per, count, std::move(components)});
     };
     const auto add_fields = [&](const char* name, Binding binding) {
-        std::vector<Component> fields = components_in(binding, table, facts.dimension);
+        std::vector<Component> fields;
         int numbers = 0;
-        for (const Component& c : fields) numbers += c.count;
+        for_fields_in(binding, table, [&](const char* of_field, const FieldInfo& field) {
+            const int count = field.components(facts.dimension);
+            fields.push_back({of_field, count, field.unit, {}});
+            if (binding == state) fields.back().start.assign(field.start.data(), field.start.data() + count);
+            numbers += count;
+        });
         add(name, "f32", binding, "particle", numbers, std::move(fields));
     };
     add_fields("motion", motion);

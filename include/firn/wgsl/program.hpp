@@ -96,7 +96,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     program.code = "// Written by firn " + version() +
                    " from the definitions that run on the CPU: change those, not this.\n// " + program.name + "\n\n" +
                    detail::declarations(program) + "\n" + module.text() + text.helpers() + "\n" +
-                   detail::particle_accessors<D, State>(table, facts.affine) + text.entry_points();
+                   detail::particle_accessors<D, State>(program, table, facts.affine) + text.entry_points();
     return program;
 }
 

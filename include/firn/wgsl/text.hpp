@@ -284,22 +284,15 @@ std::string field_accessors(FieldShape of, const std::string& name, const std::s
 
 /// How particles are read and written: by the fields of the table, and the state as a whole.
 template <int D, class State>
-std::string particle_accessors(const FieldTable& table, bool affine_fields) {
-    const std::array names{std::pair{motion, "motion"}, std::pair{affine, "affine"}, std::pair{stress, "stress"},
-                           std::pair{constants, "constants"}};
+std::string particle_accessors(const Program& program, const FieldTable& table, bool affine_fields) {
     std::string text;
-    for (const auto& [buffer, name] : names) {
-        if (buffer == affine && !affine_fields) continue;
+    for (const Buffer& buffer : program.buffers) {
         int first = 0;
-        const auto add = [&](FieldShape of, const std::string& field, int count) {
-            text += field_accessors<D>(of, field, name, buffer != constants, first);
-            first += count;
-        };
-        for (const FieldInfo& field : table) {
-            if (buffer_of(field.role) != buffer) continue;
-            add(field.shape, field.name, field.components(D));
-            if (std::string(field.name) == "place") add(field.shape, "corner", D);
-        }
+        if (buffer.binding == state) continue;
+        for_fields_in(buffer.binding, table, [&](const char* name, const FieldInfo& field) {
+            text += field_accessors<D>(field.shape, name, buffer.name, buffer.binding != constants, first);
+            first += field.components(D);
+        });
     }
     return text + accessors<State>("state", "state", true, 0, [](int k) { return k; }) +
            "fn load_particle(i: u32) -> P2GParticle {\n    return P2GParticle(load_mass(i), load_volume(i), "
