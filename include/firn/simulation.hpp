@@ -423,7 +423,7 @@ void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prep
     });
     if (!std::isfinite(fastest) ||
         (!(fastest > 0) && !is_waiting() && !any_set([](const auto& set) { return bool(set.forces); }))) {
-        for_sets([](auto& set) { set.readiness.refuse(); });
+        for_sets([](auto& set) { set.readiness.unprepare(); });
         detail::throw_at_rest(fastest);
     }
     activate();

@@ -13,6 +13,8 @@
 #include <firn/core/error.hpp>
 #include <firn/core/lent_threads.hpp>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <memory>

@@ -1,7 +1,6 @@
 /// \file What every run has, on a grid or without: a clock, gravity, where warnings go, and steps one after the other.
 #pragma once
 
-#include <firn/core/error.hpp>
 #include <firn/core/step_region.hpp>
 #include <firn/core/tensor.hpp>
 

@@ -36,7 +36,6 @@ public:
         if (order == SlotOrder::by_id) widest_ = 0;
     }
 
-    SlotOrder order() const { return order_; }
     std::size_t slots() const { return slots_; }
     int components(std::size_t field) const { return int(fields_[field].components); }
 

@@ -184,10 +184,10 @@ template <int D, class View, class Material>
                                              double dt) {
     WrongParticles wrong;
     wrong.of = partition.particles;
-    for (; wrong.count == 0; wrong.by_velocity = false) {
-        read_facts(view, partition, domain, cell_size, material, dt, wrong);
-        if (!wrong.by_velocity) break;
-    }
+    read_facts(view, partition, domain, cell_size, material, dt, wrong);
+    if (wrong.count > 0) return wrong;
+    wrong.by_velocity = false;
+    read_facts(view, partition, domain, cell_size, material, dt, wrong);
     return wrong;
 }
 

@@ -37,14 +37,15 @@ public:
             if (id(i) < (i == 0 ? 0 : id(i - 1) + 1) || id(i) >= next_id_) throw_damaged("order of particles");
     }
 
-    std::size_t size() const { return n_; }
     /// Of the particle with the i-th lowest id.
     std::size_t row(std::size_t i) const { return rows_.empty() ? i : rows_[i]; }
     std::int64_t id(std::size_t i) const { return state_.id[row(i)]; }
 
-    /// Appends the particles, with all that a run of other bits can take over.
+    /// Appends the particles.
+    /// \param converted  a run of other bits takes them over: without stresses, which follow from states, and with an
+    ///                   affine field of 0 where the state has none
     /// \throws io_error  where a field is missing or cannot be
-    void read(ParticleStore<S, D>& particles) const {
+    void read(ParticleStore<S, D>& particles, bool converted) const {
         const T* const x = field("position", D);
         particles.reserve(n_);
         for (std::size_t i = 0; i < n_; ++i) {
@@ -56,8 +57,9 @@ public:
         particles.skip_ids(std::uint32_t(next_id_));
         for (std::size_t f = 0; f < particles.table().size(); ++f) {
             const FieldInfo& info = particles.table()[f];
-            const bool may_lack = info.role == FieldRole::affine || info.role == FieldRole::constant;
-            if (f == particles.place_field || info.role == FieldRole::stress || (may_lack && !state_.find(info.name)))
+            const bool may_lack = info.role == FieldRole::constant || (info.role == FieldRole::affine && converted);
+            if (f == particles.place_field || (info.role == FieldRole::stress && converted) ||
+                (may_lack && !state_.find(info.name)))
                 continue;
             set(particles, f);
         }
@@ -149,16 +151,12 @@ public:
         return partition;
     }
 
-    /// Gives particles, in the order of ids, the places and stresses that they had in the run that wrote the state.
+    /// Gives particles, in the order of ids, the places that they had in the run that wrote the state.
     /// \param base_shift  of the kernel
     /// \param sorted      none has left the reach of its block
     void set_places(ParticleStore<S, D>& particles, const BlockPartition<D>& partition, double base_shift,
                     bool sorted) const {
         const T *x = field("position", D), *places = field("place", D);
-        for (std::size_t f = 0; f < particles.table().size(); ++f)
-            if (const FieldRole role = particles.table()[f].role;
-                role == FieldRole::stress || role == FieldRole::affine)
-                set(particles, f);  // a start will not do
         for (const BlockRange<D>& range : partition.ranges)
             for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) {
                 const std::size_t i = partition.order[slot];
@@ -241,7 +239,7 @@ void restore(SetHandle<Simulation, I> set, const State<T>& state, Restart how = 
     const detail::ParticlesOfState<S, D, T> read(state);
     std::tuple_element_t<I, typename Simulation::Sets> stored{
         set.material(), std::remove_cvref_t<decltype(set.particles())>(simulation.domain())};
-    read.read(stored.particles);
+    read.read(stored.particles, how == Restart::converted);
     stored.bodies = read.bodies();
     auto boundary = simulation.boundary;
     auto transfer = simulation.transfer;

@@ -227,7 +227,7 @@ struct MaterialSet {
         for (std::size_t slot = 0; slot < particles.slots(); ++slot)
             if (particles.is_particle(slot) && wanted(particles.exact_position(slot), particles.id(slot)))
                 particles.remove(slot);
-        if (particles.size() < before) readiness.add_or_remove();
+        if (particles.size() < before) readiness.unprepare();
         return before - particles.size();
     }
 
@@ -293,7 +293,7 @@ private:
         for (std::size_t i = 0; i < x.size(); ++i)
             particles.push_back(x[i], cast<S>(velocity), mass_of(i), volume, state);
         bodies.push_back(body);
-        readiness.add_or_remove();
+        readiness.unprepare();
         return body;
     }
 };

@@ -21,11 +21,11 @@ public:
 
     bool is(Value at_least) const { return value_ >= at_least; }
 
-    void edit() { value_ = std::min(value_, changed); }          ///< the program may change any field
-    void add_or_remove() { value_ = std::min(value_, inside); }  ///< those added were checked
+    void edit() { value_ = std::min(value_, changed); }  ///< the program may change any field
+    /// Particles were added, which were checked, or taken out; or prepared as they are they cannot take a step.
+    void unprepare() { value_ = std::min(value_, inside); }
     void check() { value_ = std::max(value_, inside); }
     void prepare() { value_ = sorted; }
-    void refuse() { value_ = std::min(value_, inside); }  ///< prepared as they are, they cannot take a step
 
     void begin_step() { edit(); }  ///< until it ends well
     void spoil() { value_ = spoiled; }
