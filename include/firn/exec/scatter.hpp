@@ -57,7 +57,7 @@ struct PackRecords {
     /// \param n     size of the arena
     /// \param unit  unit(record): in which the record shall be summed
     template <class Transfer, class Reader, class Places, class Unit>
-    FIRN_INLINE void fill(const Reader& reader, const Places& places, std::size_t slot, int n, Unit& unit) {
+    FIRN_INLINE void fill(const Reader& reader, const Places& places, std::size_t slot, int n, Unit&& unit) {
         constexpr int lanes = scalar_traits<P>::lanes;
         for (int lane = 0; lane < pack_size; lane += lanes, slot += lanes) {
             const Place<P, D> place = locate<Kernel>(places.template position<P>(slot));
