@@ -12,11 +12,13 @@ import re
 import shutil
 import subprocess
 import sys
+import textwrap
 import urllib.parse
 from pathlib import Path
 
 docs = Path(__file__).resolve().parent
 root = docs.parent.parent
+theme = Path("/usr/share/doxygen-awesome-css")
 
 # Members that policies and records have by agreement, and what they are. A header need not say it again.
 agreed = [
@@ -59,6 +61,56 @@ def prepared(text, room):
     return f"/// \\addtogroup {room}\n/// @{{\n" + "\n".join(lines) + "\n/// @}\n"
 
 
+def fenced(text, language):
+    """Code as a block of its own, without the indentation that all of its lines share."""
+    return f"```{language}\n{textwrap.dedent(text).strip(chr(10))}\n```\n" if text.strip() else ""
+
+
+def woven(program):
+    """The page of a program: its comments that begin with //! are the text, all else is code."""
+    parts, code = [], []
+    for line in program.read_text().split("\n"):
+        found = re.match(r" *//!(?: (.*))?$", line)
+        if not found:
+            code.append(line)
+            continue
+        if code:
+            parts.append("\n" + fenced("\n".join(code), "cpp") + "\n")
+            code = []
+        parts.append((found.group(1) or "") + "\n")
+    return "".join(parts) + "\n" + fenced("\n".join(code), "cpp")
+
+
+def page_name(path):
+    return "guide_" + re.sub(r"^\d+_", "", path.stem)
+
+
+def page(path):
+    """A page in Doxygen's Markdown, from a program or a text. `\\program FILE` shows a program, `\\picture FILE CAPTION` a
+    picture that an example has drawn."""
+    text = woven(path) if path.suffix == ".cpp" else path.read_text()
+    text = re.sub(r"^\\program (.*)$",
+                  lambda found: fenced((path.parent / found.group(1)).resolve().read_text(), "cpp"), text, flags=re.M)
+    text = re.sub(r"^\\picture (\S+) (.*)$", r"![\2](\1)", text, flags=re.M)
+    return text
+
+
+def prepare_guide(source):
+    pages = sorted(path for path in (root / "examples/guide").iterdir() if path.suffix in (".cpp", ".md"))
+    titles = {}
+    for path in pages:
+        title, text = page(path).lstrip("\n").split("\n", 1)
+        titles[page_name(path)] = title.removeprefix("# ")
+        (source / f"{page_name(path)}.md").write_text(f"{title} {{#{page_name(path)}}}\n{text}")
+    contents = "".join(f"{number}. @subpage {name}\n" for number, name in enumerate(titles, 1))
+    (source / "guide.md").write_text(f"# Guide {{#guide}}\n\nEach page is a program: compile it, run it, change it. "
+                                     f"They lie in `examples/guide`.\n\n{contents}")
+    front = page(docs / "front.md")
+    front = front.replace("\\guide", "".join(f"- @ref {name}\n" for name in titles))
+    front = front.replace("\\rooms", "".join(f"- @ref {room} \"{title}\"\n" for room, title in rooms.items()))
+    (source / "front.md").write_text(front)
+
+
 def prepare(output):
     source = output / "input"
     shutil.rmtree(source, ignore_errors=True)
@@ -71,7 +123,26 @@ def prepare(output):
         (source / path).write_text(prepared(header.read_text(), room))
     groups = "".join(f"/// \\defgroup {room} {title}\n" for room, title in rooms.items())
     (source / "rooms.dox").write_text(groups)
+    prepare_guide(source)
     return source
+
+
+def layout(file):
+    """Doxygen's own order of things, but for a class what it is before the list of its members."""
+    subprocess.run(["doxygen", "-l", file], check=True)
+    text = file.read_text()
+    first, rest = text.split("<class>", 1)
+    of_class, last = rest.split("</class>", 1)
+    description = '<detaileddescription title=""/>'
+    of_class = of_class.replace(description, "").replace("<memberdecl>", f"{description}\n    <memberdecl>", 1)
+    of_class = of_class.replace('<briefdescription visible="yes"/>', '<briefdescription visible="no"/>')
+    first = first.replace('<tab type="modules" visible="yes" title=""', '<tab type="modules" visible="yes" title="Reference"')
+    file.write_text(f"{first}<class>{of_class}</class>{last}")
+
+
+def version():
+    text = (root / "include/firn/version.hpp").read_text()
+    return ".".join(re.search(rf"version_{part} = (\d+)", text).group(1) for part in ("major", "minor", "patch"))
 
 
 def warnings(log, source):
@@ -89,6 +160,65 @@ def warnings(log, source):
     return sorted(set(told)), sorted(unused)
 
 
+def undocumented_concepts(site, source):
+    """Doxygen tells of no concept without a sentence, but links to a page that it does not write."""
+    told = []
+    for link in Links(site / "concepts.html").links:
+        if not link.startswith("concept") or (site / link).exists():
+            continue
+        name = link.removeprefix("concept").removesuffix(".html").split("_1_1")[-1].replace("__", "_")
+        for header in sorted(source.rglob("*.hpp")):
+            for number, line in enumerate(header.read_text().split("\n"), 1):
+                if re.match(rf"\s*concept {name} =", line):
+                    told.append(f"{header.relative_to(source)}:{number}: warning: concept {name} is not documented.")
+    return told
+
+
+def without_empty_sections(site):
+    """Takes out the links at the head of a page to a section of it that Doxygen leaves out, as all in it is hidden."""
+    for path in site.rglob("*.html"):
+        text = path.read_text()
+        links = re.findall(r'(<a href="#([\w-]+)">[^<]*</a>(?: &#124;\s*)?)', text)
+        for link, place in links:
+            if f'name="{place}"' not in text and f'id="{place}"' not in text:
+                text = text.replace(link, "")
+        path.write_text(text)
+
+
+class Links(html.parser.HTMLParser):
+    """The links of a page, and the places in it that can be linked to."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.links, self.places = [], {""}
+        self.feed(path.read_text(errors="replace"))
+
+    def handle_starttag(self, tag, attributes):
+        for name, value in attributes:
+            if value and (name in ("href", "src") and tag in ("a", "img", "link", "script", "iframe")):
+                self.links.append(value)
+            if value and (name == "id" or (name == "name" and tag == "a")):
+                self.places.add(value)
+
+
+def dead_links(site):
+    """The links of the site to its own pages that lead nowhere; and how many links there are."""
+    pages = {path: Links(path) for path in site.rglob("*.html")}
+    dead, count = [], 0
+    for path, page_of_site in pages.items():
+        for link in page_of_site.links:
+            parts = urllib.parse.urlsplit(link)
+            if parts.scheme or parts.netloc:
+                continue
+            count += 1
+            target = (path.parent / urllib.parse.unquote(parts.path)).resolve() if parts.path else path
+            if not target.exists():
+                dead.append(f"{path.name}: {link}: no such file")
+            elif target in pages and urllib.parse.unquote(parts.fragment) not in pages[target].places:
+                dead.append(f"{path.name}: {link}: no such place in the page")
+    return sorted(set(dead)), count
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--output", type=Path, default=root / "build/docs")
@@ -99,17 +229,27 @@ def main():
     source = prepare(output)
     shutil.rmtree(output / "html", ignore_errors=True)
     text = (docs / "Doxyfile.in").read_text()
-    for name, value in {"INPUT": source, "OUTPUT": output, "ROOT": root, "DOCS": docs}.items():
+    sheets = [theme / "doxygen-awesome.css", theme / "doxygen-awesome-sidebar-only.css"] if theme.exists() else []
+    if not sheets:
+        print(f"{theme} is not here (Debian, Ubuntu: doxygen-awesome-css); the site has Doxygen's own looks")
+    for name, value in {"INPUT": source, "OUTPUT": output, "ROOT": root, "DOCS": docs, "VERSION": version(),
+                        "SHEETS": " ".join(f'"{sheet}"' for sheet in [*sheets, docs / "style.css"])}.items():
         text = text.replace(f"@{name}@", str(value))
     (output / "Doxyfile").write_text(text)
+    layout(output / "layout.xml")
     subprocess.run(["doxygen", output / "Doxyfile"], check=True)
     told, unused = warnings(output / "warnings.txt", source)
+    told = sorted(told + undocumented_concepts(output / "html", source))
+    without_empty_sections(output / "html")
     if options.only:
         told = [line for line in told if line.startswith(f"firn/{options.only}")]
-    for line in told:
+    dead, links = dead_links(output / "html")
+    if options.only:
+        dead, unused = [], []
+    for line in told + dead + [f"false_warnings.txt: no longer told, take it out: {line}" for line in unused]:
         print(line)
-    print(f"{len(told)} warnings")
-    return 1 if told else 0
+    print(f"{len(told)} warnings, {links} links, {len(dead)} of them dead: {output / 'html/index.html'}")
+    return 1 if told or dead or unused else 0
 
 
 if __name__ == "__main__":

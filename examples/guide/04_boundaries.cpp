@@ -1,0 +1,61 @@
+//! # Boundaries
+//!
+//! A boundary changes the velocities of the grid's nodes that it holds. What you give in place of the default takes
+//! its place whole; firn::Together joins several.
+//!
+//! | boundary | what it is |
+//! | --- | --- |
+//! | firn::Walls | the faces of a box, each with its contact and friction; the default |
+//! | firn::Collider | a shape that stands, moves or turns: firn::HalfSpace, firn::Box, firn::Sphere, firn::Capsule |
+//! | firn::Collider of a firn::DistanceGrid | a closed mesh, by firn::mesh_distance |
+//! | firn::Together | several of these, known when you compile |
+//! | firn::BoundaryList | many of one kind, as many as you like at run time |
+//!
+//! Contact is one of four: `stick` (no motion at the surface), `slip` (none through it), `separate` (none into it;
+//! matter may leave) and `none`. Friction is Coulomb's coefficient.
+#include <firn/firn.hpp>
+
+#include <cstdio>
+
+int main() {
+    //! A box of sand: a floor that sticks, side walls that slip, and a ball that ploughs through the sand.
+    const firn::Domain<2> box{.lower = {0, 0}, .upper = {2, 1}, .cell_size = 1.0 / 64};
+    auto walls = firn::Walls<float, 2>::all({0, 0}, {2, 1}, {firn::Contact::slip, 0});
+    walls.at_lower[1] = {firn::Contact::stick, 0};     // axis 1 is up: the floor
+    walls.at_upper[1] = {firn::Contact::separate, 0};  // the lid
+    const firn::Collider<firn::Sphere<float, 2>> ball{.shape = {0.12F},
+                                                      .contact = firn::Contact::separate,
+                                                      .friction = 0.3,
+                                                      .position = {0.3, 0.2},
+                                                      .linear_velocity = {1, 0}};
+    const auto sand = firn::Sand<float>::from_properties({.friction_angle = firn::degrees(35)});
+    firn::Simulation simulation(box, sand, firn::Together(walls, ball));
+    simulation.add(firn::sample_box<2>({0.6, 0}, {2, 0.25}, {.spacing = 1.0 / 128}), 1600);
+
+    //! A moving collider goes on by itself, by its velocities. To steer it, change the parts of the boundary between
+    //! steps: `std::get<1>(simulation.boundary.parts)` is the ball.
+    //!
+    //! firn::Reactions, once given, tells what each part gave to matter in the last step. The ball received the
+    //! opposite: over a step of dt the force −impulse/dt.
+    simulation.reactions.emplace();
+    double push = 0, time = 0;
+    while (simulation.time() < 1) {
+        simulation.step();
+        push += simulation.reactions->parts[1].impulse[0];
+        time += simulation.last_time_step();
+    }
+    const auto& moved = std::get<1>(simulation.boundary.parts);
+    std::printf("the ball is at x = %.3f m; it pushed the sand with %.1f N/m on average\n", moved.position[0],
+                push / time);
+
+    //! ## Periodic axes and planes of symmetry
+    //!
+    //! `.periodic = {true, false}` in the domain joins the two ends of an axis: what leaves at one comes in at the
+    //! other. A wall that slips without friction is a plane of symmetry, to first order in the cell.
+    //!
+    //! ## What to know
+    //!
+    //! Matter comes to rest up to 1.5 cells before the surface of a collider, so that none gets in
+    //! (`thickness_in_cells`). Friction acts while matter is pressed on.
+    return std::abs(moved.position[0] - 1.3) < 1e-3 && push > 0 ? 0 : 1;
+}

@@ -1,0 +1,75 @@
+//! # What engineers measure
+//!
+//! Loads, sources and sinks put matter under known conditions; totals, reactions and fields of particles say what
+//! happened.
+#include <firn/firn.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+int main() {
+    //! ## A column under its own weight and a load
+    //!
+    //! An elastic column 1 m high stands between walls that slip. On top lies a pressure of 2 kPa, applied as a force
+    //! on each particle of the uppermost layer.
+    const double E = 1e6, density = 1500, spacing = 1.0 / 40, pressure = 2000;
+    const firn::Domain<2> box{.lower = {0, 0}, .upper = {0.25, 1.25}, .cell_size = 2 * spacing};
+    const auto walls = firn::Walls<double, 2>::all({0, 0}, {0.25, 1.25}, {firn::Contact::slip, 0});
+    firn::Simulation simulation(box, firn::Hencky<double>::from_young_poisson(E, 0.0), walls);
+    const auto column = simulation.add(firn::sample_box<2>({0, 0}, {0.25, 1 - spacing}, {.spacing = spacing}), density);
+    const auto top = simulation.add(firn::sample_box<2>({0, 1 - spacing}, {0.25, 1}, {.spacing = spacing}), density);
+
+    //! `add_load` takes a function of position and time that gives the force on one particle [N; N/m in 2D]. The load
+    //! grows over half a second, so that the column does not swing.
+    const double force = pressure * 0.25 / double(top.count);
+    simulation.add_load(top, [=](const firn::Vec<double, 2>&, double time) {
+        return firn::Vec<double, 2>{0.0, -force * std::min(time / 0.5, 1.0)};
+    });
+    //! firn::Damped slows all motion down at a rate [1/s]: the quick way to a state at rest. `advance` takes it in the
+    //! place of gravity, so gravity is given to it and grows with the load.
+    for (int i = 1; i <= 20; ++i)
+        simulation.advance(0.1, firn::Damped<double, 2>{.field = {{0, -9.81 * std::min(i / 5.0, 1.0)}}, .rate = 20});
+
+    //! ## Totals
+    //!
+    //! Sums over the particles of a set, in double, with the same bits on any number of threads: mass, momentum,
+    //! angular momentum, first moment (over the mass: the centre), kinetic and elastic energy.
+    const auto totals = simulation.totals();
+    std::printf("mass %.1f kg/m, kinetic energy %.2g J/m\n", totals.mass, totals.kinetic_energy);
+
+    //! ## Stresses
+    //!
+    //! Every particle has its Kirchhoff stress τ = J σ [Pa]. The vertical stress in depth z must be −(p + ρ g z).
+    const auto& particles = simulation.particles();
+    double surface = 0, worst = 0;
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot)) surface = std::max(surface, particles.position(slot)[1] + spacing / 2);
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+        if (!particles.is_particle(slot)) continue;
+        const auto x = particles.position(slot);
+        if (x[1] < 0.2 || x[1] > 0.8) continue;  // two cells from the ends
+        const double expected = -(pressure + density * 9.81 * (surface - x[1]));
+        worst = std::max(worst, std::abs(particles.stress(slot)(1, 1) / expected - 1));
+    }
+    std::printf("vertical stress within %.1f %% of p + ρ g z\n", 100 * worst);
+
+    //! ## Reactions
+    //!
+    //! What the walls gave to matter in a step: upwards, the weight and the load. Damping takes its part of it, so this
+    //! step is made without.
+    simulation.reactions.emplace();
+    simulation.step();
+    const double floor = simulation.reactions->parts[0].impulse[1] / simulation.last_time_step();
+    const double weight = totals.mass * 9.81 + pressure * 0.25;
+    std::printf("the floor bears %.0f N/m; weight and load are %.0f N/m\n", floor, weight);
+
+    //! ## Where matter comes from and goes to
+    //!
+    //! ```cpp
+    //! simulation.add_source(firn::Source<3>::jet(layer, spacing, 1000, {2, 0, 0}));   // a jet without gaps
+    //! simulation.add_sink({.lower = {1.8, 0, 0}, .upper = {2, 1, 1}});                // takes out what enters
+    //! simulation.remove_if([](const auto& x, std::uint32_t) { return x[1] < 0.1; });  // at once
+    //! ```
+    return worst < 0.05 && std::abs(floor / weight - 1) < 0.02 && column.count > 0 ? 0 : 1;
+}
