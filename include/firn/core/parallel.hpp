@@ -52,7 +52,7 @@ inline int thread_count(int requested) {
 ///
 /// Inside another region, or without helpers, it only calls body().
 /// \param workers  at most so many workers; 0: thread_count(0)
-/// \throws what body() throws, after the region is closed
+/// \throws anything  that body() throws, after the region is closed
 template <class Body>
 void parallel_region(int workers, const Body& body) {
     if (workers == 0) workers = thread_count(0);
@@ -92,8 +92,8 @@ inline void run_loop(const PhasedLoop& loop, int workers) {
 ///                 worker.
 /// \param body     called on several threads at the same time
 /// \param grain    at least 1
-/// \throws the first exception that a body throws, after all workers have stopped. Many of the remaining calls are then
-///         left out.
+/// \throws anything  that a body throws: the first exception, after all workers have stopped. Many of the remaining
+///                   calls are then left out.
 template <class Body>
 void parallel_phases(std::span<const std::size_t> counts, int workers, const Body& body, std::size_t grain = 1) {
     // All threads run one copy of this function, which is never inlined. In two copies the compiler could fuse
@@ -107,6 +107,7 @@ void parallel_phases(std::span<const std::size_t> counts, int workers, const Bod
 }
 
 /// Calls body(i, worker) for 0 ≤ i < n, like parallel_phases() with one phase.
+/// \throws anything  that a body throws, as parallel_phases()
 template <class Body>
 void parallel_for(std::size_t n, int workers, const Body& body, std::size_t grain = 1) {
     const auto only_phase = [&](std::size_t, std::size_t i, int worker) { body(i, worker); };

@@ -84,9 +84,8 @@ public:
 
     /// Runs a loop on the calling thread, which must be worker 0, and on the helpers that come in time.
     /// \param workers  at most so many workers take part
-    /// \throws the first exception of a chunk, after all workers have stopped. Chunks that have not been started by
-    /// then
-    ///         are left out.
+    /// \throws anything  that a chunk throws: the first exception, after all workers have stopped. Chunks that have not
+    ///                   been started by then are left out.
     void run(const PhasedLoop& loop, int workers) {
         loop_ = loop;
         const std::size_t largest = *std::max_element(loop.counts.begin(), loop.counts.end());
@@ -180,7 +179,7 @@ private:
     /// Takes a chunk from the share of worker `from` and runs it: the first one if the share is its own, else the last.
     /// Returns false if the share offers none.
     ///
-    /// Before the chunk is taken the share can become one of another loop, so the loop is read only afterwards.
+    /// Until the chunk is taken, the share may become one of another loop. The loop is therefore read only afterwards.
     bool take(int from, int worker, std::uint64_t given_out) {
         std::atomic<std::uint64_t>& left = seats_[std::size_t(from)].share;
         std::uint64_t word = left;
@@ -211,6 +210,7 @@ private:
         return false;
     }
 
+    /// Runs a chunk, unless one has thrown.
     void run_chunk(std::size_t chunk, int worker) {
         if (!failed_) {
             const std::size_t first = chunk * loop_.grain, left = loop_.counts[phase_] - first;
