@@ -45,8 +45,8 @@ concept is_made_from = is_foreign<T> && std::same_as<typename foreign<T>::own, O
 
 namespace detail {
 
-/// A call of F with arguments A…. It makes has_counterpart a question for each call: a negative answer from before the
-/// library's header was included is not kept for other calls.
+/// Stands for a call of F with arguments A…. Compilers remember the answer of has_counterpart. With this argument an
+/// answer from before the library's header was included is not reused for other calls.
 template <class F, class... A>
 struct call_of;
 

@@ -63,8 +63,8 @@ struct scalar_traits {
     using value_type = S;            ///< float or double
     static constexpr int lanes = 1;  ///< particles held by one S
 };
-/// Whether S is one of firn's classes (pack, dual, …). Their functions are friends, which only argument-dependent lookup
-/// finds.
+/// Whether S is one of firn's classes (pack, dual, …). Their functions are friends, which only argument-dependent
+/// lookup finds.
 template <class S>
 inline constexpr bool has_friends = requires { scalar_traits<S>::has_friends; };
 
@@ -134,8 +134,8 @@ FIRN_INLINE constexpr const S& named(const char*, const S& x) {
     return x;
 }
 
-/// Returns x. Marks a sum whose rounding matters, such as (a + b) − a, which serves to find the error of a + b. A scalar
-/// that records a program prevents compilers from simplifying it.
+/// Returns x. Marks a sum whose rounding matters, such as (a + b) − a, which serves to find the error of a + b. A
+/// scalar that records a program prevents compilers from simplifying it.
 template <class S>
 FIRN_INLINE constexpr const S& settled(const S& x) {
     return x;
