@@ -97,7 +97,8 @@ public:
         return *this;
     }
     /// @}
-    /// Returns all that has been written.
+
+    /// Returns the text written so far.
     const std::string& text() const { return text_; }
 
 private:
@@ -226,7 +227,7 @@ public:
     }
 
 private:
-    /// Appends the character whose escape begins with the backslash at at_. Sets at_ to the last one of the escape.
+    /// Appends the character whose escape begins with the backslash at at_. Sets at_ to its last character.
     void append_escaped(std::string& value) {
         constexpr std::string_view signs = "\"\\/bfnrt", meant = "\"\\/\b\f\n\r\t";
         ++at_;

@@ -7,7 +7,7 @@
 
 namespace firn {
 
-/// Returns the number in a lane, 0 ≤ lane < scalar_traits<S>::lanes. Of a dual number it is the value.
+/// Returns the number in a lane, 0 ≤ lane < `scalar_traits<S>::lanes`. Of a dual number it is the value.
 /// @{
 template <std::floating_point T>
 FIRN_INLINE T lane_value(T a, int) {

@@ -23,8 +23,8 @@ namespace firn {
 ///     firn::OwnThreads threads;
 ///     const firn::LentThreads lent(std::ref(threads));  // this thread's loops use the pool from here on
 ///
-/// If firn is compiled with OpenMP, its settings bind the threads to processors (OMP_PROC_BIND, OMP_PLACES). Otherwise
-/// they are not bound.
+/// On Linux, if firn is compiled with OpenMP, its settings bind the threads to processors (OMP_PROC_BIND, OMP_PLACES).
+/// Otherwise they are not bound.
 class OwnThreads {
 public:
     /// Starts the threads. If the system cannot start that many, the pool has fewer.
@@ -69,7 +69,7 @@ private:
         std::mutex mutex;
         std::condition_variable wanted;
         std::deque<Job> jobs;
-        std::atomic<std::uint64_t> posted = 0, taken = 0;  // jobs, ever
+        std::atomic<std::uint64_t> posted = 0, taken = 0;  // number of jobs so far
         bool is_over = false;
         std::vector<std::thread> threads;
 

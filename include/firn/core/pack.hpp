@@ -85,6 +85,7 @@ struct pack {
         FIRN_INLINE friend mask operator|(mask a, mask b) { return {a.bits | b.bits}; }
         FIRN_INLINE friend mask operator!(mask a) { return {~a.bits}; }
         /// @}
+
         /// Whether the mask is on in a lane.
         FIRN_INLINE bool operator[](int lane) const { return bits[lane] != 0; }
         /// Does not compile: a policy cannot branch on a scalar.
@@ -109,13 +110,13 @@ struct pack {
     /// Sets the number in a lane, 0 ≤ lane < N.
     FIRN_INLINE void set(int lane, T value) { lanes[lane] = value; }
 
-    /// Reads N consecutive numbers from memory; any alignment.
+    /// Reads N consecutive numbers, of any alignment.
     FIRN_INLINE static pack load(const T* from) {
         pack p;
         std::memcpy(&p.lanes, from, sizeof p.lanes);
         return p;
     }
-    /// Writes N consecutive numbers to memory; any alignment.
+    /// Writes N consecutive numbers, of any alignment.
     FIRN_INLINE void store(T* to) const { std::memcpy(to, &lanes, sizeof lanes); }
     /// Writes whole numbers that fit into `integer`.
     FIRN_INLINE void store(integer* to) const {
@@ -153,7 +154,7 @@ struct pack {
     }
     /// Whether the mask is on in any lane.
     FIRN_INLINE friend bool any(mask m) { return detail::any_bit<sizeof(mask_vector)>(m.bits); }
-    /// Returns a word whose bit l says whether lane l is on, for N ≤ 32.
+    /// Returns a number whose bit l says whether lane l is on, for N ≤ 32.
     FIRN_INLINE friend std::uint32_t lane_bits(mask m) { return detail::sign_bits<T, N>(m.bits); }
     /// The functions of all scalars, lane by lane; see core/scalar.hpp and core/bits.hpp.
     /// @{

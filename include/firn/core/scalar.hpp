@@ -78,25 +78,25 @@ using mask_t = decltype(std::declval<const S&>() < std::declval<const S&>());
 
 // clang-format off
 
-/// Has + − × ÷.
+/// A type with the operators + − × ÷.
 template <class S>
 concept has_arithmetic = requires(const S a, const S b) {
     { a + b } -> std::same_as<S>;  { a - b } -> std::same_as<S>;
     { a * b } -> std::same_as<S>;  { a / b } -> std::same_as<S>;
     { -a } -> std::same_as<S>;
 };
-/// Is constructible from numbers in the source.
+/// A type that is constructible from double and int.
 template <class S>
 concept has_literals = std::constructible_from<S, double> && std::constructible_from<S, int>;
 
-/// Has comparisons, select() and any().
+/// A type with comparisons, select() and any().
 template <class S>
 concept has_select = requires(const S a, const S b) {
     { select(a < b, a, b) } -> std::same_as<S>;
     { select(a <= b, a, b) } -> std::same_as<S>;
     { any(a < b) } -> std::same_as<bool>;
 };
-/// Has sqrt() and abs().
+/// A type with sqrt() and abs().
 template <class S>
 concept has_roots = requires(const S a) {
     { sqrt(a) } -> std::same_as<S>;
@@ -104,7 +104,7 @@ concept has_roots = requires(const S a) {
 };
 // clang-format on
 
-/// The friends of firn's classes, for calls with the prefix firn::.
+/// Calls the friend function of firn's class S, so that the name with firn:: in front works for all scalars.
 /// @{
 template <class S>
     requires has_friends<S>

@@ -55,8 +55,9 @@ private:
 /// Whether steps may run without helpers. Tests that count regions set it to false.
 inline bool helpers_may_be_left_out = true;
 
-/// Calls body(most) in a parallel region, or, if helpers would slow it down, body(n) for a smaller n on the calling
-/// thread. \param body  takes at most so many steps and returns how many it took
+/// Calls body(most) in a parallel region. If helpers would slow the steps down, it calls body(n) on the calling thread
+/// instead, with n ≤ most.
+/// \param body  body(n) takes at most n steps and returns how many it took
 template <class Body>
 void steps_region(int workers, std::uint64_t most, StepHelpers& helpers, const Body& body) {
     if (workers <= 1 || !may_open_region() || !helpers_may_be_left_out)

@@ -21,6 +21,7 @@ struct strict {
         friend constexpr mask operator|(mask a, mask b) { return {a.bit || b.bit}; }
         friend constexpr mask operator!(mask a) { return {!a.bit}; }
         /// @}
+
         /// Whether the mask is on.
         friend constexpr bool any(mask m) { return m.bit; }
 

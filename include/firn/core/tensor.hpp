@@ -90,7 +90,7 @@ struct Vec {
     /// Returns the zero vector.
     FIRN_INLINE static constexpr Vec zero() { return filled(S(0)); }
 
-    /// Adds, subtracts and multiplies component by component.
+    /// Sums, differences and multiples by a scalar, component by component.
     /// @{
     FIRN_INLINE friend constexpr Vec operator+(const Vec& a, const Vec& b) {
         Vec r{};
@@ -178,7 +178,7 @@ struct Mat {
         return r;
     }
 
-    /// Sums and multiples, element by element; products with a matrix or vector.
+    /// Sums, differences and multiples by a scalar, element by element; products with a matrix or a vector.
     /// @{
     FIRN_INLINE friend constexpr Mat operator+(const Mat& a, const Mat& b) {
         Mat r{};

@@ -134,6 +134,7 @@ FIRN_INLINE float16 repeat(float4 four) {
                     _mm512_maskz_broadcast_f32x4(0xffff, four));
 }
 /// @}
+
 /// Returns the lower half of a, followed by the number four times.
 FIRN_INLINE double8 with_upper(double8 a, double number) {
     const double2 two{number, 0};
