@@ -1,4 +1,6 @@
-/// \file All of firn that needs no library (and uses OpenMP where it is enabled). Eigen: core/eigen.hpp. HDF5: firn/io.
+/// \file Includes all of firn that needs no other library.
+///
+/// With OpenMP enabled, loops use it. For Eigen include firn/core/eigen.hpp; for HDF5 see firn/io.
 #pragma once
 
 #include <firn/core/requirements.hpp>

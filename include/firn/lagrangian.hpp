@@ -1,5 +1,7 @@
-/// \file All of point masses: springs, constraints, cloth, soft bodies, collisions, emitters. They need no grid;
-/// firn.hpp need not be included. For nets on the grid of a simulation see Simulation::add_force.
+/// \file Includes all of point masses: springs, constraints, cloth, soft bodies, collisions, emitters.
+///
+/// They need no grid, and firn.hpp need not be included. For nets on the grid of a simulation see
+/// Simulation::add_force().
 #pragma once
 
 #include <firn/core/requirements.hpp>

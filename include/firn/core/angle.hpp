@@ -1,4 +1,4 @@
-/// \file Angles, which say their unit: degrees(35), radians(0.6).
+/// \file Angles with a unit: degrees(35), radians(0.6).
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -9,10 +9,11 @@
 
 namespace firn {
 
-/// A plane angle. A bare number is none: nobody could tell which unit it has.
+/// A plane angle. It is made by degrees() or radians(), not from a bare number, which has no unit.
 class Angle {
 public:
-    constexpr Angle() = default;
+    constexpr Angle() = default;  ///< The angle 0.
+    /// Does not compile: a number has no unit.
     template <class Number>
         requires std::is_arithmetic_v<Number>
     constexpr Angle(Number) {
@@ -20,18 +21,26 @@ public:
                       "firn: an angle says its unit: write firn::degrees(35) or firn::radians(0.6).");
     }
 
-    constexpr double in_radians() const { return radians_; }
-    constexpr double in_degrees() const { return radians_ * 180 / std::numbers::pi; }
+    constexpr double in_radians() const { return radians_; }                           ///< The angle [rad].
+    constexpr double in_degrees() const { return radians_ * 180 / std::numbers::pi; }  ///< The angle [°].
 
+    /// Returns an angle from a number in radians or degrees.
+    /// @{
     friend constexpr Angle radians(double number);
     friend constexpr Angle degrees(double number);
+    /// @}
 
+    /// Sums, differences and multiples of angles.
+    /// @{
     friend constexpr Angle operator+(Angle a, Angle b) { return of(a.radians_ + b.radians_); }
     friend constexpr Angle operator-(Angle a, Angle b) { return of(a.radians_ - b.radians_); }
     friend constexpr Angle operator-(Angle a) { return of(-a.radians_); }
     friend constexpr Angle operator*(Angle a, double factor) { return of(a.radians_ * factor); }
     friend constexpr Angle operator*(double factor, Angle a) { return a * factor; }
     friend constexpr Angle operator/(Angle a, double divisor) { return of(a.radians_ / divisor); }
+    /// @}
+
+    /// Compares two angles by size; 0° and 360° are different.
     friend constexpr auto operator<=>(Angle, Angle) = default;
 
 private:
@@ -43,7 +52,9 @@ private:
     double radians_ = 0;
 };
 
+/// Returns an angle of so many radians.
 constexpr Angle radians(double number) { return Angle::of(number); }
+/// Returns an angle of so many degrees.
 constexpr Angle degrees(double number) { return Angle::of(number * std::numbers::pi / 180); }
 
 }  // namespace firn

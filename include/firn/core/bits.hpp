@@ -1,5 +1,5 @@
-/// \file Exact operations on the binary digits of a float or double, and of all lanes of a pack from the same lines:
-/// what exp, log and pow need besides arithmetic. They hold for normal numbers; callers see to zero, subnormals, ±∞.
+/// \file Exact operations on the binary digits of a float, a double, or all lanes of a pack. exp, log and pow use them.
+/// They hold for normal numbers. Callers must treat zero, subnormal numbers, ±∞ and NaN separately.
 #pragma once
 
 #include <firn/core/scalar.hpp>
@@ -8,15 +8,17 @@
 
 namespace firn {
 
-/// Where the digits of an IEEE 754 float or double lie.
+/// The places of the digits of an IEEE 754 float or double.
 template <std::floating_point T>
 struct binary_layout {
+    /// Integer of the same size.
     using integer = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
+    /// Digits after the leading one, in the lowest bits; above them lie the exponent and the sign.
     static constexpr int fraction_bits = std::numeric_limits<T>::digits - 1;
-    static constexpr integer bias = std::numeric_limits<T>::max_exponent - 1;
-    static constexpr integer fraction_mask = (integer(1) << fraction_bits) - 1;
-    static constexpr integer one = bias << fraction_bits;  ///< the bits of 1
-    /// Added to a whole number |n| < 2^(fraction_bits − 1), it leaves n in the lowest digits.
+    static constexpr integer bias = std::numeric_limits<T>::max_exponent - 1;    ///< stored exponent − exponent
+    static constexpr integer fraction_mask = (integer(1) << fraction_bits) - 1;  ///< the bits of the fraction
+    static constexpr integer one = bias << fraction_bits;                        ///< the bits of 1
+    /// Add it to a whole number |n| \< 2^(fraction_bits − 1): the lowest bits of the sum then hold n.
     static constexpr T whole = T(1.5) * T(integer(1) << fraction_bits);
 };
 
@@ -50,22 +52,22 @@ FIRN_INLINE V leading_half(V x) {
 
 }  // namespace detail::bits
 
-/// 2ⁿ, n a whole number, −126 ≤ n ≤ 127 (double: −1022 ≤ n ≤ 1023).
+/// Returns 2ⁿ for a whole number n, −126 ≤ n ≤ 127 (double: −1022 ≤ n ≤ 1023).
 template <std::floating_point T>
 FIRN_INLINE T power_of_two(T n) {
     return detail::bits::power_of_two<T, typename binary_layout<T>::integer>(n);
 }
-/// e of x = m 2ᵉ with 1 ≤ m < 2, for normal x > 0.
+/// Returns e of x = m 2ᵉ with 1 ≤ m < 2, for normal x > 0.
 template <std::floating_point T>
 FIRN_INLINE T exponent_of(T x) {
     return detail::bits::exponent_of<T, typename binary_layout<T>::integer>(x);
 }
-/// m of x = m 2ᵉ with 1 ≤ m < 2, for normal x > 0.
+/// Returns m of x = m 2ᵉ with 1 ≤ m < 2, for normal x > 0.
 template <std::floating_point T>
 FIRN_INLINE T significand_of(T x) {
     return detail::bits::significand_of<T, typename binary_layout<T>::integer>(x);
 }
-/// x with only its leading 12 binary digits (double: 26): products of two such numbers are exact.
+/// Returns x with only its leading 12 binary digits (double: 26). The product of two such numbers is exact.
 template <std::floating_point T>
 FIRN_INLINE T leading_half(T x) {
     return detail::bits::leading_half<T, typename binary_layout<T>::integer>(x);

@@ -1,4 +1,4 @@
-/// \file Compiler-dependent words: forced inlining, and how many lanes the target's registers hold.
+/// \file What depends on the compiler and the target: forced inlining, and the size of SIMD registers.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -14,18 +14,22 @@
 #endif
 #endif
 
+/// \def FIRN_INLINE
+/// Forces a function to be inlined, so that its numbers stay in registers. Without optimisation and with sanitizers it
+/// only says `inline`.
+
+/// \def FIRN_LAMBDA
+/// The same for a lambda. It stands after the parameter list.
+
 #if defined(__OPTIMIZE__) && !defined(FIRN_SANITIZED)
-/// A function that must dissolve into its caller: the physics is small and lives in registers. (Not where every access
-/// is instrumented, nor without optimisation: there it would only make the code large.)
 #define FIRN_INLINE [[gnu::always_inline]] inline
-/// The same for a lambda, written after its parameter list.
 #define FIRN_LAMBDA __attribute__((always_inline))
 #else
 #define FIRN_INLINE inline
 #define FIRN_LAMBDA
 #endif
 
-/// For a lambda of which there shall be one copy, written after its parameter list.
+/// Prevents a lambda from being inlined or copied. It stands after the parameter list.
 #ifdef __clang__
 #define FIRN_NEVER_INLINE __attribute__((noinline))
 #else
@@ -34,7 +38,7 @@
 
 namespace firn {
 
-/// Width of a SIMD register of the target in bytes.
+/// Size of a SIMD register of the target [bytes].
 inline constexpr std::size_t register_bytes =
 #if defined(__AVX512F__) && defined(__AVX512DQ__)
     64;
@@ -44,7 +48,7 @@ inline constexpr std::size_t register_bytes =
     16;
 #endif
 
-/// How many such registers it has.
+/// Number of SIMD registers of the target.
 inline constexpr int vector_registers =
 #if defined(__AVX512F__) || defined(__aarch64__)
     32;

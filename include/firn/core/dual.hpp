@@ -1,25 +1,31 @@
-/// \file Dual numbers a + b ε with ε² = 0: one evaluation gives a value and its derivative along one direction.
+/// \file Dual numbers a + b ε with ε² = 0. One evaluation gives a value and its derivative along one direction.
 #pragma once
 
 #include <firn/core/scalar.hpp>
 
 namespace firn {
 
+/// A number and its derivative with respect to one variable.
+/// \tparam T  the scalar of both: float, double, pack, …
 template <scalar T>
 struct dual {
-    T value;
-    T derivative;
+    T value;       ///< a of a + b ε
+    T derivative;  ///< b of a + b ε
 
-    dual() = default;
+    dual() = default;  ///< Leaves both numbers uninitialised.
+    /// Returns v + d ε.
     FIRN_INLINE constexpr dual(T v, T d) : value(v), derivative(d) {}
+    /// A constant, whose derivative is zero.
     template <class U>
         requires std::is_arithmetic_v<U>
     FIRN_INLINE constexpr dual(U v) : value(T(v)), derivative(T(0)) {}
-    /// A constant of the scalar beneath, where that is none of C++'s numbers.
+    /// A constant from a scalar T that is not float or double.
     FIRN_INLINE constexpr explicit dual(const T& v)
         requires(!std::is_arithmetic_v<T>)
         : value(v), derivative(T(0)) {}
 
+    /// Arithmetic with the rules for derivatives of sums, products and quotients.
+    /// @{
     FIRN_INLINE friend constexpr dual operator+(dual a, dual b) {
         return {a.value + b.value, a.derivative + b.derivative};
     }
@@ -37,33 +43,42 @@ struct dual {
     FIRN_INLINE constexpr dual& operator+=(dual b) { return *this = *this + b; }
     FIRN_INLINE constexpr dual& operator-=(dual b) { return *this = *this - b; }
     FIRN_INLINE constexpr dual& operator*=(dual b) { return *this = *this * b; }
+    /// @}
 
+    /// Compares the values; derivatives do not matter.
+    /// @{
     FIRN_INLINE friend constexpr auto operator<(dual a, dual b) { return a.value < b.value; }
     FIRN_INLINE friend constexpr auto operator<=(dual a, dual b) { return a.value <= b.value; }
     FIRN_INLINE friend constexpr auto operator>(dual a, dual b) { return a.value > b.value; }
     FIRN_INLINE friend constexpr auto operator>=(dual a, dual b) { return a.value >= b.value; }
     FIRN_INLINE friend constexpr auto operator==(dual a, dual b) { return a.value == b.value; }
+    /// @}
 
+    /// Returns a where the mask is on, b elsewhere; both value and derivative.
     FIRN_INLINE friend constexpr dual select(mask_t<T> m, dual a, dual b) {
         return {select(m, a.value, b.value), select(m, a.derivative, b.derivative)};
     }
+    /// Returns √a; its derivative is infinite or NaN where a is zero.
     FIRN_INLINE friend dual sqrt(dual a) {
         using firn::sqrt;
         const T root = sqrt(a.value);
         return {root, a.derivative / (root + root)};
     }
+    /// Returns |a|.
     FIRN_INLINE friend dual abs(dual a) { return select(a.value < T(0), -a, a); }
+    /// Returns the largest whole number ≤ a; its derivative is zero.
     FIRN_INLINE friend dual floor(dual a) {
         using firn::floor;
         return {floor(a.value), T(0)};
     }
 };
 
+/// The numbers of a dual are those of its scalar.
 template <class T>
 struct scalar_traits<dual<T>> {
-    using value_type = value_type_t<T>;
-    static constexpr int lanes = scalar_traits<T>::lanes;
-    static constexpr bool has_friends = true;
+    using value_type = value_type_t<T>;                    ///< float or double
+    static constexpr int lanes = scalar_traits<T>::lanes;  ///< lanes of T
+    static constexpr bool has_friends = true;              ///< \see firn::has_friends
 };
 
 }  // namespace firn

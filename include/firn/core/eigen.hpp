@@ -1,14 +1,13 @@
-/// \file Eigen's vectors and matrices wherever firn's are taken, and firn's read as Eigen's. Include it to switch that
-/// on.
+/// \file Conversions between firn's small vectors and matrices and Eigen's. Include this header to use them.
 ///
-/// Into firn: every function and member that takes a Vec<S, D> or Mat<S, D> takes Eigen's expressions of that size;
-/// they are evaluated at once. A vector may be a row; a size that is known only at run time is checked then.
+/// From Eigen: every function that takes a `Vec<S, D>` or `Mat<S, D>` also takes Eigen's expressions of that size and
+/// evaluates them at once. A vector may be a row. A size that is known only at run time is checked then.
 ///
-/// Out of firn: `Eigen::Vector3d x = vec;`, and as_eigen(vec): of what has a name a map of its numbers, which is good
-/// for as long as that lives; of a temporary a value. A callback may take Eigen's types, and return them.
+/// To Eigen: `Eigen::Vector3d x = vec;` copies. as_eigen(vec) returns a map of the numbers, which is valid while vec
+/// lives; for a temporary it returns a copy. A callback may take and return Eigen's types.
 ///
-/// A material, a field or a shape may be written in Eigen's types, over any scalar of firn (lanes, dual numbers, what
-/// records WGSL). What Eigen does by branching on values is refused at compile time.
+/// A material, an acceleration field or a shape may be written in Eigen's types, for all scalars of firn (lanes, dual
+/// numbers, the scalar that records WGSL). Functions of Eigen's that branch on values do not compile for these.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -34,7 +33,7 @@ concept eigen_dense = requires(const E& e) { detail::as_dense(e); };
 template <class E>
 concept eigen_owning = eigen_dense<E> && std::derived_from<E, Eigen::PlainObjectBase<E>>;
 
-/// What Eigen's dense types have in common.
+/// What all dense types of Eigen's have in common.
 template <class E>
 struct foreign_of_eigen {
     static constexpr bool owns = eigen_owning<E>;
@@ -47,7 +46,8 @@ struct foreign_of_eigen {
         return (columns == 1 && may_be(rows, Rows)) || (rows == 1 && may_be(columns, Rows));
     }();
 
-    /// \throws parameter_error  if a size that the type does not say is another
+    /// Evaluates an expression into Rows × Columns numbers.
+    /// \throws parameter_error  if a size that is known only at run time differs
     template <class S, int Rows, int Columns>
     FIRN_INLINE static void read(const E& from, S* numbers) {
         using T = typename E::Scalar;
@@ -88,20 +88,23 @@ struct own_type<S, 1, 1> {
 template <class E>
 using own_type_t = typename own_type<typename E::Scalar, E::RowsAtCompileTime, E::ColsAtCompileTime>::type;
 
-/// Eigen::Matrix or Eigen::Array of a vector's or a square matrix's size.
+/// An Eigen::Matrix or Eigen::Array of the size of a vector or a square matrix.
 template <class E>
 concept eigen_small = eigen_owning<E> && requires { typename own_type_t<E>; };
 
 }  // namespace detail
 
+/// Eigen's dense types, expressions included.
 template <detail::eigen_dense E>
 struct foreign<E> : detail::foreign_of_eigen<E> {};
 
+/// Eigen's matrices and arrays of the size of a vector or a square matrix.
 template <detail::eigen_dense E>
     requires detail::eigen_small<E>
 struct foreign<E> : detail::foreign_of_eigen<E> {
-    using own = detail::own_type_t<E>;
+    using own = detail::own_type_t<E>;  ///< firn's type for it: a Vec or a Mat
 
+    /// Returns an E of these numbers, which are ordered column by column.
     FIRN_INLINE static E made(const typename E::Scalar* numbers) {
         constexpr int rows = E::RowsAtCompileTime, columns = E::ColsAtCompileTime;
         constexpr int order = rows == 1 && columns != 1 ? Eigen::RowMajor : Eigen::ColMajor;
@@ -112,12 +115,16 @@ struct foreign<E> : detail::foreign_of_eigen<E> {
     }
 };
 
+/// Declares Eigen's types for a Vec and a Mat. It is never called. \see foreign.hpp
+/// @{
 template <class S, int D>
 Eigen::Matrix<S, D, 1> counterpart_of(const Vec<S, D>&, const void*);
 template <class S, int D>
 Eigen::Matrix<S, D, D> counterpart_of(const Mat<S, D>&, const void*);
+/// @}
 
-/// The numbers of a vector or matrix that has a name, as a map of them; of a temporary, their value.
+/// Returns a map of the numbers of a vector or matrix, valid while that lives; for a temporary, a copy.
+/// @{
 template <class S, int D>
 Eigen::Map<Eigen::Matrix<S, D, 1>> as_eigen(Vec<S, D>& a) {
     return Eigen::Map<Eigen::Matrix<S, D, 1>>(a.v);
@@ -143,7 +150,9 @@ Eigen::Matrix<S, D, D> as_eigen(const Mat<S, D>&& a) {
     return a;
 }
 
-/// The Vec or Mat of an expression's numbers, where its type says how many they are; else write Vec<double, 3>(a).
+/// @}
+
+/// Evaluates an expression to a Vec or Mat. If its size is known only at run time, write `Vec<double, 3>(a)` instead.
 template <class E>
 auto from_eigen(const Eigen::DenseBase<E>& a) {
     return detail::own_type_t<E>(a.derived());
@@ -151,7 +160,7 @@ auto from_eigen(const Eigen::DenseBase<E>& a) {
 
 namespace detail {
 
-/// Eigen's type for many scalars, vectors (a column each) or matrices (a column each, column after column).
+/// Eigen's type for many scalars (a row each), vectors (a column each) or matrices (a column each, column by column).
 template <class T>
 struct eigen_of_many {};
 template <class S>
@@ -177,8 +186,10 @@ concept range_for_eigen = std::ranges::contiguous_range<R> && std::ranges::sized
 
 }  // namespace detail
 
-/// A vector, span or array of numbers, Vec or Mat as one Eigen matrix: a column for each Vec or Mat (of a Mat column
-/// after column), a row for each number. Of what has a name, and of spans, a map; of a temporary vector a copy.
+/// Returns a vector, span or array of numbers, Vec or Mat as one Eigen matrix. Each Vec is a column. Each Mat is a
+/// column, too, with its own columns one after another. Each number is a row.
+///
+/// The result is a map of the numbers, valid while these live; for a temporary vector it is a copy.
 template <detail::range_for_eigen Range>
 auto as_eigen(Range&& range) {
     using Of = detail::eigen_of_many<std::ranges::range_value_t<Range>>;
@@ -197,8 +208,8 @@ auto as_eigen(Range&& range) {
 
 namespace detail {
 
-/// A scalar of firn's that is none of C++'s numbers. (Eigen asks this of its own expressions, too, while it defines
-/// them: nothing may be asked that would evaluate one.)
+/// A scalar of firn's that is not float or double. Eigen also checks this concept for its own expressions while it
+/// defines them, so the concept must not evaluate one.
 template <class S>
 concept scalar_for_eigen = !std::same_as<value_type_t<S>, S>;
 
@@ -237,13 +248,14 @@ struct no_checked_inverse {
 
 namespace Eigen {
 
-/// firn's lanes, dual numbers and recorded numbers cost Eigen what a float costs.
+/// Traits of firn's lanes, dual numbers and recorded numbers, with the costs of a float.
 template <firn::detail::scalar_for_eigen S>
 struct NumTraits<S> : GenericNumTraits<S> {
-    using Real = S;
-    using NonInteger = S;
-    using Nested = S;
-    using Literal = S;
+    using Real = S;        ///< type of the real part
+    using NonInteger = S;  ///< type of quotients
+    using Nested = S;      ///< how expressions hold a number
+    using Literal = S;     ///< type of constants
+    /// Eigen's traits of a number, and its costs in operations.
     enum {
         IsComplex = 0,
         IsInteger = 0,
@@ -283,7 +295,8 @@ class LDLT<Matrix<S, R, C, O, MR, MC>, U> : firn::detail::no_decomposition<S> {}
 
 namespace internal {
 
-/// Arrays of lanes are aligned as lanes are: Eigen knows of no register wider than the target's, a pack may be of two.
+/// Arrays of lanes have the alignment of lanes. Eigen's own alignment is at most a register of the target, but a pack
+/// may be wider.
 template <firn::detail::scalar_for_eigen S, int Size>
     requires(Size != Dynamic)
 struct compute_default_alignment<S, Size> {

@@ -1,4 +1,4 @@
-/// \file The errors firn throws. Each says what was given, what is allowed and what to do.
+/// \file The exceptions that firn throws. Their messages say what was given, what is allowed and what to do.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -24,7 +24,7 @@ struct parameter_error : error {
     using error::error;
 };
 
-/// Something asked for that does not fit into the memory there is.
+/// Something that does not fit into the memory that is left.
 struct memory_error : parameter_error {
     using parameter_error::parameter_error;
 };
@@ -34,12 +34,12 @@ struct particle_error : error {
     using error::error;
 };
 
-/// Sums that could exceed the range of the fixed-point integers.
+/// Sums on the grid that could exceed the range of the fixed-point integers.
 struct overflow_error : error {
     using error::error;
 };
 
-/// A triangle mesh that cannot be used as asked (open, empty, broken indices).
+/// A triangle mesh that cannot be used for this purpose (open, empty, wrong indices).
 struct mesh_error : error {
     using error::error;
 };
@@ -49,19 +49,19 @@ struct io_error : error {
     using error::error;
 };
 
-/// A GPU that is not there, is lost, or refuses a program or a command.
+/// A GPU that does not exist, is lost, or refuses a program or a command.
 struct device_error : error {
     using error::error;
 };
 
-/// Something asked for at the wrong time, or in the wrong order.
+/// A call at the wrong time or in the wrong order.
 struct usage_error : error {
     using error::error;
 };
 
 namespace detail {
 
-/// One argument of sentence(): text, or a number. Types end here, so that sentences are joined by one function.
+/// One argument of sentence(): text or a number. One type for all of them, so that one function joins all sentences.
 class Part {
 public:
     Part(const char* text) : Part(std::string_view(text)) {}
@@ -94,7 +94,8 @@ private:
     };
 };
 
-/// Files are named in quotes.
+/// A path in quotes, an atomic's value, or else the argument itself.
+/// @{
 template <class T>
     requires requires(const T& path) { path.root_directory(); }
 std::string part_of(const T& path) {
@@ -114,6 +115,7 @@ template <class T>
 const T& part_of(const T& part) {
     return part;
 }
+/// @}
 
 [[gnu::cold]] inline std::string joined(std::initializer_list<Part> parts) {
     std::string sentence;
@@ -134,7 +136,8 @@ const T& part_of(const T& part) {
 
 }  // namespace detail
 
-/// Joins its arguments into one sentence: `throw parameter_error(sentence("dt = ", dt, " s …"))`.
+/// Joins text, numbers and paths into a message: `throw parameter_error(sentence("dt = ", dt, " s …"))`. Floating-point
+/// numbers get nine digits, paths are quoted.
 template <class... Parts>
 [[gnu::cold, gnu::noinline]] std::string sentence(const Parts&... parts) {
     return detail::joined({detail::Part(detail::part_of(parts))...});

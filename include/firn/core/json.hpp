@@ -1,4 +1,4 @@
-/// \file JSON (RFC 8259): a writer, and a reader that steps over what its caller does not know.
+/// \file A writer and a reader of JSON (RFC 8259). The reader can skip values that its caller does not know.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -17,7 +17,7 @@ namespace firn {
 
 namespace detail {
 
-/// In quotes; quotes, backslashes and control characters escaped (RFC 8259, section 7).
+/// Returns the text in quotes, with quotes, backslashes and control characters escaped (RFC 8259, section 7).
 inline std::string json_text(std::string_view text) {
     constexpr const char* digits = "0123456789abcdef";
     std::string json = "\"";
@@ -33,7 +33,8 @@ inline std::string json_text(std::string_view text) {
     return json + '"';
 }
 
-/// The shortest decimal that reads back as the same number; null if it is not finite, for which JSON has none.
+/// Returns the shortest decimal that reads back as the same number. A number that is not finite becomes null, since
+/// JSON has no such numbers.
 template <class T>
     requires std::is_arithmetic_v<T>
 std::string json_number(T value) {
@@ -45,13 +46,17 @@ std::string json_number(T value) {
 
 }  // namespace detail
 
-/// Writes one value, indented by two spaces a level: json.object([&] { json.field("steps", 3).key("ids").array(…); }).
+/// Writes one JSON value, indented by two spaces per level:
+///
+///     json.object([&] { json.field("steps", 3).key("ids").array(…); });
 class Json {
 public:
+    /// Writes an object. body() writes its members with field(), or with key() and a value.
     template <class Body>
     Json& object(const Body& body) {
         return enclosed('{', '}', body);
     }
+    /// Writes an array. f(each) writes the value of one element of the range.
     template <class Range, class F>
     Json& array(const Range& range, const F& f) {
         return enclosed('[', ']', [&] {
@@ -61,23 +66,26 @@ public:
             }
         });
     }
+    /// Writes the key of a member; its value must follow.
     Json& key(const char* name) {
         separate();
         text_ += detail::json_text(name);
         text_ += ": ";
         return *this;
     }
+    /// Writes a member: its key and its value.
     template <class T>
     Json& field(const char* name, const T& of) {
         return key(name).value(of);
     }
+    /// Writes a text, number or bool. Numbers that are not finite become null.
+    /// @{
     Json& value(const char* of) { return value(std::string_view(of)); }
     Json& value(const std::string& of) { return value(std::string_view(of)); }
     Json& value(std::string_view of) {
         text_ += detail::json_text(of);
         return *this;
     }
-    /// \see json_number
     template <class T>
         requires std::is_arithmetic_v<T> && (!std::same_as<T, bool>)
     Json& value(T of) {
@@ -88,6 +96,9 @@ public:
         text_ += of ? "true" : "false";
         return *this;
     }
+    /// @}
+
+    /// Returns the text written so far.
     const std::string& text() const { return text_; }
 
 private:
@@ -115,26 +126,34 @@ private:
     bool first_ = true;
 };
 
-/// Reads what its caller asks for, in the order of the text. \throws io_error  with the byte where it is otherwise
+/// Reads the values that its caller asks for, in the order of the text. All functions skip white space.
+///
+/// Every function that finds something else throws io_error with the position [bytes].
 class JsonReader {
 public:
+    /// Reads this text, which must outlive the reader.
     explicit JsonReader(std::string_view text) : text_(text) {}
 
-    /// Whether the next sign is c; steps over it.
+    /// Whether the next character is c. If so, it is skipped.
     bool take(char c) {
         skip_space();
         if (at_ >= text_.size() || text_[at_] != c) return false;
         ++at_;
         return true;
     }
+    /// Skips the next character, which must be c.
+    /// \throws io_error  if it is not
     void expect(char c) {
         if (!take(c)) fail(sentence("'", c, "'"));
     }
+    /// Whether only white space is left.
     bool at_end() {
         skip_space();
         return at_ == text_.size();
     }
 
+    /// Reads a string; escapes are replaced.
+    /// \throws io_error  if the next value is not a valid string
     std::string string() {
         expect('"');
         std::string value;
@@ -148,6 +167,8 @@ public:
         return value;
     }
 
+    /// Reads a number.
+    /// \throws io_error  if the next value is not a finite number
     double number() {
         skip_space();
         double value = 0;
@@ -157,7 +178,8 @@ public:
         return value;
     }
 
-    /// f(key) reads each member's value.
+    /// Reads an object. f(key) must read the value of each member.
+    /// \throws io_error  if the next value is not an object
     template <class F>
     void object(const F& f) {
         expect('{');
@@ -170,6 +192,8 @@ public:
         expect('}');
     }
 
+    /// Reads an array. f() must read each element.
+    /// \throws io_error  if the next value is not an array
     template <class F>
     void array(const F& f) {
         expect('[');
@@ -179,6 +203,9 @@ public:
         expect(']');
     }
 
+    /// Skips the next value.
+    /// \param depth  number of objects and arrays around it
+    /// \throws io_error  if it is not valid JSON, or nested deeper than 16 levels
     void skip_value(int depth = 0) {
         if (depth > 16) fail("less nesting");
         skip_space();
@@ -192,12 +219,15 @@ public:
         number();
     }
 
+    /// Reports an error at the current position.
+    /// \param expected  what the text should have there
+    /// \throws io_error  always
     [[noreturn]] void fail(std::string_view expected) const {
         throw io_error(sentence("byte ", at_, ": expected ", expected));
     }
 
 private:
-    /// What the backslash at at_ begins; at_ is then at its last sign.
+    /// Appends the character whose escape begins with the backslash at at_. Sets at_ to its last character.
     void append_escaped(std::string& value) {
         constexpr std::string_view signs = "\"\\/bfnrt", meant = "\"\\/\b\f\n\r\t";
         ++at_;
@@ -205,7 +235,7 @@ private:
         if (sign != std::string_view::npos) return void(value += meant[sign]);
         if (at_ >= text_.size() || text_[at_] != 'u') fail("one of \" \\ / b f n r t u after a backslash");
         std::uint32_t code = four_digits();
-        if (code >= 0xd800 && code < 0xdc00) {  // the first half of a pair
+        if (code >= 0xd800 && code < 0xdc00) {  // the first half of a surrogate pair
             at_ += 1;
             if (text_.substr(at_, 2) != "\\u") fail("the second half of a pair, \\udc00 to \\udfff");
             ++at_;
@@ -229,7 +259,7 @@ private:
             tail(12), tail(6), tail(0);
         }
     }
-    /// The four hexadecimal digits behind the u at at_; at_ is then at the last.
+    /// Reads the four hexadecimal digits after the u at at_. Sets at_ to the last digit.
     std::uint32_t four_digits() {
         std::uint32_t code = 0;
         const std::string_view digits = text_.substr(at_ + 1, 4);

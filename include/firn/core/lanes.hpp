@@ -1,4 +1,4 @@
-/// \file The lanes of a scalar as numbers of C++, for what must look something up in memory: on a CPU only.
+/// \file The lanes of a scalar as single numbers, e.g. to look them up in a table in memory. On a CPU only.
 #pragma once
 
 #include <firn/core/dual.hpp>
@@ -7,6 +7,8 @@
 
 namespace firn {
 
+/// Returns the number in a lane, 0 ≤ lane < `scalar_traits<S>::lanes`. Of a dual number it is the value.
+/// @{
 template <std::floating_point T>
 FIRN_INLINE T lane_value(T a, int) {
     return a;
@@ -23,14 +25,15 @@ template <class T>
 FIRN_INLINE auto lane_value(const dual<T>& a, int lane) {
     return lane_value(a.value, lane);
 }
+/// @}
 
-/// A scalar whose numbers can be read while the program runs: all but one that records a program.
+/// A scalar whose numbers can be read at run time: every scalar except one that records a program.
 template <class S>
 concept has_lanes = requires(const S a) {
     { lane_value(a, 0) } -> std::floating_point;
 };
 
-/// The scalar with f(lane) in every lane; a constant where it has derivatives.
+/// Returns the scalar with f(lane) in every lane. A dual number gets the derivative zero.
 template <has_lanes S, class F>
 FIRN_INLINE S from_lanes(const F& f) {
     using T = value_type_t<S>;

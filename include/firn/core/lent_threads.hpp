@@ -1,4 +1,4 @@
-/// \file Where the threads of a call come from: OpenMP's parallel region, or a host that lends threads of its own.
+/// \file Where the threads of a call come from: OpenMP's parallel region, or a host that lends its own threads.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -18,7 +18,7 @@ namespace firn {
 
 namespace detail {
 
-/// A function to be run by the caller, with a team for the loops that it starts.
+/// A function that the caller runs, with a team for the loops that the function starts.
 struct Call {
     Call(int workers, void (*function)(const void*), const void* of) : team(workers), run(function), body(of) {}
 
@@ -44,15 +44,19 @@ struct Call {
 
 }  // namespace detail
 
-/// What a host's threads are asked to do in one call of firn's. Copies are the same work. A copy may be called at any
-/// time, also when the call is over: it then does nothing.
+/// The work of one call, to be run on a host's threads. Copies refer to the same work. A copy may be called at any
+/// time; after the end of the call it does nothing.
 class Work {
 public:
+    /// Used by firn, which creates the work of a call.
     explicit Work(std::shared_ptr<detail::Call> call) : call_(std::move(call)) {}
 
-    /// Does the part of a worker. Worker 0 is the caller: it does all that no other does, and waits for chunks that
-    /// others have begun, never for others to begin. Workers 1, 2, … help from when they are called to the end of the
-    /// call; each may be called once, late, or not at all.
+    /// Runs the part of one worker.
+    ///
+    /// Worker 0 must run on the thread that started the call. It runs everything that no other worker runs; it waits
+    /// only for chunks that others have started.
+    ///
+    /// Workers 1, 2, … help until the call ends. Each may be called once, late, or not at all.
     void operator()(int worker) const noexcept {
         const std::shared_ptr<detail::Call> call = call_;
         if (worker > 0 && worker < call->team.workers())
@@ -65,23 +69,24 @@ private:
     std::shared_ptr<detail::Call> call_;
 };
 
-/// Lends threads to one call: work(0) on the calling thread, and work(1), …, work(workers − 1) on others, as many as
-/// there are.
+/// A function that lends threads to one call. It runs work(0) on the calling thread, and work(1), …, work(workers − 1)
+/// on other threads, as many as it has.
 using Lend = std::function<void(int workers, const Work& work)>;
 
 namespace detail {
 inline constinit thread_local const Lend* lender_of_this_thread = nullptr;
 }  // namespace detail
 
-/// While it lives, loops that this thread starts run on threads that a host lends, in place of OpenMP's: each step, or
-/// each stage that is called alone, asks for them once.
+/// While an object of this class lives, loops that its thread starts run on a host's threads instead of OpenMP's. Each
+/// step, and each stage that is called alone, asks for threads once.
 ///
 ///     const firn::LentThreads lent([&](int workers, const firn::Work& work) {
-///         for (int k = 1; k < workers; ++k) jobs.submit([work, k] { work(k); });  // whenever they come
+///         for (int k = 1; k < workers; ++k) jobs.submit([work, k] { work(k); });  // may run late
 ///         work(0);
 ///     });
 class LentThreads {
 public:
+    /// \param lend  called for each step or stage, on the thread that starts it
     explicit LentThreads(Lend lend)
         : lend_(std::move(lend)), before_(std::exchange(detail::lender_of_this_thread, &lend_)) {}
     LentThreads(const LentThreads&) = delete;
@@ -97,27 +102,27 @@ namespace detail {
 
 inline const pid_t first_process = ::getpid();
 
-/// Whether loops that this thread starts outside any call may get helpers.
+/// Whether loops may get helpers if this thread starts them outside of a call.
 inline bool may_have_helpers() {
     if (lender_of_this_thread) return true;
 #ifdef _OPENMP
-    // OpenMP's threads are missing in a child of fork(): g++'s library would wait for them for ever.
+    // OpenMP's threads do not exist in a child of fork(). g++'s library would wait for them for ever.
     return !omp_in_parallel() && ::getpid() == first_process;
 #else
     return false;
 #endif
 }
 
-/// Threads that a host lends are given back after each step.
+/// Whether one region may hold several steps. A host gets its threads back after each step.
 inline bool regions_span_steps() { return !lender_of_this_thread; }
 
-/// Whether a call of this thread's may open a region now: it is not in one already.
+/// Whether this thread may open a region: it may have helpers and is not inside a region.
 inline bool may_open_region() {
     const ThreadRole& role = role_of_this_thread;
     return !role.team && !role.at_work && may_have_helpers();
 }
 
-/// Runs the call, and throws what it threw when no thread of another's is at work for it.
+/// Runs the call. Rethrows its exception when no helper runs a chunk any more.
 inline void run_call(const std::shared_ptr<Call>& call) {
     const Work work(call);
     if (lender_of_this_thread) {

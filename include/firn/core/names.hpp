@@ -1,4 +1,4 @@
-/// \file Names of policies that are made of other policies.
+/// \file Names of policies, and of policies that consist of other policies.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -10,6 +10,7 @@
 
 namespace firn {
 
+/// Returns P::name, or "unnamed" if P has none.
 template <class P>
 constexpr std::string_view name_of() {
     if constexpr (requires { P::name; })
@@ -20,7 +21,7 @@ constexpr std::string_view name_of() {
 
 namespace detail {
 
-/// The policies' names with underscores in between.
+/// The policies' names, joined by underscores.
 template <class... P>
 struct joined_names {
     static constexpr auto characters = [] {

@@ -1,4 +1,4 @@
-/// \file Threads of firn's own, to be lent to its loops: for a program without OpenMP, and for a child of fork().
+/// \file A pool of threads for firn's loops, for programs without OpenMP and for a child of fork().
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -18,16 +18,17 @@
 
 namespace firn {
 
-/// A pool of threads, which sleep between calls and end with the pool.
+/// A pool of threads. They park between calls and end with the pool.
 ///
 ///     firn::OwnThreads threads;
-///     const firn::LentThreads lent(std::ref(threads));  // to loops that this thread starts from here on
+///     const firn::LentThreads lent(std::ref(threads));  // this thread's loops use the pool from here on
 ///
-/// They are bound to processors as OpenMP's settings say (OMP_PROC_BIND, OMP_PLACES), else not at all.
+/// On Linux, if firn is compiled with OpenMP, its settings bind the threads to processors (OMP_PROC_BIND, OMP_PLACES).
+/// Otherwise they are not bound.
 class OwnThreads {
 public:
-    /// \param workers  the caller included; 0: as many as the machine has processors. Where the system gives fewer
-    ///                 threads, the pool has fewer.
+    /// Starts the threads. If the system cannot start that many, the pool has fewer.
+    /// \param workers  number of workers, including the caller; 0: as many as the machine has processors
     explicit OwnThreads(int workers = 0) : pool_(new Pool) {
         const int wanted = workers > 0 ? workers : int(std::thread::hardware_concurrency());
         try {
@@ -41,17 +42,18 @@ public:
     }
     OwnThreads(const OwnThreads&) = delete;
     OwnThreads& operator=(const OwnThreads&) = delete;
-    /// In a child of fork() there are no threads to end; what they wait for there can never be destroyed.
+    /// Ends the threads. In a child of fork() it does nothing: the threads do not exist there, and the pool is leaked,
+    /// since a condition variable that threads wait for cannot be destroyed.
     ~OwnThreads() {
         if (is_of_parent()) return;
         pool_->end();
         delete pool_;
     }
 
-    /// The caller included.
+    /// Number of workers, including the caller; 1 in a child of fork().
     int workers() const { return is_of_parent() ? 1 : int(pool_->threads.size()) + 1; }
 
-    /// \see Lend
+    /// Runs the work on the calling thread and on the threads of the pool. \see Lend
     void operator()(int workers, const Work& work) {
         const int helpers = std::min(workers, this->workers()) - 1;
         if (helpers > 0) pool_->post(work, helpers);
@@ -67,7 +69,7 @@ private:
         std::mutex mutex;
         std::condition_variable wanted;
         std::deque<Job> jobs;
-        std::atomic<std::uint64_t> posted = 0, taken = 0;  // jobs, ever
+        std::atomic<std::uint64_t> posted = 0, taken = 0;  // number of jobs so far
         bool is_over = false;
         std::vector<std::thread> threads;
 
@@ -84,7 +86,7 @@ private:
         }
         void serve() {
             for (;;) {
-                // Steps follow one another: to look a little is cheaper than to be woken.
+                // The next call often comes soon. A short spin costs less than parking and waking.
                 for (int looked = 0; looked < detail::ThreadRole::most_patience && posted == taken; ++looked)
                     detail::pause();
                 std::unique_lock lock(mutex);
@@ -109,7 +111,7 @@ private:
 
     bool is_of_parent() const { return ::getpid() != process_; }
 
-    /// Thread k of so many, the caller included.
+    /// Binds the calling thread, worker k of this many, to processors.
     static void bind([[maybe_unused]] int k, [[maybe_unused]] int of) {
 #if defined(_OPENMP) && defined(__linux__)
         const int places = omp_get_num_places(), first = std::max(omp_get_place_num(), 0);

@@ -1,8 +1,7 @@
-/// \file Several particles in one register: a scalar whose arithmetic acts on all lanes at once.
+/// \file SIMD lanes: a scalar that holds several particles in one register. Its arithmetic acts on all lanes at once.
 ///
-/// Built on the vector extension of g++ and clang, so the same source gives AVX-512, AVX2, SSE2 and NEON code and
-/// vectorises by its type. (An auto-vectorised loop over plain floats is as fast, but can hold no `any(mask)`: the
-/// rare lanes that need a slower path would have to pay for it in every lane.)
+/// It uses the vector extension of g++ and clang, so the same source gives AVX-512, AVX2, SSE2 and NEON code. An
+/// auto-vectorised loop over floats is as fast, but cannot use `any(mask)` to skip a slow path that few lanes need.
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -15,7 +14,7 @@
 namespace firn {
 
 namespace detail {
-/// Whether any bit is set, by OR-ing halves: g++ 12 makes a loop over lanes into N extractions.
+/// Whether any bit is set. It combines halves, since g++ 12 compiles a loop over lanes to N extractions.
 template <std::size_t Bytes, class V>
 FIRN_INLINE bool any_bit(V bits) {
     if constexpr (Bytes == 8) {
@@ -29,7 +28,7 @@ FIRN_INLINE bool any_bit(V bits) {
     }
 }
 
-/// The sign bits of the lanes, lane 0 the lowest.
+/// Returns the sign bits of the lanes; lane 0 is the lowest bit.
 template <class T, int N, class V>
 FIRN_INLINE std::uint32_t sign_bits(V bits) {
     using numbers [[gnu::vector_size(sizeof(V))]] = T;
@@ -42,7 +41,7 @@ FIRN_INLINE std::uint32_t sign_bits(V bits) {
     }
 }
 
-/// Of all lanes, in one instruction where the target has it: g++ 12 takes a loop over lanes apart.
+/// Returns √a of all lanes, in one instruction if the target has one: g++ 12 does not vectorise a loop over lanes.
 template <class T, class V>
 FIRN_INLINE V sqrt_of_lanes(V a) {
     if constexpr (requires { x86::sqrt(a); }) {
@@ -53,7 +52,7 @@ FIRN_INLINE V sqrt_of_lanes(V a) {
     }
 }
 
-/// Valid for |a| < 2³¹ (float) or 2⁶³ (double); larger numbers have no fraction and are returned as they are.
+/// Returns the largest whole numbers ≤ a. Numbers that are too large to have a fraction are returned unchanged.
 template <class P>
 FIRN_INLINE P floor_of_lanes(P a) {
     using V = typename P::vector;
@@ -72,47 +71,61 @@ template <std::floating_point T, int N>
 struct pack {
     static_assert(N > 1 && (N & (N - 1)) == 0, "a pack has a power of two of lanes");
 
+    /// Integer of the size of T.
     using integer = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
-    using vector [[gnu::vector_size(N * sizeof(T))]] = T;
-    using mask_vector [[gnu::vector_size(N * sizeof(T))]] = integer;
+    using vector [[gnu::vector_size(N * sizeof(T))]] = T;             ///< The compiler's type for N numbers.
+    using mask_vector [[gnu::vector_size(N * sizeof(T))]] = integer;  ///< The compiler's type for N masks.
 
-    /// The result of a comparison: all bits of a lane set or none.
+    /// The result of a comparison. In each lane all bits are set or none.
     struct mask {
-        mask_vector bits;
+        mask_vector bits;  ///< −1 in lanes that are on, else 0
+        /// And, or, not in each lane.
+        /// @{
         FIRN_INLINE friend mask operator&(mask a, mask b) { return {a.bits & b.bits}; }
         FIRN_INLINE friend mask operator|(mask a, mask b) { return {a.bits | b.bits}; }
         FIRN_INLINE friend mask operator!(mask a) { return {~a.bits}; }
+        /// @}
+
+        /// Whether the mask is on in a lane.
         FIRN_INLINE bool operator[](int lane) const { return bits[lane] != 0; }
+        /// Does not compile: a policy cannot branch on a scalar.
         template <class M = mask>
         explicit constexpr operator bool() const {
             return detail::refuse_to_branch<M>();
         }
     };
 
-    vector lanes;
+    vector lanes;  ///< the numbers
 
-    pack() = default;
+    pack() = default;  ///< Leaves the lanes uninitialised.
+    /// From the compiler's vector.
     FIRN_INLINE pack(vector v) : lanes(v) {}
+    /// The same number in all lanes.
     template <class U>
         requires std::is_arithmetic_v<U>
     FIRN_INLINE pack(U value) : lanes(T(value) - vector{}) {}
 
+    /// Returns the number in a lane, 0 ≤ lane < N.
     FIRN_INLINE T operator[](int lane) const { return lanes[lane]; }
+    /// Sets the number in a lane, 0 ≤ lane < N.
     FIRN_INLINE void set(int lane, T value) { lanes[lane] = value; }
 
-    /// N consecutive numbers in memory, of any alignment.
+    /// Reads N consecutive numbers, of any alignment.
     FIRN_INLINE static pack load(const T* from) {
         pack p;
         std::memcpy(&p.lanes, from, sizeof p.lanes);
         return p;
     }
+    /// Writes N consecutive numbers, of any alignment.
     FIRN_INLINE void store(T* to) const { std::memcpy(to, &lanes, sizeof lanes); }
-    /// Numbers without a fraction, that fit.
+    /// Writes whole numbers that fit into `integer`.
     FIRN_INLINE void store(integer* to) const {
         const mask_vector whole = __builtin_convertvector(lanes, mask_vector);
         std::memcpy(to, &whole, sizeof whole);
     }
 
+    /// Arithmetic, lane by lane.
+    /// @{
     FIRN_INLINE friend pack operator+(pack a, pack b) { return {a.lanes + b.lanes}; }
     FIRN_INLINE friend pack operator-(pack a, pack b) { return {a.lanes - b.lanes}; }
     FIRN_INLINE friend pack operator*(pack a, pack b) { return {a.lanes * b.lanes}; }
@@ -121,43 +134,53 @@ struct pack {
     FIRN_INLINE pack& operator+=(pack b) { return *this = *this + b; }
     FIRN_INLINE pack& operator-=(pack b) { return *this = *this - b; }
     FIRN_INLINE pack& operator*=(pack b) { return *this = *this * b; }
+    /// @}
 
+    /// Comparisons, lane by lane.
+    /// @{
     FIRN_INLINE friend mask operator<(pack a, pack b) { return {a.lanes < b.lanes}; }
     FIRN_INLINE friend mask operator<=(pack a, pack b) { return {a.lanes <= b.lanes}; }
     FIRN_INLINE friend mask operator>(pack a, pack b) { return {a.lanes > b.lanes}; }
     FIRN_INLINE friend mask operator>=(pack a, pack b) { return {a.lanes >= b.lanes}; }
     FIRN_INLINE friend mask operator==(pack a, pack b) { return {a.lanes == b.lanes}; }
+    /// @}
 
+    /// Returns a in lanes whose mask is on, b in the others.
     FIRN_INLINE friend pack select(mask m, pack a, pack b) {
         if constexpr (sizeof(vector) <= register_bytes)
             return {m.bits ? a.lanes : b.lanes};
         else
             return {vector((m.bits & mask_vector(a.lanes)) | (~m.bits & mask_vector(b.lanes)))};  // two registers
     }
+    /// Whether the mask is on in any lane.
     FIRN_INLINE friend bool any(mask m) { return detail::any_bit<sizeof(mask_vector)>(m.bits); }
-    /// Bit l: whether lane l is set. Of 32 lanes at most.
+    /// Returns a number whose bit l says whether lane l is on, for N ≤ 32.
     FIRN_INLINE friend std::uint32_t lane_bits(mask m) { return detail::sign_bits<T, N>(m.bits); }
+    /// The functions of all scalars, lane by lane; see core/scalar.hpp and core/bits.hpp.
+    /// @{
     FIRN_INLINE friend pack sqrt(pack a) { return {detail::sqrt_of_lanes<T>(a.lanes)}; }
     FIRN_INLINE friend pack abs(pack a) { return {vector(mask_vector(a.lanes) & std::numeric_limits<integer>::max())}; }
-    // The digits of each lane, see core/bits.hpp.
     FIRN_INLINE friend pack power_of_two(pack n) { return {detail::bits::power_of_two<T, mask_vector>(n.lanes)}; }
     FIRN_INLINE friend pack exponent_of(pack a) { return {detail::bits::exponent_of<T, mask_vector>(a.lanes)}; }
     FIRN_INLINE friend pack significand_of(pack a) { return {detail::bits::significand_of<T, mask_vector>(a.lanes)}; }
     FIRN_INLINE friend pack leading_half(pack a) { return {detail::bits::leading_half<T, mask_vector>(a.lanes)}; }
     FIRN_INLINE friend pack floor(pack a) { return detail::floor_of_lanes(a); }
+    /// @}
 };
 
+/// A pack holds N numbers of type T.
 template <class T, int N>
 struct scalar_traits<pack<T, N>> {
-    using value_type = T;
-    static constexpr int lanes = N;
-    static constexpr bool has_friends = true;
+    using value_type = T;                      ///< float or double
+    static constexpr int lanes = N;            ///< particles held by one pack
+    static constexpr bool has_friends = true;  ///< \see firn::has_friends
 };
 
-/// The pack that fills one register of the target; at least four lanes, which the transposes work in.
+/// The pack that fills one register of the target, but has at least four lanes, as transposes need.
 template <std::floating_point T>
 using native_pack = pack<T, (register_bytes / sizeof(T) < 4 ? 4 : int(register_bytes / sizeof(T)))>;
 
+/// Returns the largest number of all lanes.
 template <class T, int N>
 FIRN_INLINE T reduce_max(pack<T, N> a) {
     T r = a.lanes[0];

@@ -1,12 +1,16 @@
-/// \file Loops over threads.
+/// \file Loops that run on several threads.
 ///
-/// Compiled with OpenMP, loops run on OpenMP's threads; without, on the calling thread. A parallel region is opened
-/// once for a call: a step, a stage that is called alone, or what parallel_region() is given. A host with threads of
-/// its own lends those in their place. \see LentThreads
+/// If firn is compiled with OpenMP, loops run on OpenMP's threads. Otherwise they run on the calling thread. A host can
+/// lend its own threads instead. \see LentThreads
 ///
-/// A loop inside the body of another, and one inside a parallel region of the user's, runs on its calling thread, with
-/// the same results; so does one in a child of fork(), where OpenMP's threads are missing. Calls of two threads of the
-/// user's know nothing of each other.
+/// Each call opens one parallel region. A call is a step, a stage that is called alone, or a parallel_region().
+///
+/// In these places a loop runs on its calling thread, with the same results:
+/// - in the body of another loop,
+/// - in a parallel region of the user's,
+/// - in a child of fork(), where OpenMP's threads do not exist.
+///
+/// Calls from different threads of the user's are independent.
 #pragma once
 
 #include <firn/core/config.hpp>
@@ -22,10 +26,11 @@
 
 namespace firn {
 
-/// Workers that a loop started here gets at most, if so many are asked for; for 0, as many as OpenMP would use
-/// (OMP_NUM_THREADS), or as a host's machine has processors. OMP_THREAD_LIMIT is a limit; where a loop runs on its
-/// calling thread the answer is 1.
-/// \throws parameter_error  if it is negative, or above 65535
+/// Returns how many workers a loop gets at most if it starts here and asks for this number. OMP_THREAD_LIMIT is an
+/// upper limit. Where a loop runs on its calling thread, the result is 1.
+/// \param requested  1 to 65535. 0: as many as OpenMP would use (OMP_NUM_THREADS), or with a host's threads as many as
+///                   the machine has processors
+/// \throws parameter_error  if `requested` is negative or above 65535
 inline int thread_count(int requested) {
     if (requested < 0 || requested > 0xffff)
         throw parameter_error(
@@ -42,11 +47,12 @@ inline int thread_count(int requested) {
     return requested > 0 ? requested : std::max(int(sysconf(_SC_NPROCESSORS_ONLN)), 1);
 }
 
-/// Calls body() on the calling thread. All loops that it starts share one parallel region of up to so many workers, who
-/// wait for the next loop in between: in body() OpenMP's own regions have one thread. Inside another call, and where
-/// there are no helpers, it only calls body().
-/// \param workers  0: as many as thread_count() says
-/// \throws what body throws, when the region is closed
+/// Calls body() on the calling thread. All loops that body() starts share one parallel region, so that its workers are
+/// started once; between two loops they wait. In body() OpenMP's own regions have one thread.
+///
+/// Inside another region, or without helpers, it only calls body().
+/// \param workers  at most so many workers; 0: thread_count(0)
+/// \throws anything  that body() throws, after the region is closed
 template <class Body>
 void parallel_region(int workers, const Body& body) {
     if (workers == 0) workers = thread_count(0);
@@ -57,7 +63,7 @@ void parallel_region(int workers, const Body& body) {
 
 namespace detail {
 
-/// body(), whose loops run on the calling thread.
+/// Calls body(), whose loops run on the calling thread.
 template <class Body>
 void on_this_thread(const Body& body) {
     const struct Alone {
@@ -79,14 +85,19 @@ inline void run_loop(const PhasedLoop& loop, int workers) {
 
 }  // namespace detail
 
-/// Calls body(phase, i, worker) for 0 ≤ i < counts[phase]: the phases one after another, each begun when all of the one
-/// before is done, and within a phase in any order, `grain` ≥ 1 consecutive ones at a time.
-/// 0 ≤ worker < workers, and no two calls at the same time have the same.
-/// \throws what a body throws first, when all is quiet; of the calls not begun by then many are left out
+/// Calls body(phase, i, worker) for every phase and 0 ≤ i < counts[phase]. A phase starts after the one before it has
+/// ended. Within a phase the order is arbitrary, but a worker takes `grain` consecutive indices at a time.
+/// \param counts   number of indices, one per phase
+/// \param workers  at most so many workers. 0 ≤ worker < workers, and two calls at the same time never have the same
+///                 worker.
+/// \param body     called on several threads at the same time
+/// \param grain    at least 1
+/// \throws anything  that a body throws: the first exception, after all workers have stopped. Many of the remaining
+///                   calls are then left out.
 template <class Body>
 void parallel_phases(std::span<const std::size_t> counts, int workers, const Body& body, std::size_t grain = 1) {
-    // One function for every thread, never inlined: else the compiler could fuse other multiplications and additions in
-    // a copy for one thread than in a copy for many, and their bits would differ.
+    // All threads run one copy of this function, which is never inlined. In two copies the compiler could fuse
+    // different multiplications and additions, and results would then depend on the number of threads.
     const auto run = [](const void* f, std::size_t phase, std::size_t first, std::size_t last, int worker)
                          FIRN_NEVER_INLINE {
                              for (std::size_t i = first; i < last; ++i)
@@ -95,7 +106,8 @@ void parallel_phases(std::span<const std::size_t> counts, int workers, const Bod
     detail::run_loop({counts, grain, run, &body}, workers);
 }
 
-/// Calls body(i, worker) for 0 ≤ i < n: parallel_phases with one phase.
+/// Calls body(i, worker) for 0 ≤ i < n, like parallel_phases() with one phase.
+/// \throws anything  that a body throws, as parallel_phases()
 template <class Body>
 void parallel_for(std::size_t n, int workers, const Body& body, std::size_t grain = 1) {
     const auto only_phase = [&](std::size_t, std::size_t i, int worker) { body(i, worker); };
@@ -104,11 +116,12 @@ void parallel_for(std::size_t n, int workers, const Body& body, std::size_t grai
 
 namespace detail {
 
-/// Points, or elements, that a worker takes at once.
+/// Number of points or elements in a chunk.
 inline constexpr std::size_t at_once = 1024;
 
-/// Calls body(first, last) for the share of each worker in [0, n), on that worker: who is the first to write there has
-/// the memory beside its processor. Where a worker is late by a millisecond, others do its part.
+/// Cuts [0, n) into one share per worker, and calls body(first, last) for each share on its worker. The worker that
+/// first writes to a page of memory gets that page near its own processor. If a worker is more than a millisecond
+/// late, others do its share.
 template <class Body>
 void for_shares(std::size_t n, int workers, const Body& body) {
     const std::size_t shares = std::size_t(std::max(workers, 1));
@@ -120,14 +133,14 @@ void for_shares(std::size_t n, int workers, const Body& body) {
     run_loop({std::span(&shares, 1), 1, run_some, &run, true}, workers);
 }
 
-/// Calls body(first, last) for pieces of [0, n).
+/// Cuts [0, n) into chunks, and calls body(first, last) for each.
 template <class Body>
 void for_chunks(std::size_t n, int threads, const Body& body) {
     parallel_for((n + at_once - 1) / at_once, thread_count(threads),
                  [&](std::size_t c, int) { body(c * at_once, std::min(n, (c + 1) * at_once)); });
 }
 
-/// Gives all numbers that value.
+/// Sets all numbers to the value.
 template <class Numbers, class T>
 void fill_chunks(Numbers& numbers, const T& value, int threads) {
     for_chunks(numbers.size(), threads, [&](std::size_t first, std::size_t last) {

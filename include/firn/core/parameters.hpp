@@ -1,16 +1,18 @@
-/// \file Named parameters of a policy, with units: how a policy is lifted to another scalar, written to a file,
-/// and (later) named as a uniform of a GPU program.
+/// \file Named parameters of policies, with units. They serve to convert a policy to another scalar, to write it to a
+/// file, and to name its uniforms in a GPU program.
 ///
-/// A policy lists its scalar fields:
+/// A policy lists its parameters:
 ///
 ///     static constexpr auto parameters() {
 ///         return std::tuple{firn::parameter{"mu", "Pa", &NeoHookean::mu},
 ///                           firn::parameter{"lambda", "Pa", &NeoHookean::lambda}};
 ///     }
 ///
-/// A policy that holds more than scalars writes `template <class T> P<T> lifted() const` itself; one whose scalar is
-/// not its first template parameter says `template <class T> using with_scalar = …`. A parameter may itself be a
-/// policy: its parameters then count as the owner's, their names after its name and an underscore.
+/// A parameter may itself be a policy. Its parameters then belong to the owner, too; each name is preceded by the name
+/// of the policy and an underscore.
+///
+/// A policy that holds more than scalars defines `template <class T> P<T> lifted() const`. A policy whose scalar is not
+/// its first template parameter defines `template <class T> using with_scalar = …`.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -20,22 +22,28 @@
 
 namespace firn {
 
+/// One parameter of a policy.
+/// \tparam Owner  the policy
+/// \tparam Field  type of the parameter: a scalar, a Vec, or another policy
 template <class Owner, class Field>
 struct parameter {
-    const char* name;
-    const char* unit;
-    Field Owner::* member;
+    const char* name;       ///< the name in states, programs for a GPU and messages
+    const char* unit;       ///< e.g. "Pa"
+    Field Owner::* member;  ///< the member of the policy that holds the value
+    /// Names a member of the policy.
     constexpr parameter(const char* n, const char* u, Field Owner::* m) : name(n), unit(u), member(m) {}
 
-    /// What it is in a policy.
+    /// Returns the value of this parameter in the given policy.
+    /// @{
     FIRN_INLINE constexpr Field& of(Owner& owner) const { return owner.*member; }
     FIRN_INLINE constexpr const Field& of(const Owner& owner) const { return owner.*member; }
+    /// @}
 };
 
 namespace detail {
 template <class P, class T>
 struct with_scalar {
-    using type = P;  // no scalar inside: the same for every scalar
+    using type = P;  // P has no scalar.
 };
 template <template <class> class P, class S, class T>
 struct with_scalar<P<S>, T> {
@@ -54,17 +62,19 @@ struct with_scalar_of<P, T> {
 };
 }  // namespace detail
 
-/// The policy P<S> or P<S, D> with its scalar replaced by T.
+/// The policy `P<S>` or `P<S, D>` with its scalar replaced by T.
 template <class P, class T>
 using with_scalar_t = typename detail::with_scalar_of<P, T>::type;
 
+/// A policy that lists its parameters.
 template <class P>
 concept has_parameters = requires { P::parameters(); };
 
-/// A policy that is a list of policies, as many as its program has while it runs.
+/// A policy that holds a list of policies, whose number is known only at run time.
 template <class P>
 concept is_list = requires(P policy) { policy.all.size(); };
 
+// Declared here for policies that are parameters of policies.
 template <class T, class P>
 FIRN_INLINE auto lift(const P& policy);
 
@@ -82,8 +92,9 @@ FIRN_INLINE Vec<T, D> lift_value(const Vec<S, D>& value) {
 }
 }  // namespace detail
 
-/// Calls f(name, unit, value) for every number and vector among the parameters of a policy, and of those in a list, by
-/// their number; none for what lists none.
+/// Calls f(name, unit, value) for every scalar and vector among the parameters of a policy. Policies in a list are
+/// named by their number in the list. A type without parameters has no calls.
+/// \param before  text in front of all names
 template <class P, class F>
 void for_parameters(P& policy, const F& f, const std::string& before = "") {
     if constexpr (has_parameters<std::remove_const_t<P>>)
@@ -105,7 +116,7 @@ void for_parameters(P& policy, const F& f, const std::string& before = "") {
             for_parameters(policy.all[k], f, before + std::to_string(k) + "_");
 }
 
-/// Lifts a policy to the scalar T: every listed parameter is converted, e.g. a float to sixteen equal lanes.
+/// Converts a policy to the scalar T. Every listed parameter is converted, e.g. a float to sixteen equal lanes.
 template <class T, class P>
 FIRN_INLINE auto lift(const P& policy) {
     using Lifted = with_scalar_t<P, T>;

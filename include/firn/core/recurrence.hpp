@@ -1,4 +1,4 @@
-/// \file Events at a steady rate: the schedule of whatever gives particles.
+/// \file Events at a steady rate: the schedule of emitters and other sources of particles.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -9,16 +9,17 @@
 
 namespace firn::detail {
 
-/// Event k happens at start + k / rate, unless that is after `end`.
+/// A schedule. Event k happens at start + k / rate, unless that is after `end`.
 struct Recurrence {
-    const char* owner;   ///< "An emitter"
-    const char* events;  ///< "births"
+    const char* owner;   ///< for messages, e.g. "An emitter"
+    const char* events;  ///< for messages, e.g. "births"
     double rate;         ///< [1/s]
     double start;        ///< [s]
     double end;          ///< [s]
 
-    /// \param lifespan  of what is given [s]
-    /// \throws parameter_error  unless numbers are in range
+    /// Checks the numbers.
+    /// \param lifespan  of the particles [s]
+    /// \throws parameter_error  if the rate, the times or the lifespan are out of range
     void check(double lifespan) const {
         if (!(rate > 0) || !std::isfinite(rate))
             throw parameter_error(
@@ -31,11 +32,13 @@ struct Recurrence {
                 sentence(owner, "'s particles have a lifespan of ", lifespan, " s; it must be positive."));
     }
 
+    /// Returns the time of an event [s].
     double time_of(std::uint64_t event) const { return start + double(event) / rate; }
+    /// Whether an event happens at or before `time` [s].
     bool is_due(std::uint64_t event, double time) const { return time_of(event) <= time && time_of(event) <= end; }
 
-    /// How many events from number `first` on are due until `time`.
-    /// \throws parameter_error  if they are more than can be counted
+    /// Returns the number of events, from number `first` on, that are due at `time` [s].
+    /// \throws parameter_error  if there are 2⁵³ or more events until then
     double due(std::uint64_t first, double time) const {
         const double all = std::floor((std::min(time, end) - start) * rate) + 1;
         if (!(all < 0x1p53))
@@ -45,8 +48,9 @@ struct Recurrence {
         return std::max(all - double(first), 0.0);
     }
 
-    /// \param ids  that are left
-    /// \throws parameter_error  if the particles of the events that are due from number `first` on are more
+    /// Checks that there are enough ids for the particles of all events from number `first` on that are due at `time`.
+    /// \param ids  number of ids that are left
+    /// \throws parameter_error  if there are not enough, or as due()
     void require_ids(std::uint64_t first, double time, double particles_of_event, std::uint32_t ids) const {
         if (const double owed = due(first, time) * particles_of_event; owed > double(ids))
             throw parameter_error(sentence(owner, " of ", rate, " ", events, " a second owes ", owed, " particles at ",
@@ -54,9 +58,10 @@ struct Recurrence {
                                            " more. Take a lower rate, or let it start later."));
     }
 
-    /// The first event from number `first` on that is not due until `time`. \throws parameter_error, as due()
+    /// Returns the first event, from number `first` on, that is not due at `time` [s].
+    /// \throws parameter_error  as due()
     std::uint64_t first_after(std::uint64_t first, double time) const {
-        // due() rounds: the last ones are looked at.
+        // due() rounds, so the last events are checked one by one.
         if (const double most = due(first, time) * (1 - 1e-12); most > 2) first += std::uint64_t(most - 2);
         while (is_due(first, time)) ++first;
         return first;

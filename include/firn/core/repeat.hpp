@@ -1,11 +1,12 @@
-/// \file Loops of a fixed number of passes, written so that a scalar which records a program can keep them loops.
+/// \file Loops with a fixed number of passes. A scalar that records a program records them as loops.
 #pragma once
 
 #include <firn/core/scalar.hpp>
 
 namespace firn {
 
-/// f applied N times: state → f(state) → … On a CPU it is unrolled, so that the state stays in registers.
+/// Applies f N times, state → f(state) → …, and returns the last state. On a CPU the loop is unrolled, so that the
+/// state stays in registers.
 template <int N, class State, class F>
 FIRN_INLINE constexpr State repeat(State state, F&& f) {
     if constexpr (N == 0) {
@@ -18,8 +19,10 @@ FIRN_INLINE constexpr State repeat(State state, F&& f) {
     }
 }
 
-/// f(state) again and again, until the mask that it returns is off in all lanes, N times at most. Where the mask is
-/// off, f must leave a lane as it was: how many passes the others need makes no difference to it.
+/// Calls f(state), at most N times, until the mask that f returns is off in all lanes. Returns the state.
+///
+/// f must not change lanes whose mask is off, so that a lane does not depend on how many passes other lanes need.
+/// \param f  takes the state by reference and changes it
 template <int N, class State, class F>
 FIRN_INLINE constexpr State repeat_while(State state, F&& f) {
     if constexpr (requires { record_repeat<N>(state, f); }) {

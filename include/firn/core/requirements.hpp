@@ -1,6 +1,7 @@
-/// \file Which compilers firn needs. Others stop here, before they stumble over what follows.
+/// \file The compilers that firn needs. Other compilers stop here with a clear message.
 ///
-/// An #error alone does not stop a compiler; a header that is not there does, and its name says why.
+/// An error directive alone does not stop a compiler. Including a header that does not exist does, and its name says
+/// why.
 #pragma once
 
 // AppleClang counts differently: its 17 is LLVM's 19.

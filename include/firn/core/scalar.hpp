@@ -1,16 +1,16 @@
-/// \file What a scalar is: the seam through which one definition runs as float, double, SIMD lanes, dual numbers.
+/// \file What a scalar is. One definition of a formula works for all scalars: float, double, SIMD lanes, dual numbers.
 ///
-/// A definition may use + − × ÷, comparisons (which give a *mask*), and the functions of this file:
-/// `select(mask, a, b)` in place of `if`, `sqrt`, `abs`, `min`, `max`, `floor`, `any(mask)`.
-/// `any` is for skipping work that no lane needs; what it guards must not change lanes whose mask is off.
+/// A definition may use + − × ÷, comparisons, which return a *mask*, and the functions of this file:
+/// `select(mask, a, b)` instead of `if`, `sqrt`, `abs`, `min`, `max`, `floor`, `any(mask)`.
+/// `any` serves to skip work that no lane needs. Guarded code must not change lanes whose mask is off.
 ///
-/// All may be called as firn::sqrt(x), whatever x is. A name without firn:: finds those of lanes by itself; of float
-/// and double, outside of firn, it finds the C library's.
+/// `firn::sqrt(x)` works for every scalar. Outside of firn, plain `sqrt(x)` is firn's function for lanes, but the C
+/// library's for float and double.
 #pragma once
 
 #include <firn/core/config.hpp>
 
-// With these abs(x) of a float is a float's in a program's own namespace, too: with cmath alone it may be C's abs(int).
+// With these headers abs(x) of a float is a float in a user's namespace, too. With cmath alone it may be C's abs(int).
 #include <math.h>
 #include <stdlib.h>
 
@@ -22,27 +22,32 @@
 
 namespace firn {
 
+/// Returns if_true where the mask is on, if_false elsewhere.
 template <std::floating_point S>
 FIRN_INLINE constexpr S select(bool mask, S if_true, S if_false) {
     return mask ? if_true : if_false;
 }
+/// Whether the mask is on in any lane.
 FIRN_INLINE constexpr bool any(bool mask) { return mask; }
 
+/// Returns √a.
 template <std::floating_point S>
 FIRN_INLINE S sqrt(S a) {
     return std::sqrt(a);
 }
+/// Returns the largest whole number ≤ a.
 template <std::floating_point S>
 FIRN_INLINE S floor(S a) {
     return std::floor(a);
 }
+/// Returns |a|.
 template <std::floating_point S>
 FIRN_INLINE constexpr S abs(S a) {
     return a < S(0) ? -a : a;
 }
 
 namespace detail {
-/// What converting a mask of lanes to bool comes to.
+/// Called where a mask of lanes is converted to bool: does not compile.
 template <class Mask>
 constexpr bool refuse_to_branch() {
     static_assert(!std::same_as<Mask, Mask>,
@@ -52,39 +57,46 @@ constexpr bool refuse_to_branch() {
 }
 }  // namespace detail
 
-/// How a scalar relates to the machine number it is made of; specialised by pack, dual, …
+/// The numbers that a scalar is made of. pack, dual, … specialise it.
 template <class S>
 struct scalar_traits {
     using value_type = S;            ///< float or double
     static constexpr int lanes = 1;  ///< particles held by one S
 };
-/// Is S one of firn's classes (pack, dual, …), whose functions are friends that only unqualified names find?
+/// Whether S is one of firn's classes (pack, dual, …). Their functions are friends, which only argument-dependent
+/// lookup finds.
 template <class S>
 inline constexpr bool has_friends = requires { scalar_traits<S>::has_friends; };
 
+/// The type of the numbers in S: float or double.
 template <class S>
 using value_type_t = typename scalar_traits<S>::value_type;
 
-/// The type of a comparison of two S.
+/// The type that comparisons of two S return.
 template <class S>
 using mask_t = decltype(std::declval<const S&>() < std::declval<const S&>());
 
 // clang-format off
+
+/// A type with the operators + − × ÷.
 template <class S>
 concept has_arithmetic = requires(const S a, const S b) {
     { a + b } -> std::same_as<S>;  { a - b } -> std::same_as<S>;
     { a * b } -> std::same_as<S>;  { a / b } -> std::same_as<S>;
     { -a } -> std::same_as<S>;
 };
+/// A type that is constructible from double and int.
 template <class S>
 concept has_literals = std::constructible_from<S, double> && std::constructible_from<S, int>;
 
+/// A type with comparisons, select() and any().
 template <class S>
 concept has_select = requires(const S a, const S b) {
     { select(a < b, a, b) } -> std::same_as<S>;
     { select(a <= b, a, b) } -> std::same_as<S>;
     { any(a < b) } -> std::same_as<bool>;
 };
+/// A type with sqrt() and abs().
 template <class S>
 concept has_roots = requires(const S a) {
     { sqrt(a) } -> std::same_as<S>;
@@ -92,8 +104,8 @@ concept has_roots = requires(const S a) {
 };
 // clang-format on
 
-// The friends by their qualified names.
-
+/// Calls the friend function of firn's class S, so that the name with firn:: in front works for all scalars.
+/// @{
 template <class S>
     requires has_friends<S>
 FIRN_INLINE constexpr S select(const mask_t<S>& mask, const S& if_true, const S& if_false) {
@@ -114,28 +126,31 @@ template <class S>
 FIRN_INLINE constexpr S abs(const S& a) {
     return abs(a);
 }
+/// @}
 
-/// x. What a definition calls it: a scalar that records a program writes it under that name.
+/// Returns x. A scalar that records a program gives x this name in the program.
 template <class S>
 FIRN_INLINE constexpr const S& named(const char*, const S& x) {
     return x;
 }
 
-/// x. Marks a sum whose rounding is needed: (a + b) − a for the error of a + b. A scalar that writes a program sees to
-/// it that compilers do not simplify it.
+/// Returns x. Marks a sum whose rounding matters, such as (a + b) − a, which serves to find the error of a + b. A
+/// scalar that records a program prevents compilers from simplifying it.
 template <class S>
 FIRN_INLINE constexpr const S& settled(const S& x) {
     return x;
 }
 
-/// A number type that every definition of firn can be evaluated with.
+/// A type of number that all of firn's definitions work with.
 template <class S>
 concept scalar = has_arithmetic<S> && has_literals<S> && has_select<S> && has_roots<S>;
 
+/// Returns the smaller one of a and b, in each lane.
 template <scalar S>
 FIRN_INLINE constexpr S min(const S& a, const S& b) {
     return select(b < a, b, a);
 }
+/// Returns the larger one of a and b, in each lane.
 template <scalar S>
 FIRN_INLINE constexpr S max(const S& a, const S& b) {
     return select(a < b, b, a);

@@ -1,8 +1,8 @@
-/// \file The parallel region of steps, and steps without helpers where those would only hold them up.
+/// \file The parallel region of steps. Steps run without helpers where helpers would slow them down.
 ///
-/// A region of OpenMP's ends when all its threads have arrived. Where another program has a processor, a helper arrives
-/// some milliseconds late, and steps of a tenth of that wait for it. So regions are timed: where begin and end take
-/// long and the steps were slower for it than without helpers, the next steps go without.
+/// A region of OpenMP's ends only when all its threads have arrived. If another program occupies a processor, a helper
+/// arrives some milliseconds late, and a step that takes a tenth of that waits for it. Regions are therefore timed: if
+/// their begin and end take long, and the steps took longer than without helpers, the next steps run without helpers.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -12,14 +12,16 @@
 
 namespace firn::detail {
 
-/// Says which steps shall have helpers. It learns from the steps before.
+/// Decides which steps have helpers, from the times of the steps before.
 class StepHelpers {
 public:
-    /// So many steps are to be taken without helpers now; 0: the next ones have them.
+    /// Number of steps to take without helpers next; 0: the next steps have helpers.
     std::uint64_t steps_alone() const { return alone_; }
 
-    /// \param whole  time that so many steps of one region took [s], or of as many as were to be taken without helpers
-    /// \param body   that part of it in which their loops ran [s]
+    /// Takes the times of steps that ran in one region, or one after another without helpers.
+    /// \param whole  time that the steps took [s]
+    /// \param body   the part of it without the begin and end of the region [s]
+    /// \param steps  number of steps
     void took(double whole, double body, std::uint64_t steps) {
         if (steps == 0) return;
         const double each = whole / double(steps);
@@ -32,27 +34,30 @@ public:
         age_ += steps;
         if (whole - body < whole * noticed) return;
         if (age_ >= most_age)
-            alone_ = 1;  // to see how long one takes
+            alone_ = 1;  // measures how long one takes
         else if (each > without_)
             alone_ = 1 + std::uint64_t(std::min(given_back * double(steps) * (each / without_ - 1), most_alone));
     }
 
 private:
-    static constexpr double noticed = 1. / 8;  ///< part of a region's time
-    static constexpr double given_back = 10;   ///< times what was lost, before helpers are tried again
-    static constexpr double most_alone = 1000;
-    static constexpr std::uint64_t most_age = 256;
+    /// Begin and end of a region matter if they take at least this part of its time.
+    static constexpr double noticed = 1. / 8;
+    /// Steps without helpers must win back the lost time so many times before helpers are tried again.
+    static constexpr double given_back = 10;
+    static constexpr double most_alone = 1000;      ///< steps in a row without helpers, at most
+    static constexpr std::uint64_t most_age = 256;  ///< after so many steps without_ is measured again
 
-    std::uint64_t alone_ = 0;       ///< steps to come without helpers
-    double without_ = 0;            ///< how long one takes [s]
-    std::uint64_t age_ = most_age;  ///< steps since then
+    std::uint64_t alone_ = 0;       ///< steps to take without helpers
+    double without_ = 0;            ///< time of one step without helpers [s]
+    std::uint64_t age_ = most_age;  ///< steps since without_ was measured
 };
 
-/// Whether steps may go without helpers. Tests that count regions say no: their machine may be busy.
+/// Whether steps may run without helpers. Tests that count regions set it to false.
 inline bool helpers_may_be_left_out = true;
 
-/// body(most), which takes up to so many steps and returns how many, in a parallel region of its own; where helpers
-/// would hold it up, for some steps on the calling thread.
+/// Calls body(most) in a parallel region. If helpers would slow the steps down, it calls body(n) on the calling thread
+/// instead, with n ≤ most.
+/// \param body  body(n) takes at most n steps and returns how many it took
 template <class Body>
 void steps_region(int workers, std::uint64_t most, StepHelpers& helpers, const Body& body) {
     if (workers <= 1 || !may_open_region() || !helpers_may_be_left_out)

@@ -1,4 +1,4 @@
-/// \file What every run has, on a grid or without: a clock, gravity, where warnings go, and steps one after the other.
+/// \file The base class of simulations on a grid and of particle systems: time, gravity, warnings and steps.
 #pragma once
 
 #include <firn/core/step_region.hpp>
@@ -11,11 +11,11 @@
 
 namespace firn {
 
-/// After which step a run is.
+/// The time and step that a run has reached.
 struct Moment {
-    double time = 0;  ///< [s]
-    std::uint64_t steps = 0;
-    double last_time_step = 0;  ///< size of the step that led here [s]; 0: none did
+    double time = 0;            ///< [s]
+    std::uint64_t steps = 0;    ///< number of steps so far
+    double last_time_step = 0;  ///< size of the last step [s]; 0 before the first one
 
     bool operator==(const Moment&) const = default;
 };
@@ -24,27 +24,29 @@ namespace detail {
 inline void warn_on_stderr(const std::string& text) { std::fprintf(stderr, "firn: %s\n", text.c_str()); }
 }  // namespace detail
 
+/// Base of Simulation and ParticleSystem: time, gravity, warnings and steps.
 template <int D>
 class Stepper {
 public:
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
-    /// Takes warnings, each once. By default they go to stderr; empty: nowhere. It is called outside any parallel
-    /// region, before the step that it warns of.
+    /// Called with each warning, once, before the step that the warning is about and outside of parallel regions. By
+    /// default it writes to stderr. An empty function drops warnings.
     std::function<void(const std::string&)> warn = detail::warn_on_stderr;
 
-    double time() const { return now_.time; }  ///< [s]
-    std::uint64_t steps() const { return now_.steps; }
-    double last_time_step() const { return now_.last_time_step; }  ///< [s]
-    Moment moment() const { return now_; }
+    double time() const { return now_.time; }                      ///< Time that the run has reached [s].
+    std::uint64_t steps() const { return now_.steps; }             ///< Number of steps so far.
+    double last_time_step() const { return now_.last_time_step; }  ///< Size of the last step [s]; 0 before the first.
+    Moment moment() const { return now_; }                         ///< The time and step that the run has reached.
 
 protected:
     Stepper() { gravity[1] = -9.81; }
 
-    /// Takes steps until is_done() says so. They share parallel regions, each of which is left where something of the
-    /// user's is to be called.
-    /// \param workers    of a region
-    /// \param last_step  no region goes further
-    /// \param step       step(warning): takes one, or leaves a warning and takes none
+    /// Takes steps until is_done() returns true. The steps share parallel regions. A region ends before a function of
+    /// the user's is called.
+    /// \param workers    workers of a region
+    /// \param last_step  no region goes beyond this step
+    /// \param is_done    is_done(): whether to stop
+    /// \param step       step(warning): takes one step, or sets the warning and takes none
     template <class IsDone, class Step>
     void take_steps(int workers, std::uint64_t last_step, const IsDone& is_done, const Step& step) {
         std::string warning;
@@ -62,7 +64,7 @@ protected:
         }
     }
 
-    Moment now_;
+    Moment now_;  ///< The time and step that the run has reached.
 
 private:
     detail::StepHelpers helpers_;

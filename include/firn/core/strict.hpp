@@ -1,5 +1,7 @@
-/// \file A scalar that can do only what every scalar can: evaluate a policy with it and the compiler names, in a
-/// sentence, what would not run in SIMD lanes or on a GPU. For tests of policies; `firn::check_policy` uses it.
+/// \file A scalar for tests of policies, with only those operations that every scalar has.
+///
+/// If a policy does something that cannot run in SIMD lanes or on a GPU, the compiler says so in a sentence when the
+/// policy is evaluated with this scalar. `firn::check_policy` uses it.
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -7,28 +9,39 @@
 
 namespace firn {
 
+/// A float or double with only those operations that every scalar has.
 template <std::floating_point T>
 struct strict {
+    /// The result of a comparison. It does not convert to bool.
     struct mask {
-        bool bit;
+        bool bit;  ///< whether it is on
+        /// And, or, not.
+        /// @{
         friend constexpr mask operator&(mask a, mask b) { return {a.bit && b.bit}; }
         friend constexpr mask operator|(mask a, mask b) { return {a.bit || b.bit}; }
         friend constexpr mask operator!(mask a) { return {!a.bit}; }
+        /// @}
+
+        /// Whether the mask is on.
         friend constexpr bool any(mask m) { return m.bit; }
 
+        /// Does not compile: a policy cannot branch on a scalar.
         template <class M = mask>
         explicit constexpr operator bool() const {
             return detail::refuse_to_branch<M>();
         }
     };
 
-    T value;
+    T value;  ///< the number
 
-    strict() = default;
+    strict() = default;  ///< Leaves the number uninitialised.
+    /// From a number.
     template <class U>
         requires std::is_arithmetic_v<U>
     constexpr strict(U v) : value(T(v)) {}
 
+    /// Arithmetic of T.
+    /// @{
     friend constexpr strict operator+(strict a, strict b) { return a.value + b.value; }
     friend constexpr strict operator-(strict a, strict b) { return a.value - b.value; }
     friend constexpr strict operator*(strict a, strict b) { return a.value * b.value; }
@@ -37,13 +50,19 @@ struct strict {
     constexpr strict& operator+=(strict b) { return *this = *this + b; }
     constexpr strict& operator-=(strict b) { return *this = *this - b; }
     constexpr strict& operator*=(strict b) { return *this = *this * b; }
+    /// @}
 
+    /// Comparisons, which return a mask.
+    /// @{
     friend constexpr mask operator<(strict a, strict b) { return {a.value < b.value}; }
     friend constexpr mask operator<=(strict a, strict b) { return {a.value <= b.value}; }
     friend constexpr mask operator>(strict a, strict b) { return {a.value > b.value}; }
     friend constexpr mask operator>=(strict a, strict b) { return {a.value >= b.value}; }
     friend constexpr mask operator==(strict a, strict b) { return {a.value == b.value}; }
+    /// @}
 
+    /// The functions of all scalars, see core/scalar.hpp and core/bits.hpp.
+    /// @{
     friend constexpr strict select(mask m, strict a, strict b) { return m.bit ? a : b; }
     friend strict sqrt(strict a) { return std::sqrt(a.value); }
     friend constexpr strict abs(strict a) { return a.value < T(0) ? -a.value : a.value; }
@@ -52,13 +71,15 @@ struct strict {
     friend strict exponent_of(strict a) { return firn::exponent_of(a.value); }
     friend strict significand_of(strict a) { return firn::significand_of(a.value); }
     friend strict leading_half(strict a) { return firn::leading_half(a.value); }
+    /// @}
 };
 
+/// A strict number is one T.
 template <class T>
 struct scalar_traits<strict<T>> {
-    using value_type = T;
-    static constexpr int lanes = 1;
-    static constexpr bool has_friends = true;
+    using value_type = T;                      ///< float or double
+    static constexpr int lanes = 1;            ///< particles held by one scalar
+    static constexpr bool has_friends = true;  ///< \see firn::has_friends
 };
 
 }  // namespace firn

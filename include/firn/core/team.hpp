@@ -1,16 +1,17 @@
-/// \file The scheduler of one call: which worker runs which chunks of its loops.
+/// \file The scheduler of one call: it decides which worker runs which chunks of the loops.
 ///
-/// A phase of a loop is cut into chunks, and each worker has a share of them that follow one another: the same part of
-/// what lies in memory, in every loop, so that it stays in that processor's cache. A worker takes a chunk from the
-/// front of its share, runs it and takes the next one, or, when its share is empty, one from the back of another's;
-/// whoever finishes the last chunk of a phase opens the next phase. So a phase ends when its chunks are done, not when
-/// all workers have arrived: the caller waits only for chunks that a worker has begun, and can do all of them alone.
-/// Where another program holds a processor, a thread that does not get to run costs no more than the chunk it may hold.
+/// A phase of a loop is cut into chunks. Each worker gets a share: consecutive chunks, in every loop the same part of
+/// the memory, so that this part stays in the cache of its processor. A worker takes chunks from the front of its own
+/// share. When that is empty, it steals from the back of another share. The worker that finishes the last chunk of a
+/// phase opens the next phase.
 ///
-/// A worker that finds no chunk looks for some microseconds and then sleeps; so does the caller, which leaves its
-/// processor to a worker that holds a chunk and waits for one. To be woken takes longer than most phases, so a thread
-/// looks the longer the more often that was enough; where looking is in vain, as when another program has the processor
-/// of whom it waits for, it soon looks no longer than it must.
+/// A phase ends when its chunks are done, not when all workers have arrived. The caller waits only for workers that
+/// hold a chunk, and can run all chunks alone. If another program occupies a processor, the worker there delays a phase
+/// by at most the chunk that it holds.
+///
+/// A worker that finds no chunk spins for some microseconds, then parks. The caller does the same. Waking a parked
+/// thread takes longer than most phases. A thread therefore spins longer after each time that spinning found a chunk,
+/// and only half as long after each time that it did not.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -27,20 +28,20 @@
 
 namespace firn::detail {
 
-/// Phases that follow one another, each for the indices 0 ≤ i < counts[phase], `grain` of them a chunk.
+/// A loop of one or more phases, which run one after another.
 struct PhasedLoop {
-    std::span<const std::size_t> counts;
-    std::size_t grain = 1;
+    std::span<const std::size_t> counts;  ///< number of indices, one per phase
+    std::size_t grain = 1;                ///< indices of a chunk
     /// Runs the chunk first ≤ i < last of a phase.
     void (*run)(const void* body, std::size_t phase, std::size_t first, std::size_t last, int worker) = nullptr;
-    const void* body = nullptr;
-    /// One phase whose chunks are left to the workers whose shares they are, unless one is late.
+    const void* body = nullptr;  ///< the first argument of run
+    /// The loop has one phase, and workers run only their own shares. Others run the share of a worker that is late.
     bool is_owned = false;
 
     std::size_t chunks(std::size_t phase) const { return counts[phase] / grain + (counts[phase] % grain != 0); }
 };
 
-/// Tells the processor that this thread does nothing but look.
+/// Tells the processor that this thread spins.
 inline void pause() {
 #if defined(__x86_64__) || defined(__i386__)
     __builtin_ia32_pause();
@@ -49,30 +50,30 @@ inline void pause() {
 #endif
 }
 
-/// Of a clock that is never set [s].
+/// Returns the time of a clock that is never set back [s].
 inline double seconds_now() {
     std::timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-/// So long [s] a worker may be late before others do what is its own. Tests give more.
+/// A worker may be late by this time before others run its share [s]. Tests set it higher.
 inline double longest_wait_for_owner = 1e-3;
 
 class Team;
 
-/// What a thread does for firn now, and what it has learned.
+/// What the current thread does for firn.
 struct ThreadRole {
-    /// In looks: 3 to 100 µs. To wake a thread takes some 50.
+    /// Limits of `patience`, and how it grows: 100 to 2000 looks take 3 to 100 µs. Waking a thread takes about 50 µs.
     static constexpr int least_patience = 100, most_patience = 2000, patience_gained = 40;
 
-    Team* team = nullptr;           ///< whose caller it is
-    bool at_work = false;           ///< it runs chunks: loops in them are its own
-    int patience = least_patience;  ///< looks for a chunk before it sleeps
+    Team* team = nullptr;           ///< the team whose caller this thread is
+    bool at_work = false;           ///< it runs chunks; loops that it starts run on this thread
+    int patience = least_patience;  ///< looks for a chunk before it parks
 };
 inline constinit thread_local ThreadRole role_of_this_thread{};
 
-/// The workers of one call: 0 is the caller, 1, 2, … are helpers that may come late, or not at all.
+/// The workers of one call. Worker 0 is the caller. Workers 1, 2, … are helpers, which may come late or not at all.
 class Team {
 public:
     explicit Team(int workers) : seats_(std::size_t(workers)) {}
@@ -81,9 +82,10 @@ public:
 
     int workers() const { return int(seats_.size()); }
 
-    /// Runs the loop on the calling thread, which is the caller of this team, and on whichever helpers come in time.
-    /// Throws the first exception of a chunk once all is quiet; chunks not begun by then are left out.
-    /// \param workers  that may take part
+    /// Runs a loop on the calling thread, which must be worker 0, and on the helpers that come in time.
+    /// \param workers  at most so many workers take part
+    /// \throws anything  that a chunk throws: the first exception, after all workers have stopped. Chunks that have not
+    ///                   been started by then are left out.
     void run(const PhasedLoop& loop, int workers) {
         loop_ = loop;
         const std::size_t largest = *std::max_element(loop.counts.begin(), loop.counts.end());
@@ -99,26 +101,26 @@ public:
         if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
     }
 
-    /// Works through loops as worker 1, 2, … until the team is closed. Returns at once if that worker is already here.
+    /// Runs chunks of all loops as worker 1, 2, … until the team is closed. Returns at once if that worker is taken.
     void help(int worker) {
         Seat& seat = seats_[std::size_t(worker)];
         if (!seat.is_taken.exchange(true)) work(worker, is_closed_);
     }
 
-    /// Lets helpers go: there are no more loops. By the caller.
+    /// Releases the helpers. The caller calls it after the last loop.
     void close() {
         is_closed_ = true;
         for (Seat& seat : seats_) wake(seat);
     }
 
 private:
-    /// What a worker has left to run, in one word.
+    /// The chunks that a worker still has to run, packed into one word.
     struct Share {
         static constexpr int bits = 22;
         static constexpr std::uint64_t most_chunks = (std::uint64_t(1) << bits) - 1, most_workers = 0xffff;
         std::uint64_t first, last;  ///< first ≤ chunk < last
-        std::uint64_t workers;      ///< how many may take part
-        std::uint64_t phase;        ///< its number, below 16
+        std::uint64_t workers;      ///< workers that may take part
+        std::uint64_t phase;        ///< number of the phase, modulo 16
 
         explicit Share(std::uint64_t word)
             : first(word & most_chunks),
@@ -138,12 +140,12 @@ private:
         std::atomic<bool> is_taken = false;
     };
 
-    /// Runs chunks until there are none and `enough` is set.
+    /// Runs chunks until none is left and `enough` is set.
     void work(int worker, const std::atomic<bool>& enough) {
         ThreadRole& role = role_of_this_thread;
         const bool was_at_work = std::exchange(role.at_work, true);
         for (int looked = 0;;) {
-            // Read first: whoever knows that all have their share then sees its own.
+            // Read before the shares: a worker that reads the number of a phase here then sees its own share of it.
             const std::uint64_t given_out = given_out_;
             if (take(worker, worker, given_out) || take_from_others(worker, given_out)) {
                 if (looked > 0) role.patience = std::min(role.patience + role.patience_gained, role.most_patience);
@@ -161,7 +163,8 @@ private:
         }
         role.at_work = was_at_work;
     }
-    /// The caller runs its share, waits a while for the others to run theirs, and offers to all what is left.
+    /// The caller runs its own share and waits for the other workers to run theirs, but no longer than
+    /// longest_wait_for_owner. Then it lets all workers steal what is left.
     void wait_for_owners() {
         ThreadRole& role = role_of_this_thread;
         const bool was_at_work = std::exchange(role.at_work, true);
@@ -173,8 +176,10 @@ private:
         given_out_ = number_;
     }
 
-    /// Runs one chunk of a worker's share, if there is one: the first of its own, the last of another's. Nothing read
-    /// before it is taken is used after that, so it matters not if the share is another loop's by then.
+    /// Takes a chunk from the share of worker `from` and runs it: the first one if the share is its own, else the last.
+    /// Returns false if the share offers none.
+    ///
+    /// Until the chunk is taken, the share may become one of another loop. The loop is therefore read only afterwards.
     bool take(int from, int worker, std::uint64_t given_out) {
         std::atomic<std::uint64_t>& left = seats_[std::size_t(from)].share;
         std::uint64_t word = left;
@@ -193,7 +198,8 @@ private:
             if (other != worker && take(other, worker, given_out)) return true;
         return false;
     }
-    /// Others' chunks are not, before all have their share: a worker's own may come in a moment.
+    /// Whether the worker may take a chunk of this share. It does not steal before every worker has its share of the
+    /// phase, since its own may come in a moment.
     static bool is_offered(const Share& share, int from, int worker, std::uint64_t given_out) {
         return share.offers(std::uint64_t(worker)) && (from == worker || share.phase == given_out);
     }
@@ -204,6 +210,7 @@ private:
         return false;
     }
 
+    /// Runs a chunk, unless one has thrown.
     void run_chunk(std::size_t chunk, int worker) {
         if (!failed_) {
             const std::size_t first = chunk * loop_.grain, left = loop_.counts[phase_] - first;
@@ -216,7 +223,7 @@ private:
         let_go();
     }
 
-    /// Of a chunk, or of a phase that was held while it was given out. The last one opens the next phase.
+    /// Counts a chunk as done, or releases the hold of open_phase(). The last call of a phase opens the next phase.
     void let_go() {
         while (unfinished_.fetch_sub(1) == 1) {
             ++phase_;
@@ -224,8 +231,10 @@ private:
         }
     }
 
-    /// Gives out the next phase that has chunks, and holds it; false if there is none. Called while nothing of a phase
-    /// is left or held: the loop is the calling thread's alone until it has given out a share.
+    /// Gives every worker its share of the next phase that has chunks. Returns false if there is no such phase.
+    ///
+    /// It holds the phase, so that it cannot end before all shares are given; let_go() releases it. It is called when
+    /// no chunk is left and no phase is held: no other thread uses the loop until the first share is given.
     bool open_phase() {
         for (; phase_ < loop_.counts.size() && !failed_; ++phase_) {
             const std::size_t chunks = loop_.chunks(phase_);
@@ -245,8 +254,11 @@ private:
         return false;
     }
 
-    /// Who sleeps says so first and looks once more; who has something to offer offers it first and then looks who
-    /// sleeps. In the one order of all these accesses (std::memory_order_seq_cst) one of the two sees the other.
+    /// Parks a worker until wake() is called for it.
+    ///
+    /// No wake-up is lost: a worker first sets `sleeps` and then looks for chunks once more; open_phase() first gives
+    /// shares and then reads `sleeps`. All accesses have one order (std::memory_order_seq_cst), so at least one of the
+    /// two sees the other.
     void sleep(int worker, const std::atomic<bool>& enough) {
         Seat& seat = seats_[std::size_t(worker)];
         seat.sleeps = 1;
@@ -261,13 +273,13 @@ private:
         seat.sleeps.notify_one();
     }
 
-    alignas(64) std::atomic<std::size_t> unfinished_ = 0;   ///< chunks of the phase, and who gives it out
-    alignas(64) std::atomic<std::uint64_t> given_out_ = 0;  ///< the phase of which all have their share
+    alignas(64) std::atomic<std::size_t> unfinished_ = 0;   ///< chunks of the phase that are not done; plus 1 if held
+    alignas(64) std::atomic<std::uint64_t> given_out_ = 0;  ///< number of the last phase that may be stolen from
     alignas(64) PhasedLoop loop_;
-    std::uint64_t number_ = 0;   ///< of this phase among all of all loops, modulo 16
-    std::uint64_t workers_ = 0;  ///< that may take part in the loop
-    std::size_t phase_ = 0;
-    std::exception_ptr failure_;
+    std::uint64_t number_ = 0;    ///< number of this phase among those of all loops, modulo 16
+    std::uint64_t workers_ = 0;   ///< workers that may take part in the loop
+    std::size_t phase_ = 0;       ///< of the loop
+    std::exception_ptr failure_;  ///< the first exception of a chunk
     std::atomic<bool> failed_ = false, is_over_ = false, is_closed_ = false;
     std::vector<Seat> seats_;
 };

@@ -1,8 +1,7 @@
-/// \file Vec<S, D> and Mat<S, D>: small vectors and matrices of any scalar, for D = 2 and 3 from the same lines.
+/// \file Small vectors and matrices of any scalar: `Vec<S, D>` and `Mat<S, D>`.
 ///
-/// Their operations are unrolled and dissolve into the caller, so that with S = pack the numbers stay in registers.
-/// They have the memory layout of Eigen's fixed-size types (columns contiguous). With core/eigen.hpp Eigen's
-/// expressions are taken wherever a Vec or Mat is, and these become Eigen's.
+/// All operations are unrolled and inlined, so that with S = pack the numbers stay in registers. The memory layout is
+/// that of Eigen's fixed-size types: columns are contiguous. core/eigen.hpp adds conversions from and to Eigen.
 #pragma once
 
 #include <firn/core/foreign.hpp>
@@ -12,15 +11,19 @@
 
 namespace firn {
 
+/// A vector of D numbers.
+/// \tparam S  the scalar: float, double, pack, dual, …
 template <class S, int D>
 struct Vec {
-    S v[D];
+    S v[D];  ///< the numbers
 
-    Vec() = default;
+    Vec() = default;  ///< Leaves the numbers uninitialised.
+
+    /// Takes the components. For D = 3, z may be left out and is zero then: {0, -9.81} works in 2D and 3D.
+    /// @{
     FIRN_INLINE constexpr Vec(const S& x)
         requires(D == 1)
         : v{x} {}
-    /// What is not given is zero: {0, -9.81} for both dimensions.
     FIRN_INLINE constexpr Vec(const S& x, const S& y)
         requires(D == 2)
         : v{x, y} {}
@@ -36,7 +39,10 @@ struct Vec {
     FIRN_INLINE constexpr Vec(const S (&numbers)[D]) {
         unroll<D>([&](auto i) FIRN_LAMBDA { v[i] = numbers[i]; });
     }
-    /// Of another library, an expression included. \see foreign.hpp
+    /// @}
+
+    /// Converts from a vector or expression of another library, and to its vectors. \see foreign.hpp
+    /// @{
     template <holds_numbers<D, 1> Other>
     FIRN_INLINE Vec(const Other& other) {
         foreign<Other>::template read<S, D, 1>(other, v);
@@ -45,7 +51,10 @@ struct Vec {
     FIRN_INLINE operator Other() const {
         return foreign<Other>::made(v);
     }
+    /// @}
 
+    /// Returns a component, by its number (0 ≤ i < D) or name.
+    /// @{
     FIRN_INLINE constexpr S& operator[](int i) { return v[i]; }
     FIRN_INLINE constexpr const S& operator[](int i) const { return v[i]; }
     FIRN_INLINE constexpr S& x() { return v[0]; }
@@ -70,14 +79,19 @@ struct Vec {
     {
         return v[2];
     }
+    /// @}
 
+    /// Returns a vector with the same value in all components.
     FIRN_INLINE static constexpr Vec filled(const S& value) {
         Vec r{};
         unroll<D>([&](auto i) FIRN_LAMBDA { r.v[i] = value; });
         return r;
     }
+    /// Returns the zero vector.
     FIRN_INLINE static constexpr Vec zero() { return filled(S(0)); }
 
+    /// Sums, differences and multiples by a scalar, component by component.
+    /// @{
     FIRN_INLINE friend constexpr Vec operator+(const Vec& a, const Vec& b) {
         Vec r{};
         unroll<D>([&](auto i) FIRN_LAMBDA { r.v[i] = a.v[i] + b.v[i]; });
@@ -97,6 +111,9 @@ struct Vec {
     FIRN_INLINE friend constexpr Vec operator*(const S& s, const Vec& a) { return a * s; }
     FIRN_INLINE constexpr Vec& operator+=(const Vec& b) { return *this = *this + b; }
     FIRN_INLINE constexpr Vec& operator-=(const Vec& b) { return *this = *this - b; }
+    /// @}
+
+    /// Whether all components are equal; for S = float and double.
     friend constexpr bool operator==(const Vec& a, const Vec& b)
         requires std::floating_point<S>
     {
@@ -107,16 +124,18 @@ struct Vec {
 };
 
 /// A D × D matrix; a(i, j) is row i, column j.
+/// \tparam S  the scalar: float, double, pack, dual, …
 template <class S, int D>
 struct Mat {
-    S m[D * D];
+    S m[D * D];  ///< the numbers, column by column
 
-    Mat() = default;
-    /// Column after column; see rows().
+    Mat() = default;  ///< Leaves the numbers uninitialised.
+    /// From numbers column by column. \see rows()
     FIRN_INLINE constexpr Mat(const S (&numbers)[D * D]) {
         unroll<D * D>([&](auto k) FIRN_LAMBDA { m[k] = numbers[k]; });
     }
-    /// Of another library, an expression included. \see foreign.hpp
+    /// Converts from a matrix or expression of another library, and to its matrices. \see foreign.hpp
+    /// @{
     template <holds_numbers<D, D> Other>
     FIRN_INLINE Mat(const Other& other) {
         foreign<Other>::template read<S, D, D>(other, m);
@@ -125,18 +144,25 @@ struct Mat {
     FIRN_INLINE operator Other() const {
         return foreign<Other>::made(m);
     }
+    /// @}
 
+    /// Returns the element in row i and column j, both from 0 to D − 1.
+    /// @{
     FIRN_INLINE constexpr S& operator()(int i, int j) { return m[i + D * j]; }
     FIRN_INLINE constexpr const S& operator()(int i, int j) const { return m[i + D * j]; }
+    /// @}
 
+    /// Returns a matrix with the same value on the diagonal, and zeros elsewhere.
     FIRN_INLINE static constexpr Mat diagonal(const S& value) {
         Mat r{};
         unroll<D * D>([&](auto k) FIRN_LAMBDA { r.m[k] = k % (D + 1) == 0 ? value : S(0); });
         return r;
     }
+    /// Returns the zero matrix.
     FIRN_INLINE static constexpr Mat zero() { return diagonal(S(0)); }
+    /// Returns the identity matrix.
     FIRN_INLINE static constexpr Mat identity() { return diagonal(S(1)); }
-    /// From numbers written row by row, as on paper.
+    /// Returns a matrix from D² numbers row by row, as on paper.
     template <class... U>
         requires(sizeof...(U) == D * D)
     FIRN_INLINE static constexpr Mat rows(const U&... values) {
@@ -145,12 +171,15 @@ struct Mat {
         unroll<D * D>([&](auto k) FIRN_LAMBDA { r(k / D, k % D) = given[k]; });
         return r;
     }
+    /// Returns column j, 0 ≤ j < D.
     FIRN_INLINE constexpr Vec<S, D> column(int j) const {
         Vec<S, D> r{};
         unroll<D>([&](auto i) FIRN_LAMBDA { r.v[i] = (*this)(i, j); });
         return r;
     }
 
+    /// Sums, differences and multiples by a scalar, element by element; products with a matrix or a vector.
+    /// @{
     FIRN_INLINE friend constexpr Mat operator+(const Mat& a, const Mat& b) {
         Mat r{};
         unroll<D * D>([&](auto k) FIRN_LAMBDA { r.m[k] = a.m[k] + b.m[k]; });
@@ -189,8 +218,10 @@ struct Mat {
     }
     FIRN_INLINE constexpr Mat& operator+=(const Mat& b) { return *this = *this + b; }
     FIRN_INLINE constexpr Mat& operator-=(const Mat& b) { return *this = *this - b; }
+    /// @}
 };
 
+/// Returns a · b.
 template <class S, int D>
 FIRN_INLINE constexpr S dot(const Vec<S, D>& a, const Vec<S, D>& b) {
     S sum = a[0] * b[0];
@@ -198,18 +229,19 @@ FIRN_INLINE constexpr S dot(const Vec<S, D>& a, const Vec<S, D>& b) {
     return sum;
 }
 
+/// Returns |a|, the length of a vector.
 template <class S, int D>
 FIRN_INLINE S norm(const Vec<S, D>& a) {
     return sqrt(dot(a, a));
 }
 
-/// a × b
+/// Returns a × b.
 template <class S>
 FIRN_INLINE constexpr Vec<S, 3> cross(const Vec<S, 3>& a, const Vec<S, 3>& b) {
     return {{a.v[1] * b.v[2] - a.v[2] * b.v[1], a.v[2] * b.v[0] - a.v[0] * b.v[2], a.v[0] * b.v[1] - a.v[1] * b.v[0]}};
 }
 
-/// a bᵀ
+/// Returns a bᵀ.
 template <class S, int D>
 FIRN_INLINE constexpr Mat<S, D> outer(const Vec<S, D>& a, const Vec<S, D>& b) {
     Mat<S, D> r{};
@@ -217,6 +249,7 @@ FIRN_INLINE constexpr Mat<S, D> outer(const Vec<S, D>& a, const Vec<S, D>& b) {
     return r;
 }
 
+/// Returns aᵀ.
 template <class S, int D>
 FIRN_INLINE constexpr Mat<S, D> transpose(const Mat<S, D>& a) {
     Mat<S, D> r{};
@@ -224,6 +257,7 @@ FIRN_INLINE constexpr Mat<S, D> transpose(const Mat<S, D>& a) {
     return r;
 }
 
+/// Returns the sum of the diagonal, Σ aᵢᵢ.
 template <class S, int D>
 FIRN_INLINE constexpr S trace(const Mat<S, D>& a) {
     S sum = a(0, 0);
@@ -231,7 +265,7 @@ FIRN_INLINE constexpr S trace(const Mat<S, D>& a) {
     return sum;
 }
 
-/// Σ aᵢⱼ²
+/// Returns the square of the Frobenius norm, Σ aᵢⱼ².
 template <class S, int D>
 FIRN_INLINE constexpr S squared_norm(const Mat<S, D>& a) {
     S sum = a.m[0] * a.m[0];
@@ -239,6 +273,7 @@ FIRN_INLINE constexpr S squared_norm(const Mat<S, D>& a) {
     return sum;
 }
 
+/// Returns the determinant, for D ≤ 3.
 template <class S, int D>
 FIRN_INLINE constexpr S determinant(const Mat<S, D>& a) {
     if constexpr (D == 1) {
@@ -251,6 +286,8 @@ FIRN_INLINE constexpr S determinant(const Mat<S, D>& a) {
     }
 }
 
+/// Returns a where the mask is on, b elsewhere. The choice is made for each lane.
+/// @{
 template <class M, class S, int D>
 FIRN_INLINE constexpr Vec<S, D> select(const M& mask, const Vec<S, D>& a, const Vec<S, D>& b) {
     Vec<S, D> r{};
@@ -263,8 +300,10 @@ FIRN_INLINE constexpr Mat<S, D> select(const M& mask, const Mat<S, D>& a, const 
     unroll<D * D>([&](auto k) FIRN_LAMBDA { r.m[k] = select(mask, a.m[k], b.m[k]); });
     return r;
 }
+/// @}
 
-/// The same numbers as another scalar: float → pack (all lanes alike), double → float, …
+/// Converts every number to the scalar T: float → pack (all lanes alike), double → float, …
+/// @{
 template <class T, class S, int D>
 FIRN_INLINE constexpr Vec<T, D> cast(const Vec<S, D>& a) {
     Vec<T, D> r{};
@@ -277,5 +316,6 @@ FIRN_INLINE constexpr Mat<T, D> cast(const Mat<S, D>& a) {
     unroll<D * D>([&](auto k) FIRN_LAMBDA { r.m[k] = T(a.m[k]); });
     return r;
 }
+/// @}
 
 }  // namespace firn

@@ -1,13 +1,13 @@
-/// \file The few instructions of x86 that vectors of the compilers' extension have no operator for.
+/// \file The few instructions of x86 for which the compilers' vector extension has no operator.
 ///
-/// g++ reads <immintrin.h> for a quarter of a second, a sixth of what a small program takes to compile. So they are
-/// its builtins where it has them all; else the intrinsics.
+/// Including `immintrin.h` takes g++ a quarter of a second, a sixth of the time to compile a small program. Therefore
+/// g++'s builtins are used if it has all of them, and the intrinsics otherwise.
 #pragma once
 
 #include <firn/core/config.hpp>
 
 namespace firn::detail::x86 {
-// The names, also where the target is another.
+// Declares the names for all targets, so that callers can test whether a call compiles.
 template <class>
 void sign_bits();
 template <class>
@@ -49,7 +49,7 @@ void nearest();
 #define FIRN_X86(builtin, intrinsic) intrinsic
 #endif
 
-// The masked intrinsics of AVX-512 are taken: of the plain ones g++ 12 says that a value is not initialised.
+// AVX-512 uses the masked intrinsics: for the others g++ 12 warns of an uninitialised value.
 namespace firn::detail::x86 {
 
 using float4 [[gnu::vector_size(16)]] = float;
@@ -78,12 +78,12 @@ FIRN_INLINE double4 sqrt(double4 a) { return FIRN_X86(__builtin_ia32_sqrtpd256(a
 FIRN_INLINE float8 floor(float8 a) { return FIRN_X86(__builtin_ia32_roundps256(a, 1), _mm256_floor_ps(a)); }
 FIRN_INLINE double4 floor(double4 a) { return FIRN_X86(__builtin_ia32_roundpd256(a, 1), _mm256_floor_pd(a)); }
 FIRN_INLINE int8 nearest(float8 a) { return int8(FIRN_X86(__builtin_ia32_cvtps2dq256(a), _mm256_cvtps_epi32(a))); }
-/// The same four numbers twice.
+/// Returns four numbers, twice.
 FIRN_INLINE float8 repeat(const float* from) {
     const auto* four = reinterpret_cast<const float4*>(from);
     return FIRN_X86(__builtin_ia32_vbroadcastf128_ps256(four), _mm256_broadcast_ps(four));
 }
-/// Four times one number, then four times the next.
+/// Returns the first number four times, then the second four times.
 FIRN_INLINE float8 spread(const float* from) {
     return FIRN_X86(
         __builtin_ia32_blendps256(__builtin_ia32_vbroadcastss256(from), __builtin_ia32_vbroadcastss256(from + 1), 0xf0),
@@ -123,7 +123,8 @@ FIRN_INLINE int16 nearest(float16 a) {
     return int16(
         FIRN_X86(__builtin_ia32_cvtps2dq512_mask(a, int16{}, short(0xffff), 4), _mm512_maskz_cvtps_epi32(0xffff, a)));
 }
-/// The same four numbers twice, or four times.
+/// Returns the four numbers twice (double8) or four times (float16).
+/// @{
 FIRN_INLINE double8 repeat(double4 four) {
     return FIRN_X86(__builtin_ia32_broadcastf64x4_512(four, double8{}, char(0xff)),
                     _mm512_maskz_broadcast_f64x4(0xff, four));
@@ -132,16 +133,19 @@ FIRN_INLINE float16 repeat(float4 four) {
     return FIRN_X86(__builtin_ia32_broadcastf32x4_512(four, float16{}, short(0xffff)),
                     _mm512_maskz_broadcast_f32x4(0xffff, four));
 }
-/// a, but its upper half is four times the number.
+/// @}
+
+/// Returns the lower half of a, followed by the number four times.
 FIRN_INLINE double8 with_upper(double8 a, double number) {
     const double2 two{number, 0};
     return FIRN_X86(__builtin_ia32_broadcastsd512(two, a, char(0xf0)), _mm512_mask_broadcastsd_pd(a, 0xf0, two));
 }
+/// Returns the upper half of a.
 FIRN_INLINE double4 upper(double8 a) {
     return FIRN_X86(__builtin_ia32_extractf64x4_mask(a, 1, double4{}, char(0xff)),
                     _mm512_maskz_extractf64x4_pd(0xff, a, 1));
 }
-/// Its numbers in another order.
+/// Returns the numbers of a in another order: a[order[0]], a[order[1]], …
 FIRN_INLINE float16 permuted(float16 a, int16 order) {
     return FIRN_X86(__builtin_ia32_permvarsf512_mask(a, order, float16{}, short(0xffff)),
                     _mm512_maskz_permutexvar_ps(0xffff, __m512i(order), a));
