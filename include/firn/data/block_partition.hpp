@@ -115,11 +115,11 @@ inline constexpr std::size_t spray_particles = 64;
 /// Particles that one worker scatters together: those of one dense block, or those of all sparse blocks of a cube,
 /// which share packs. The rest of the last pack is padding. \see cube_blocks
 struct BlockGroup {
-    /// The first of its ranges in BlockPartition::ranges, and their number.
-    std::uint32_t first_range, ranges;
-    std::size_t first_slot;  ///< a multiple of pack_size
-    std::size_t particles;   ///< number of particles, from first_slot on
-    bool sparse;             ///< true if it consists of the sparse blocks of a cube
+    std::uint32_t first_range,  ///< the first of its ranges in BlockPartition::ranges
+        ranges;                 ///< number of its ranges
+    std::size_t first_slot;     ///< a multiple of pack_size
+    std::size_t particles;      ///< number of particles, from first_slot on
+    bool sparse;                ///< true if it consists of the sparse blocks of a cube
 
     /// Number of packs.
     std::size_t packs() const { return (particles + pack_size - 1) / pack_size; }

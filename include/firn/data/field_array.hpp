@@ -26,6 +26,7 @@ public:
     bool empty() const { return size_ == 0; }
     /// \name Access
     /// @{
+
     /// The values by pointer, index and iterator.
     T* data() { return data_; }
     const T* data() const { return data_; }

@@ -18,6 +18,7 @@ inline constexpr int symmetric_size = D * (D + 1) / 2;
 
 /// \name Upper triangle
 /// @{
+
 /// The index of element (i, j) of a symmetric d × d matrix in its upper triangle.
 FIRN_INLINE constexpr int symmetric_index(int d, int i, int j) {
     const int low = i < j ? i : j, high = i < j ? j : i;

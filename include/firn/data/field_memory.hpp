@@ -45,6 +45,7 @@ public:
 
     /// \name All numbers of a field
     /// @{
+
     /// The first number of a field. \tparam T  type of the field's numbers
     template <class T>
     T* numbers(std::size_t field) {
@@ -58,6 +59,7 @@ public:
 
     /// \name One number
     /// @{
+
     /// One component of a field in a slot. \tparam T  type of the field's numbers
     template <class T>
     T& at(std::size_t field, std::size_t slot, int component) {

@@ -12,6 +12,7 @@ namespace firn {
 
 /// \name Numbers in a field of a material's state
 /// @{
+
 /// 1 for a scalar, D for a `Vec<S, D>`, D² for a `Mat<S, D>`.
 template <class T>
 inline constexpr int component_count = 1;

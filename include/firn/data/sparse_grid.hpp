@@ -45,6 +45,7 @@ public:
 
     /// \name Nodes
     /// @{
+
     /// The nodes of block b: `block_nodes<D>` × node_width numbers, the last axis fastest.
     S* nodes(std::size_t b) { return nodes_.data() + b * std::size_t(block_nodes<D> * node_width); }
     const S* nodes(std::size_t b) const { return nodes_.data() + b * std::size_t(block_nodes<D> * node_width); }

@@ -161,11 +161,12 @@ using quad = detail::node_register<S, 4>;
 template <class S, int K, int W>
 struct row_of {
     template <class Other>
-    using of = row_of<Other, K, W>;                                      ///< the same form of a row, of other numbers
-    static constexpr int nodes = K;                                      ///< number of nodes
-    static constexpr int width = W == 8 && K == 1 ? 4 : W;               ///< numbers in the first register
-    using Number = detail::node_register<S, width>;                      ///< a register
-    using Rest = row_of<S, (K > width / 4 ? K - width / 4 : 0), width>;  ///< the nodes beyond the first register
+    using of = row_of<Other, K, W>;                         ///< the same form of a row, of other numbers
+    static constexpr int nodes = K;                         ///< number of nodes
+    static constexpr int width = W == 8 && K == 1 ? 4 : W;  ///< numbers in the first register
+    using Number = detail::node_register<S, width>;         ///< type of a register
+    using Rest =
+        row_of<S, (K > width / 4 ? K - width / 4 : 0), width>;  ///< type of the nodes beyond the first register
     /// Number of the target's registers that it fills.
     static constexpr int registers = int((width * sizeof(S) - 1) / register_bytes + 1) + Rest::registers;
 
@@ -204,8 +205,8 @@ struct row_of {
 
     /// \name Arithmetic, number by number
     /// @{
-    /// Sums, differences and products are rounded; plus_times() is a + b c, times_minus() is b s − a, in one operation
-    /// if the target has it and the compiler may use it (-ffp-contract). A register s holds numbers for every node.
+
+    /// Number by number, each result rounded.
     FIRN_INLINE friend row_of operator+(const row_of& a, const row_of& b) {
         return {a.first + b.first, a.rest + b.rest};
     }
@@ -215,15 +216,18 @@ struct row_of {
     FIRN_INLINE friend row_of operator*(const row_of& a, const row_of& b) {
         return {a.first * b.first, a.rest * b.rest};
     }
+    /// a + b c, in one operation if the target has it and the compiler may use it (-ffp-contract).
     FIRN_INLINE friend row_of plus_times(const row_of& a, const row_of& b, const row_of& c) {
         return {plus_times(a.first, b.first, c.first), plus_times(a.rest, b.rest, c.rest)};
     }
     FIRN_INLINE friend row_of operator*(const row_of& a, const Number& s) {
         return {a.first * s, a.rest * Rest::narrowed(s)};
     }
+    /// a + b s, in one operation if the target has it and the compiler may use it (-ffp-contract).
     FIRN_INLINE friend row_of plus_times(const row_of& a, const row_of& b, const Number& s) {
         return {plus_times(a.first, b.first, s), plus_times(a.rest, b.rest, Rest::narrowed(s))};
     }
+    /// b s − a, in one operation likewise.
     FIRN_INLINE friend row_of times_minus(const row_of& b, const Number& s, const row_of& a) {
         return {times_minus(b.first, s, a.first), times_minus(b.rest, Rest::narrowed(s), a.rest)};
     }
@@ -244,7 +248,8 @@ template <class S, int W>
 struct row_of<S, 0, W> {
     /// \name As of rows with nodes
     /// @{
-    /// \see row_of
+
+    /// As in row_of, for no nodes.
     static constexpr int width = W, registers = 0;
     FIRN_INLINE static row_of load(const S*) { return {}; }
     FIRN_INLINE void store(S*) const {}

@@ -51,11 +51,9 @@ BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const 
 
 }  // namespace detail
 
-/// \name Partition of firn's own particles
-/// @{
 /// Finds the order of particles by block, cell and id. It moves no particle.
 /// \param threads  number of threads; 0: thread_count() chooses
-/// \param room     `BlockSort::room` bytes of scratch memory per slot; without it, the memory is allocated
+/// \param room     `BlockSort::room` bytes of scratch memory per slot
 /// \throws parameter_error  if the cells along a periodic axis are no multiple of what the kernel needs
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads, std::byte* room) {
@@ -64,12 +62,12 @@ BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, i
                                     colours_along_axis<Kernel>, threads, room);
 }
 
+/// The same, but it allocates the scratch memory.
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads = 0) {
     const auto room = std::make_unique_for_overwrite<std::byte[]>(particles.slots() * BlockSort<D>::room);
     return partition_particles<Kernel>(particles, threads, room.get());
 }
-/// @}
 
 /// Finds the order of another program's particles by block, cell and index. It moves no particle.
 /// \param count    number of particles
