@@ -1,4 +1,4 @@
-/// \file Blocks of cells, and which particles belong to which block. Colours, sparse grids and packs are built on it.
+/// \file Blocks of cells, and which particles belong to which block. Colours, sparse grids and packs build on them.
 #pragma once
 
 #include <firn/data/domain.hpp>
@@ -90,8 +90,8 @@ inline constexpr int arena_size = Blocks * block_size + 2 * allowed_drift + Kern
 template <class Kernel>
 inline constexpr int colours_along_axis = (arena_size<Kernel> + block_size - 1) / block_size;
 
-/// The colour of a block or of a cube, 0 to n^D − 1: its coordinates modulo n. Between two of one colour there are n −
-/// 1 of other colours.
+/// The colour of a block or of a cube, 0 to n^D − 1: its coordinates modulo n. Between two of one colour there
+/// are n − 1 of other colours.
 template <int D>
 std::size_t block_colour(const BlockCoordinate<D>& block, int n) {
     std::size_t colour = 0;
@@ -108,8 +108,7 @@ struct BlockRange {
 };
 
 /// Sparse blocks of a cube that have no more particles than this together are spray. An arena for them would hold
-/// mostly nodes that no particle reaches. So they scatter only to nodes that they reach, and gather from the grid
-/// in-place.
+/// mostly nodes that no particle reaches. So they scatter only to nodes that they reach, and gather in the grid.
 inline constexpr std::size_t spray_particles = 64;
 
 /// Particles that one worker scatters together: those of one dense block, or those of all sparse blocks of a cube,

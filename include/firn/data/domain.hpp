@@ -43,14 +43,12 @@ S extent_in_cells(const Domain<D>& domain, int axis) {
 /// from the lower corner.
 inline constexpr double most_cells_per_axis = 4.0 * (1 << 20) - 16;
 
-/// The number of cells along a periodic axis is a multiple of this, so that the colours of blocks continue across its
-/// ends.
+/// The number of cells along a periodic axis is a multiple of this, so that colours of blocks continue across its ends.
 inline constexpr int periodic_multiple = 16;
 
 /// Checks a domain.
-/// \throws parameter_error  if the box is empty or not finite, if it has too many or too few cells, or if the cells
-/// along
-///                          a periodic axis are no multiple of periodic_multiple
+/// \throws parameter_error  if the box is empty or not finite, if it has too many or too few cells, or if the number of
+///                          cells along a periodic axis is no multiple of periodic_multiple
 template <int D>
 void check(const Domain<D>& domain) {
     if (!(domain.cell_size > 0) || !std::isfinite(domain.cell_size))

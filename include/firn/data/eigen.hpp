@@ -15,8 +15,8 @@
 namespace firn {
 
 /// Collects f(slot) of every particle, in the order of slots: one column for each Vec or Mat (column after column), one
-/// row for each number. All copy_of_… use the same order until particles are added, removed or sorted, which a step may
-/// do.
+/// row for each number. All copy_of_… use the same order until particles are added or removed, or until
+/// a step sorts them.
 template <std::floating_point S, int D, class State, class F>
 auto copy_of(const Particles<S, D, State>& particles, const F& f) {
     std::vector<decltype(f(std::size_t(0)))> all;
@@ -41,8 +41,8 @@ template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, Eigen::Dynamic, 1> copy_of_masses(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.mass(slot); });
 }
-/// Deformation gradients F [1], if particles have them: D² × n, column after column; `.col(i).reshaped(D, D)` is the
-/// matrix.
+/// Deformation gradients F [1], if particles have them: D² × n, column after column.
+/// `.col(i).reshaped(D, D)` is the matrix of a particle.
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, D * D, Eigen::Dynamic> copy_of_deformation_gradients(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.state(slot).F; });

@@ -30,7 +30,7 @@ FIRN_INLINE constexpr int symmetric_index(int i, int j) {
 }
 /// @}
 
-/// What a field's numbers are in D dimensions: 1, D, D × D, or the upper triangle of D × D.
+/// The shape of a field in D dimensions: one number, D numbers, a D × D matrix, or its upper triangle.
 enum class FieldShape : std::uint8_t { scalar, vector, matrix, symmetric_matrix };
 
 /// The type of a field's numbers. `real` is the precision of the particles.

@@ -79,8 +79,7 @@ public:
     /// Memory that so many slots need [bytes].
     std::size_t bytes_for(std::size_t slots) const { return slots * (width_ + widest_); }
 
-    /// Makes the number of slots larger. New slots hold zeros. Each worker writes its share of every field and of the
-    /// gap.
+    /// Makes the number of slots larger. New slots hold zeros. Each worker writes its share of each field and the gap.
     /// \param slots  the new number, a multiple of pack_size
     void grow(std::size_t slots, int workers) {
         FieldMemory larger(order_, fields_, width_, widest_);

@@ -28,9 +28,8 @@ namespace firn {
 class InsideTest {
 public:
     /// Prepares the test of a mesh.
-    /// \throws mesh_error  if the mesh is not closed and consistently oriented (check_closed()), encloses no volume, or
-    /// is
-    ///                     so small and so far from the origin that its shape is lost to rounding
+    /// \throws mesh_error  if the mesh is not closed and consistently oriented (check_closed()), if it encloses no
+    ///                     volume, or if it is so small and so far from the origin that its shape is lost to rounding
     explicit InsideTest(const TriangleMesh& mesh) {
         check_closed(mesh);
         bounds_ = bounding_box(mesh);
@@ -62,8 +61,8 @@ public:
         for (int k = 0; k < 3; ++k) {
             if (x[k] >= bounds_.lower[k] && x[k] <= bounds_.upper[k]) continue;
             if (!detail::is_finite(x)) {
-                throw parameter_error(
-                    sentence("The point to test is ", detail::describe(x), "; give finite coordinates."));
+                throw parameter_error(sentence("A point at ", detail::describe(x),
+                                               " is neither inside nor outside; give finite coordinates."));
             }
             return 0;
         }
@@ -162,8 +161,8 @@ private:
         const Point upper = on_lattice(bounds_.upper);
         const std::int64_t widest = std::max(upper.x, upper.y);
         bins_ = std::clamp<std::int64_t>(std::llround(std::sqrt(double(triangles_.size()))), 1, 2048);
-        // Long slivers lie in many bins. Bins are then made larger, so that memory stays in proportion to the
-        // triangles.
+        // Long slivers lie in many bins. Bins are then made larger, so that memory stays proportional to
+        // their number.
         for (;; bins_ = (bins_ + 1) / 2) {
             bin_width_ = widest / bins_ + 1;
             std::size_t entries = 0;

@@ -23,9 +23,8 @@ struct MeshDistanceOptions {
 /// are exact up to rounding.
 /// \tparam Number  float or double
 /// \throws mesh_error       if the mesh is empty, open, or encloses nothing
-/// \throws parameter_error  if a length is not positive and finite, the band is narrower than one spacing, or the grid
-/// is
-///                          larger than most_bytes
+/// \throws parameter_error  if a length is not positive and finite, if the band is narrower than one spacing, or if the
+///                          grid is larger than most_bytes
 /// \throws memory_error     if the grid does not fit into memory
 template <std::floating_point Number = float>
 std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMesh& mesh,
@@ -62,8 +61,7 @@ std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMe
 
     for (int i = 0; i < grid.nodes[0]; ++i)
         for (int j = 0; j < grid.nodes[1]; ++j) {
-            double bound =
-                std::numeric_limits<double>::infinity();  // by the distance of the node before, one spacing away
+            double bound = std::numeric_limits<double>::infinity();  // from the node before, one spacing away
             for (int k = 0; k < grid.nodes[2]; ++k) {
                 const Vec<double, 3> x = grid.lower + Vec<double, 3>{double(i), double(j), double(k)} * spacing;
                 const bool is_inside = inside(x);

@@ -18,7 +18,7 @@ namespace firn {
 /// Where particles are: all that sorting reads.
 template <std::floating_point S>
 struct PlacesOfParticles {
-    const S* places;             ///< [pack][axis][lane]: [cells] from the lower corner of the particle's block
+    const S* places;             ///< [cells] from the lower corner of the particle's block: [pack][axis][lane]
     const std::uint32_t* id;     ///< id of the particle in each slot, or no_particle
     const std::uint32_t* block;  ///< index into `keys`, one per slot
     const std::uint64_t* keys;   ///< keys of blocks. \see firn::block_key
@@ -144,8 +144,7 @@ public:
         for (int k = 0; k < info.components_in_state(D); ++k)
             to[k] = fields_.template at<S>(field, slot, info.component_of(D, k));
     }
-    /// Sets a particle's numbers of a field, in the order of get(). Of a symmetric matrix only the upper triangle
-    /// counts.
+    /// Sets a particle's numbers of a field, in the order of get(). Of symmetric matrices the upper triangle counts.
     void set(std::size_t field, std::size_t slot, const S* from) {
         const FieldInfo& info = table_[field];
         for (int k = info.components_in_state(D) - 1; k >= 0; --k)

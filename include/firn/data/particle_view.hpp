@@ -26,7 +26,7 @@ inline constexpr int component_count<Mat<S, D>> = D * D;
 template <class State>
 inline constexpr std::size_t state_field_count = std::tuple_size_v<decltype(State::fields())>;
 
-/// The arrays of a set of particles, whoever owns them.
+/// The arrays of a set of particles, firn's own or another program's.
 /// \tparam Field  `BlockedSpan<S>` for firn's own particles, `StridedSpan<S>` for arrays of another program
 /// \tparam State  the material's state
 template <std::floating_point S, int D, class Field, class State = ElasticState<S, D>>
@@ -46,7 +46,7 @@ struct ParticleView {
     /// A field that every particle has.
     struct BuiltIn {
         FieldInfo info;                ///< its line in the table
-        Field ParticleView::* member;  ///< the member that it is
+        Field ParticleView::* member;  ///< its array
     };
     /// The fields that every particle has: each member above has a line.
     static constexpr auto built_in() {

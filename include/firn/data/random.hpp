@@ -18,8 +18,8 @@ constexpr std::uint64_t mix_bits(std::uint64_t x) {
     return x ^ (x >> 31);
 }
 
-/// The counter-th number of a seed's sequence (splitmix64 with its state set by the seed). Any order of counters will
-/// do.
+/// The counter-th number of a seed's sequence (splitmix64 with its state set by the seed). Counters may come in
+/// any order.
 constexpr std::uint64_t random_bits(std::uint64_t seed, std::uint64_t counter) {
     // The seed is mixed first. Otherwise the sequences of seeds one increment apart would be shifts of each other.
     return mix_bits(mix_bits(seed) + (counter + 1) * 0x9e3779b97f4a7c15u);

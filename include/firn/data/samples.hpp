@@ -117,9 +117,8 @@ void for_lattice(const std::array<std::int64_t, D>& begin, const std::array<std:
 /// \param spacing  [m]
 /// \param jitter   [spacings], 0 to 0.5
 /// \param first_n  only so many points are made; by default all
-/// \throws parameter_error  if a count is below 1, `spacing` or `jitter` is out of range, `lower` is not finite,
-/// `first_n`
-///                          is more than the lattice has, or there would be too many points
+/// \throws parameter_error  if a count is below 1, if `spacing` or `jitter` is out of range, if `lower` is not finite,
+///                          if the lattice has fewer than `first_n` points, or if there would be too many
 /// \throws memory_error     if the points do not fit into memory
 template <int D>
 std::vector<Vec<double, D>> lattice_points(const Vec<double, D>& lower, const std::array<std::int64_t, D>& counts,

@@ -55,8 +55,8 @@ void fill_lattice(const Shape<D, Winding>& shape, const SamplingOptions& options
 
 template <int D, class Winding>
 void fill_poisson(const Shape<D, Winding>& shape, const SamplingOptions& options, Samples<D>& samples) {
-    // The box is filled with a margin, then cut. So points do not crowd along the surface, and separate parts are
-    // filled.
+    // The box is filled with a margin, then cut. So points do not crowd along the surface, and parts that
+    // do not touch are filled.
     const double radius = poisson_radius<D>(options.spacing);
     const auto margin = Vec<double, D>::filled(2 * radius);
     // The background grid has about 7 cells per particle in 3D (side r/√3, poisson_density), 3 in 2D.
@@ -154,8 +154,7 @@ Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const Samp
     }
     const double volume = std::numbers::pi * detail::power<D>(radius) * (D == 2 ? 1.0 : 4.0 / 3.0);
     const auto winding = [&](const Vec<double, D>& x) {
-        double squared =
-            0;  // fused, so that a compiler's choice of contraction does not change which particles there are
+        double squared = 0;  // fused, so that a compiler's choice of contraction changes no particle
         for (int k = 0; k < D; ++k) squared = std::fma(x[k] - centre[k], x[k] - centre[k], squared);
         return squared <= radius * radius ? 1 : 0;
     };

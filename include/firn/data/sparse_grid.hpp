@@ -95,8 +95,7 @@ public:
         return reinterpret_cast<T*>(scratch_.data());
     }
 
-    /// The scale of the last fixed-point sums. It is tried first the next time, to save time; it never changes a
-    /// result.
+    /// The scale of the last fixed-point sums. Trying it first the next time saves time and never changes a result.
     std::optional<FixedPointScale<S>> last_scale;
 
     /// Exchanges the numbers of all nodes with those of layer k = 1, 2, …: further numbers of the same nodes. The first

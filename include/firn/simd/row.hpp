@@ -33,7 +33,7 @@ FIRN_INLINE V rounded_product(const V& a, const V& b) {
 #else
     V product = a * b;
 #ifdef __FMA__
-    asm("" : "+v"(product));  // stops g++ from fusing, and does not split the vector
+    asm("" : "+v"(product));  // only this stops g++ from fusing and leaves the vector whole
 #elif defined(__aarch64__)
     if constexpr (sizeof(V) <= register_bytes) asm("" : "+w"(product));
 #endif
@@ -165,8 +165,8 @@ struct row_of {
     static constexpr int nodes = K;                         ///< number of nodes
     static constexpr int width = W == 8 && K == 1 ? 4 : W;  ///< numbers in the first register
     using Number = detail::node_register<S, width>;         ///< type of a register
-    using Rest =
-        row_of<S, (K > width / 4 ? K - width / 4 : 0), width>;  ///< type of the nodes beyond the first register
+    /// Type of the nodes beyond the first register.
+    using Rest = row_of<S, (K > width / 4 ? K - width / 4 : 0), width>;
     /// Number of the target's registers that it fills.
     static constexpr int registers = int((width * sizeof(S) - 1) / register_bytes + 1) + Rest::registers;
 

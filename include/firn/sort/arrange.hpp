@@ -8,7 +8,7 @@
 
 namespace firn {
 
-/// The least number of cubes of sparse blocks in a phase, about. With many more, their nodes leave the cache before the
+/// About the least number of cubes of sparse blocks in a phase. With many more, their nodes leave the cache before the
 /// next phase uses them; with fewer, threads wait for each other too often.
 inline constexpr std::size_t cubes_of_phase = 64;
 
@@ -24,7 +24,7 @@ public:
     /// \param cubes  coordinates of the cubes with particles, each once
     explicit Waves(const std::vector<BlockCoordinate<D>>& cubes) {
         shift_.fill(one_band);
-        std::size_t bands = cubes.size() / (cubes_of_phase << D);  // at most
+        std::size_t bands = cubes.size() / (cubes_of_phase << D);  // at most so many
         for (std::size_t a = 0; a + 1 < D && bands > 1; ++a) {
             const auto [low, high] = std::minmax_element(
                 cubes.begin(), cubes.end(), [a](const auto& one, const auto& other) { return one[a] < other[a]; });

@@ -72,8 +72,7 @@ BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, i
 /// Finds the order of another program's particles by block, cell and index. It moves no particle.
 /// \param count    number of particles
 /// \param threads  number of threads; 0: thread_count() chooses
-/// \throws particle_error   if a position is not finite or outside the domain, or a mass (if the view has masses) is
-/// not
+/// \throws particle_error   if a position is not finite or outside the domain, or if the view has masses and one is not
 ///                          positive; it names the first by index
 /// \throws parameter_error  if the domain is periodic, and as check(domain)
 template <class Kernel, std::floating_point S, int D, class State>
