@@ -15,8 +15,8 @@
 namespace firn {
 
 /// Collects f(slot) of every particle, in the order of slots: one column for each Vec or Mat (column after column), one
-/// row for each number. All copy_of_… use the same order until particles are added or removed, or until
-/// a step sorts them.
+/// row for each number. All copy_of_… use the same order until particles are added, removed or sorted;
+/// a step may do that.
 template <std::floating_point S, int D, class State, class F>
 auto copy_of(const Particles<S, D, State>& particles, const F& f) {
     std::vector<decltype(f(std::size_t(0)))> all;
