@@ -1,4 +1,4 @@
-/// \file Refusing particles that no simulation can use, before the first step.
+/// \file Checks for particles that no simulation can use, before the first step.
 #pragma once
 
 #include <firn/data/domain.hpp>
@@ -24,10 +24,12 @@ std::string point_text(std::size_t i, int dimension, const Position& position) {
 }
 }  // namespace detail
 
-/// \param count     places to look at
+/// Checks that all particles lie in the domain.
+/// \param count     number of places to look at
 /// \param position  position(i, axis) [m]
-/// \param id_of     id_of(i): of the particle at a place; no_particle: there is none
-/// \throws particle_error if there is no particle, or naming how many and the first few that are not finite or outside
+/// \param id_of     id_of(i) is the id of the particle at place i, or no_particle
+/// \throws particle_error  if there are no particles, if there are too many, or if positions are not finite or outside
+///                         the domain; it says how many, and names the first three
 template <std::floating_point S, int D, class Position, class IdOf>
 void check_positions(std::size_t count, const Domain<D>& domain, const Position& position, const IdOf& id_of) {
     if (count == 0) throw particle_error("There are no particles. Add at least one before simulating.");
@@ -60,14 +62,15 @@ void check_positions(std::size_t count, const Domain<D>& domain, const Position&
                                   detail::point_text(0, D, lower), " m to ", detail::point_text(0, D, upper),
                                   " m; the first: ", first, ". Move them inside, or enlarge the domain."));
 }
-/// The same of particles whose ids are their places.
+/// The same for particles whose ids are their places.
 template <std::floating_point S, int D, class Position>
 void check_positions(std::size_t count, const Domain<D>& domain, const Position& position) {
     check_positions<S, D>(count, domain, position, [](std::size_t i) { return std::uint32_t(i); });
 }
 
+/// Checks that all masses are positive and finite.
 /// \param mass  mass(i) [kg]
-/// \throws particle_error  naming how many, and the first few, that are not positive and finite
+/// \throws particle_error  if some are not; it says how many, and names the first three
 template <std::floating_point S, class Mass>
 void check_masses(std::size_t count, const Mass& mass) {
     std::size_t wrong = 0;

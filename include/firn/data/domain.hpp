@@ -10,7 +10,7 @@
 namespace firn {
 
 namespace detail {
-// Not a call in Domain: g++ 12 stops with an internal error when it weighs Simulation({{0, 0}, {1, 1}, 0.1}).
+// A constant, not a call in Domain: g++ 12 stops with an internal error at Simulation({{0, 0}, {1, 1}, 0.1}).
 template <int D>
 inline constexpr auto ones = Vec<double, D>::filled(1.0);
 }  // namespace detail
@@ -18,20 +18,20 @@ inline constexpr auto ones = Vec<double, D>::filled(1.0);
 /// An axis-aligned box of any size, with cubic cells of any size. Nodes lie at multiples of `cell_size` from `lower`.
 template <int D>
 struct Domain {
-    Vec<double, D> lower{};                  ///< [m]
-    Vec<double, D> upper = detail::ones<D>;  ///< [m]
+    Vec<double, D> lower{};                  ///< the lower corner [m]
+    Vec<double, D> upper = detail::ones<D>;  ///< the upper corner [m]
     double cell_size = 1.0 / 64;             ///< h [m]
 
-    /// Axes along which what leaves at one end comes in at the other: as in a row of equal domains without end. The
-    /// number of cells along them is a multiple of 16 (with the cubic kernel of 48). Boundaries do not repeat, and
-    /// walls across them are Contact::none (those that a simulation has by default are).
+    /// Periodic axes: matter that leaves at one end enters at the other. The number of cells along such an axis must be
+    /// a multiple of 16 (of 48 with the cubic kernel). Boundaries do not repeat. Walls across a periodic axis must be
+    /// Contact::none, as they are by default.
     std::array<bool, std::size_t(D)> periodic{};
 
-    /// Number of cells along an axis; the last one reaches over `upper` where the extent is no multiple of h.
+    /// Number of cells along an axis. The last cell reaches beyond `upper` if the extent is no multiple of h.
     int cells(int axis) const { return int(std::ceil((upper[axis] - lower[axis]) / cell_size - 1e-6)); }
 };
 
-/// The extent along an axis in cells, rounded to S but never beyond `upper`.
+/// The extent along an axis [cells], rounded to S but never beyond `upper`.
 template <std::floating_point S, int D>
 S extent_in_cells(const Domain<D>& domain, int axis) {
     const double cells = (domain.upper[axis] - domain.lower[axis]) / domain.cell_size;
@@ -39,13 +39,16 @@ S extent_in_cells(const Domain<D>& domain, int axis) {
     return double(rounded) > cells ? std::nextafter(rounded, S(0)) : rounded;
 }
 
-/// Block coordinates are packed into 21 bits an axis: 2²⁰ blocks of four cells each way from the lower corner.
+/// The most cells along an axis. Block coordinates have 21 bits per axis: 2²⁰ blocks of four cells in each direction
+/// from the lower corner.
 inline constexpr double most_cells_per_axis = 4.0 * (1 << 20) - 16;
 
-/// Cells along a periodic axis come in this many, so that the colours of blocks go on across its ends.
+/// The number of cells along a periodic axis is a multiple of this, so that colours of blocks continue across its ends.
 inline constexpr int periodic_multiple = 16;
 
-/// \throws parameter_error if the box is empty or not finite, or has too many or too few cells
+/// Checks a domain.
+/// \throws parameter_error  if the box is empty or not finite, if it has too many or too few cells, or if the number of
+///                          cells along a periodic axis is no multiple of periodic_multiple
 template <int D>
 void check(const Domain<D>& domain) {
     if (!(domain.cell_size > 0) || !std::isfinite(domain.cell_size))

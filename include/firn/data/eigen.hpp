@@ -1,7 +1,7 @@
-/// \file Particles, points, meshes and a program's own arrays as Eigen's matrices: a column each.
+/// \file Particles, points, meshes and a program's own arrays as Eigen's matrices, one column each.
 ///
-/// as_… gives a map of memory that is somebody's; copy_of_… a matrix of its own, because firn's particles lie in blocks
-/// of sixteen, which no strides describe. A vector of points (samples, nets, PointMasses, meshes) is as_eigen(vector).
+/// as_… gives a map of existing memory. copy_of_… gives a new matrix, because firn's particles lie in packs of sixteen,
+/// which no strides describe. For a vector of points (samples, nets, PointMasses, meshes), use as_eigen(vector).
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -14,8 +14,9 @@
 
 namespace firn {
 
-/// f(slot) of every particle, in the order of slots: a column for each Vec or Mat (column after column), a row for each
-/// number. The order is that of every copy_of_… until particles are added, taken out or sorted: a step may do that.
+/// Collects f(slot) of every particle, in the order of slots: one column for each Vec or Mat (column after column), one
+/// row for each number. All copy_of_… use the same order until particles are added, removed or sorted;
+/// a step may do that.
 template <std::floating_point S, int D, class State, class F>
 auto copy_of(const Particles<S, D, State>& particles, const F& f) {
     std::vector<decltype(f(std::size_t(0)))> all;
@@ -25,52 +26,53 @@ auto copy_of(const Particles<S, D, State>& particles, const F& f) {
     return as_eigen(std::move(all));
 }
 
-/// x [m], as fine as it is kept: D × n.
+/// Positions x [m] as precise as they are stored, one per particle: D × n.
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<double, D, Eigen::Dynamic> copy_of_positions(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.exact_position(slot); });
 }
-/// v [m/s]: D × n.
+/// Velocities v [m/s], one per particle: D × n.
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, D, Eigen::Dynamic> copy_of_velocities(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.velocity(slot); });
 }
-/// m [kg]: n.
+/// Masses m [kg], one per particle: n.
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, Eigen::Dynamic, 1> copy_of_masses(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.mass(slot); });
 }
-/// F [1] of particles that have one: D² × n, column after column; `.col(i).reshaped(D, D)` is the matrix.
+/// Deformation gradients F [1], if particles have them: D² × n, column after column.
+/// `.col(i).reshaped(D, D)` is the matrix of a particle.
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, D * D, Eigen::Dynamic> copy_of_deformation_gradients(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.state(slot).F; });
 }
-/// Kirchhoff stress τ [Pa]: D² × n.
+/// Kirchhoff stresses τ [Pa], one per particle: D² × n.
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, D * D, Eigen::Dynamic> copy_of_stresses(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.stress(slot); });
 }
-/// Ids: n.
+/// Ids, one per particle: n.
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<std::uint32_t, Eigen::Dynamic, 1> copy_of_ids(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.id(slot); });
 }
 
-/// The columns of a matrix as points, for Samples, Net and whatever takes a vector of them; D is found from its rows,
-/// or is given where those are known at run time only.
-/// \throws parameter_error  if it has other than D rows
+/// The columns of a matrix as a vector of points, for Samples, Net and others.
+/// \tparam Rows  D; must be given if the matrix does not know its number of rows at compile time
+/// \throws parameter_error  if the matrix has not D rows
 template <int Rows = Eigen::Dynamic, class E>
 auto points_of(const Eigen::MatrixBase<E>& columns) {
     constexpr int D = Rows == Eigen::Dynamic ? int(E::RowsAtCompileTime) : Rows;
-    static_assert(D > 0, "firn: how many numbers a point has is not known at compile time: points_of<3>(matrix).");
+    static_assert(D > 0, "firn: the number of rows is not known at compile time. Give it: points_of<3>(matrix).");
     std::vector<Vec<double, D>> points;
     points.reserve(std::size_t(columns.cols()));
     for (Eigen::Index i = 0; i < columns.cols(); ++i) points.emplace_back(columns.col(i));
     return points;
 }
 
-/// A mesh of the columns of 3 × n vertices [m] and 3 × m indices.
-/// \throws parameter_error  if one of them has other than 3 rows
+/// A mesh from 3 × n vertices [m] and 3 × m indices, one column each.
+/// \throws parameter_error  if one of the matrices has not 3 rows
 template <class V, class T>
 TriangleMesh triangle_mesh(const Eigen::MatrixBase<V>& vertices, const Eigen::MatrixBase<T>& triangles) {
     if (triangles.rows() != 3)
@@ -90,8 +92,9 @@ concept eigen_memory =
     (std::is_lvalue_reference_v<E> || !eigen_owning<std::remove_cvref_t<E>>);
 }  // namespace detail
 
-/// Where a program's own columns lie, for ForeignParticles: each a scalar, a vector, or a matrix column after column.
-/// Given a matrix that has a name, or a map, block or transpose of one.
+/// A program's own columns as a field of ForeignParticles. Each column is a scalar, a vector, or a matrix column after
+/// column. Takes a matrix that has a name, or a map, block or transpose of one.
+/// \throws parameter_error  if a column has more than nine numbers
 template <detail::eigen_memory E>
 auto as_span(E&& columns) {
     using S = std::remove_pointer_t<decltype(columns.data())>;

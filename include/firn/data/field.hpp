@@ -1,7 +1,7 @@
-/// \file Where a particle's numbers lie in memory, and how a pack of lanes is read from there.
+/// \file Where a particle's numbers lie in memory, and how lanes read and write them.
 ///
 /// A *slot* is a place in the order in which particles are worked through; sixteen slots make a pack. firn's own
-/// particles lie in that order (BlockedSpan); a foreign program's arrays are reached through an index (StridedSpan).
+/// particles lie in that order (BlockedSpan). Arrays of another program are reached through an index (StridedSpan).
 #pragma once
 
 #include <firn/core/pack.hpp>
@@ -12,38 +12,40 @@
 
 namespace firn {
 
-/// Particles a pack: a structure of arrays of this length is what the lane loops work on.
+/// Particles per pack. Loops over lanes work on structures of arrays of this length.
 inline constexpr int pack_size = 16;
 
-/// In an index of slots: no particle here, the slot is padding.
+/// In an index of slots: the slot is padding and holds no particle.
 inline constexpr std::uint32_t no_particle = 0xffffffffu;
 
-/// The slots of one register: `lanes` consecutive ones from `first`; `index` names their particles where particles
-/// do not lie in the order of slots.
+/// The slots of one register: as many consecutive slots as it has lanes.
 struct Slots {
-    std::size_t first;
-    const std::uint32_t* index;
+    std::size_t first;           ///< the first slot
+    const std::uint32_t* index;  ///< their particles, or no_particle; for particles not in the order of slots
 };
 
-/// `components` numbers a particle in blocks of sixteen: [pack][component][lane].
+/// A field of particles that lie in packs: [pack][component][lane].
 template <class S>
 struct BlockedSpan {
-    S* data;
-    int components;
+    S* data;         ///< the first number
+    int components;  ///< numbers per particle
 
+    /// Reads one component in the slots.
     template <class P>
     FIRN_INLINE P load(const Slots& slots, int component) const {
         return P::load(at(slots.first, component));
     }
+    /// Reads one component in the slots; padding gives zero where a field starts at zero.
     template <class P>
     FIRN_INLINE P load_or_zero(const Slots& slots, int component) const {
-        return load<P>(slots, component);  // padding holds zeros where it matters
+        return load<P>(slots, component);
     }
+    /// Writes one component in the slots.
     template <class P>
     FIRN_INLINE void store(const Slots& slots, int component, const P& value) const {
         value.store(at(slots.first, component));
     }
-    /// Calls the numbers of the pack that begins at `slot` into the cache. \tparam Components  of the span
+    /// Prefetches the pack that begins at `slot`. \tparam Components  equal to `components`
     template <int Components>
     FIRN_INLINE void prefetch(std::size_t slot) const {
         const S* pack = data + slot * std::size_t(Components);
@@ -51,21 +53,24 @@ struct BlockedSpan {
         unroll<Components * pack_size / per_line>([&](auto line)
                                                       FIRN_LAMBDA { __builtin_prefetch(pack + per_line * line); });
     }
+    /// One component in the first of the slots.
     FIRN_INLINE S& at(const Slots& slots, int component) const { return *at(slots.first, component); }
+    /// The address of one component in a slot.
     FIRN_INLINE S* at(std::size_t slot, int component) const {
         return data + (slot / pack_size) * std::size_t(components * pack_size) + std::size_t(component * pack_size) +
                slot % pack_size;
     }
 };
 
-/// Numbers anywhere: particle i's component k is at data[i * stride + offset[k]]. Arrays of structures, structures of
-/// arrays, matrices by rows or by columns.
+/// A field in another program's layout: component k of particle i is data[i * stride + offset[k]]. It describes arrays
+/// of structures, structures of arrays, and matrices by rows or by columns.
 template <class S>
 struct StridedSpan {
-    S* data = nullptr;
+    S* data = nullptr;                       ///< what strides and offsets count from
     std::ptrdiff_t stride = 0;               ///< from one particle to the next, in numbers
     std::array<std::ptrdiff_t, 9> offset{};  ///< of each component, matrices by columns
 
+    /// One number per particle.
     static StridedSpan scalars(S* data, std::ptrdiff_t stride = 1) { return {data, stride, {}}; }
     /// Vectors of D consecutive numbers.
     template <int D>
@@ -82,14 +87,14 @@ struct StridedSpan {
             for (int j = 0; j < D; ++j) span.offset[std::size_t(i + D * j)] = by_rows ? D * i + j : i + D * j;
         return span;
     }
-    /// Each component an array of its own, `distance` numbers after the one before.
+    /// Each component in its own array. Each array begins `distance` numbers after the one before.
     static StridedSpan arrays(S* data, int components, std::ptrdiff_t distance) {
         StridedSpan span{data, 1, {}};
         for (int k = 0; k < components; ++k) span.offset[std::size_t(k)] = k * distance;
         return span;
     }
 
-    /// Lanes of padding repeat the first particle of the register.
+    /// Reads one component in the slots. Lanes of padding repeat the first particle of the pack.
     template <class P>
     FIRN_INLINE P load(const Slots& slots, int component) const {
         P value;
@@ -100,6 +105,7 @@ struct StridedSpan {
         }
         return value;
     }
+    /// Reads one component in the slots; padding gives zero.
     template <class P>
     FIRN_INLINE P load_or_zero(const Slots& slots, int component) const {
         P value = load<P>(slots, component);
@@ -107,14 +113,18 @@ struct StridedSpan {
             if (slots.index[l] == no_particle) value.set(l, value_type_t<P>(0));
         return value;
     }
+    /// Writes one component in the slots, except to padding.
     template <class P>
     FIRN_INLINE void store(const Slots& slots, int component, const P& value) const {
         for (int l = 0; l < scalar_traits<P>::lanes; ++l)
             if (slots.index[l] != no_particle) particle(slots.index[l], component) = value[l];
     }
+    /// Does nothing: the numbers may lie anywhere.
     template <int>
-    FIRN_INLINE void prefetch(std::size_t) const {}  // these lie anywhere
+    FIRN_INLINE void prefetch(std::size_t) const {}
+    /// One component in the first of the slots.
     FIRN_INLINE S& at(const Slots& slots, int component) const { return particle(slots.index[0], component); }
+    /// One component of particle i.
     FIRN_INLINE S& particle(std::size_t i, int component) const {
         return data[std::ptrdiff_t(i) * stride + offset[std::size_t(component)]];
     }

@@ -1,4 +1,4 @@
-/// \file One field of particles that keep the order of their ids, as an array.
+/// \file One field of particles in the order in which they were added, as an array.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -9,18 +9,25 @@
 
 namespace firn {
 
-/// The values of a field by place. Their memory is the store's, which alone can make it longer.
+/// The values of a field, one per particle. The memory belongs to the particles' store; only the store can change the
+/// number of values.
 template <class T>
 class FieldArray {
 public:
-    using value_type = T;
+    using value_type = T;  ///< type of a value
 
     FieldArray() = default;
     FieldArray(const FieldArray&) = delete;
     FieldArray& operator=(const FieldArray&) = delete;
 
+    /// Number of values.
     std::size_t size() const { return size_; }
+    /// True if there are no values.
     bool empty() const { return size_ == 0; }
+    /// \name Access
+    /// @{
+
+    /// The values by pointer, index and iterator.
     T* data() { return data_; }
     const T* data() const { return data_; }
     T& operator[](std::size_t i) { return data_[i]; }
@@ -29,11 +36,14 @@ public:
     T* end() { return data_ + size_; }
     const T* begin() const { return data_; }
     const T* end() const { return data_ + size_; }
-    /// The values as they are now.
+    /// @}
+
+    /// A copy of all values.
     std::vector<T> copy() const { return {begin(), end()}; }
+    /// Equal in size and in all values.
     bool operator==(const FieldArray& other) const { return std::equal(begin(), end(), other.begin(), other.end()); }
 
-    /// For the store: where the values lie now.
+    /// Sets where the values lie and their number. For the store only.
     void bind(T* data, std::size_t size) { data_ = data, size_ = size; }
 
 private:

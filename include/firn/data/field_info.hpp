@@ -1,5 +1,6 @@
-/// \file What is said of a field of particles, once: its name, unit, shape, role and start. Sorting, growing, states,
-/// restart and the GPU's layout are loops over a table of these.
+/// \file The description of a field of particles: its name, unit, shape, role and start.
+///
+/// Sorting, growing, states, restart and the GPU's layout are loops over a table of these descriptions.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -15,7 +16,10 @@ namespace firn {
 template <int D>
 inline constexpr int symmetric_size = D * (D + 1) / 2;
 
-/// Place of element (i, j) of a symmetric d × d matrix in its upper triangle.
+/// \name Upper triangle
+/// @{
+
+/// The index of element (i, j) of a symmetric d × d matrix in its upper triangle.
 FIRN_INLINE constexpr int symmetric_index(int d, int i, int j) {
     const int low = i < j ? i : j, high = i < j ? j : i;
     return low * (2 * d - low - 1) / 2 + high;
@@ -24,40 +28,43 @@ template <int D>
 FIRN_INLINE constexpr int symmetric_index(int i, int j) {
     return symmetric_index(D, i, j);
 }
+/// @}
 
+/// The shape of a field in D dimensions: one number, D numbers, a D × D matrix, or its upper triangle.
 enum class FieldShape : std::uint8_t { scalar, vector, matrix, symmetric_matrix };
 
-/// What a field's numbers are stored as. `real`: in the precision of the particles.
+/// The type of a field's numbers. `real` is the precision of the particles.
 enum class FieldNumber : std::uint8_t { real, uint32, float64 };
 
 /// Who writes a field.
 enum class FieldRole : std::uint8_t {
-    motion,    ///< every step
-    affine,    ///< transfers with an affine field; with others it stays at its start, and a state may lack it
+    motion,    ///< every step writes it
+    affine,    ///< affine transfers; with other transfers it stays at its start, and a state may lack it
     stress,    ///< G2P, for the next P2G; it follows from the material's state
-    given,     ///< whoever adds the particle; no step changes it
-    constant,  ///< nobody, unless the program does; where nothing else is said it is at its start
+    given,     ///< the program, when it adds the particle; no step changes it
+    constant,  ///< nobody, unless the program does; by default it is at its start
     state      ///< the material
 };
 
-/// Which numbers of a stored field a run can go on from.
+/// Which numbers of a stored field are valid when a run is continued.
 enum class FieldRange : std::uint8_t { finite, not_negative, positive };
 
-/// A line of the table.
+/// The description of a field: a line of the table.
 struct FieldInfo {
-    const char* name;  ///< as states and GPU programs name it
-    const char* unit;
-    FieldShape shape;
-    FieldRole role;
-    /// What a particle begins with, and what a slot without a particle holds; a matrix column by column.
+    const char* name;  ///< its name in states and GPU programs
+    const char* unit;  ///< such as "m/s"
+    FieldShape shape;  ///< scalar, vector or matrix
+    FieldRole role;    ///< who writes it
+    /// The numbers of a new particle and of padding; a matrix column by column.
     std::array<double, 9> start{};
-    FieldRange range = FieldRange::finite;
-    FieldNumber number = FieldNumber::real;
+    FieldRange range = FieldRange::finite;   ///< valid numbers
+    FieldNumber number = FieldNumber::real;  ///< type of its numbers
 
+    /// True if a finite number is in the field's range.
     constexpr bool allows(double value) const {
         return range == FieldRange::positive ? value > 0 : range == FieldRange::finite || value >= 0;
     }
-    /// Numbers a particle in d dimensions, as they are kept.
+    /// Numbers per particle in d dimensions, as stored.
     constexpr int components(int d) const {
         switch (shape) {
             case FieldShape::scalar:
@@ -71,11 +78,11 @@ struct FieldInfo {
         }
         return 0;
     }
-    /// Numbers a particle in a state, where a symmetric matrix is whole.
+    /// Numbers per particle in a state, where a symmetric matrix is whole.
     constexpr int components_in_state(int d) const {
         return shape == FieldShape::symmetric_matrix ? d * d : components(d);
     }
-    /// Which of the numbers kept is number k of those in a state, where matrices lie row by row.
+    /// The index among the stored numbers of number k in a state, where matrices lie row by row.
     constexpr int component_of(int d, int k) const {
         switch (shape) {
             case FieldShape::matrix:
@@ -88,9 +95,10 @@ struct FieldInfo {
     }
 };
 
+/// A particle's fields, a line each.
 using FieldTable = std::vector<FieldInfo>;
 
-/// The same number for every component.
+/// A start with the same number for every component.
 constexpr std::array<double, 9> everywhere(double number) {
     std::array<double, 9> all{};
     all.fill(number);

@@ -1,4 +1,4 @@
-/// \file Where the numbers of a table of fields lie: one piece of memory, of which each field has a part.
+/// \file The memory of a table of fields: one allocation, of which each field has a part.
 #pragma once
 
 #include <firn/data/aligned.hpp>
@@ -10,20 +10,22 @@
 
 namespace firn {
 
-/// In which order particles lie.
+/// The order of particles in memory.
 enum class SlotOrder : std::uint8_t {
-    sorted,  ///< by blocks and cells, in packs: [pack][component][lane]
-    by_id    ///< as they were added: [slot][component]
+    sorted,  ///< by block and cell, in packs: [pack][component][lane]
+    by_id    ///< in the order in which they were added: [slot][component]
 };
 
-/// The fields of all particles, one after the other. What it moves are bytes: it knows neither materials nor
-/// precisions.
+/// The fields of all particles, one after the other. It moves bytes, and knows neither materials nor precisions.
 ///
-/// Sorted ones have room for one more field. Sorting moves every field out of place, into the room beside it, which
-/// thereby moves from one end of the memory to the other: no second copy is needed, and nothing is allocated while the
-/// number of slots fits.
+/// In sorted order the memory has a gap as large as the widest field. Sorting moves each field out-of-place into the
+/// gap beside it, so the gap travels from one end of the memory to the other. No second copy is needed, and nothing is
+/// allocated while the number of slots fits.
 class FieldMemory {
 public:
+    /// Makes memory of no slots.
+    /// \param dimension      of space: 2 or 3
+    /// \param bytes_of_real  size of the numbers of FieldNumber::real
     FieldMemory(const FieldTable& table, int dimension, std::size_t bytes_of_real, SlotOrder order) : order_(order) {
         for (const FieldInfo& info : table) {
             const std::size_t bytes = info.number == FieldNumber::real     ? bytes_of_real
@@ -36,10 +38,15 @@ public:
         if (order == SlotOrder::by_id) widest_ = 0;
     }
 
+    /// Number of slots.
     std::size_t slots() const { return slots_; }
+    /// Numbers per slot of a field.
     int components(std::size_t field) const { return int(fields_[field].components); }
 
-    /// Of a whole field. \tparam T  what its numbers are
+    /// \name All numbers of a field
+    /// @{
+
+    /// The first number of a field. \tparam T  type of the field's numbers
     template <class T>
     T* numbers(std::size_t field) {
         return reinterpret_cast<T*>(memory_.data() + fields_[field].offset);
@@ -48,6 +55,12 @@ public:
     const T* numbers(std::size_t field) const {
         return reinterpret_cast<const T*>(memory_.data() + fields_[field].offset);
     }
+    /// @}
+
+    /// \name One number
+    /// @{
+
+    /// One component of a field in a slot. \tparam T  type of the field's numbers
     template <class T>
     T& at(std::size_t field, std::size_t slot, int component) {
         return numbers<T>(field)[index(field, slot, component)];
@@ -57,13 +70,17 @@ public:
         return numbers<T>(field)[index(field, slot, component)];
     }
 
-    /// Memory that holds nothing until the next permute(): the widest field's worth.
+    /// @}
+
+    /// The gap: scratch memory as large as the widest field, free to use until the next permute().
     std::byte* room() { return memory_.data() + (room_at_end_ ? end_of_fields() : 0); }
+    /// Memory held [bytes].
     std::size_t bytes() const { return memory_.capacity(); }
+    /// Memory that so many slots need [bytes].
     std::size_t bytes_for(std::size_t slots) const { return slots * (width_ + widest_); }
 
-    /// Makes the number of slots larger, to a multiple of pack_size; the new ones are zero. Each worker writes its
-    /// share of every field, and of the room.
+    /// Makes the number of slots larger. New slots hold zeros. Each worker writes its share of each field and the gap.
+    /// \param slots  the new number, a multiple of pack_size
     void grow(std::size_t slots, int workers) {
         FieldMemory larger(order_, fields_, width_, widest_);
         larger.slots_ = slots;
@@ -81,8 +98,9 @@ public:
         *this = std::move(larger);
     }
 
-    /// Puts the particle of slot order[i] into slot i; where there is none: anything. Of sorted particles.
-    /// \tparam Bits  as large as the numbers, of which all are of one size
+    /// Moves the particle in slot order[i] to slot i, for all i. Slots of no_particle get arbitrary numbers. For sorted
+    /// order only.
+    /// \tparam Bits  an unsigned integer as large as a number; all fields' numbers have that size
     template <class Bits>
     void permute(const aligned_vector<std::uint32_t>& order, int workers) {
         if (memory_.size() < bytes_for(order.size()))
@@ -90,7 +108,7 @@ public:
         slots_ = order.size();
         const std::size_t count = fields_.size();
         const bool to_the_end = room_at_end_;
-        std::size_t end = to_the_end ? memory_.size() : 0;  // of what has been moved
+        std::size_t end = to_the_end ? memory_.size() : 0;  // of the fields moved so far
         for (std::size_t i = 0; i < count; ++i) {
             Field& field = fields_[to_the_end ? count - 1 - i : i];
             const std::size_t bytes = slots_ * field.bytes_of_slot();
@@ -102,7 +120,7 @@ public:
         room_at_end_ = !to_the_end;
     }
 
-    /// Copies a particle to another slot. Of particles by id.
+    /// Copies a particle to another slot. For order by id only.
     void copy(std::size_t from, std::size_t to) {
         for (const Field& field : fields_) {
             std::byte* const numbers = memory_.data() + field.offset;
@@ -113,8 +131,8 @@ public:
 
 private:
     struct Field {
-        std::size_t components, bytes;  // bytes of a number
-        std::size_t offset;             // of its first number in memory, in bytes
+        std::size_t components, bytes;  // bytes per number
+        std::size_t offset;             // of its first number in memory_ [bytes]
 
         std::size_t bytes_of_slot() const { return components * bytes; }
     };
@@ -152,7 +170,7 @@ private:
     }
     template <class T>
     FIRN_INLINE static void move_pack(const T* from, std::size_t components, const std::uint32_t* order, T* to) {
-        bool run = true;  // of slots, all along
+        bool run = true;  // are the pack's slots consecutive?
         for (int l = 1; l < pack_size; ++l) run = run & (order[l] == order[0] + std::uint32_t(l));
         if (run) {
             const int first = int(order[0] % pack_size);
@@ -170,7 +188,7 @@ private:
 
     SlotOrder order_;
     std::vector<Field> fields_;
-    std::size_t width_ = 0, widest_ = 0;  // bytes a slot: of all fields, of the widest
+    std::size_t width_ = 0, widest_ = 0;  // bytes per slot: of all fields, of the widest field
     std::size_t slots_ = 0;
     bool room_at_end_ = true;
     aligned_vector<std::byte> memory_;

@@ -1,9 +1,9 @@
-/// \file How many quanta fixed-point sums count for a unit.
+/// \file The scale of sums in fixed point.
 #pragma once
 
 namespace firn {
 
-/// Quanta per unit; powers of two, so that scaling is exact.
+/// Quanta per unit in fixed-point sums. They are powers of two, so that scaling is exact.
 template <class S>
 struct FixedPointScale {
     S momentum;  ///< quanta per kg m/s

@@ -1,4 +1,4 @@
-/// \file Names for particles: whole numbers, each given out once.
+/// \file Ids of particles: whole numbers, each given out once.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -8,17 +8,20 @@
 
 namespace firn {
 
+/// Gives out ids: 0, 1, 2, …
 class Ids {
 public:
-    /// The one that is given out next.
+    /// The id that is given out next.
     std::uint32_t next() const { return next_; }
-    /// Those below `next` have been given out.
+    /// Marks all ids below `next` as given out.
     void skip(std::uint32_t next) { next_ = std::max(next_, next); }
-    /// \throws parameter_error  unless so many more can be given out
+    /// Checks that so many more ids can be given out.
+    /// \throws parameter_error  if they cannot
     void require(std::uint64_t count) const {
         if (next_ + count > no_particle)
             throw parameter_error(sentence("All ", no_particle, " ids of particles have been given out."));
     }
+    /// Gives out the next id.
     /// \throws parameter_error  if all have been given out
     std::uint32_t give() {
         require(1);

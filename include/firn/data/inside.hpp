@@ -1,13 +1,14 @@
-/// \file Whether a point lies inside a closed triangle mesh: the winding number, by exact integer arithmetic.
+/// \file Tests whether a point lies inside a closed triangle mesh: the winding number, in exact integer arithmetic.
 ///
-/// A ray from the point along +z counts each triangle above it, +1 where it looks up and −1 where it looks down. What
-/// breaks such tests is a ray through an edge or a vertex, counted twice or never. Here it cannot happen:
+/// A ray from the point along +z counts each triangle above the point: +1 if the triangle faces up, −1 if it faces
+/// down. Such tests commonly fail where the ray hits an edge or a vertex, which they count twice or never. This one
+/// does not:
 ///
-/// - Positions are rounded once to a lattice of 2⁻⁴⁰ of the mesh's size (about 1e-12). On it every predicate is an
+/// - Positions are rounded once to a lattice of 2⁻⁴⁰ of the mesh's size (about 1e-12). There, every predicate is an
 ///   integer of at most 124 bits, so its sign is exact and the same on every machine.
 /// - Ties are broken as if the point were moved by (ε, ε², 0) and then by a much larger, yet infinitesimal, step along
-///   +z (simulation of simplicity: Edelsbrunner & Mücke 1990, "Simulation of simplicity", ACM TOG 9). So of two bodies
-///   that share a face exactly one holds a point on it: on faces across an axis, the body on the upper side.
+///   +z (simulation of simplicity: Edelsbrunner & Mücke 1990, "Simulation of simplicity", ACM TOG 9). So a point on a
+///   face that two bodies share lies in exactly one of them: on faces across an axis, in the body on the upper side.
 #pragma once
 
 #include <firn/data/mesh.hpp>
@@ -20,20 +21,22 @@
 
 namespace firn {
 
-/// Inside means winding number ≥ 1. A mesh that intersects itself, or several closed surfaces in one mesh, so have the
-/// union of their parts, and a surface that looks inwards within another is a hole. A mesh turned inside out as a whole
-/// (negative signed volume) is taken as if it looked outwards.
+/// Tests whether points lie inside a closed mesh. Inside means winding number ≥ 1. So the inside of a mesh that
+/// intersects itself, or of several closed surfaces in one mesh, is the union of the parts. A surface that faces
+/// inwards within another is a hole. If the whole mesh is turned inside out (negative signed volume), it counts as
+/// facing outwards.
 class InsideTest {
 public:
-    /// Throws mesh_error where the mesh is not closed and consistently oriented (check_closed()), encloses no volume,
-    /// or is so small and far from the origin that its positions have lost their digits.
+    /// Prepares the test of a mesh.
+    /// \throws mesh_error  if the mesh is not closed and consistently oriented (check_closed()), if it encloses no
+    ///                     volume, or if it is so small and so far from the origin that its shape is lost to rounding
     explicit InsideTest(const TriangleMesh& mesh) {
         check_closed(mesh);
         bounds_ = bounding_box(mesh);
         const double volume = signed_volume(mesh);
         const auto extent = bounds_.upper - bounds_.lower;
         const double longest = std::max({extent[0], extent[1], extent[2]});
-        // A flat surface leaves rounding errors only; a real body this thin has no room for a particle.
+        // The volume of a flat surface is a rounding error. A real body this thin has no room for a particle.
         if (!(std::abs(volume) > 1e-15 * longest * longest * longest)) {
             throw mesh_error(sentence("The mesh is closed but encloses no volume (", volume, " m³ in a box of ",
                                       extent[0], " x ", extent[1], " x ", extent[2], " m). Give it thickness."));
@@ -48,16 +51,18 @@ public:
         set_bins();
     }
 
-    /// Throws parameter_error for a point that is not finite.
+    /// True if the point x [m] lies inside.
+    /// \throws parameter_error  if x is not finite
     bool operator()(const Vec<double, 3>& x) const { return winding_number(x) >= 1; }
 
-    /// How often the surface goes round the point: 0 outside, 1 inside a simple body, n where n bodies overlap.
+    /// How often the surface winds around the point x [m]: 0 outside, 1 inside a simple body, n where n bodies overlap.
+    /// \throws parameter_error  if x is not finite
     int winding_number(const Vec<double, 3>& x) const {
         for (int k = 0; k < 3; ++k) {
             if (x[k] >= bounds_.lower[k] && x[k] <= bounds_.upper[k]) continue;
             if (!detail::is_finite(x)) {
-                throw parameter_error(sentence("Inside or not cannot be said of the point ", detail::describe(x),
-                                               "; give finite coordinates."));
+                throw parameter_error(sentence("A point at ", detail::describe(x),
+                                               " is neither inside nor outside; give finite coordinates."));
             }
             return 0;
         }
@@ -89,8 +94,8 @@ private:
         return Wide(a.x - q.x) * (b.y - q.y) - Wide(a.y - q.y) * (b.x - q.x);
     }
 
-    /// The edge's share in the winding number about q in the plane: ±1 where the edge crosses the ray from q along +x.
-    /// The edge reversed has exactly the opposite share, so what leaves one triangle enters its neighbour.
+    /// The edge's share in the winding number around q in the plane: ±1 if the edge crosses the ray from q along +x.
+    /// The reversed edge has exactly the opposite share, so two triangles agree about the edge that they share.
     static int edge_crossing(const Point& a, const Point& b, const Point& q, Wide twice_area) {
         const bool a_above = a.y > q.y, b_above = b.y > q.y;
         if (a_above == b_above) return 0;
@@ -98,7 +103,7 @@ private:
         return twice_area < 0 ? -1 : 0;
     }
 
-    /// +1 or −1 where the triangle lies above q and looks up or down, else 0.
+    /// +1 or −1 if the triangle lies above q and faces up or down, else 0.
     static int crossing(const Triangle& t, const Point& q) {
         const auto [a, b, c] = t;
         if (a.z <= q.z && b.z <= q.z && c.z <= q.z) return 0;
@@ -106,7 +111,7 @@ private:
         const int around =
             edge_crossing(a, b, q, area_c) + edge_crossing(b, c, q, area_a) + edge_crossing(c, a, q, area_b);
         if (around == 0) return 0;
-        // Height of the triangle over q times its (signed) area, by barycentric coordinates.
+        // The triangle's height over q times its signed area, by barycentric coordinates.
         const Wide height = area_a * (a.z - q.z) + area_b * (b.z - q.z) + area_c * (c.z - q.z);
         return (around > 0 ? height > 0 : height < 0) ? around : 0;
     }
@@ -151,12 +156,13 @@ private:
         }
     }
 
-    /// Sorts the triangles into square bins of the xy plane, about one bin a triangle.
+    /// Sorts the triangles into square bins of the xy plane, about one bin per triangle.
     void set_bins() {
         const Point upper = on_lattice(bounds_.upper);
         const std::int64_t widest = std::max(upper.x, upper.y);
         bins_ = std::clamp<std::int64_t>(std::llround(std::sqrt(double(triangles_.size()))), 1, 2048);
-        // Long slivers lie in many bins: coarser ones then, so that memory stays in proportion to the triangles.
+        // Long slivers lie in many bins. Bins are then made larger, so that memory stays proportional to
+        // their number.
         for (;; bins_ = (bins_ + 1) / 2) {
             bin_width_ = widest / bins_ + 1;
             std::size_t entries = 0;
@@ -175,11 +181,11 @@ private:
 
     Bounds<3> bounds_{};
     int orientation_ = 1;
-    double per_step_ = 1;  // lattice steps per metre, a power of two: multiplying by it is exact
+    double per_step_ = 1;  // lattice steps per metre; a power of two, so that products are exact
     Point origin_{};
     std::int64_t bins_ = 1, bin_width_ = 1;
     std::vector<Triangle> triangles_;
-    std::vector<std::size_t> bin_begin_;  // bin → its first place in binned_
+    std::vector<std::size_t> bin_begin_;  // a bin's first place in binned_
     std::vector<std::uint32_t> binned_;   // triangles, bin after bin
 };
 

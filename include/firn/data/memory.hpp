@@ -1,5 +1,6 @@
-/// \file Refusing what does not fit into memory before it is asked for: systems that promise more memory than they have
-/// (Linux does) would end the program later, without a word.
+/// \file Checks that memory suffices before it is allocated.
+///
+/// Systems that promise more memory than they have (Linux does) would end the program later, without a message.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -37,11 +38,11 @@ namespace detail {
 
 }  // namespace detail
 
-/// Bytes that the program allows itself; it may set fewer than there are, if it shares the machine with others.
+/// The most memory [bytes] that the program allows itself. A program that shares its machine may set a limit here.
 inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity();
 
-/// Bytes that this program can have at most: of the machine, of its control group, of its address space (`ulimit -v`),
-/// and memory_budget, the least; infinite where none of them is known.
+/// The most memory [bytes] that this program can have: the least of the machine's memory, the limit of its control
+/// group, the limit of its address space (`ulimit -v`) and memory_budget. Infinite if none of them is known.
 [[gnu::cold]] inline double memory_limit() {
     static const double of_machine = [] {
         double most = std::numeric_limits<double>::infinity();
@@ -49,7 +50,7 @@ inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity
         const auto pages = double(sysconf(_SC_PHYS_PAGES)), page = double(sysconf(_SC_PAGESIZE));
         if (pages > 0 && page > 0) most = pages * page;
 #endif
-        // Of a container, which sees its own group as the root.
+        // The limit of a container, which sees its own control group as the root.
         if (std::FILE* const file = std::fopen("/sys/fs/cgroup/memory.max", "r")) {
             double of_group = 0;
             if (std::fscanf(file, "%lf", &of_group) == 1 && of_group > 0) most = std::fmin(most, of_group);
@@ -66,10 +67,11 @@ inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity
     return most;
 }
 
-/// \param bytes   that will be needed; may be infinite
-/// \param what    needs them, as a sentence begins with it
+/// Refuses what does not fit into memory.
+/// \param bytes   memory that will be needed; may be infinite
+/// \param what    needs the memory; the subject of the error's first sentence
 /// \param advice  what to do, a sentence
-/// \throws memory_error  if this program cannot have so much
+/// \throws memory_error  if `bytes` is more than memory_limit()
 inline void require_memory(double bytes, const std::string& what, const char* advice) {
     const double most = memory_limit();
     if (bytes <= most) return;

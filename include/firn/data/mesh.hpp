@@ -1,4 +1,4 @@
-/// \file Closed triangle meshes as shapes to fill with particles: checks, volume, placing.
+/// \file Closed triangle meshes, as shapes to fill with particles: checks, volume, placing.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -23,8 +23,8 @@ struct TriangleMesh {
 /// An axis-aligned box [m].
 template <int D>
 struct Bounds {
-    Vec<double, D> lower;
-    Vec<double, D> upper;
+    Vec<double, D> lower;  ///< the lower corner [m]
+    Vec<double, D> upper;  ///< the upper corner [m]
 };
 
 namespace detail {
@@ -50,7 +50,9 @@ TriangleMesh moved(TriangleMesh mesh, const Move& move) {
 
 }  // namespace detail
 
-/// Throws mesh_error unless there are triangles, every vertex is finite and every index names a vertex.
+/// Checks that a mesh has triangles, finite vertices and valid indices.
+/// \throws mesh_error  if there is no triangle, a vertex is not finite, an index names no vertex, or a triangle uses a
+///                     vertex twice
 inline void check_mesh(const TriangleMesh& mesh) {
     if (mesh.triangles.empty()) {
         throw mesh_error(sentence("The mesh has ", mesh.vertices.size(),
@@ -77,7 +79,8 @@ inline void check_mesh(const TriangleMesh& mesh) {
     }
 }
 
-/// The box around all triangles. Throws mesh_error for a mesh that check_mesh() refuses.
+/// The box around all triangles.
+/// \throws mesh_error  as check_mesh()
 inline Bounds<3> bounding_box(const TriangleMesh& mesh) {
     check_mesh(mesh);
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -94,11 +97,12 @@ inline Bounds<3> bounding_box(const TriangleMesh& mesh) {
     return box;
 }
 
-/// Volume enclosed [m³] by the divergence theorem: positive where triangles are counter-clockwise seen from outside.
-/// What the surface encloses twice counts twice. Throws mesh_error as check_mesh().
+/// The enclosed volume [m³], by the divergence theorem: positive if triangles are counter-clockwise seen from outside.
+/// A part that the surface encloses twice counts twice.
+/// \throws mesh_error  as check_mesh()
 inline double signed_volume(const TriangleMesh& mesh) {
     check_mesh(mesh);
-    // Tetrahedra to a vertex of the mesh, not to the origin: a small body far away keeps its digits.
+    // Tetrahedra have their apex at a vertex, not at the origin: a small mesh far away loses no digits.
     const auto apex = mesh.vertices[std::size_t(mesh.triangles[0][0])];
     double six_volumes = 0;
     for (const auto& [i, j, k] : mesh.triangles) {
@@ -110,8 +114,9 @@ inline double signed_volume(const TriangleMesh& mesh) {
     return six_volumes / 6;
 }
 
-/// Throws mesh_error unless the surface is closed and consistently oriented: every edge belongs to exactly two
-/// triangles, which run along it in opposite directions. Self-intersection is no matter here (see InsideTest).
+/// Checks that a surface is closed and consistently oriented: every edge belongs to exactly two triangles, which run
+/// along it in opposite directions. The surface may intersect itself. \see InsideTest
+/// \throws mesh_error  if it is not, and as check_mesh()
 inline void check_closed(const TriangleMesh& mesh) {
     check_mesh(mesh);
     struct Edge {
@@ -159,6 +164,8 @@ inline TriangleMesh reversed(TriangleMesh mesh) {
     return mesh;
 }
 
+/// The mesh moved by `offset` [m].
+/// \throws parameter_error  if the offset is not finite
 inline TriangleMesh translated(const TriangleMesh& mesh, const Vec<double, 3>& offset) {
     if (!detail::is_finite(offset)) {
         throw parameter_error(
@@ -167,7 +174,8 @@ inline TriangleMesh translated(const TriangleMesh& mesh, const Vec<double, 3>& o
     return detail::moved(mesh, [&](const auto& x) { return x + offset; });
 }
 
-/// All positions times `factor` > 0.
+/// The mesh with all positions multiplied by `factor`.
+/// \throws parameter_error  if the factor is not finite and above 0
 inline TriangleMesh scaled(const TriangleMesh& mesh, double factor) {
     if (!(factor > 0) || !std::isfinite(factor)) {
         throw parameter_error(sentence("A mesh cannot be scaled by ", factor, "; give a finite number above 0."));
@@ -175,11 +183,13 @@ inline TriangleMesh scaled(const TriangleMesh& mesh, double factor) {
     return detail::moved(mesh, [&](const auto& x) { return x * factor; });
 }
 
-/// The rotation by `angle` [rad] about `axis` (any length but 0), by the right hand (Rodrigues' formula).
+/// The matrix of a rotation by `angle` [rad] about `axis`, by the right-hand rule (Rodrigues' formula).
+/// \param axis  of any length but 0
+/// \throws parameter_error  if the axis has no length or a number is not finite
 inline Mat<double, 3> rotation(const Vec<double, 3>& axis, double angle) {
     const double length = norm(axis);
     if (!(length > 0) || !std::isfinite(length) || !std::isfinite(angle)) {
-        throw parameter_error(sentence("No rotation by ", angle, " rad about ", detail::describe(axis),
+        throw parameter_error(sentence("There is no rotation by ", angle, " rad about ", detail::describe(axis),
                                        "; give a finite angle and an axis of finite length above 0."));
     }
     const auto n = axis * (1 / length);
@@ -187,7 +197,8 @@ inline Mat<double, 3> rotation(const Vec<double, 3>& axis, double angle) {
     return Mat<double, 3>::identity() + cross_n * std::sin(angle) + cross_n * cross_n * (1 - std::cos(angle));
 }
 
-/// Turned about `pivot` by the rotation matrix `R`. Throws parameter_error where R is no rotation (to 1e-9).
+/// The mesh turned about `pivot` [m] by the rotation matrix `R`.
+/// \throws parameter_error  if R is no rotation (to 1e-9)
 inline TriangleMesh rotated(const TriangleMesh& mesh, const Mat<double, 3>& R, const Vec<double, 3>& pivot = {}) {
     const double skew = squared_norm(R * transpose(R) - Mat<double, 3>::identity());
     if (!(skew < 1e-18) || !(determinant(R) > 0)) {
@@ -197,7 +208,9 @@ inline TriangleMesh rotated(const TriangleMesh& mesh, const Mat<double, 3>& R, c
     return detail::moved(mesh, [&](const auto& x) { return pivot + R * (x - pivot); });
 }
 
-/// Scaled and moved so that its bounding box is centred on `centre` and its longest edge is `size` [m] > 0.
+/// The mesh scaled and moved: `centre` [m] is the centre of its bounding box, `size` [m] the box's longest edge.
+/// \throws parameter_error  if the size is not above 0 or a number is not finite
+/// \throws mesh_error       as check_mesh(), and if all vertices lie on one point
 inline TriangleMesh fitted(const TriangleMesh& mesh, const Vec<double, 3>& centre, double size) {
     const auto box = bounding_box(mesh);
     const auto extent = box.upper - box.lower;

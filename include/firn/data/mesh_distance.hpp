@@ -1,4 +1,4 @@
-/// \file Signed distances from a closed triangle mesh, on a grid: what makes a mesh a collider's shape.
+/// \file Signed distances from a closed triangle mesh, on a grid. They make the mesh a collider's shape.
 ///
 ///     Collider<DistanceGrid<float, 3>> bunny{.shape = {mesh_distance(mesh, {.spacing = 0.01, .band = 0.03})}};
 #pragma once
@@ -10,18 +10,22 @@
 
 namespace firn {
 
+/// The grid of mesh_distance().
 struct MeshDistanceOptions {
-    double spacing = 0;  ///< of the grid's nodes [m]; about the simulation's cell size or half of it serves
-    /// Outside, distances end here [m]; 0: three spacings. It is also the margin of the grid around the mesh. Inside,
-    /// they go all the way: matter that has got there finds the way out.
+    double spacing = 0;  ///< between nodes [m]; the simulation's cell size, or half of it, serves well
+    /// The greatest distance outside [m]; 0: three spacings. It is also the margin of the grid around the mesh.
+    /// Distances inside are not limited, so that matter that got there finds its way out.
     double band = 0;
-    double most_bytes = 0x1p32;  ///< a grid that needs more memory is refused before it is allocated
+    double most_bytes = 0x1p32;  ///< a larger grid is refused before it is allocated [bytes]
 };
 
-/// The distance [m] of every node from the nearest triangle, with the sign of InsideTest; exact but for rounding.
+/// Computes the distance [m] of every node from the nearest triangle, negative where InsideTest says inside. Distances
+/// are exact up to rounding.
 /// \tparam Number  float or double
-/// \throws mesh_error for a mesh that is empty, open, or encloses nothing; parameter_error for lengths that are not
-/// positive and finite, a band narrower than one spacing, and too large a grid
+/// \throws mesh_error       if the mesh is empty, open, or encloses nothing
+/// \throws parameter_error  if a length is not positive and finite, if the band is narrower than one spacing, or if the
+///                          grid is larger than most_bytes
+/// \throws memory_error     if the grid does not fit into memory
 template <std::floating_point Number = float>
 std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMesh& mesh,
                                                                 const MeshDistanceOptions& options) {

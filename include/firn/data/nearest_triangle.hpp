@@ -20,8 +20,8 @@ inline double squared_distance_to_segment(const Vec<double, 3>& x, const Vec<dou
     return dot(apart, apart);
 }
 
-/// Over the triangle's plane where the point lies above or below the triangle, else to the nearest edge; a triangle
-/// without area consists of its edges.
+/// The distance to the triangle's plane if the point lies above or below the triangle, else to the nearest edge. A
+/// triangle without area consists of its edges.
 inline double squared_distance_to_triangle(const Vec<double, 3>& x, const Corners& corner) {
     const auto [a, b, c] = corner;
     const auto normal = cross(b - a, c - a);
@@ -39,9 +39,11 @@ inline double squared_distance_to_triangle(const Vec<double, 3>& x, const Corner
 
 }  // namespace detail
 
+/// Finds the distance from points to the nearest triangle of a mesh.
 class NearestTriangle {
 public:
-    /// \throws mesh_error as check_mesh()
+    /// Builds the tree of a mesh.
+    /// \throws mesh_error  as check_mesh()
     explicit NearestTriangle(const TriangleMesh& mesh) {
         check_mesh(mesh);
         for (const auto& [i, j, k] : mesh.triangles)
@@ -50,7 +52,7 @@ public:
         build(0, triangles_.size());
     }
 
-    /// The distance [m] from x to the nearest triangle if it is below `bound`, else the bound.
+    /// The distance [m] from x [m] to the nearest triangle if it is below `bound`, else `bound`.
     double distance(const Vec<double, 3>& x, double bound = std::numeric_limits<double>::infinity()) const {
         double nearest = bound * bound;
         search(0, x, nearest);
@@ -59,7 +61,8 @@ public:
 
 private:
     static constexpr std::size_t most_in_a_leaf = 4;
-    /// A box around triangles. Its first half follows it in the list, the second is at `second`; 0: it is a leaf.
+    /// A box around triangles first..last. The box of their first half follows it in the list, that of their second
+    /// half is at `second`. If `second` is 0, the box is a leaf.
     struct Box {
         Bounds<3> bounds;
         std::size_t first, last, second;

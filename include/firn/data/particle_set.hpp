@@ -1,4 +1,4 @@
-/// \file One of the sets of particles that meet on a grid: each material has its own.
+/// \file A set of particles on a grid: each material has its own set.
 #pragma once
 
 #include <firn/data/block_partition.hpp>
@@ -6,11 +6,11 @@
 
 namespace firn {
 
-/// The arrays of a set of particles, and the blocks that they are sorted into.
+/// A set of particles, sorted into blocks.
 template <class View>
 struct ParticleSet {
-    View view;
-    const BlockPartition<View::dimension>& partition;
+    View view;                                         ///< the particles' arrays
+    const BlockPartition<View::dimension>& partition;  ///< their blocks
 };
 
 }  // namespace firn

@@ -1,6 +1,7 @@
-/// \file firn's own particles, whatever their material: named fields, kept in the order of their blocks of cells.
-/// A position is kept as a block of cells and a place in it, so that it is as fine in the farthest corner of the
-/// largest domain as at the origin.
+/// \file firn's own particles of any material: named fields, sorted by the blocks of cells that particles lie in.
+///
+/// A position is stored as a block and a place in that block. So it is as precise in the farthest corner of the largest
+/// domain as at the origin.
 #pragma once
 
 #include <firn/data/block_partition.hpp>
@@ -14,53 +15,62 @@
 
 namespace firn {
 
-/// Where particles are, whatever else they carry: what sorting reads.
+/// Where particles are: all that sorting reads.
 template <std::floating_point S>
 struct PlacesOfParticles {
-    const S* places;             ///< [pack][axis][lane]: from the lower corner of the particle's block, in cells
-    const std::uint32_t* id;     ///< of each slot
-    const std::uint32_t* block;  ///< of each slot: which of `keys`
-    const std::uint64_t* keys;
-    std::size_t slots;
+    const S* places;             ///< [cells] from the lower corner of the particle's block: [pack][axis][lane]
+    const std::uint32_t* id;     ///< id of the particle in each slot, or no_particle
+    const std::uint32_t* block;  ///< index into `keys`, one per slot
+    const std::uint64_t* keys;   ///< keys of blocks. \see firn::block_key
+    std::size_t slots;           ///< number of slots
 
+    /// True if the slot holds a particle, false if it is padding.
     bool is_particle(std::size_t slot) const { return id[slot] != no_particle; }
+    /// The key of the block from which the slot's position counts.
     std::uint64_t block_key(std::size_t slot) const { return keys[block[slot]]; }
 };
 
-/// Particles with the fields of a table, of which the first are the built-in ones.
+/// Particles with the fields of a table. The built-in fields come first in the table.
 template <std::floating_point S, int D>
 class ParticleStore {
     using BuiltIn = ParticleView<S, D, BlockedSpan<S>>;
 
 public:
-    /// The line of the table that is set with the block: \see set_place
+    /// The field of the table that holds the place in a block. \see set_place
     static constexpr std::size_t place_field = BuiltIn::line_of(&BuiltIn::position);
 
-    /// \param domain  of the grid that they will meet; they may lie outside it
+    /// Makes an empty store.
+    /// \param domain  of the grid; particles may lie outside it
+    /// \param table   a particle's fields
     ParticleStore(const Domain<D>& domain, FieldTable table)
         : domain_(domain), table_(std::move(table)), fields_(table_, D, sizeof(S), SlotOrder::sorted) {}
 
+    /// The domain of the grid.
     const Domain<D>& domain() const { return domain_; }
+    /// Number of particles.
     std::size_t size() const { return size_; }
+    /// Number of slots: particles, padding and reserved ones.
     std::size_t slots() const { return id_.size(); }
-    /// What each particle carries.
+    /// The fields of a particle.
     const FieldTable& table() const { return table_; }
 
-    /// Makes room for this many particles, and the padding that sorting adds to dense matter. Each worker is the first
-    /// to write in its share of it.
-    /// \param threads  0: as many as thread_count() says
+    /// Makes room for `count` particles in all, and for the padding that sorting adds to dense matter. Each worker is
+    /// the first to write to its share of new memory.
+    /// \param threads  number of threads; 0: thread_count() chooses
+    /// \throws memory_error  if they do not fit into memory
     void reserve(std::size_t count, int threads = 0) {
         const std::size_t needed = (end_ - size_ + count + pack_size - 1) / pack_size * pack_size;
         if (needed > slots()) grow(needed + needed / 32 / pack_size * pack_size, count, threads);
     }
 
-    /// The id of the next particle: no id is given out twice.
+    /// The id of the next particle. No id is given out twice.
     std::uint32_t next_id() const { return ids_.next(); }
 
-    /// Appends a particle at x [m] that has its start in every other field; its id is the number of particles added
-    /// before. Ends the order by blocks.
+    /// Appends a particle at x [m]; every other field gets its start value. Its id is the number of particles added
+    /// before. Particles are then no longer sorted.
     /// \return its slot
     /// \throws parameter_error  if all ids have been given out
+    /// \throws memory_error     if there is no memory for more slots
     std::size_t push_back(const Vec<double, D>& x) {
         ids_.require(1);
         if (end_ == slots()) {
@@ -76,21 +86,23 @@ public:
         return slot;
     }
 
-    /// Takes a particle out; its slot becomes padding, until particles are brought into order again.
+    /// Removes the particle in a slot, if there is one. The slot becomes padding until particles are sorted again.
     void remove(std::size_t slot) {
         if (!is_particle(slot)) return;
         id_[slot] = no_particle;
         set_start(slot);
         --size_;
     }
-    /// As many as that have been given out: those of particles that were taken out are not given again.
+    /// Marks all ids below `next` as given out, so that ids of removed particles are not given out again.
     void skip_ids(std::uint32_t next) { ids_.skip(next); }
 
+    /// The id of the particle in a slot, or no_particle.
     std::uint32_t id(std::size_t slot) const { return id_[slot]; }
+    /// True if the slot holds a particle, false if it is padding.
     bool is_particle(std::size_t slot) const { return id_[slot] != no_particle; }
-    /// x [m], rounded to S.
+    /// Position x [m], rounded to S.
     Vec<S, D> position(std::size_t slot) const { return cast<S>(exact_position(slot)); }
-    /// x [m], as fine as it is kept.
+    /// Position x [m], as precise as it is stored. Along periodic axes it lies in the domain.
     Vec<double, D> exact_position(std::size_t slot) const {
         const BlockCoordinate<D> of = block(slot);
         Vec<double, D> x{};
@@ -102,37 +114,44 @@ public:
         }
         return x;
     }
-    /// The block that the position counts from, and the position from there, in cells.
+    /// The block from which the position counts.
     BlockCoordinate<D> block(std::size_t slot) const { return block_of_key<D>(blocks_[block_[slot]]); }
+    /// The position [cells], counted from the lower corner of block().
     Vec<S, D> place(std::size_t slot) const { return vector(of_place, slot); }
+    /// The arrays that sorting reads. They are valid until the store changes.
     PlacesOfParticles<S> places() const {
         return {fields_.template numbers<S>(of_place), id_.data(), block_.data(), blocks_.data(), slots()};
     }
+    /// Velocity v [m/s].
     Vec<S, D> velocity(std::size_t slot) const { return vector(of_velocity, slot); }
+    /// Affine velocity matrix C [1/s].
     Mat<S, D> affine(std::size_t slot) const { return matrix(of_affine, slot); }
+    /// Mass m [kg].
     S mass(std::size_t slot) const { return fields_.template at<S>(of_mass, slot, 0); }
+    /// Initial volume V0 [m^D].
     S volume(std::size_t slot) const { return fields_.template at<S>(of_volume, slot, 0); }
     /// Kirchhoff stress τ [Pa] of the current state.
     Mat<S, D> stress(std::size_t slot) const { return matrix(of_stress, slot); }
 
-    /// A number of a field of the table, as it is kept.
+    /// One component of a field of the table, as it is stored.
     S number(std::size_t field, std::size_t slot, int component) const {
         return fields_.template at<S>(field, slot, component);
     }
-    /// A particle's numbers of a field of the table, as states have them: matrices row by row, symmetric ones whole.
-    /// \param to  FieldInfo::components_in_state() numbers
+    /// Copies a particle's numbers of a field in the order of states: matrices row by row, symmetric ones whole.
+    /// \param to  room for FieldInfo::components_in_state() numbers
     void get(std::size_t field, std::size_t slot, S* to) const {
         const FieldInfo& info = table_[field];
         for (int k = 0; k < info.components_in_state(D); ++k)
             to[k] = fields_.template at<S>(field, slot, info.component_of(D, k));
     }
-    /// The numbers as get() gives them. Of a symmetric matrix the upper triangle is taken.
+    /// Sets a particle's numbers of a field, in the order of get(). Of symmetric matrices the upper triangle counts.
     void set(std::size_t field, std::size_t slot, const S* from) {
         const FieldInfo& info = table_[field];
         for (int k = info.components_in_state(D) - 1; k >= 0; --k)
             fields_.template at<S>(field, slot, info.component_of(D, k)) = from[k];
     }
 
+    /// Sets the position x [m].
     void set_position(std::size_t slot, const Vec<double, D>& x) {
         BlockCoordinate<D> of{};
         Vec<S, D> place{};
@@ -144,26 +163,32 @@ public:
         }
         set_place(slot, wrapped(domain_, of), place);
     }
+    /// Sets the position: a block, and the place in it [cells].
     void set_place(std::size_t slot, const BlockCoordinate<D>& of, const Vec<S, D>& place) {
         const std::uint64_t key = block_key<D>(of);
         if (blocks_.empty() || blocks_.back() != key) blocks_.push_back(key);
         block_[slot] = std::uint32_t(blocks_.size() - 1);
         put(of_place, slot, place.v, D);
     }
+    /// Sets the velocity v [m/s].
     void set_velocity(std::size_t slot, const Vec<S, D>& v) { put(of_velocity, slot, v.v, D); }
+    /// Sets the affine velocity matrix C [1/s].
     void set_affine(std::size_t slot, const Mat<S, D>& C) { put(of_affine, slot, C.m, D * D); }
+    /// Sets the mass m [kg].
     void set_mass(std::size_t slot, S mass) { put(of_mass, slot, &mass, 1); }
+    /// Sets the initial volume V0 [m^D].
     void set_volume(std::size_t slot, S volume) { put(of_volume, slot, &volume, 1); }
+    /// Sets the Kirchhoff stress τ [Pa]. Only the upper triangle is read.
     void set_stress(std::size_t slot, const Mat<S, D>& stress) {
         for (int i = 0; i < D; ++i)
             for (int j = i; j < D; ++j)
                 fields_.template at<S>(of_stress, slot, symmetric_index<D>(i, j)) = stress(i, j);
     }
 
-    /// Memory that holds nothing until particles are moved: at least D² numbers a slot.
+    /// Scratch memory, free to use until reorder(): at least D² numbers of S per slot.
     std::byte* room() { return fields_.room(); }
 
-    /// Moves all particles into the order of the partition, whose order then names ids.
+    /// Moves all particles into the order of the partition. Afterwards partition.order holds their ids.
     void reorder(BlockPartition<D>& partition, int workers) {
         aligned_vector<std::uint32_t>& order = partition.order;
         const auto for_groups = [&](const auto& body) {
@@ -204,16 +229,20 @@ public:
         for (std::size_t r = 0; r < blocks_.size(); ++r) blocks_[r] = block_key<D>(partition.ranges[r].block);
     }
 
-    /// Of memory held.
+    /// Memory held [bytes].
     std::size_t bytes() const {
         return fields_.bytes() + blocks_.capacity() * sizeof(std::uint64_t) +
                (id_.capacity() + block_.capacity()) * sizeof(std::uint32_t);
     }
 
 protected:
+    /// The memory of a field of the table.
     BlockedSpan<S> span(std::size_t field) { return {fields_.template numbers<S>(field), fields_.components(field)}; }
+    /// The first of a particle's numbers of a field. The others follow pack_size numbers apart.
     S* numbers_of(std::size_t field, std::size_t slot) { return &fields_.template at<S>(field, slot, 0); }
+    /// The same, to read.
     const S* numbers_of(std::size_t field, std::size_t slot) const { return &fields_.template at<S>(field, slot, 0); }
+    /// Number of built-in fields.
     static constexpr std::size_t built_in_fields = BuiltIn::built_in().size();
 
 private:
@@ -223,7 +252,7 @@ private:
                                  of_mass = BuiltIn::line_of(&BuiltIn::mass),
                                  of_volume = BuiltIn::line_of(&BuiltIn::volume);
 
-    /// body(slot, number of its range) for the particles of a group.
+    /// Calls body(slot, number of its range) for the particles of a group.
     template <class Body>
     static void for_slots(const BlockPartition<D>& partition, const BlockGroup& group, const Body& body) {
         for (std::size_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
@@ -231,16 +260,16 @@ private:
             for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) body(slot, r);
         }
     }
-    /// body(slot) for the rest of a group's last pack.
+    /// Calls body(slot) for the padding in a group's last pack.
     template <class Body>
     static void for_padding(const BlockGroup& group, const Body& body) {
         for (std::size_t i = group.particles; i < group.packs() * pack_size; ++i) body(group.first_slot + i);
     }
-    /// \throws memory_error  if there is not enough for so many
+    /// \throws memory_error  if there is no memory for so many slots
     void grow(std::size_t slots, std::size_t particles, int threads) {
         require_memory(
             double(fields_.bytes()) + double(fields_.bytes_for(slots)) + double(slots) * 2 * sizeof(std::uint32_t),
-            sentence("Room for ", particles, " particles"), "Take fewer: a larger spacing, a smaller body.");
+            sentence("Room for ", particles, " particles"), "Take fewer: choose a larger spacing or a smaller body.");
         const int workers = thread_count(threads);
         parallel_region(workers, [&] {
             fields_.grow(slots, workers);
@@ -248,7 +277,8 @@ private:
             firn::grow(block_, slots, {}, workers);
         });
     }
-    /// Padding is inert: at rest, undeformed, massless, in the middle of its block.
+    /// Sets all fields of a slot to their start. Padding is then inert: at rest, undeformed, massless, in the middle of
+    /// its block.
     void set_start(std::size_t slot) {
         for (std::size_t f = 0; f < table_.size(); ++f)
             for (int k = 0; k < fields_.components(f); ++k)
@@ -273,19 +303,20 @@ private:
 
     Domain<D> domain_;
     FieldTable table_;
-    std::size_t size_ = 0;  ///< particles
+    std::size_t size_ = 0;  // particles
     Ids ids_;
-    std::size_t end_ = 0;  ///< slots in use, padding included
+    std::size_t end_ = 0;  // slots in use, padding included
     FieldMemory fields_;
     aligned_vector<std::uint32_t> id_;
-    aligned_vector<std::uint32_t> block_;  // of each slot: which of blocks_ its position counts from
+    aligned_vector<std::uint32_t> block_;  // of each slot: index into blocks_
     std::vector<std::uint64_t> blocks_;    // keys
 };
 
-/// The slots of all particles in the order of their ids.
+/// The slots of all particles, in the order of their ids.
+/// \param threads  number of threads; 0: thread_count() chooses
 template <std::floating_point S, int D>
 std::vector<std::uint32_t> slots_by_id(const ParticleStore<S, D>& particles, int threads) {
-    if (particles.next_id() / 8 > particles.size()) {  // few are left of those that there were
+    if (particles.next_id() / 8 > particles.size()) {  // few of the particles added are left
         std::vector<std::uint32_t> slots;
         for (std::size_t slot = 0; slot < particles.slots(); ++slot)
             if (particles.is_particle(slot)) slots.push_back(std::uint32_t(slot));

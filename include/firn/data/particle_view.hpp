@@ -1,5 +1,6 @@
-/// \file The arrays of a set of particles, whoever owns them: what the stages p2g() and g2p() work on; and the table of
-/// their fields. A new field is a member and a line of built_in() here.
+/// \file The arrays of a set of particles, on which the stages p2g() and g2p() work, and the table of their fields.
+///
+/// A new field is a member and a line of built_in() here.
 #pragma once
 
 #include <firn/data/block_partition.hpp>
@@ -9,22 +10,29 @@
 
 namespace firn {
 
-/// Numbers in a field of a material's state: a scalar, a Vec or a Mat.
+/// \name Numbers in a field of a material's state
+/// @{
+
+/// 1 for a scalar, D for a `Vec<S, D>`, D² for a `Mat<S, D>`.
 template <class T>
 inline constexpr int component_count = 1;
 template <class S, int D>
 inline constexpr int component_count<Vec<S, D>> = D;
 template <class S, int D>
 inline constexpr int component_count<Mat<S, D>> = D * D;
+/// @}
 
+/// Number of fields in a material's state.
 template <class State>
 inline constexpr std::size_t state_field_count = std::tuple_size_v<decltype(State::fields())>;
 
-/// \tparam Field  BlockedSpan<S> or StridedSpan<S>
+/// The arrays of a set of particles, firn's own or another program's.
+/// \tparam Field  `BlockedSpan<S>` for firn's own particles, `StridedSpan<S>` for arrays of another program
+/// \tparam State  the material's state
 template <std::floating_point S, int D, class Field, class State = ElasticState<S, D>>
 struct ParticleView {
     using scalar_type = S;
-    using state_type = State;
+    using state_type = State;  ///< the material's state
     static constexpr int dimension = D;
 
     Field position;  ///< x [m], D
@@ -35,11 +43,12 @@ struct ParticleView {
     Field volume;    ///< V0 [m^D]
     std::array<Field, state_field_count<State>> state;  ///< the material's state, in the order of State::fields()
 
+    /// A field that every particle has.
     struct BuiltIn {
-        FieldInfo info;
-        Field ParticleView::* member;
+        FieldInfo info;                ///< its line in the table
+        Field ParticleView::* member;  ///< its array
     };
-    /// The fields that every particle has: what is a member above has its line here.
+    /// The fields that every particle has: each member above has a line.
     static constexpr auto built_in() {
         using View = ParticleView;
         using enum FieldShape;
@@ -53,14 +62,15 @@ struct ParticleView {
             BuiltIn{{"volume", D == 3 ? "m^3" : "m^2", scalar, given, {}, FieldRange::not_negative}, &View::volume},
         };
     }
-    /// Which line of the table a member is.
+    /// The number of a member's line in the table.
     static consteval std::size_t line_of(Field ParticleView::* member) {
         std::size_t line = 0;
         while (built_in()[line].member != member) ++line;
         return line;
     }
 
-    /// Calls the pack that begins at `slot` into the cache, all but the material's state.
+    /// Prefetches the pack that begins at `slot`, all but the material's state.
+    /// \tparam Affine  whether the affine field is prefetched, too
     template <bool Affine>
     FIRN_INLINE void prefetch(std::size_t slot) const {
         position.template prefetch<D>(slot);
@@ -70,7 +80,7 @@ struct ParticleView {
         volume.template prefetch<1>(slot);
         if constexpr (Affine) affine.template prefetch<D * D>(slot);
     }
-    /// The same for the material's state.
+    /// Prefetches the material's state of the pack that begins at `slot`.
     FIRN_INLINE void prefetch_state(std::size_t slot) const {
         constexpr auto members = State::fields();
         unroll<int(state_field_count<State>)>([&](auto f) FIRN_LAMBDA {
@@ -80,11 +90,12 @@ struct ParticleView {
     }
 };
 
-/// A foreign program's arrays, float or double, 2D or 3D.
+/// Arrays of another program, float or double, 2D or 3D.
 template <std::floating_point S, int D, class State = ElasticState<S, D>>
 using ForeignParticles = ParticleView<S, D, StridedSpan<S>, State>;
 
-/// The upper triangles of full matrices, for ParticleView::stress. Only these numbers are read and written.
+/// The upper triangles of full D × D matrices, for ParticleView::stress. Only these numbers are read and written.
+/// \param stride  from one matrix to the next, in numbers
 template <int D, std::floating_point S>
 StridedSpan<S> symmetric_matrices(S* data, std::ptrdiff_t stride = D * D) {
     StridedSpan<S> span{data, stride, {}};
@@ -93,12 +104,14 @@ StridedSpan<S> symmetric_matrices(S* data, std::ptrdiff_t stride = D * D) {
     return span;
 }
 
+/// Reads the vectors of a field in some slots. \tparam P  a number, or a pack of lanes
 template <class P, int D, class Field>
 FIRN_INLINE Vec<P, D> load_vector(const Field& field, const Slots& slots) {
     Vec<P, D> r;
     unroll<D>([&](auto i) FIRN_LAMBDA { r.v[i] = field.template load<P>(slots, i); });
     return r;
 }
+/// Reads the symmetric matrices of a field in some slots. \tparam P  a number, or a pack of lanes
 template <class P, int D, class Field>
 FIRN_INLINE Mat<P, D> load_symmetric(const Field& field, const Slots& slots) {
     P stored[symmetric_size<D>];
@@ -107,6 +120,7 @@ FIRN_INLINE Mat<P, D> load_symmetric(const Field& field, const Slots& slots) {
     unroll<D * D>([&](auto k) FIRN_LAMBDA { r.m[k] = stored[symmetric_index<D>(k % D, k / D)]; });
     return r;
 }
+/// Writes the upper triangles of symmetric matrices to some slots of a field.
 template <class P, int D, class Field>
 FIRN_INLINE void store_symmetric(const Field& field, const Slots& slots, const Mat<P, D>& a) {
     unroll<D>([&](auto i) FIRN_LAMBDA {
@@ -129,7 +143,7 @@ FIRN_INLINE P* components(Mat<P, D>& a) {
 }
 }  // namespace detail
 
-/// The lines of a material's state.
+/// Appends the fields of a material's state to a table.
 template <int D, class State>
 void append_state_fields(FieldTable& table) {
     State start{};
@@ -150,7 +164,7 @@ void append_state_fields(FieldTable& table) {
         },
         State::fields());
 }
-/// What a particle carries: the built-in fields, then those of its material's state.
+/// The table of a particle's fields: the built-in ones, then those of its material's state.
 template <std::floating_point S, int D, class State>
 FieldTable field_table() {
     FieldTable table;
@@ -159,7 +173,7 @@ FieldTable field_table() {
     return table;
 }
 
-/// Reads a material's state, lifted to lanes.
+/// Reads a material's state from some slots. \tparam State  with numbers lifted to lanes
 template <class State, class Field, std::size_t N>
 FIRN_INLINE State load_state(const std::array<Field, N>& fields, const Slots& slots) {
     State state;
@@ -172,6 +186,7 @@ FIRN_INLINE State load_state(const std::array<Field, N>& fields, const Slots& sl
     });
     return state;
 }
+/// Writes a material's state to some slots.
 template <class State, class Field, std::size_t N>
 FIRN_INLINE void store_state(const std::array<Field, N>& fields, const Slots& slots, State& state) {
     constexpr auto members = State::fields();

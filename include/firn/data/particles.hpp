@@ -1,27 +1,32 @@
-/// \file firn's own particles of one material: the store of their fields, and the typed door to it.
+/// \file firn's own particles of one material: a ParticleStore with typed access to the material's state.
 #pragma once
 
 #include <firn/data/particle_store.hpp>
 
 namespace firn {
 
-/// What the material's state, the transfers and the grid need of every particle.
-/// Bytes a particle in float, 3D, elastic: x 12 and the number of its block 4, v 12, C 36, τ 24, F 36, m 4, V0 4, id 4
-/// = 136 (and padding, 1–3 % of dense matter); sorting moves fields through one field's worth of room, 36,
-/// and the partition adds 4.
+/// Particles of one material: all that its state, the transfers and the grid need of every particle.
+///
+/// Bytes per particle in float, 3D, elastic: x 12 and the number of its block 4, v 12, C 36, τ 24, F 36, m 4, V0 4, id
+/// 4 = 136 (and padding, 1–3 % of dense matter). Sorting needs room for one more field, 36, and the partition 4.
+///
+/// \tparam State  the material's state
 template <std::floating_point S, int D, class State = ElasticState<S, D>>
 class Particles : public ParticleStore<S, D> {
     using Store = ParticleStore<S, D>;
 
 public:
-    using View = ParticleView<S, D, BlockedSpan<S>, State>;
+    using View = ParticleView<S, D, BlockedSpan<S>, State>;  ///< arrays of such particles
 
-    /// \param domain  of the grid that they will meet; they may lie outside it
+    /// Makes an empty set of particles.
+    /// \param domain  of the grid; particles may lie outside it
     explicit Particles(const Domain<D>& domain) : Store(domain, field_table<S, D, State>()) {}
 
     using Store::push_back;
-    /// Appends a particle; its id is the number of particles added before. Ends the order by blocks.
+    /// Appends a particle. Its id is the number of particles added before. Particles are then no longer sorted.
+    /// \param x  position [m];  \param v  velocity [m/s];  \param mass  [kg];  \param volume  initial volume [m^D]
     /// \throws parameter_error  if all ids have been given out
+    /// \throws memory_error     if there is no memory for more slots
     void push_back(const Vec<double, D>& x, const Vec<S, D>& v, S mass, S volume, const State& state = {}) {
         const std::size_t slot = Store::push_back(x);
         this->set_velocity(slot, v);
@@ -30,6 +35,7 @@ public:
         set_state(slot, state);
     }
 
+    /// The material's state of the particle in a slot.
     State state(std::size_t slot) const {
         State state{};
         for_members(state, [&](std::size_t field, auto* numbers, int components) {
@@ -38,6 +44,7 @@ public:
         });
         return state;
     }
+    /// Sets the material's state of the particle in a slot.
     void set_state(std::size_t slot, State state) {
         for_members(state, [&](std::size_t field, const auto* numbers, int components) {
             S* const to = this->numbers_of(field, slot);
@@ -45,6 +52,7 @@ public:
         });
     }
 
+    /// The particles' arrays. They are valid until particles are added or sorted.
     View view() {
         View view{};
         constexpr auto built_in = View::built_in();
@@ -55,7 +63,7 @@ public:
     }
 
 private:
-    /// f(number of the field, its numbers in the state, how many)
+    /// Calls f(number of the field, its numbers in the state, how many) for each field of the state.
     template <class F>
     static void for_members(State& state, const F& f) {
         constexpr auto members = State::fields();

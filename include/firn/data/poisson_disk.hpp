@@ -1,8 +1,8 @@
-/// \file Poisson-disk points: at random, none closer than r, and hardly a place left for one more.
+/// \file Poisson-disk points: random points, no two closer than r, with hardly any place left for one more.
 ///
 /// Bridson 2007, "Fast Poisson disk sampling in arbitrary dimensions", SIGGRAPH sketches. Candidates are drawn in the
-/// annulus r to 2r around a point of the active list; a background grid of side r/√D holds at most one point a cell.
-/// All of it runs on integers (a step is 2⁻²⁰ r), so the points are the same for every compiler and machine.
+/// annulus r to 2r around a point of the active list. A background grid of side r/√D holds at most one point per cell.
+/// It computes with integers (a step is 2⁻²⁰ r), so the points are the same for every compiler and machine.
 #pragma once
 
 #include <firn/data/samples.hpp>
@@ -18,22 +18,25 @@ namespace firn {
 
 namespace detail {
 
-/// Points per r^D that Bridson's algorithm with 30 candidates leaves, measured in large boxes with their rims cut off
-/// (tests/unit/data/sampling.cpp holds them to 1 %).
+/// Points per r^D from Bridson's algorithm with 30 candidates, measured in large boxes without their rims
+/// (tests/unit/data/sampling.cpp checks them to 1 %).
 template <int D>
 inline constexpr double poisson_density = D == 2 ? 0.615 : 0.577;
 
 }  // namespace detail
 
-/// The least distance r [m] at which Poisson-disk points are as dense as a lattice of `spacing`.
+/// The radius r [m] for which Poisson-disk points are as dense as a lattice of `spacing` [m].
 template <int D>
 double poisson_radius(double spacing) {
     return spacing * (D == 2 ? std::sqrt(detail::poisson_density<2>) : std::cbrt(detail::poisson_density<3>));
 }
 
-/// Fills the box from lower to upper [m] with points no two of which are closer than `radius` [m]. `candidates` are
-/// tried around each point before it is left. Throws parameter_error where the box is empty, inverted or not finite,
-/// the radius is not above 0, or the background grid would have more than `max_cells` cells.
+/// Fills the box from `lower` to `upper` [m] with points. No two of them are closer than `radius` [m].
+/// \param max_cells   limit of the background grid
+/// \param candidates  tries around each point before it is left
+/// \throws parameter_error  if the box is empty, inverted or not finite, if `radius` is not above 0, if there is no
+///                          candidate, or if the background grid would have more than `max_cells` cells
+/// \throws memory_error     if the background grid does not fit into memory
 template <int D>
 std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, const Vec<double, D>& upper, double radius,
                                                 std::uint64_t seed = 1, double max_cells = 1e9, int candidates = 30) {
@@ -49,20 +52,20 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
     if (candidates < 1) {
         throw parameter_error(sentence("Poisson-disk sampling with ", candidates, " candidates; give 1 or more (30)."));
     }
-    max_cells = std::min(max_cells, double(std::numeric_limits<std::int32_t>::max()));  // points have 32-bit names
+    max_cells = std::min(max_cells, double(std::numeric_limits<std::int32_t>::max()));  // points have 32-bit numbers
     const double step = radius / double(r);
     Index size{}, cells{};
     double total = 1;
     for (std::size_t k = 0; k < D; ++k) {
         const double extent = upper[int(k)] - lower[int(k)];
         if (!(extent > 0) || !std::isfinite(extent)) {
-            throw parameter_error(sentence("Points are asked in the box from ", detail::describe(lower), " to ",
+            throw parameter_error(sentence("Points cannot fill the box from ", detail::describe(lower), " to ",
                                            detail::describe(upper), " m; upper must be above lower and both finite."));
         }
         total *= extent / step / double(cell) + 1 + 2 * reach;
         detail::check_count(total, "cells of side r/√D in the box to fill", max_cells, sizeof(std::int32_t));
         size[k] = std::int64_t(extent / step);
-        cells[k] = size[k] / cell + 1 + 2 * reach;  // a rim of empty cells saves every bounds check
+        cells[k] = size[k] / cell + 1 + 2 * reach;  // a rim of empty cells: no bounds are checked
     }
 
     constexpr std::int32_t empty = -1;

@@ -1,4 +1,4 @@
-/// \file What filling a shape with particles asks for and gives; lattices of points.
+/// \file The options and the result of filling a shape with particles, and lattices of points.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -18,37 +18,39 @@ namespace firn {
 /// How particles fill a shape.
 enum class Pattern {
     lattice,       ///< at the centres of cubes of side `spacing`
-    jittered,      ///< the same, each moved at random by up to `jitter` spacings along each axis
-    poisson_disk,  ///< at random, no two closer than about 0.8 spacings: no preferred direction (Bridson 2007)
+    jittered,      ///< the same, but each moved at random by up to `jitter` spacings along each axis
+    poisson_disk,  ///< at random, no two closer than about 0.8 spacings; no preferred direction (Bridson 2007)
 };
 
 /// How a shape is filled. The same options give the same positions, bit for bit, with every compiler.
 struct SamplingOptions {
-    double spacing = 0;  ///< mean distance [m] > 0: one particle for spacing^D; must be given
-    Pattern pattern = Pattern::lattice;
-    double jitter = 0.25;                       ///< of Pattern::jittered, in spacings, 0 to 0.5
-    std::uint64_t seed = 1;                     ///< of jittered and poisson_disk
-    std::uint64_t max_particles = 200'000'000;  ///< more are refused before memory is asked for
+    double spacing = 0;                         ///< mean distance [m] > 0: one particle per spacing^D; must be given
+    Pattern pattern = Pattern::lattice;         ///< where particles lie
+    double jitter = 0.25;                       ///< for Pattern::jittered [spacings], 0 to 0.5
+    std::uint64_t seed = 1;                     ///< for Pattern::jittered and Pattern::poisson_disk
+    std::uint64_t max_particles = 200'000'000;  ///< more are refused before memory is allocated
 };
 
 /// Particles that fill a shape.
 template <int D>
 struct Samples {
-    std::vector<Vec<double, D>> positions;  ///< [m]
+    std::vector<Vec<double, D>> positions;  ///< one per particle [m]
     double volume = 0;                      ///< of each particle [m^D]
 };
 
-/// The spacing [m] of a lattice with `particles_per_cell` in a grid cell of side `cell_size` [m].
+/// The spacing [m] of a lattice with `particles_per_cell` particles in a grid cell of side `cell_size` [m].
+/// \throws parameter_error  if one of them is not finite and above 0
 template <int D>
 double particle_spacing(double cell_size, double particles_per_cell) {
     if (!(cell_size > 0 && std::isfinite(cell_size) && particles_per_cell > 0 && std::isfinite(particles_per_cell))) {
-        throw parameter_error(sentence("No spacing for ", particles_per_cell, " particles in a cell of ", cell_size,
-                                       " m; both must be finite and above 0."));
+        throw parameter_error(sentence("There is no spacing for ", particles_per_cell, " particles in a cell of ",
+                                       cell_size, " m; both must be finite and above 0."));
     }
     return cell_size / (D == 2 ? std::sqrt(particles_per_cell) : std::cbrt(particles_per_cell));
 }
 
-/// Throws parameter_error for options outside their range.
+/// Checks options.
+/// \throws parameter_error  if one is out of range
 inline void check(const SamplingOptions& options) {
     if (!(options.spacing > 0) || !std::isfinite(options.spacing)) {
         throw parameter_error(sentence("The particle spacing is ", options.spacing,
@@ -63,8 +65,8 @@ inline void check(const SamplingOptions& options) {
 
 namespace detail {
 
-/// Refuses counts that no memory holds. `predicted` may be infinite, never NaN.
-/// \param bytes  that each needs
+/// Refuses counts that are too large. `predicted` may be infinite, never NaN.
+/// \param bytes  memory that each needs
 inline void check_count(double predicted, const char* what, double most, std::size_t bytes = 0) {
     require_memory(predicted * double(bytes), sentence("About ", predicted, " ", what), "Choose a larger spacing.");
     if (predicted <= most) return;
@@ -72,8 +74,8 @@ inline void check_count(double predicted, const char* what, double most, std::si
                                    " are allowed. Choose a larger spacing, or raise the bound if memory allows."));
 }
 
-/// The index-th of the points around `anchor`: anchor + (index + ½ + jitter·u) spacing, u in [−1, 1) from the seed and
-/// the counter. The fused operations are written out so that no compiler's choice of contraction changes a bit.
+/// The lattice point anchor + (index + ½ + jitter·u) spacing, with u in [−1, 1) from the seed and the counter. Fused
+/// operations are written out, so that a compiler's choice of contraction does not change a bit.
 template <int D>
 Vec<double, D> lattice_point(const Vec<double, D>& anchor, double spacing, const std::array<std::int64_t, D>& index,
                              double jitter, std::uint64_t seed, std::uint64_t counter) {
@@ -109,9 +111,15 @@ void for_lattice(const std::array<std::int64_t, D>& begin, const std::array<std:
 
 }  // namespace detail
 
-/// The first `first_n` points (all by default) of a lattice of counts[0] × counts[1] (× counts[2]) points at
-/// lower + (i + ½) spacing, each coordinate then moved at random by up to `jitter` spacings (0 to 0.5). The first axis
-/// runs fastest. Throws parameter_error for a count below 1, a bad spacing or jitter, more points than there are.
+/// The points of a lattice of counts[0] × counts[1] (× counts[2]) points at lower + (i + ½) spacing. Each coordinate is
+/// moved at random by up to `jitter` spacings. The first axis runs fastest.
+/// \param lower    [m]
+/// \param spacing  [m]
+/// \param jitter   [spacings], 0 to 0.5
+/// \param first_n  only so many points are made; by default all
+/// \throws parameter_error  if a count is below 1, if `spacing` or `jitter` is out of range, if `lower` is not finite,
+///                          if the lattice has fewer than `first_n` points, or if there would be too many
+/// \throws memory_error     if the points do not fit into memory
 template <int D>
 std::vector<Vec<double, D>> lattice_points(const Vec<double, D>& lower, const std::array<std::int64_t, D>& counts,
                                            double spacing, double jitter = 0, std::uint64_t seed = 1,

@@ -1,8 +1,8 @@
 /// \file Fills boxes, spheres (disks in 2D) and closed meshes with particles: lattice, jittered lattice, Poisson-disk.
 ///
-/// The volume of a particle: spacing^D on a lattice, jittered or not, so that its density is right wherever it lies
-/// (the total is off by what the shape's surface cuts through the lattice's cubes); the shape's volume divided by the
-/// number of particles for Poisson-disk, so that the total is right.
+/// On a lattice, jittered or not, the volume of a particle is spacing^D. The density is then right everywhere; the
+/// total volume is off at the surface, where the shape cuts the lattice's cubes. With Poisson-disk points the volume of
+/// a particle is the shape's volume divided by the number of particles, so that the total is right.
 #pragma once
 
 #include <firn/data/inside.hpp>
@@ -19,7 +19,7 @@ namespace firn {
 
 namespace detail {
 
-/// x^D as a product, which is the same everywhere; std::pow need not be.
+/// x^D as a product, which gives the same bits everywhere; std::pow need not.
 template <int D>
 double power(double x) {
     return D == 2 ? x * x : x * x * x;
@@ -30,12 +30,12 @@ void check_particles(double volume, const SamplingOptions& options) {
     check_count(volume / power<D>(options.spacing), "particles", double(options.max_particles), sizeof(Vec<double, D>));
 }
 
-/// A shape as the patterns see it. `winding(x)` says how often it covers x; `volume` is the integral of that.
+/// A shape as the patterns see it. `winding(x)` is how often the shape covers x; `volume` is the integral of that.
 template <int D, class Winding>
 struct Shape {
     const char* name;
     Bounds<D> bounds;
-    Vec<double, D> anchor;              ///< of the lattice
+    Vec<double, D> anchor;              ///< corner of the lattice's cube of index 0
     std::array<std::int64_t, D> begin;  ///< lattice indices that cover `bounds`
     std::array<std::int64_t, D> end;
     double volume;
@@ -55,10 +55,11 @@ void fill_lattice(const Shape<D, Winding>& shape, const SamplingOptions& options
 
 template <int D, class Winding>
 void fill_poisson(const Shape<D, Winding>& shape, const SamplingOptions& options, Samples<D>& samples) {
-    // The box is filled with a margin, then cut: no crowding along the surface, and parts that do not touch are filled.
+    // The box is filled with a margin, then cut. So points do not crowd along the surface, and parts that
+    // do not touch are filled.
     const double radius = poisson_radius<D>(options.spacing);
     const auto margin = Vec<double, D>::filled(2 * radius);
-    // About 7 cells a particle in 3D (r/√3 and the density above), 3 in 2D.
+    // The background grid has about 7 cells per particle in 3D (side r/√3, poisson_density), 3 in 2D.
     const auto points = poisson_disk_points<D>(shape.bounds.lower - margin, shape.bounds.upper + margin, radius,
                                                options.seed, 8 * double(options.max_particles));
     double covered = 0;
@@ -67,8 +68,8 @@ void fill_poisson(const Shape<D, Winding>& shape, const SamplingOptions& options
         covered += winding;
         if (winding >= 1) samples.positions.push_back(x);
     }
-    // Where nothing overlaps, `covered` is the number of particles. Where parts overlap, `volume` counts the overlap
-    // as often as the points do, so that their ratio is still what one particle stands for.
+    // If no parts overlap, `covered` is the number of particles. If parts overlap, `volume` and `covered` count the
+    // overlap equally often, so their ratio is still the volume of one particle.
     samples.volume = covered > 0 ? shape.volume / covered : power<D>(options.spacing);
 }
 
@@ -89,7 +90,8 @@ Samples<D> fill(const Shape<D, Winding>& shape, const SamplingOptions& options) 
     return samples;
 }
 
-/// Lattice indices from 0 that cover an extent. The points tried are bounded too: a thin, slanted shape keeps few.
+/// Numbers of lattice points along each axis that cover an extent. Their product is limited, too, because a thin,
+/// slanted shape keeps few of them.
 template <int D>
 std::array<std::int64_t, D> lattice_counts(const Vec<double, D>& extent, const SamplingOptions& options) {
     std::array<std::int64_t, D> counts{};
@@ -106,9 +108,11 @@ std::array<std::int64_t, D> lattice_counts(const Vec<double, D>& extent, const S
 
 }  // namespace detail
 
-/// A box from lower to upper [m]. The lattice begins at `lower`; where the extent is no multiple of the spacing, the
-/// last layer is the one whose centre still lies inside. Throws parameter_error where the box is empty, inverted or not
-/// finite, for bad options, and where no particle falls inside.
+/// Fills a box from `lower` to `upper` [m] with particles. The lattice begins at `lower`. If the extent is no multiple
+/// of the spacing, the last layer is the last one whose centre lies inside.
+/// \throws parameter_error  if the box is empty, inverted or not finite, if options are out of range, if no particle
+///                          falls inside, or if there would be more than max_particles
+/// \throws memory_error     if the particles do not fit into memory
 template <int D>
 Samples<D> sample_box(const Vec<double, D>& lower, const Vec<double, D>& upper, const SamplingOptions& options) {
     check(options);
@@ -134,8 +138,12 @@ Samples<D> sample_box(const Vec<double, D>& lower, const Vec<double, D>& upper, 
         detail::Shape<D, decltype(winding)>{"box", {lower, upper}, lower, {}, counts, volume, winding}, options);
 }
 
-/// A sphere, a disk in 2D [m]. The lattice is symmetric: a corner of its cubes lies on the centre. Throws
-/// parameter_error for a radius not above 0, anything not finite, bad options, and where no particle falls inside.
+/// Fills a sphere, or a disk in 2D, with particles. The lattice is symmetric: a corner of its cubes lies on the centre.
+/// \param centre  [m]
+/// \param radius  [m]
+/// \throws parameter_error  if the radius is not above 0, if a number is not finite, if options are out of range, if no
+///                          particle falls inside, or if there would be more than max_particles
+/// \throws memory_error     if the particles do not fit into memory
 template <int D>
 Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const SamplingOptions& options) {
     static_assert(D == 2 || D == 3);
@@ -146,7 +154,7 @@ Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const Samp
     }
     const double volume = std::numbers::pi * detail::power<D>(radius) * (D == 2 ? 1.0 : 4.0 / 3.0);
     const auto winding = [&](const Vec<double, D>& x) {
-        double squared = 0;  // fused, so that no compiler's choice of contraction decides about a particle
+        double squared = 0;  // fused, so that a compiler's choice of contraction changes no particle
         for (int k = 0; k < D; ++k) squared = std::fma(x[k] - centre[k], x[k] - centre[k], squared);
         return squared <= radius * radius ? 1 : 0;
     };
@@ -161,9 +169,12 @@ Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const Samp
         options);
 }
 
-/// A closed mesh: where its winding number is ≥ 1 (InsideTest says what that means for one that intersects itself). The
-/// lattice begins at the lower corner of its bounding box. Throws mesh_error for a mesh that InsideTest refuses,
-/// parameter_error for bad options and where no particle falls inside.
+/// Fills a closed mesh with particles, where its winding number is ≥ 1. The lattice begins at the lower corner of the
+/// bounding box. \see InsideTest, also for meshes that intersect themselves
+/// \throws mesh_error       if InsideTest refuses the mesh
+/// \throws parameter_error  if options are out of range, if no particle falls inside, or if there would be more than
+///                          max_particles
+/// \throws memory_error     if the particles do not fit into memory
 inline Samples<3> sample_mesh(const TriangleMesh& mesh, const SamplingOptions& options) {
     check(options);
     const InsideTest inside(mesh);

@@ -1,4 +1,4 @@
-/// \file A grid that holds only the blocks of nodes around matter. Its cost is that of the matter, not of the domain.
+/// \file A grid that holds only the blocks of nodes around matter. Its cost grows with the matter, not with the domain.
 #pragma once
 
 #include <firn/core/optimised.hpp>
@@ -14,37 +14,52 @@
 
 namespace firn {
 
-/// Numbers a node: momentum (after the grid update: velocity) in the first D, mass in the last.
+/// Numbers per node: momentum (velocity, after the grid update) in the first D, mass in the last.
 inline constexpr int node_width = 4;
+/// Which of a node's numbers is its mass.
 inline constexpr int node_mass = 3;
 
-/// In place of a block's number: the grid does not hold it.
+/// The number of a block that the grid does not hold.
 inline constexpr std::uint32_t no_block = 0xffffffffu;
 
+/// Nodes in blocks of 4^D. activate() chooses the blocks: those around the particles of one or several sets.
 template <std::floating_point S, int D>
 class SparseGrid {
 public:
+    /// Blocks around a block and itself: 3^D.
     static constexpr int neighbour_count = D == 2 ? 9 : 27;
 
+    /// Makes a grid without blocks.
+    /// \throws parameter_error  as check(domain)
     explicit SparseGrid(const Domain<D>& domain) : domain_(domain) {
         detail::tell_unoptimised<FIRN_TELLS_UNOPTIMISED>();
         check(domain);
     }
 
+    /// The domain of the grid.
     const Domain<D>& domain() const { return domain_; }
+    /// Number of blocks.
     std::size_t block_count() const { return blocks_.size(); }
+    /// The coordinates of block b.
     BlockCoordinate<D> block(std::size_t b) const { return block_of_key<D>(blocks_[b]); }
 
-    /// Nodes of block b: block_nodes<D> × node_width numbers, last axis fastest.
+    /// \name Nodes
+    /// @{
+
+    /// The nodes of block b: `block_nodes<D>` × node_width numbers, the last axis fastest.
     S* nodes(std::size_t b) { return nodes_.data() + b * std::size_t(block_nodes<D> * node_width); }
     const S* nodes(std::size_t b) const { return nodes_.data() + b * std::size_t(block_nodes<D> * node_width); }
 
-    /// The 3^D blocks around range r of a partition that the grid was activated for, last axis fastest.
+    /// @}
+
+    /// The numbers of the 3^D blocks around range r of a partition, the last axis fastest. The grid must have been
+    /// activated for the partition.
     const std::uint32_t* neighbours(const BlockPartition<D>& partition, std::size_t r) const {
         return neighbours_.data() + (partition.first_row + r) * neighbour_count;
     }
 
-    /// \throws usage_error  unless the grid was activated for a partition of so many ranges
+    /// Checks that the grid was activated for a partition of so many ranges.
+    /// \throws usage_error  if it was not
     void require_active(const BlockPartition<D>& partition) const {
         if ((partition.first_row + partition.ranges.size()) * neighbour_count > neighbours_.size())
             throw usage_error(sentence("The grid has no nodes for a partition of ", partition.ranges.size(),
@@ -52,13 +67,15 @@ public:
     }
 
     /// Makes room for every node that particles of the partition can reach before they are sorted again: the blocks of
-    /// the partition and their neighbours, in the order of their keys. Contents are lost.
-    /// \param threads  0: as many as thread_count() says
+    /// the partition and their neighbours, in the order of their keys. The nodes' numbers are lost.
+    /// \param threads  number of threads; 0: thread_count() chooses
+    /// \throws memory_error  if the nodes do not fit into memory
     void activate(const BlockPartition<D>& partition, int threads = 0) {
         const BlockPartition<D>* const one[] = {&partition};
         make_room(one, thread_count(threads));
     }
-    /// The same for several sets of particles on one grid. Their rows of neighbours follow one another.
+    /// The same for several sets of particles on one grid. Sets each partition's first_row: its ranges' neighbours
+    /// follow those of the partition before.
     void activate(std::span<BlockPartition<D>* const> partitions, int threads = 0) {
         std::size_t row = 0;
         for (BlockPartition<D>* partition : partitions) {
@@ -68,8 +85,8 @@ public:
         make_room(std::vector<const BlockPartition<D>*>(partitions.begin(), partitions.end()), thread_count(threads));
     }
 
-    /// Memory for a T each node, kept from step to step: what it holds is left from its last use.
-    /// \param threads  0: as many as thread_count() says
+    /// Scratch memory for one T per node. It is kept from step to step and holds what its last user left there.
+    /// \param threads  number of threads; 0: thread_count() chooses
     template <class T>
     T* scratch(int threads = 0) {
         static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= 64);
@@ -78,31 +95,31 @@ public:
         return reinterpret_cast<T*>(scratch_.data());
     }
 
-    /// Of the last fixed-point sums: tried first the next time. It saves time, and never changes a result.
+    /// The scale of the last fixed-point sums. Trying it first the next time saves time and never changes a result.
     std::optional<FixedPointScale<S>> last_scale;
 
-    /// Exchanges the numbers of all nodes with those of layer k = 1, 2, …: further numbers of the same nodes, which are
-    /// there from the first exchange on, unset. What a layer holds is lost when the grid is activated anew.
-    /// \param threads  0: as many as thread_count() says
+    /// Exchanges the numbers of all nodes with those of layer k = 1, 2, …: further numbers of the same nodes. The first
+    /// exchange makes the layer, unset. activate() discards what layers hold.
+    /// \param threads  number of threads; 0: thread_count() chooses
     void exchange(std::size_t k, int threads = 0) {
         if (layers_.size() < k) layers_.resize(k);
         aligned_vector<S>& layer = layers_[k - 1];
         if (layer.size() != nodes_.size()) renew(layer, nodes_.size(), thread_count(threads));
         layer.swap(nodes_);
     }
-    /// The numbers of layer k, block after block as those of nodes(0); null if nothing was exchanged.
+    /// The numbers of layer k, block after block, as nodes(0); null if nothing was exchanged.
     const S* layer(std::size_t k) const {
         return k > layers_.size() || layers_[k - 1].empty() ? nullptr : layers_[k - 1].data();
     }
 
-    /// Number of a block, or no_block.
+    /// The number of a block, or no_block.
     std::uint32_t find(const BlockCoordinate<D>& block) const {
         const std::uint64_t key = block_key<D>(block);
         const auto found = std::lower_bound(blocks_.begin(), blocks_.end(), key);
         return found != blocks_.end() && *found == key ? std::uint32_t(found - blocks_.begin()) : no_block;
     }
 
-    /// The numbers of a node by its index from the lower corner (ghost nodes: −1, …), or null where there is no matter.
+    /// The numbers of a node by its index from the lower corner (ghost nodes: −1, …), or null if there is no matter.
     const S* find_node(const std::array<int, std::size_t(D)>& node) const {
         BlockCoordinate<D> block{};
         std::size_t within = 0;
@@ -114,7 +131,7 @@ public:
         return b == no_block ? nullptr : nodes(b) + within * node_width;
     }
 
-    /// Bytes in use.
+    /// Memory held [bytes].
     std::size_t bytes() const {
         std::size_t numbers = nodes_.capacity();
         for (const auto& layer : layers_) numbers += layer.capacity();
@@ -147,12 +164,12 @@ private:
                                [&](std::size_t first, std::size_t last) { find_neighbours(*partition, first, last); });
         const std::size_t numbers = blocks_.size() * std::size_t(block_nodes<D> * node_width);
         if (numbers > nodes_.capacity()) {
-            const std::size_t room = numbers + numbers / 8;  // for matter that spreads out
+            const std::size_t room = numbers + numbers / 8;  // room for matter to spread out
             require_memory(
                 double(room) * sizeof(S),
                 sentence("A grid of ", blocks_.size(), " blocks of ", block_nodes<D>, " nodes around matter"),
                 "Take larger cells, or fewer particles that lie far apart.");
-            nodes_ = {};  // before there is more: nothing of it is needed
+            nodes_ = {};  // freed first: nothing in it is needed
         }
         if (numbers != nodes_.size()) renew(nodes_, numbers, workers);
         for (auto& layer : layers_) layer.clear();
@@ -163,19 +180,19 @@ private:
         keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     }
 
-    /// Of the ranges from..to in the order of their blocks. Neighbours along the last axis are neighbours in the list;
-    /// the others are found by walking along it.
+    /// Finds the neighbours of ranges from..to, in the order of their blocks. Neighbours along the last axis are
+    /// neighbours in the list of blocks; the others are found by walking along the list.
     void find_neighbours(const BlockPartition<D>& partition, std::size_t from, std::size_t to) {
         if (is_periodic(domain_)) return look_up_neighbours(partition, from, to);
         constexpr std::size_t lines = neighbour_count / 3;
-        std::array<std::uint64_t, lines> beside{};  // what leads to the key of each line's first neighbour
+        std::array<std::uint64_t, lines> beside{};  // from a block's key to that of each line's first neighbour
         for (std::size_t line = 0; line < lines; ++line) {
             beside[line] -= 1;
             std::uint64_t rest = line;
             for (int a = D - 2; a >= 0; --a, rest /= 3) beside[line] += (rest % 3 - 1) << 21 * (D - 1 - a);
         }
         const auto key_of = [&](std::size_t k) { return block_key<D>(partition.ranges[partition.by_block[k]].block); };
-        std::array<std::size_t, lines> first{};  // its number
+        std::array<std::size_t, lines> first{};  // number of that neighbour
         for (std::size_t line = 0; line < lines; ++line)
             first[line] = std::size_t(std::lower_bound(blocks_.begin(), blocks_.end(), key_of(from) + beside[line]) -
                                       blocks_.begin());
@@ -189,7 +206,7 @@ private:
         }
     }
 
-    /// Where they lie across the ends of the domain.
+    /// The same if neighbours may lie across the ends of the domain.
     void look_up_neighbours(const BlockPartition<D>& partition, std::size_t from, std::size_t to) {
         for (std::size_t r = from; r < to; ++r)
             for (int n = 0; n < neighbour_count; ++n) {
@@ -200,10 +217,10 @@ private:
             }
     }
 
-    /// All keys of a sorted list, and those one step below and above: sorted, each once.
+    /// From sorted keys, all of these and those one step below and above, sorted, each once.
     static void grow(std::vector<std::uint64_t>& keys, std::uint64_t step, std::vector<std::uint64_t>& grown) {
         grown.resize(3 * keys.size());
-        keys.push_back(~std::uint64_t(0));  // above all others, one step less, too
+        keys.push_back(~std::uint64_t(0));  // above all others, even one step less
         std::size_t low = 0, middle = 0, high = 0, count = 0;
         while (high + 1 < keys.size()) {
             const std::uint64_t below = keys[low] - step, same = keys[middle], above = keys[high] + step;

@@ -1,10 +1,11 @@
 /// \file A row of nodes in registers: `K` neighbouring nodes along the last axis, four numbers each.
-/// The unit in which P2G writes and G2P reads; policies never see it.
 ///
-/// Where the target has registers of several nodes, a row has fewer of them. Every form does the same operations on
-/// every number in the same order, and gives the same bits: what a compiler may fuse into one operation is said here,
-/// too, and not left to what it sees around. FIRN_PORTABLE_ROWS, if defined, leaves only the form that every target
-/// has, of a node a register.
+/// P2G writes rows and G2P reads rows; policies never see them.
+///
+/// If the target has registers for several nodes, a row needs fewer registers. Every form does the same operations on
+/// every number in the same order, and gives the same bits. So the code here, not its context, decides which operations
+/// a compiler may fuse. If FIRN_PORTABLE_ROWS is defined, only the form with one node per register is used, which every
+/// target has.
 #pragma once
 
 #include <firn/core/config.hpp>
@@ -23,7 +24,7 @@ namespace firn {
 
 namespace detail {
 
-/// A product that is rounded before anything is added to it, whatever the compiler may fuse.
+/// A product that is rounded before anything is added to it, even if the compiler may fuse operations.
 template <class V>
 FIRN_INLINE V rounded_product(const V& a, const V& b) {
 #ifdef __clang__
@@ -32,7 +33,7 @@ FIRN_INLINE V rounded_product(const V& a, const V& b) {
 #else
     V product = a * b;
 #ifdef __FMA__
-    asm("" : "+v"(product));  // nothing else tells g++ that leaves the vector whole
+    asm("" : "+v"(product));  // only this stops g++ from fusing and leaves the vector whole
 #elif defined(__aarch64__)
     if constexpr (sizeof(V) <= register_bytes) asm("" : "+w"(product));
 #endif
@@ -40,9 +41,9 @@ FIRN_INLINE V rounded_product(const V& a, const V& b) {
 #endif
 }
 
-/// A register of N numbers, N/4 nodes. Arithmetic is the compilers' vector extension's. Instructions of x86 are
-/// named only where g++ 12 takes a shuffle between registers of different widths through memory.
-/// \tparam S  of floating point, or an integer, of which only sums are made
+/// A register of N numbers, N/4 nodes. Arithmetic uses the compilers' vector extension. x86 intrinsics are used only
+/// where g++ 12 moves a shuffle between registers of different widths through memory.
+/// \tparam S  a floating-point type, or an integer for sums only
 template <class S, int N>
 struct node_register {
     using vector [[gnu::vector_size(N * sizeof(S))]] = S;
@@ -54,8 +55,8 @@ struct node_register {
         return r;
     }
     FIRN_INLINE void store(S* to) const { std::memcpy(to, &v, sizeof v); }
-    /// The same, in a register: g++ would read it from memory once more for every use. Most rows lie across two cache
-    /// lines, and reading them is what a gather waits for.
+    /// The same numbers, kept in a register. Otherwise g++ reads them from memory again for every use. Most rows lie
+    /// across two cache lines, and gathering waits for their loads.
     FIRN_INLINE node_register held() const {
         vector r = v;
 #ifdef FIRN_WIDE_ROWS
@@ -64,7 +65,7 @@ struct node_register {
         return {r};
     }
 
-    /// One number everywhere.
+    /// The same number everywhere.
     FIRN_INLINE static node_register fill(const S* from) { return {*from - vector{}}; }
 
     /// The same four numbers in every node.
@@ -79,7 +80,8 @@ struct node_register {
 #endif
     }
 
-    /// Node k holds from[k] four times. \param from  four numbers, if N is 16
+    /// Node k holds from[k] four times.
+    /// \param from  four numbers if N is 16
     FIRN_INLINE static node_register spread(const S* from) {
         if constexpr (N == 4) return fill(from);
 #ifdef FIRN_WIDE_ROWS
@@ -94,7 +96,8 @@ struct node_register {
 #endif
     }
 
-    /// Each quad holds its number k four times. \param from  a quad a node
+    /// Each quad holds its number k four times.
+    /// \param from  one quad per node
     template <int k>
     FIRN_INLINE static node_register fill_quads(const S* from) {
         if constexpr (N == 4) {
@@ -126,17 +129,17 @@ struct node_register {
     }
     FIRN_INLINE friend node_register operator-(node_register a, node_register b) { return {a.v - b.v}; }
     FIRN_INLINE friend node_register operator*(node_register a, node_register b) { return {rounded_product(a.v, b.v)}; }
-    /// a + b c, in one operation where the target has it and the compiler is allowed to use it (-ffp-contract).
+    /// a + b c, in one operation if the target has it and the compiler may use it (-ffp-contract).
     FIRN_INLINE friend node_register plus_times(node_register a, node_register b, node_register c) {
         return {a.v + b.v * c.v};
     }
-    /// b c − a, likewise.
+    /// b c − a, in one operation likewise.
     FIRN_INLINE friend node_register times_minus(node_register b, node_register c, node_register a) {
         return {b.v * c.v - a.v};
     }
 };
 
-/// Numbers in the registers of a row of K nodes.
+/// Numbers per register of a row of K nodes.
 template <class S, int K>
 inline constexpr int row_register =
 #ifdef FIRN_WIDE_ROWS
@@ -153,39 +156,45 @@ inline constexpr int row_register =
 template <class S>
 using quad = detail::node_register<S, 4>;
 
-/// A row in registers of W numbers: 4 (a node), 8 or 16. What does not fill 8 has a register of 4; 16 numbers are taken
-/// for three nodes, too: the row then reaches over a fourth, whose weight is zero, and writes it back as it was.
+/// A row of K nodes in registers of W numbers: 4 (one node), 8 or 16. With W = 8, a single last node has a register
+/// of 4. With W = 16, a row of three nodes covers a fourth node, whose weight is zero, and writes it back unchanged.
 template <class S, int K, int W>
 struct row_of {
     template <class Other>
-    using of = row_of<Other, K, W>;  ///< the same form of a row, of other numbers
-    static constexpr int nodes = K;
-    static constexpr int width = W == 8 && K == 1 ? 4 : W;
-    using Number = detail::node_register<S, width>;
+    using of = row_of<Other, K, W>;                         ///< the same form of a row, of other numbers
+    static constexpr int nodes = K;                         ///< number of nodes
+    static constexpr int width = W == 8 && K == 1 ? 4 : W;  ///< numbers in the first register
+    using Number = detail::node_register<S, width>;         ///< type of a register
+    /// Type of the nodes beyond the first register.
     using Rest = row_of<S, (K > width / 4 ? K - width / 4 : 0), width>;
-    /// Of the target, that it fills.
+    /// Number of the target's registers that it fills.
     static constexpr int registers = int((width * sizeof(S) - 1) / register_bytes + 1) + Rest::registers;
 
-    Number first;
-    [[no_unique_address]] Rest rest;
+    Number first;                     ///< the first register
+    [[no_unique_address]] Rest rest;  ///< the other registers
 
+    /// Reads the nodes from memory.
     FIRN_INLINE static row_of load(const S* from) { return {Number::load(from), Rest::load(from + width)}; }
+    /// Writes the nodes to memory.
     FIRN_INLINE void store(S* to) const {
         first.store(to);
         rest.store(to + width);
     }
+    /// The same numbers, kept in registers: the compiler does not read them again from memory.
     FIRN_INLINE row_of held() const { return {first.held(), rest.held()}; }
     /// The same four numbers in every node.
     FIRN_INLINE static row_of repeat(const S* from) { return {Number::repeat(from), Rest::repeat(from)}; }
-    /// Node k holds from[k] four times. \param from  four numbers; those beyond node K − 1 are zero
+    /// Node k holds from[k] four times.
+    /// \param from  four numbers; those beyond node K − 1 are zero
     FIRN_INLINE static row_of spread(const S* from) { return {Number::spread(from), Rest::spread(from + width / 4)}; }
-    /// Of a node a register: node k is f(k).
+    /// A row whose node k is f(k). For one node per register only.
     template <int k = 0, class F>
         requires(W == 4)
     FIRN_INLINE static row_of of_nodes(const F& f) {
         return {f(std::integral_constant<int, k>{}), Rest::template of_nodes<k + 1>(f)};
     }
 
+    /// Node k.
     template <int k>
     FIRN_INLINE quad<S> node() const {
         if constexpr (k < width / 4)
@@ -194,6 +203,10 @@ struct row_of {
             return rest.template node<k - width / 4>();
     }
 
+    /// \name Arithmetic, number by number
+    /// @{
+
+    /// Number by number, each result rounded.
     FIRN_INLINE friend row_of operator+(const row_of& a, const row_of& b) {
         return {a.first + b.first, a.rest + b.rest};
     }
@@ -203,19 +216,24 @@ struct row_of {
     FIRN_INLINE friend row_of operator*(const row_of& a, const row_of& b) {
         return {a.first * b.first, a.rest * b.rest};
     }
+    /// a + b c, in one operation if the target has it and the compiler may use it (-ffp-contract).
     FIRN_INLINE friend row_of plus_times(const row_of& a, const row_of& b, const row_of& c) {
         return {plus_times(a.first, b.first, c.first), plus_times(a.rest, b.rest, c.rest)};
     }
-    // With one number for the whole row.
     FIRN_INLINE friend row_of operator*(const row_of& a, const Number& s) {
         return {a.first * s, a.rest * Rest::narrowed(s)};
     }
+    /// a + b s, in one operation if the target has it and the compiler may use it (-ffp-contract).
     FIRN_INLINE friend row_of plus_times(const row_of& a, const row_of& b, const Number& s) {
         return {plus_times(a.first, b.first, s), plus_times(a.rest, b.rest, Rest::narrowed(s))};
     }
+    /// b s − a, in one operation likewise.
     FIRN_INLINE friend row_of times_minus(const row_of& b, const Number& s, const row_of& a) {
         return {times_minus(b.first, s, a.first), times_minus(b.rest, Rest::narrowed(s), a.rest)};
     }
+    /// @}
+
+    /// A register as narrow as this row's: the first numbers of a wider one.
     template <int N>
     FIRN_INLINE static Number narrowed(const detail::node_register<S, N>& s) {
         if constexpr (N == width)
@@ -225,9 +243,13 @@ struct row_of {
     }
 };
 
-/// No nodes are left.
+/// A row without nodes ends the recursion of row_of: its functions do nothing.
 template <class S, int W>
 struct row_of<S, 0, W> {
+    /// \name As of rows with nodes
+    /// @{
+
+    /// As in row_of, for no nodes.
     static constexpr int width = W, registers = 0;
     FIRN_INLINE static row_of load(const S*) { return {}; }
     FIRN_INLINE void store(S*) const {}
@@ -246,25 +268,26 @@ struct row_of<S, 0, W> {
     FIRN_INLINE friend row_of plus_times(row_of, row_of, const detail::node_register<S, W>&) { return {}; }
     FIRN_INLINE friend row_of times_minus(row_of, const detail::node_register<S, W>&, row_of) { return {}; }
     FIRN_INLINE static const detail::node_register<S, W>& narrowed(const detail::node_register<S, W>& s) { return s; }
+    /// @}
 };
 
-/// A node a register.
+/// A row with one node per register.
 template <std::floating_point S, int K>
 using portable_row = row_of<S, K, 4>;
 
-/// In the registers that suit the target best.
+/// A row in the registers that suit the target best.
 template <std::floating_point S, int K>
 using row = row_of<S, K, detail::row_register<S, K>>;
 
-/// The same, but no form of it reaches over other nodes.
+/// The same, but it never covers nodes beyond its own.
 template <std::floating_point S, int K>
 using exact_row = row_of<S, K, (detail::row_register<S, 4> > 4 ? 8 : 4)>;
 
-/// How many rows' nodes are worked on side by side: four where a row is one register of four nodes.
+/// How many rows are worked on side by side: four if a row is one register of four nodes, else one.
 template <class Row>
 inline constexpr int rows_abreast = Row::width == 16 && Row::nodes <= 4 ? 4 : 1;
 
-/// The nodes of one row, one after the other.
+/// The nodes of one row, one per element.
 template <class Row>
 FIRN_INLINE auto nodes_of_rows(const std::array<Row, 1>& rows) {
     std::array<std::remove_cvref_t<decltype(rows[0].template node<0>())>, std::size_t(Row::nodes)> nodes;
@@ -273,7 +296,7 @@ FIRN_INLINE auto nodes_of_rows(const std::array<Row, 1>& rows) {
 }
 
 namespace detail {
-/// Four quads of those of a (0 to 3) and b (4 to 7).
+/// Four of the quads of a (0 to 3) and b (4 to 7).
 template <int i, int j, int k, int l, class Number>
 FIRN_INLINE Number quads_of(const Number& a, const Number& b) {
     return {__builtin_shufflevector(a.v, b.v, 4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3, 4 * j, 4 * j + 1, 4 * j + 2,
@@ -282,7 +305,7 @@ FIRN_INLINE Number quads_of(const Number& a, const Number& b) {
 }
 }  // namespace detail
 
-/// The nodes of four rows: register k holds node k of each.
+/// The nodes of four rows: element k holds node k of each row.
 template <class Row>
 FIRN_INLINE auto nodes_of_rows(const std::array<Row, 4>& rows) {
     using Number = typename Row::Number;
@@ -299,7 +322,7 @@ FIRN_INLINE auto nodes_of_rows(const std::array<Row, 4>& rows) {
     return nodes;
 }
 
-/// Whether as many rows stay in registers, with others beside them to work in.
+/// True if `count` rows fit in registers and leave enough registers to work in.
 template <class Row, int count>
 inline constexpr bool rows_fit = 16 * count * Row::registers <= 9 * vector_registers;
 

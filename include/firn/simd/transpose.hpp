@@ -1,4 +1,4 @@
-/// \file From lanes to particles and back: four registers of lanes against one quad of numbers a particle.
+/// \file Transposes between lanes and particles: four registers of lanes against one quad of numbers per particle.
 #pragma once
 
 #include <firn/core/pack.hpp>
@@ -21,7 +21,7 @@ FIRN_INLINE P high(const P& a, const P& b) {
     return interleave<P, true>(a, b, std::make_integer_sequence<int, scalar_traits<P>::lanes>{});
 }
 
-/// 4 × 4 transposes within groups of four lanes. It is its own inverse.
+/// Transposes 4 × 4 numbers within each group of four lanes. It is its own inverse.
 template <class P>
 FIRN_INLINE void transpose_groups(P (&r)[4]) {
     const P even_low = low(r[0], r[2]), even_high = high(r[0], r[2]);
@@ -33,20 +33,23 @@ FIRN_INLINE void transpose_groups(P (&r)[4]) {
 }
 }  // namespace detail
 
-/// Where, counted in quads, the particle of lane l has its quad after store_quads: whole registers are stored, so the
-/// quads come in the order of the registers.
+/// The number of the quad that store_quads() writes for the particle of a lane. It stores whole registers, so quads lie
+/// in the order of the registers.
 template <class P>
 FIRN_INLINE constexpr int quad_of_lane(int lane) {
     const unsigned l = unsigned(lane);  // division by powers of two without a sign
     return int(l % 4 * (scalar_traits<P>::lanes / 4) + l / 4);
 }
 
+/// Writes four numbers of each lane's particle as a quad. Lane l's quad is the quad_of_lane(l)-th.
+/// \param r  the four numbers, in lanes; left transposed
 template <class P>
 FIRN_INLINE void store_quads(P (&r)[4], value_type_t<P>* to) {
     detail::transpose_groups(r);
     unroll<4>([&](auto k) FIRN_LAMBDA { r[k].store(to + k * scalar_traits<P>::lanes); });
 }
 
+/// Reads quads in the order of store_quads(): r[k] gets number k of each lane's particle.
 template <class P>
 FIRN_INLINE void load_quads(const value_type_t<P>* from, P (&r)[4]) {
     unroll<4>([&](auto k) FIRN_LAMBDA { r[k] = P::load(from + k * scalar_traits<P>::lanes); });

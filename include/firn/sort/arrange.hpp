@@ -1,4 +1,4 @@
-/// \file How particles are laid out by their blocks, and in which phases their groups are scattered.
+/// \file Lays out particles by block, and chooses the phases in which their groups are scattered.
 #pragma once
 
 #include <firn/data/block_partition.hpp>
@@ -8,21 +8,23 @@
 
 namespace firn {
 
-/// About so many cubes of sparse blocks, or more, are in a phase: with many more, their nodes leave the cache before
-/// the next phase comes to them; with fewer, threads wait for each other too often.
+/// About the least number of cubes of sparse blocks in a phase. With many more, their nodes leave the cache before the
+/// next phase uses them; with fewer, threads wait for each other too often.
 inline constexpr std::size_t cubes_of_phase = 64;
 
-/// When cubes of sparse blocks are scattered. Colours alone would pass through all of the grid once for each; here
-/// phases go through space, a band of cubes after the other, and find most nodes in the cache. Of two cubes side by
-/// side along an axis the even one comes first, as with colours, so that sums are the same: an odd cube goes with the
-/// band of the later of its neighbours.
+/// The phases in which cubes of sparse blocks are scattered.
+///
+/// With colours alone, each colour would pass through the whole grid. Here, phases move through space, one band of
+/// cubes after the other, and find most nodes in the cache. Of two neighbouring cubes along an axis the even one comes
+/// first, as with colours, so that sums are the same. So an odd cube belongs to the band of its later neighbour.
 template <int D>
 class Waves {
 public:
-    /// \param cubes  those with particles, each once
+    /// Divides space into bands.
+    /// \param cubes  coordinates of the cubes with particles, each once
     explicit Waves(const std::vector<BlockCoordinate<D>>& cubes) {
         shift_.fill(one_band);
-        std::size_t bands = cubes.size() / (cubes_of_phase << D);  // that there may be
+        std::size_t bands = cubes.size() / (cubes_of_phase << D);  // at most so many
         for (std::size_t a = 0; a + 1 < D && bands > 1; ++a) {
             const auto [low, high] = std::minmax_element(
                 cubes.begin(), cubes.end(), [a](const auto& one, const auto& other) { return one[a] < other[a]; });
@@ -33,7 +35,7 @@ public:
             bands /= count();
         }
     }
-    /// Cubes of the same number never overlap; those of lower numbers come first.
+    /// The number of a cube's phase. Arenas of cubes of one phase never overlap. Phases of lower numbers come first.
     std::uint64_t phase(const BlockCoordinate<D>& cube) const {
         BlockCoordinate<D> turn{};
         for (std::size_t a = 0; a < D; ++a) turn[a] = 2 * (pair(cube[a]) >> shift_[a]) + (cube[a] & 1);
@@ -42,23 +44,24 @@ public:
 
 private:
     static constexpr int one_band = 30;
-    /// The number of an even cube and of the odd one before it.
+    /// The same number for an even cube and the odd one before it.
     static int pair(int coordinate) { return (coordinate + 1) >> 1; }
 
     std::array<int, std::size_t(D)> shift_;
 };
 
-/// Groups and slots for blocks of which only the counts of particles are known; the order is empty.
-/// \param sorted  by block, each once, with at least one particle
-/// \param dense_colours  along an axis, those of the dense blocks. \see colours_along_axis
-/// \param threads        0: as many as thread_count() says
+/// Gives blocks their groups, slots and phases, from their counts of particles. The partition's order is still empty:
+/// no_particle in each slot.
+/// \param sorted         blocks in order, each once, with at least one particle
+/// \param dense_colours  number of colours of dense blocks along an axis. \see colours_along_axis
+/// \param threads        number of threads; 0: thread_count() chooses
 template <int D>
 BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_colours, int threads = 0) {
     BlockPartition<D> partition;
     partition.ranges.reserve(sorted.size());
     partition.by_block.resize(sorted.size());
     std::size_t slots = 0;
-    /// \param number_of  in `sorted`
+    // number_of(k) is the number in `sorted` of the group's block k
     const auto add_group = [&](std::size_t blocks, bool sparse, const auto& number_of) {
         BlockGroup group{std::uint32_t(partition.ranges.size()), std::uint32_t(blocks), slots, 0, sparse};
         for (std::size_t k = 0; k < blocks; ++k) {

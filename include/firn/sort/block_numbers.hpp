@@ -1,4 +1,4 @@
-/// \file Numbers for the blocks that are met, in the order in which they are met.
+/// \file Numbers for blocks, in the order in which they are met.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -9,14 +9,17 @@
 
 namespace firn {
 
-/// From block keys to 0, 1, 2, …: a hash table with open addressing.
+/// Maps block keys to 0, 1, 2, …, by a hash table with open addressing.
 class BlockNumbers {
 public:
+    /// How many keys have a number.
     std::size_t size() const { return keys_.size(); }
+    /// The key of a number.
     std::uint64_t key(std::size_t number) const { return keys_[number]; }
+    /// All keys, by number.
     const std::vector<std::uint64_t>& keys() const { return keys_; }
 
-    /// The number of a key; a new one is given the next number.
+    /// The number of a key. A new key gets the next number.
     std::uint32_t number(std::uint64_t key) {
         if (!keys_.empty() && keys_[last_] == key) return last_;
         if (2 * (keys_.size() + 1) > table_.size()) grow();
@@ -29,7 +32,7 @@ public:
     }
 
 private:
-    /// Where the key is, or would be put. The multiplier is 2⁶⁴ over the golden ratio (Knuth, vol. 3, §6.4).
+    /// Where the key is, or belongs. The multiplier is 2⁶⁴ over the golden ratio (Knuth, vol. 3, §6.4).
     std::size_t place(std::uint64_t key) const {
         const std::size_t last = table_.size() - 1;  // a power of two, less one
         std::size_t i = std::size_t((key * 0x9e3779b97f4a7c15ull) >> 32) & last;

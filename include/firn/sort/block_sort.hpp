@@ -1,5 +1,6 @@
-/// \file Particles into blocks and cells, and in a cell by their ids: a counting sort in four steps. The order depends
-/// on nothing else, not on where particles lay, nor on the number of threads.
+/// \file Sorts particles by block, cell and id: a counting sort in four steps.
+///
+/// The order depends on nothing else: neither on where particles lay before, nor on the number of threads.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -15,20 +16,23 @@
 
 namespace firn {
 
-/// Where the base nodes of up to sixteen particles are.
+/// Blocks and cells of the base nodes of up to sixteen particles.
 struct BlockCells {
-    static constexpr int far = 27;
+    static constexpr int far = 27;  ///< the block is not among the 3^D around its origin
 
-    std::uint64_t origin[pack_size];  ///< keys of the blocks from whose lower corners they were counted
-    std::uint64_t block[pack_size];   ///< keys
-    std::uint8_t beside[pack_size];   ///< number of the block among the 3^D around its origin, or far
-    std::uint8_t cell[pack_size];     ///< numbers in the block, first axis fastest: see find_cells
+    std::uint64_t origin[pack_size];  ///< keys of the blocks from whose lower corners base nodes are counted
+    std::uint64_t block[pack_size];   ///< keys of the base nodes' blocks
+    std::uint8_t beside[pack_size];   ///< number of the block among the 3^D around its origin, or `far`
+    std::uint8_t cell[pack_size];     ///< number of the cell in the block, the first axis fastest. \see find_cells
 };
 
-/// Cells are numbered along the first axis first: the rows of nodes of one cell and the next, which lie along the last
-/// axis, then begin at the same places. P2G reads what it has just stored, and a processor hands on at once only what
-/// is read as it was stored.
+/// Finds the blocks and cells of base nodes.
+///
+/// The first axis runs fastest in the numbers of cells. Rows of nodes lie along the last axis, so the rows of a cell
+/// and of the next one then begin at the same places. P2G reads back what it has just stored, and a processor forwards
+/// a store at once only to a load of the same place and size.
 /// \param base  the base nodes, counted from the lower corners of to.origin
+/// \param to    `origin` is given; the rest is found
 template <std::floating_point S, int D>
 FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
     unsigned cell[pack_size] = {}, beside[pack_size] = {}, beyond[pack_size] = {};
@@ -47,8 +51,8 @@ FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
     }
 }
 
-/// Sorts particles by block, then by cell, then by id, and gathers blocks into groups. Nothing is moved: the result is
-/// an order. It knows nothing of what a particle carries: a caller says in which cell each lies.
+/// Sorts particles by block, then by cell, then by id, and collects blocks into groups. It moves no particle: the
+/// result is an order. It does not know the particles' fields: the caller says in which cell each particle lies.
 ///
 ///     BlockSort<3> sort(count, ids, threads, room);
 ///     sort.look(is_particle, cells_of);
@@ -56,13 +60,14 @@ FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
 template <int D>
 class BlockSort {
 public:
-    /// Bytes that it writes for each place.
+    /// Bytes of scratch memory per place.
     static constexpr std::size_t room = 2 * sizeof(std::uint32_t) + sizeof(std::uint8_t);
 
+    /// Prepares a sort.
     /// \param candidates  number of places to look at
-    /// \param ids         of the particle in each place, no two the same; null: a place is its particle's id
-    /// \param threads     0: as many as thread_count() says
-    /// \param memory      `room` bytes a place, aligned as std::uint32_t, that nobody else uses
+    /// \param ids         id of the particle in each place, no two the same; null: a particle's id is its place
+    /// \param threads     number of threads; 0: thread_count() chooses
+    /// \param memory      scratch memory of `room` bytes per place, aligned as std::uint32_t
     BlockSort(std::size_t candidates, const std::uint32_t* ids, int threads, std::byte* memory)
         : candidates_(candidates),
           ids_(ids),
@@ -72,16 +77,16 @@ public:
           by_block_(number_of_ + candidates),
           cell_of_(reinterpret_cast<std::uint8_t*>(by_block_ + candidates)) {}
 
-    /// The first step: finds each particle's cell, numbers the blocks that are met, and counts their particles.
-    /// \param is_particle  is_particle(i): does place i hold a particle (or padding) ?
-    /// \param cells_of     cells_of(i, count, cells) finds those of `count` ≤ pack_size places from i on, a multiple of
-    ///                     pack_size
+    /// The first step: finds each particle's cell, numbers the blocks, and counts their particles.
+    /// \param is_particle  is_particle(i) is true if place i holds a particle, false if it is padding
+    /// \param cells_of     cells_of(i, count, cells) finds the cells of `count` ≤ pack_size places from i on; i is a
+    ///                     multiple of pack_size
     template <class IsParticle, class CellsOf>
     void look(const IsParticle& is_particle, const CellsOf& cells_of) {
         parallel_for(std::size_t(threads_), threads_, [&](std::size_t t, int) {
             Met& mine = met_[t];
-            // Numbers of the blocks around one origin, which neighbours in memory mostly share; no_particle: not known
-            // yet.
+            // Numbers of the blocks around one origin, or no_particle if not known yet. Neighbours in memory mostly
+            // share an origin.
             std::array<std::uint32_t, BlockCells::far + 1> around;
             around.fill(no_particle);
             std::uint64_t origin = 0;
@@ -109,8 +114,8 @@ public:
         });
     }
 
-    /// The other steps.
-    /// \param colours  of dense blocks along an axis. \see colours_along_axis
+    /// The other three steps, after look().
+    /// \param colours  number of colours of dense blocks along an axis. \see colours_along_axis
     BlockPartition<D> partition(int colours) {
         BlockPartition<D> partition = arrange<D>(blocks_in_order(), colours, threads_);
         place_by_block(partition);
@@ -119,19 +124,19 @@ public:
     }
 
 private:
-    struct alignas(64) Met {  // by one thread; no line of the cache is two threads'
+    struct alignas(64) Met {  // blocks that one thread has met; no two threads share a cache line
         BlockNumbers blocks;
-        std::vector<std::size_t> counts;  // of particles, a block each
-        std::size_t first = 0;            // of its blocks, among those of all threads
+        std::vector<std::size_t> counts;  // particles per block
+        std::size_t first = 0;            // number of its first block among those of all threads
     };
 
-    /// Of the places that thread t looks at.
+    /// The first of the places that thread t looks at.
     std::size_t first_of(std::size_t t) const {
         if (t == std::size_t(threads_)) return candidates_;
         return candidates_ * t / std::size_t(threads_) / pack_size * pack_size;
     }
 
-    /// The second step: the blocks that any thread has met, in the order of their keys, with all their particles.
+    /// The second step: the blocks that any thread has met, in the order of their keys, with their counts of particles.
     std::vector<BlockRange<D>> blocks_in_order() {
         RadixSort<std::uint64_t> by_key;
         for (Met& m : met_) {
@@ -152,8 +157,8 @@ private:
         return sorted;
     }
 
-    /// The third: particles range by range, in a range in the order of their places: thread t's follow those of thread
-    /// t − 1.
+    /// The third step: sorts particles by range, and within a range by place. The particles of thread t follow those of
+    /// thread t − 1.
     void place_by_block(const BlockPartition<D>& partition) {
         first_place_.assign(partition.ranges.size(), 0);
         for (std::size_t r = 1; r < partition.ranges.size(); ++r)
@@ -172,7 +177,7 @@ private:
         });
     }
 
-    /// The fourth: each range by cell and id, into the partition's order.
+    /// The fourth step: sorts each range by cell and id, into the partition's order.
     void order_by_cell(BlockPartition<D>& partition) const {
         const auto order_range = [&](std::size_t r, int) {
             const BlockRange<D>& range = partition.ranges[r];
@@ -181,13 +186,13 @@ private:
             std::uint32_t next[block_nodes<D> + 1] = {};
             for (std::size_t i = 0; i < range.particles; ++i) ++next[cell_of_[from[i]] + 1];
             for (int c = 0; c < block_nodes<D>; ++c) next[c + 1] += next[c];
-            if (!ids_) {  // they already are in the order of their ids
+            if (!ids_) {  // places are already in the order of ids
                 for (std::size_t i = 0; i < range.particles; ++i) to[next[cell_of_[from[i]]]++] = from[i];
                 return;
             }
-            std::uint32_t* const id_of = number_of_ + first_place_[r];  // of what lies in `to`
+            std::uint32_t* const id_of = number_of_ + first_place_[r];  // ids of what lies in `to`
             std::uint32_t last_id[block_nodes<D>] = {};
-            std::uint64_t disordered = 0;  // cells, a bit each
+            std::uint64_t disordered = 0;  // one bit per cell
             for (std::size_t i = 0; i < range.particles; ++i) {
                 const std::uint32_t place = from[i], id = ids_[place], cell = cell_of_[place], at = next[cell]++;
                 to[at] = place;
@@ -210,8 +215,8 @@ private:
         parallel_for(partition.ranges.size(), threads_, order_range, 16);
     }
 
-    /// Some of a pack of places. Each finds its rank by a comparison with all, in lanes: no branches that a processor
-    /// must guess.
+    /// Sorts some of a pack of places by id. Each place finds its rank by comparison with all others, in lanes. So
+    /// there are no branches that a processor could mispredict.
     FIRN_INLINE static void order_few(std::uint32_t* places, const std::uint32_t* ids, std::size_t first,
                                       std::size_t count) {
         using Pack [[gnu::vector_size(4 * pack_size)]] = std::uint32_t;
@@ -219,7 +224,7 @@ private:
         constexpr std::size_t half = pack_size / 2;
         Pack id, rank{};
         std::memcpy(&id, ids, sizeof id);
-        id |= Pack(lanes - std::uint32_t(first) >= std::uint32_t(count));  // others are higher than all
+        id |= Pack(lanes - std::uint32_t(first) >= std::uint32_t(count));  // the others get the highest number
         alignas(64) std::uint32_t each[2 * pack_size], place[pack_size];
         std::memcpy(each, &id, sizeof id);
         std::fill_n(each + pack_size, pack_size, no_particle);
@@ -235,12 +240,12 @@ private:
     const std::uint32_t* ids_;
     int threads_;
     std::vector<Met> met_;
-    std::uint32_t* number_of_;  // of a place: of its block, among those that its thread has met; no_particle
+    std::uint32_t* number_of_;  // per place: number of its block among those of its thread, or no_particle
     std::uint32_t* by_block_;   // places, range by range
     std::uint8_t* cell_of_;
-    std::vector<std::size_t> places_;  // of the blocks of all threads: counts of particles; then where the next goes
-    std::vector<std::uint32_t> block_of_;   // of these: which of the blocks in order
-    std::vector<std::size_t> first_place_;  // of ranges, in by_block_
+    std::vector<std::size_t> places_;      // per block of each thread: count of particles, then where the next one goes
+    std::vector<std::uint32_t> block_of_;  // per block of each thread: its number among the blocks in order
+    std::vector<std::size_t> first_place_;  // per range: its first place in by_block_
 };
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-/// \file Sorting particles by the blocks and cells of their base nodes: firn's own, and those of a foreign program.
+/// \file Sorts particles by the blocks and cells of their base nodes: firn's own, and those of another program.
 #pragma once
 
 #include <firn/data/check_particles.hpp>
@@ -11,7 +11,7 @@ namespace firn {
 
 namespace detail {
 
-/// \throws parameter_error  unless the cells along periodic axes are a multiple of what colours need
+/// \throws parameter_error  if the blocks along a periodic axis are no multiple of the number of colours
 template <int D>
 void check_periods(const Domain<D>& domain, int colours, int support) {
     for (int a = 0; a < D; ++a)
@@ -21,9 +21,10 @@ void check_periods(const Domain<D>& domain, int colours, int support) {
                                            " their number must be a multiple of ", periodic_multiple * colours, "."));
 }
 
-/// Of firn's own particles, of whatever material and kernel.
-/// \param base_shift  of the kernel;  \param colours  of dense blocks along an axis
-/// \param room        \see BlockSort
+/// Partitions firn's own particles of any material, for any kernel.
+/// \param base_shift  of the kernel
+/// \param colours     number of colours of dense blocks along an axis
+/// \param room        `BlockSort::room` bytes of scratch memory per slot
 template <std::floating_point S, int D>
 BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const Domain<D>& domain, double base_shift,
                                    int colours, int threads, std::byte* room) {
@@ -50,8 +51,10 @@ BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const 
 
 }  // namespace detail
 
-/// For firn's own particles.
-/// \param room  \see BlockSort
+/// Finds the order of particles by block, cell and id. It moves no particle.
+/// \param threads  number of threads; 0: thread_count() chooses
+/// \param room     `BlockSort::room` bytes of scratch memory per slot
+/// \throws parameter_error  if the cells along a periodic axis are no multiple of what the kernel needs
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads, std::byte* room) {
     detail::check_periods(particles.domain(), colours_along_axis<Kernel>, Kernel::support);
@@ -59,22 +62,27 @@ BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, i
                                     colours_along_axis<Kernel>, threads, room);
 }
 
+/// The same, but it allocates the scratch memory.
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads = 0) {
     const auto room = std::make_unique_for_overwrite<std::byte[]>(particles.slots() * BlockSort<D>::room);
     return partition_particles<Kernel>(particles, threads, room.get());
 }
 
-/// For a foreign program's particles.
-/// \throws particle_error for a position that is not finite or lies outside the domain, and for masses that are not
-///         positive, where the view has masses (listed by index)
+/// Finds the order of another program's particles by block, cell and index. It moves no particle.
+/// \param count    number of particles
+/// \param threads  number of threads; 0: thread_count() chooses
+/// \throws particle_error   if a position is not finite or outside the domain, or if the view has masses and one is not
+///                          positive; it names the first by index
+/// \throws parameter_error  if the domain is periodic, and as check(domain)
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, State>& view, std::size_t count,
                                       const Domain<D>& domain, int threads = 0) {
     check(domain);
     if (is_periodic(domain))
         throw parameter_error(
-            "The domain is periodic, which arrays of a foreign program cannot be: use firn's Particles or Simulation.");
+            "The domain is periodic; arrays of another program cannot be used with it. Use firn's Particles or "
+            "Simulation.");
     check_positions<S, D>(count, domain, [&](std::size_t i, int a) { return view.position.particle(i, a); });
     if (view.mass.data) check_masses<S>(count, [&](std::size_t i) { return view.mass.particle(i, 0); });
     const S per_cell = S(1 / domain.cell_size);
@@ -93,7 +101,9 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
     return sort.partition(colours_along_axis<Kernel>);
 }
 
-/// Sorts firn's own particles and moves them into that order.
+/// Sorts firn's own particles by block, cell and id, and moves them into that order.
+/// \param threads  number of threads; 0: thread_count() chooses
+/// \throws parameter_error  if the cells along a periodic axis are no multiple of what the kernel needs
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> sort_particles(Particles<S, D, State>& particles, int threads = 0) {
     static_assert(D * D * sizeof(S) >= BlockSort<D>::room);

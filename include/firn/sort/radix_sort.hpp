@@ -1,4 +1,4 @@
-/// \file Sorting numbers by key: stable, parallel, the same order for any number of threads.
+/// \file Sorts numbers by key. The sort is stable, parallel, and gives the same order for any number of threads.
 #pragma once
 
 #include <firn/data/aligned.hpp>
@@ -11,21 +11,24 @@
 
 namespace firn {
 
+/// A number and the key by which it is sorted.
 template <std::unsigned_integral Key>
 struct Keyed {
-    Key key;
-    std::uint32_t number;
+    Key key;               ///< the key
+    std::uint32_t number;  ///< the number
 };
 
-/// Counting sorts by groups of bits, the lowest first (Knuth, vol. 3, §5.2.5). Keeps its memory for the next time.
+/// Counting sorts by groups of bits, the lowest first (Knuth, vol. 3, §5.2.5). It keeps its memory for the next sort.
 template <std::unsigned_integral Key>
 class RadixSort {
 public:
-    aligned_vector<Keyed<Key>> items;  ///< to be filled; then in order
+    aligned_vector<Keyed<Key>> items;  ///< the caller fills them; sort() brings them into order
 
-    /// \param differ  bits in which keys may differ
+    /// Sorts the items.
+    /// \param differ   bits in which keys may differ
+    /// \param workers  number of workers, at least 1
     [[gnu::noinline]] void sort(Key differ, int workers) {
-        // So many that counters stay in a core's own cache, and are fewer than there is to count.
+        // So few that counters stay in a core's own cache, and that there are fewer counters than items.
         const int most_bits = std::clamp(int(std::bit_width(items.size())), 4, 12);
         const std::size_t n = items.size(), parts = std::min<std::size_t>(std::size_t(workers), n / 4096 + 1);
         const auto first = [&](std::size_t part) { return n * part / parts; };
@@ -57,7 +60,7 @@ public:
             differ &= Key(~(Key(buckets - 1) << shift));
         }
     }
-    /// On the calling thread.
+    /// Sorts the items on the calling thread.
     [[gnu::noinline]] void sort() {
         Key differ = 0;
         for (const Keyed<Key>& item : items) differ |= item.key ^ items[0].key;
