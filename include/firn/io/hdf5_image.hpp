@@ -1,8 +1,8 @@
 /// \file Builds an HDF5 file in memory and writes it in one pass.
 ///
 /// HDF5 does not write to the disk itself: after a failed write (a full disk) its objects stay open, the program
-/// crashes when it ends (1.10.8: in H5F__close_cb from exit), and H5Fclose can return success. AtomicFile writes instead
-/// and reports every failure. Large arrays are not copied; HDF5 only assigns their place in the file.
+/// crashes when it ends (1.10.8: in H5F__close_cb from exit), and H5Fclose can return success. AtomicFile writes
+/// instead and reports every failure. Large arrays are not copied; HDF5 only assigns their place in the file.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -26,8 +26,8 @@ namespace firn::hdf5 {
 class MemoryFile {
 public:
     /// Creates an empty file.
-    /// \param front  bytes to reserve at the front for everything but the arrays, so that the buffer can end where large
-    ///               arrays begin; too few only cost memory and time
+    /// \param front  bytes to reserve at the front for everything but the arrays, so that the buffer can end where
+    ///               large arrays begin; too few only cost memory and time
     /// \throws io_error  if HDF5 fails
     explicit MemoryFile(std::size_t front) {
         const std::string_view tried = "build it in memory";
