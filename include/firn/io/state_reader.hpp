@@ -40,8 +40,7 @@ namespace detail {
 /// The most members or attributes that a group of a state has.
 inline constexpr std::size_t max_state_members = 4096;
 
-/// Checks that a group has a member of this name. Links are refused, because they may lead to files that the user did
-/// not choose.
+/// Checks that a group has a member of this name. Refuses links, because they may lead to other files.
 inline void require_member(hid_t parent, const std::string& name) {
     if (hdf5::check(H5Lexists(parent, name.c_str(), H5P_DEFAULT), "look for " + name) == 0) {
         throw io_error("it has no '" + name + "': it is not a state of firn, or a broken one");
@@ -135,8 +134,7 @@ std::optional<T> read_integer(hid_t owner, const std::string& name) {
     return value;
 }
 
-/// Reads datasets of one file and counts their bytes, so that together they allocate no more memory than the file can
-/// hold.
+/// Reads datasets of one file and counts their bytes, so that they never allocate more memory than the file can fill.
 class DatasetReader {
 public:
     explicit DatasetReader(std::uintmax_t file_bytes) : file_bytes_(file_bytes), unread_bytes_(file_bytes) {}
@@ -449,10 +447,9 @@ StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_dig
 /// first. Numeric attributes of /firn that firn does not know are left out.
 /// \tparam S  the precision of the file, float or double
 /// \param reading  whether to compare the state with its digest (schema_version 1 has none)
-/// \throws io_error  if the file is missing, truncated, damaged, not a state of firn, of another precision or of a
-/// later
-///                   schema, if its extents do not fit each other or the file, or if the state does not match its
-///                   digest; the message names the file and the reason
+/// \throws io_error  if the file is missing, truncated, damaged or not a state of firn, if it has another precision or
+///                   a later schema, if its extents do not fit each other or the file, or if the state does not match
+///                   its digest; the message names the file and the reason
 template <state_scalar S>
 State<S> read_state(const std::filesystem::path& path, const StateReading& reading = {}) {
     auto found = hdf5::naming_file(path, [&] { return detail::read_state_file<S>(path, reading.verify); });

@@ -15,8 +15,7 @@
 /// `components` (2 for a vector in 2D). The digest (state_digest.hpp) covers all that firn reads from the file. The
 /// same state gives the same bytes.
 ///
-/// Files of schema_version 1 have no digest. Before schema_version 3, `body` is called material and `last_time_step`
-/// dt.
+/// Files of schema_version 1 have no digest. Before schema_version 3, `body` is named material, `last_time_step` dt.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
