@@ -39,9 +39,9 @@ Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic> as_eigen(const StateField<S>&& 
 template <int D, state_scalar S>
 Eigen::Matrix<S, D, D> matrix_of(const StateField<S>& field, std::size_t i) {
     if (field.components != D * D || i >= detail::particles_in(field))
-        throw parameter_error(sentence("Matrix ", i, " of ", D, " × ", D, " numbers is asked of the field '",
-                                       field.name, "', which has ", field.components, " components for each of ",
-                                       detail::particles_in(field), "."));
+        throw parameter_error(sentence("The field '", field.name, "' has no matrix ", i, " of ", D, " × ", D,
+                                       " numbers; it has ", field.components, " components for each of ",
+                                       detail::particles_in(field), " particles."));
     return Eigen::Map<const Eigen::Matrix<S, D, D, Eigen::RowMajor>>(field.values.data() + i * D * D);
 }
 
