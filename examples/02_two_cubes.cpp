@@ -1,14 +1,14 @@
 /// \file One elastic cube falls on another, and both bounce: 144,054 particles on 128³ cells of a unit box, E = 1 kPa,
-/// ν = 0.3, ρ = 1 kg/m³, dt = 0.1 ms. Prints how far the lower cube is pressed together and how far it bulges.
+/// ν = 0.3, ρ = 1 kg/m³, dt = 0.1 ms. Prints how much the lower cube is compressed and how much it bulges.
 #include "support/run.hpp"
 
 namespace {
 
 /// Half the particles of the benchmark scene: the first 72,027 points of a lattice of 42 × 42 × 41.
 constexpr std::int64_t default_particles = 144'054;
-constexpr double cells_along_side = 21;  // of 128, by 8 particles a cell
+constexpr double cells_along_side = 21;  // of 128, with 8 particles per cell
 
-/// The extent of a body along an axis: between its 2nd and 98th percentile, so that no single particle decides.
+/// The extent of a body along an axis, between its 2nd and 98th percentile, which ignores outliers.
 template <class Simulation>
 double extent(const Simulation& simulation, const firn::Body& body, int axis) {
     const auto points = example::positions(simulation);
@@ -41,7 +41,7 @@ int two_cubes(int argc, char** argv) {
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
 
-    // The same cubes for any number of particles: eight a cell, so the cells follow.
+    // The cubes are the same for any number of particles. The cell size changes, with eight particles per cell.
     const double side = cells_along_side / 128;
     const double finer = std::cbrt(double(options.particles) / double(default_particles));
     const int lattice = std::max(2, int(std::lround(2 * cells_along_side * finer)));
@@ -54,7 +54,7 @@ int two_cubes(int argc, char** argv) {
         const std::int64_t layers = (particles + lattice * lattice - 1) / (lattice * lattice);
         auto points =
             firn::lattice_points<3>(lower, {lattice, lattice, layers}, spacing, 0.0, 1, std::uint64_t(particles));
-        for (auto& x : points) x[2] = 2 * lower[2] + side - x[2];  // the last, unfinished layer lies at the back
+        for (auto& x : points) x[2] = 2 * lower[2] + side - x[2];  // put the last, unfinished layer at the back
         return simulation.add({points, spacing * spacing * spacing}, 1.0);
     };
     const double centre = 0.5 - side / 2;
@@ -76,7 +76,7 @@ int two_cubes(int argc, char** argv) {
         if (y < upper_lowest) upper_lowest = upper_rebound = y;
         upper_rebound = std::max(upper_rebound, y);
     });
-    std::printf("lower cube at its lowest (%.3f s): pressed together by %.2f %%, bulged by %.2f %%\n", at_time,
+    std::printf("lower cube at its lowest (%.3f s): compressed by %.2f %%, bulged by %.2f %%\n", at_time,
                 100 * (1 - lowest / height), 100 * (widest / width - 1));
     std::printf("upper cube: centre fell to %.3f m and rose again to %.3f m\n", upper_lowest, upper_rebound);
     return 0;

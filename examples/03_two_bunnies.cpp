@@ -1,5 +1,5 @@
-/// \file Two elastic bunnies, read from an OBJ file and filled with particles: one falls on the other, they tumble and
-/// bounce. Prints how far each of them has turned.
+/// \file Two elastic bunnies, read from an OBJ file and filled with particles. One falls on the other; they tumble and
+/// bounce. Prints how far each has turned.
 #include "support/rotation.hpp"
 #include "support/run.hpp"
 

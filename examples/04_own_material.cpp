@@ -1,5 +1,4 @@
-/// \file A simulation with a material of one's own: own_material.hpp. A ball of soft tissue is squeezed through the air
-/// onto the floor.
+/// \file A simulation with your own material, own_material.hpp. A ball of soft tissue is thrown on the floor.
 #include "support/run.hpp"
 
 #include "own_material.hpp"
@@ -8,7 +7,7 @@ namespace {
 
 int own_material(int argc, char** argv) {
     example::CommandLine line({.name = "own_material",
-                               .about = "A ball of a user's own soft tissue falls on the floor.",
+                               .about = "A ball of a user-defined soft tissue falls on the floor.",
                                .particles = 60'000,
                                .steps = 1500,
                                .frames = 20});

@@ -1,5 +1,5 @@
-/// \file firn's stages inside a program that has its own particles: they stay where they are, in the program's own
-/// structures; firn sees them through a view. The program keeps its time step, its loop and its output.
+/// \file firn's stages in a program with its own particles. The particles stay in the program's structures; firn reads
+/// and writes them through a view. The program keeps its time step, its loop and its output.
 #include "support/options.hpp"
 #include "support/png.hpp"
 #include "support/progress.hpp"
@@ -12,7 +12,7 @@
 
 namespace {
 
-/// What this program has always had: an array of structures, matrices by rows, and more than firn needs to know.
+/// The program's own particles: an array of structures, with matrices row by row and members that firn does not need.
 struct YourParticle {
     double position[3];
     double velocity[3];
@@ -53,7 +53,7 @@ std::vector<YourParticle> your_scene(double spacing) {
     return all;
 }
 
-/// Your own output; here a state that ParaView opens.
+/// Your own output, here a state for ParaView.
 firn::State<double> your_state(const std::vector<YourParticle>& all, std::uint64_t step, double time, double dt) {
     firn::State<double> state;
     state.step = step;
@@ -74,7 +74,7 @@ firn::State<double> your_state(const std::vector<YourParticle>& all, std::uint64
 
 int your_simulator(int argc, char** argv) {
     example::CommandLine line({.name = "in_your_simulator",
-                               .about = "firn's stages on arrays that a foreign program owns.",
+                               .about = "firn's stages on a program's own arrays.",
                                .particles = 20'000,
                                .steps = 600,
                                .frames = 10,
@@ -84,7 +84,7 @@ int your_simulator(int argc, char** argv) {
     const double spacing = 0.2 * std::cbrt(4.0 / 3.0 * std::acos(-1.0) / double(options.particles));
     std::vector<YourParticle> all = your_scene(spacing);
 
-    // What firn needs: a grid, a material, walls, an execution.
+    // firn needs a grid, a material, walls and an execution.
     const firn::Domain<3> domain{.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 2 * spacing};
     const auto material = firn::FixedCorotated<double>::from_young_poisson(1e5, 0.3);
     const auto walls = firn::Walls<double, 3>::all({0, 0, 0}, {1, 1, 1}, {firn::Contact::slip, 0});
@@ -104,7 +104,7 @@ int your_simulator(int argc, char** argv) {
     double time = 0;
     for (std::int64_t step = 1; step <= options.schedule.steps; ++step) {
         const double dt = firn::stable_time_step<Kernel>(domain.cell_size, report.signal_speed);
-        if (report.sort_needed) {  // an order of the particles; the particles themselves are not moved
+        if (report.sort_needed) {  // finds a new order; the particles do not move
             partition = firn::partition_particles<Kernel>(view, all.size(), domain, options.threads);
             grid.activate(partition);
         }

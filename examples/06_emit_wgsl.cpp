@@ -1,4 +1,4 @@
-/// \file Writes the WGSL programs of firn's policies: for a GPU, the same definitions that run on the CPU.
+/// \file Writes WGSL programs for a GPU from firn's policies, which are the same definitions that run on the CPU.
 ///
 ///     06_emit_wgsl --list
 ///     06_emit_wgsl --dimension 3 --transfer apic --material soft_tissue --output program
@@ -34,7 +34,7 @@ namespace {
 
 using firn::wgsl::Program;
 
-/// What can be chosen, and the program that follows from it.
+/// A choice of policies, and a function that makes its program.
 struct Combination {
     std::string dimension, kernel, transfer, force, material, boundary, field;
     std::function<Program()> make;
@@ -70,7 +70,7 @@ void for_each(List<T...>, const F& f) {
     (f(std::type_identity<T>{}), ...);
 }
 
-// A new policy is added here, once.
+// Add a new policy here.
 using Kernels = List<firn::QuadraticBSpline, firn::Linear, firn::CubicBSpline>;
 using Transfers = List<firn::Apic, firn::Pic>;
 using Forces = List<firn::MlsForce, firn::WeightGradientForce>;
@@ -80,8 +80,8 @@ using Materials =
 template <int D>
 using Fields = List<firn::Gravity<float, D>, firn::Attraction<float, D>>;
 
-/// The linear kernel does not go with MLS forces; and to keep this program quick to compile, the kernels after the
-/// first come with one scheme each.
+/// The linear kernel cannot be combined with MLS forces. Kernels after the first have one scheme each, so that this
+/// program compiles quickly.
 template <class Kernel, class Transfer, class Force>
 constexpr bool is_offered = std::same_as<Kernel, First<Kernels>> ||
                             (std::same_as<Transfer, firn::Apic> && std::same_as<Force, firn::WeightGradientForce>);
@@ -99,8 +99,8 @@ Combination combination(const Contact& contact, const double& friction) {
             Material::name,    contact.name, Field::name,    make};
 }
 
-/// Every kernel, transfer and form of the forces with the first material, every material with the first of these: a
-/// material goes with each of them, but all programs at once would take minutes to compile.
+/// Adds every kernel, transfer and force form with the first material, and every material with the first of each. Other
+/// combinations work, too, but all of them together would take minutes to compile.
 template <int D>
 void add_combinations(std::vector<Combination>& all, const double& friction) {
     const auto add = [&]<class Kernel, class Transfer, class Force, class Material>(List<Kernel, Transfer, Force>,
@@ -130,8 +130,7 @@ void write_file(const std::filesystem::path& path, const std::string& text) {
     std::ofstream file(path, std::ios::binary);
     file << text;
     file.close();
-    if (!file)
-        throw firn::io_error(path.string() + " cannot be written; is there such a folder, and room on the disk?");
+    if (!file) throw firn::io_error(path.string() + " cannot be written. Does the folder exist, and is the disk full?");
 }
 
 void write(const std::filesystem::path& folder, const Combination& chosen) {
@@ -151,7 +150,7 @@ int emit_wgsl(int argc, char** argv) {
     add_combinations<3>(all, friction);
     add_combinations<2>(all, friction);
 
-    CLI::App app("Writes WGSL programs, and a manifest each that says how to run it, from firn's definitions.",
+    CLI::App app("Writes WGSL programs from firn's definitions, each with a manifest that says how to run it.",
                  "emit_wgsl");
     bool list = false;
     std::string output, all_output;
@@ -162,20 +161,20 @@ int emit_wgsl(int argc, char** argv) {
             if (std::find(names.begin(), names.end(), c.*part) == names.end()) names.push_back(c.*part);
         app.add_option(flag, wanted.*part, about)->check(CLI::IsMember(names))->capture_default_str();
     };
-    app.add_flag("--list", list, "Print every combination and end");
+    app.add_flag("--list", list, "Print every combination and exit");
     choice("--dimension", &Combination::dimension, "Dimension of space");
     choice("--kernel", &Combination::kernel, "Interpolation kernel");
     choice("--transfer", &Combination::transfer, "Transfer scheme");
-    choice("--force", &Combination::force, "Form of the forces");
+    choice("--force", &Combination::force, "Force form");
     choice("--material", &Combination::material, "Constitutive model");
     choice("--boundary", &Combination::boundary, "Walls of the box");
-    choice("--field", &Combination::field, "Field of acceleration");
+    choice("--field", &Combination::field, "Acceleration field");
     app.add_option("--friction", friction, "Coulomb friction of the walls")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     CLI::Option* one =
         app.add_option("--output", output, "Folder for program.wgsl and manifest.json")->type_name("DIR");
-    app.add_option("--all", all_output, "Write every combination, in a folder each below DIR")
+    app.add_option("--all", all_output, "Write every combination, each to its own folder in DIR")
         ->type_name("DIR")
         ->excludes(one);
     try {
@@ -197,7 +196,7 @@ int emit_wgsl(int argc, char** argv) {
         return 0;
     }
     if (output.empty()) {
-        std::cerr << "Give a folder with --output or --all, or ask for --list or --help.\n";
+        std::cerr << "Give a folder with --output or --all, or use --list or --help.\n";
         return 1;
     }
     for (const Combination& c : all)

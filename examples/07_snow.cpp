@@ -1,6 +1,6 @@
-/// \file Snow (Stomakhin et al. 2013): a snowball breaks on a wall and sticks, a layer of snow slides down a slope. The
-/// same particles once more on coarse cells, where snow moves like soap: what breaks must be finer than what it breaks
-/// into.
+/// \file Snow (Stomakhin et al. 2013): a snowball breaks on a wall and sticks, and a layer of snow slides down a slope.
+/// Then it runs the same particles on coarse cells, where the snow moves like soap, because cells must be smaller than
+/// the pieces that snow breaks into.
 #include "support/run.hpp"
 
 namespace {
@@ -9,14 +9,14 @@ constexpr int D = 3;
 using Point = firn::Vec<double, D>;
 using Obstacle = firn::Collider<firn::Box<float, D>>;
 using Boundary = firn::Together<firn::Walls<float, D>, Obstacle, Obstacle>;
-/// Snow is not the same everywhere: where it breaks is chosen by where it is weak.
+/// Each particle has its own strength, so that the snow breaks where it is weak.
 using Snow = firn::PerParticle<firn::Snow<float>, "mu", "lambda", "lowest_stretch", "highest_stretch">;
 using Simulation = firn::SimulationWith<D, Snow, Boundary>;
 
-constexpr double size = 4;  // of the box [m]
+constexpr double size = 4;  // side of the box [m]
 constexpr firn::Angle slope = firn::degrees(30);
 
-/// What the snow meets: an upright wall that it sticks to, and a plank that it slides down on.
+/// The obstacles: an upright wall that snow sticks to, and a plank that it slides down.
 Obstacle wall() {
     Obstacle wall{.shape = {{0.1F, 0.9F, 0.7F}}, .contact = firn::Contact::stick};
     wall.position = {2.9, 0.9, 2.8};
@@ -29,7 +29,7 @@ Obstacle plank() {
     return plank;
 }
 
-/// From an obstacle's axes to the world's.
+/// Converts a point from an obstacle's coordinates to the world's.
 Point placed(const Obstacle& obstacle, const Point& x) {
     return obstacle.position + firn::matrix_of(obstacle.rotation) * x;
 }
@@ -43,7 +43,7 @@ firn::Samples<D> layer(const firn::SamplingOptions& filling) {
     return snow;
 }
 
-/// Smooth noise of mean 0 and variance 1, its lumps about so long [m]: waves in random directions.
+/// Smooth noise of mean 0 and variance 1: a sum of waves in random directions. `lump` is the size of its lumps [m].
 double noise(const Point& x, double lump) {
     static const auto waves = [] {
         std::array<std::array<double, 4>, 48> all{};
@@ -59,7 +59,7 @@ double noise(const Point& x, double lump) {
     return sum / std::sqrt(0.5 * double(waves.size()));
 }
 
-/// How a body differs from the snow of the paper.
+/// Factors by which a body differs from the snow of the paper.
 struct Kind {
     double stiffness = 1, compression = 1, stretch = 1, variation = 0.7;
 };
@@ -86,7 +86,7 @@ Simulation make(int cells, const firn::SamplingOptions& filling, double speed, c
     return simulation;
 }
 
-/// The obstacles' surfaces as points.
+/// The surfaces of the obstacles, as points.
 example::Scenery<D> scenery(double spacing) {
     example::Scenery<D> scenery;
     for (const Obstacle& obstacle : {wall(), plank()}) {
@@ -102,7 +102,7 @@ example::Scenery<D> scenery(double spacing) {
 
 int snow(int argc, char** argv) {
     example::CommandLine line({.name = "snow",
-                               .about = "A snowball breaks on a wall, snow slides down a slope.",
+                               .about = "A snowball breaks on a wall, and snow slides down a slope.",
                                .particles = 60'000,
                                .steps = 8'000,
                                .frames = 30});
@@ -111,16 +111,16 @@ int snow(int argc, char** argv) {
     firn::SnowProperties properties;
     Kind packed{.stiffness = 6, .compression = 3, .stretch = 0.5, .variation = 1.2};  // pressed by hand
     line.add("--cells", cells, "Cells along an edge of the box", 16, 1024);
-    line.add("--coarse-cells", coarse_cells, "Cells of the run beside it; 0: none", 0, 1024);
-    line.add("--speed", speed, "Of the snowball in m/s", 0, 50);
+    line.add("--coarse-cells", coarse_cells, "Cells along an edge in the second run; 0 for no second run", 0, 1024);
+    line.add("--speed", speed, "Speed of the snowball in m/s", 0, 50);
     line.add("--young", properties.young, "Young's modulus in Pa", 1e3, 1e7);
-    line.add("--critical-compression", properties.critical_compression, "Where snow begins to be crushed", 1e-4, 0.5);
-    line.add("--critical-stretch", properties.critical_stretch, "Where snow begins to break", 1e-4, 0.5);
+    line.add("--critical-compression", properties.critical_compression, "Compression at which snow yields", 1e-4, 0.5);
+    line.add("--critical-stretch", properties.critical_stretch, "Stretch at which snow breaks", 1e-4, 0.5);
     line.add("--hardening", properties.hardening, "Hardening coefficient", 0, 20);
-    line.add("--packed-stiffness", packed.stiffness, "Times as stiff is the snow of the ball", 0.1, 100);
-    line.add("--packed-compression", packed.compression, "Times its critical compression", 0.1, 10);
-    line.add("--packed-stretch", packed.stretch, "Times its critical stretch", 0.01, 10);
-    line.add("--variation", packed.variation, "Of the ball's strength, as the deviation of its logarithm", 0, 3);
+    line.add("--packed-stiffness", packed.stiffness, "Factor of the ball's stiffness", 0.1, 100);
+    line.add("--packed-compression", packed.compression, "Factor of the ball's critical compression", 0.1, 10);
+    line.add("--packed-stretch", packed.stretch, "Factor of the ball's critical stretch", 0.01, 10);
+    line.add("--variation", packed.variation, "Standard deviation of the logarithm of the ball's strength", 0, 3);
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
 
@@ -129,7 +129,7 @@ int snow(int argc, char** argv) {
     const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered};
     const Snow material{firn::Snow<float>::from_properties(properties)};
 
-    const double time_step = 0.0128 / double(cells);  // [s], on the coarse cells, too; below the bound of hardened snow
+    const double time_step = 0.0128 / double(cells);  // [s], in both runs; stable for hardened snow
     const auto on_cells = [&](std::int64_t n) {
         return make(int(n), filling, speed, material, packed, time_step, options.threads);
     };
@@ -145,7 +145,7 @@ int snow(int argc, char** argv) {
     if (coarse_cells < 16) return 0;
 
     Simulation coarse = on_cells(coarse_cells);
-    std::cout << "the same on " << coarse_cells << " cells" << std::endl;
+    std::cout << "the same with " << coarse_cells << " cells along an edge" << std::endl;
     example::Progress progress(options.schedule.steps, std::int64_t(example::particle_count(coarse)));
     for (std::int64_t step = 0; step < options.schedule.steps; ++step) {
         coarse.step();
@@ -154,7 +154,7 @@ int snow(int argc, char** argv) {
     example::write_png(options.file("_fine_and_coarse.png"),
                        example::beside(example::picture(fine, spacing, view, obstacles),
                                        example::picture(coarse, spacing, view, obstacles)));
-    std::cout << "both: " << options.file("_fine_and_coarse.png").string() << std::endl;
+    std::cout << "picture of both: " << options.file("_fine_and_coarse.png").string() << std::endl;
     return 0;
 }
 

@@ -1,6 +1,6 @@
-/// \file Jelly, water, sand and snow in one simulation, on one grid: water breaks over a heap of sand, a cube of jelly
-/// and a snowball fall into it. Each material has particles and states of its own. A rigid bunny falls among them: its
-/// mesh is a boundary, and what that gives to matter pushes the bunny.
+/// \file Jelly, water, sand and snow in one simulation, on one grid. Water breaks over a heap of sand; a cube of jelly
+/// and a snowball fall into it. Each material has its own particles and states. A rigid bunny falls among them: its
+/// mesh is a boundary, and the reaction of the particles pushes the bunny.
 #include "support/rigid_body.hpp"
 #include "support/run.hpp"
 #include <firn/data/mesh_distance.hpp>
@@ -16,7 +16,7 @@ using Bunny = firn::Collider<firn::DistanceGrid<float, 3>>;
 using Boundary = firn::Together<firn::Walls<float, 3>, Bunny>;
 using Simulation = firn::SimulationWith<3, Four, Boundary>;
 
-/// Of matter of uniform density in a closed mesh, sampled: mass [kg], centre of mass [m] and inertia about it [kg m²].
+/// Mass [kg], centre of mass [m], and inertia about it [kg m²] of a closed mesh of uniform density, from samples.
 struct MassProperties {
     double mass = 0;
     firn::Vec<double, 3> centre{};
@@ -45,12 +45,12 @@ int four_materials(int argc, char** argv) {
                                .steps = 5'000,
                                .frames = 30});
     double friction_angle = 35, viscosity = 0;
-    line.add("--friction-angle", friction_angle, "Of the sand in degrees", 1, 60);
-    line.add("--viscosity", viscosity, "Of the water in Pa s", 0, 100);
+    line.add("--friction-angle", friction_angle, "Friction angle of the sand in degrees", 1, 60);
+    line.add("--viscosity", viscosity, "Viscosity of the water in Pa s", 0, 100);
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
 
-    // [m]; of the wedge of sand, a half of its box
+    // [m³]; the wedge of sand fills half of its box
     constexpr double water_volume = 0.5 * 0.55 * 0.8, sand_volume = 0.5 * 0.9 * 0.5 * 0.8,
                      jelly_volume = 0.3 * 0.3 * 0.3, snow_volume = 4.0 / 3 * 3.14159265358979 * 0.18 * 0.18 * 0.18;
     const double spacing =
@@ -60,7 +60,7 @@ int four_materials(int argc, char** argv) {
     const Four materials(
         Jelly::from_young_poisson(2e4, 0.3), Water::from_properties({.bulk = 3e5, .viscosity = viscosity}),
         Sand::from_properties({.friction_angle = firn::degrees(friction_angle)}), Snow::from_properties({}));
-    // The bunny, about its centre of mass; wood of a density that floats.
+    // A wooden bunny that floats, with its centre of mass at the origin.
     const auto upright = firn::fitted(firn::read_obj(FIRN_EXAMPLES_DATA_DIR "/bunny.obj"), {0.0, 0.0, 0.0}, 0.36);
     const MassProperties wood = mass_properties(upright, 600, 0.01);
     const auto mesh = firn::translated(upright, wood.centre * -1.0);
@@ -89,20 +89,20 @@ int four_materials(int argc, char** argv) {
     example::View view{.direction = {{-0.35F, -0.4F, -1.0F}}};
     view.frame = example::Box{{{0.0F, 0.0F, 0.0F}}, {{2.0F, 1.0F, 0.8F}}};
     view.smoothing = 0.5F;
-    // What the bunny gave to matter it lost itself; then it goes on, and its collider with it.
+    // The bunny loses the impulse that it gave to the particles. Then it moves, and its collider with it.
     const auto move_bunny = [&] {
         const double dt = simulation.last_time_step();
         const auto& given = simulation.reactions->parts[1];
         body.push(simulation.gravity * (body.mass() * dt) - given.impulse, given.angular_impulse * -1.0);
         body.move(dt);
-        for (int a = 0; a < 3; ++a) {  // walls are for matter: what comes too near them is stopped
+        for (int a = 0; a < 3; ++a) {  // keeps the bunny off the walls, which act on particles only
             const double room = 0.14, to = body.position[a];
             if (to < simulation.domain().lower[a] + room) body.momentum[a] = std::max(body.momentum[a], 0.0);
             if (to > simulation.domain().upper[a] - room) body.momentum[a] = std::min(body.momentum[a], 0.0);
         }
         body.place(std::get<1>(simulation.boundary.parts));
     };
-    // Its surface is drawn where it is at the end.
+    // The picture shows the bunny's surface at the end.
     const auto surface = [&] {
         example::Scenery<3> scenery{.points = {},
                                     .solid = example::plum,

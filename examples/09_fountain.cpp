@@ -1,6 +1,6 @@
-/// \file A fountain: drops from a ring of jets and one in the middle rise against gravity and the air, are blown aside
-/// by the wind, and gather in a basin, where they collide with each other, until they are drained. Prints how many
-/// drops the wind has carried past the rim.
+/// \file A fountain. Drops rise from a ring of jets and one in the middle, slowed by gravity and the air, and the wind
+/// blows them aside. They gather in a basin, where they collide with each other, and vanish at the end of their life.
+/// Prints how many drops the wind has carried past the rim.
 #include "support/run_particles.hpp"
 #include <firn/boundary/collider.hpp>
 #include <firn/boundary/shapes.hpp>
@@ -18,7 +18,7 @@ using Rim = firn::Collider<firn::Box<float, D>>;
 using Boundary = firn::Together<firn::Walls<float, D>, Post, Rim, Rim, Rim, Rim>;
 using System = firn::ParticleSystem<D, float, firn::Verlet, Boundary>;
 
-constexpr double half = 1, height = 0.16, thickness = 0.05;  // of the basin's side, of its rim [m]
+constexpr double half = 1, height = 0.16, thickness = 0.05;  // half the basin's side; its rim [m]
 constexpr firn::Contact slides = firn::Contact::separate;
 
 /// The four sides of the rim.
@@ -36,7 +36,7 @@ std::array<Rim, 4> rim() {
     return sides;
 }
 
-/// A plain, and a basin on it with a post in its middle that the highest jet comes from.
+/// A plain, with a basin on it. The highest jet comes from a post in the middle.
 Boundary basin() {
     const auto plain = firn::Walls<float, D>::all({-3, 0, -3}, {3, 50, 3}, {slides, 0.5});
     Post post{.shape = {0.4F, 0.06F}, .contact = slides};
@@ -48,7 +48,7 @@ bool is_in_basin(const firn::Vec<float, D>& x) { return std::max(std::abs(x[0]),
 
 int fountain(int argc, char** argv) {
     example::CommandLine line({.name = "fountain",
-                               .about = "Drops of a fountain rise, are blown aside and gather in a basin.",
+                               .about = "Drops of a fountain rise in the wind and gather in a basin.",
                                .particles = 40'000,
                                .steps = 1600,
                                .frames = 60,
@@ -56,14 +56,14 @@ int fountain(int argc, char** argv) {
     double dt = 2e-3, wind = 1.5, speed = 5.8, lifespan = 3;
     std::int64_t jets = 8;
     line.add("--dt", dt, "Time step in s", 1e-5, 1e-2);
-    line.add("--speed", speed, "Of the middle jet in m/s", 0.1, 50);
-    line.add("--lifespan", lifespan, "Of a drop in s, half a second more or less", 1, 1e9);
-    line.add("--wind", wind, "In m/s", -30, 30);
-    line.add("--jets", jets, "Jets around the middle one", 0, 1000);
+    line.add("--speed", speed, "Speed of the middle jet in m/s", 0.1, 50);
+    line.add("--lifespan", lifespan, "Life of a drop in s, plus or minus half a second", 1, 1e9);
+    line.add("--wind", wind, "Wind in m/s", -30, 30);
+    line.add("--jets", jets, "Number of jets around the middle one", 0, 1000);
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
 
-    const double radius = 0.009 * std::cbrt(40'000 / double(options.particles));  // always as much water
+    const double radius = 0.009 * std::cbrt(40'000 / double(options.particles));  // keeps the volume of water
 
     System system(basin());
     system.threads = options.threads;
@@ -72,7 +72,7 @@ int fountain(int argc, char** argv) {
     system.collisions.emplace();
     system.collisions->restitution = 0.1;
 
-    // All drops that --particles asks for are born in the time of the run, half of them from the middle.
+    // The run emits as many drops as --particles says, half of them from the middle jet.
     const double time = dt * double(std::max<std::int64_t>(options.schedule.steps, 1));
     const double rate = double(options.particles) / time;
     firn::Emitter<D> emitter{.position = {0, 0.48, 0},

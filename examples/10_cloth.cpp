@@ -1,5 +1,5 @@
-/// \file A cloth held at two corners falls over a ball and folds, in the wind, and meets itself; then its corners are
-/// drawn apart until they tear off. Prints how far it is stretched and how many of its links have torn.
+/// \file A cloth, held at two corners, falls over a ball in the wind, folds, and collides with itself. Then its corners
+/// are pulled apart until they tear off. Prints how far the cloth is stretched and how many of its links are torn.
 #include "support/run_particles.hpp"
 #include <firn/boundary/collider.hpp>
 #include <firn/boundary/shapes.hpp>
@@ -15,7 +15,7 @@ using Ball = firn::Collider<firn::Sphere<float, D>>;
 using Boundary = firn::Together<firn::Walls<float, D>, Ball>;
 using System = firn::ParticleSystem<D, float, firn::Verlet, Boundary>;
 
-constexpr double side = 2;  // of the cloth [m]
+constexpr double side = 2;  // side of the cloth [m]
 
 Boundary room() {
     const auto walls = firn::Walls<float, D>::all({-2, 0, -2}, {2, 3, 2.5F}, {firn::Contact::separate, 0.5});
@@ -24,7 +24,7 @@ Boundary room() {
     return {walls, ball};
 }
 
-/// The longest link over its length at rest.
+/// The largest ratio of a link's length to its length at rest.
 double stretch(const System& system) {
     double most = 0;
     for (const auto& each : system.constraints.all())
@@ -42,12 +42,12 @@ int cloth(int argc, char** argv) {
     double dt = 1e-3, weight = 0.2, wind = 1, tear = 1.5, bend = 0.1, pull = 0.7;
     std::int64_t iterations = 10;
     line.add("--dt", dt, "Time step in s", 1e-5, 1e-2);
-    line.add("--weight", weight, "Mass in kg/m^2", 1e-3, 10);
+    line.add("--weight", weight, "Mass per area in kg/m^2", 1e-3, 10);
     line.add("--wind", wind, "Wind in m/s, from behind", -30, 30);
-    line.add("--tear", tear, "A link this many times as long as at rest tears", 1.01, 1e9);
-    line.add("--pull", pull, "Speed in m/s at which the corners are drawn apart at last", 0, 10);
+    line.add("--tear", tear, "Length over length at rest at which a link tears", 1.01, 1e9);
+    line.add("--pull", pull, "Speed in m/s at which the corners are pulled apart", 0, 10);
     line.add("--bend", bend, "Compliance of bend links in m/N", 0, 1e3);
-    line.add("--iterations", iterations, "Of the constraints, a step", 1, 1000);
+    line.add("--iterations", iterations, "Iterations of the constraints per step", 1, 1000);
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
 
@@ -72,7 +72,7 @@ int cloth(int argc, char** argv) {
     system.collisions.emplace();
     system.collisions->friction = 0.3;
     system.collisions->exclude(net.links, std::uint32_t(first));
-    // The corners come nearer to each other, so that the edge between them sags.
+    // The corners first move towards each other, so that the edge between them sags.
     const auto corners = [&](double speed) {
         system.points.pin(std::uint32_t(first), {speed, 0, 0});
         system.points.pin(std::uint32_t(first + cells), {-speed, 0, 0});
@@ -80,7 +80,7 @@ int cloth(int argc, char** argv) {
 
     const auto picture = [&] {
         auto cloud = example::cloud_of<D>(system, 0.5 * spacing, [](std::size_t) { return example::coral; });
-        cloud.positions.clear();  // points that have lost all of their cloth
+        cloud.positions.clear();  // do not draw points without cloth
         cloud.colour.clear();
         const auto& ball = std::get<1>(system.boundary.parts);
         example::add_mesh(cloud.surface, example::sphere_mesh(ball.position, 0.98 * double(ball.shape.radius)),
@@ -90,7 +90,7 @@ int cloth(int argc, char** argv) {
         view.frame = example::Box{{{-1.1F, 0, -0.3F}}, {{1.1F, 1.7F, 2.0F}}};
         return example::render(cloud, view);
     };
-    constexpr double hung = 1, held = 2.5;  // until when the corners move, and when they are drawn apart [s]
+    constexpr double hung = 1, held = 2.5;  // when the corners stop, and when they are pulled apart [s]
     bool is_hanging = false;
     const auto step = [&] {
         if (system.time() > held && !is_hanging) {
@@ -101,7 +101,7 @@ int cloth(int argc, char** argv) {
         system.step(dt);
     };
     example::run(system, options, step, picture);
-    std::printf("the longest link is %.3f times as long as at rest; %zu of %zu links have torn\n", stretch(system),
+    std::printf("the longest link is %.3f times its length at rest; %zu of %zu links are torn\n", stretch(system),
                 links - system.constraints.size(), links);
     return 0;
 }

@@ -1,4 +1,4 @@
-/// \file Soft bodies fall into a box and pile up: bunnies and balls of triangles, held from inside, and cubes of
+/// \file Soft bodies fall into a box and pile up: bunnies and balls of triangles with links inside, and cubes of
 /// lattice cells. Prints how much of their volume they keep in the pile.
 #include "support/run_particles.hpp"
 #include <firn/boundary/walls.hpp>
@@ -12,10 +12,10 @@ constexpr int D = 3;
 using Point = firn::Vec<double, D>;
 using System = firn::ParticleSystem<D, float, firn::Verlet, firn::Walls<float, D>>;
 
-constexpr double width = 1;   // of the box [m]
-constexpr double size = 0.3;  // of a body [m]
+constexpr double width = 1;   // width of the box [m]
+constexpr double size = 0.3;  // size of a body [m]
 
-/// A body of about so many points, its middle in the origin.
+/// A body of about `points` points, with its middle at the origin.
 firn::SoftBody<D> body_of_kind(int kind, std::int64_t points) {
     if (kind == 0)
         return firn::mesh_body(firn::fitted(firn::read_obj(FIRN_EXAMPLES_DATA_DIR "/bunny.obj"), {}, 1.3 * size));
@@ -27,7 +27,7 @@ firn::SoftBody<D> body_of_kind(int kind, std::int64_t points) {
 }
 
 struct Placed {
-    std::size_t first;  // of its points
+    std::size_t first;  // its first point
     firn::Net<D> net;
     double volume;  // at rest [m³]
 };
@@ -57,10 +57,10 @@ int soft_bodies(int argc, char** argv) {
     std::int64_t count = 15, iterations = 4;
     line.add("--dt", dt, "Time step in s", 1e-5, 1e-2);
     line.add("--bodies", count, "Number of bodies", 1, 1000);
-    line.add("--density", density, "Of the bodies in kg/m^3", 1, 1e5);
-    line.add("--young", young, "About their Young's modulus in Pa: of links over their length", 1, 1e9);
-    line.add("--friction", friction, "Between bodies, and at the walls", 0, 10);
-    line.add("--iterations", iterations, "Of the constraints, a step", 1, 1000);
+    line.add("--density", density, "Density of the bodies in kg/m^3", 1, 1e5);
+    line.add("--young", young, "Approximate Young's modulus of the bodies in Pa", 1, 1e9);
+    line.add("--friction", friction, "Friction between bodies and at the walls", 0, 10);
+    line.add("--iterations", iterations, "Iterations of the constraints per step", 1, 1000);
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
 
@@ -81,7 +81,7 @@ int soft_bodies(int argc, char** argv) {
     for (std::int64_t b = 0; b < count; ++b) {
         const firn::SoftBody<D>& body = kinds[std::size_t(b % 3)];
         firn::Net<D> net = body.net;
-        // Four a layer, turned at random.
+        // Four bodies per layer, with random rotations.
         const auto turned = firn::rotation({within(1), 1.5 + within(1), within(1)}, within(3.1));
         const Point middle{width * (b % 2 ? 0.74 : 0.26) + within(0.02), 0.3 + 0.5 * double(b / 4),
                            width * (b / 2 % 2 ? 0.74 : 0.26) + within(0.02)};
@@ -89,7 +89,7 @@ int soft_bodies(int argc, char** argv) {
         double volume = 0;
         for (const double part : body.volumes) volume += part;
         const double spacing = std::cbrt(volume / double(net.positions.size()));
-        // Points of one body do not meet each other, so they may overlap: nothing slips through between them.
+        // Points of one body do not collide, so they may overlap, which leaves no gaps for others to slip through.
         const double radius = 0.75 * mean_length(net, firn::LinkKind::stretch);
         const std::size_t first =
             system.add(net, {.masses = body.masses(density), .radius = radius, .group = std::uint32_t(b + 1)});
@@ -113,7 +113,7 @@ int soft_bodies(int argc, char** argv) {
         least = std::min(least, kept);
         mean += kept / double(bodies.size());
     }
-    std::printf("%zu bodies keep %.3f of their volume, the least %.3f\n", bodies.size(), mean, least);
+    std::printf("%zu bodies keep %.3f of their volume on average, at least %.3f\n", bodies.size(), mean, least);
     return 0;
 }
 

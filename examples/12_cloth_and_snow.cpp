@@ -1,6 +1,6 @@
-/// \file Cloth among snow, on one grid: snowballs land on a cloth that is held by two edges, and a second cloth falls
-/// on a heap of snow. The points of the cloth are particles of the simulation like those of the snow; membranes
-/// of an elastic material join them, so that each pushes the other through the nodes of the grid.
+/// \file Cloth and snow on one grid. Snowballs land on a cloth that is held at two edges, and a second cloth falls on a
+/// heap of snow. The points of the cloth are particles, like those of the snow, and elastic membranes connect them.
+/// Cloth and snow push each other through the nodes of the grid.
 #include "support/run.hpp"
 #include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/net_forces.hpp>
@@ -13,7 +13,7 @@ using Snow = firn::Snow<float>;
 using Point = firn::Vec<double, 3>;
 using Simulation = firn::Simulation<3, firn::Materials<Cloth, Snow>>;
 
-/// How cloth is: an elastic sheet, as stiff as cotton would be a hundred times thinner.
+/// Cloth is an elastic sheet, as stiff as cotton of a hundredth of the thickness.
 struct Fabric {
     double young = 1e5;  ///< [Pa]
     double poisson = 0.3;
@@ -21,7 +21,8 @@ struct Fabric {
     double mass = 0.3;        ///< [kg/m²]
 };
 
-/// A square of fabric, `side` [m] long, flat over `middle`; two of its edges, across x, may be held where they are.
+/// Adds a horizontal square of fabric with sides of `side` [m] and its centre at `middle`. If `held`, the two edges
+/// across x are fixed.
 void add_cloth(Simulation& simulation, const Fabric& fabric, const Point& middle, double side, double spacing,
                bool held) {
     const auto cells = std::size_t(std::ceil(side / spacing));
@@ -33,7 +34,7 @@ void add_cloth(Simulation& simulation, const Fabric& fabric, const Point& middle
     cloth.add_force(body, firn::membranes_of(net, material, fabric.thickness));
     if (!held) return;
     firn::Anchors<float, 3> anchors;
-    const double stiffness = 4 * fabric.young * fabric.thickness;  // below the membranes' own
+    const double stiffness = 4 * fabric.young * fabric.thickness;  // below that of the membranes
     for (std::uint32_t i = 0; i < net.positions.size(); ++i)
         if (std::abs(std::abs(net.positions[i][0] - middle[0]) - side / 2) < 0.1 * spacing)
             anchors.add({i}, {firn::cast<float>(net.positions[i]), float(stiffness), 0});
@@ -49,7 +50,7 @@ int cloth_and_snow(int argc, char** argv) {
                                .can_go_on = true});
     Fabric fabric;
     line.add("--fabric-young", fabric.young, "Young's modulus of the cloth in Pa", 1e3, 1e7);
-    line.add("--fabric-mass", fabric.mass, "Of the cloth in kg/m²", 0.05, 5);
+    line.add("--fabric-mass", fabric.mass, "Mass per area of the cloth in kg/m²", 0.05, 5);
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
 
@@ -78,7 +79,7 @@ int cloth_and_snow(int argc, char** argv) {
     view.smoothing = 0.4F;
     const auto scenery = [&] {
         example::Scenery<3> shown{.points = {}, .solid = example::slate, .colours = {example::coral, example::snow}};
-        for (const double x : {-0.5, 0.5})  // what holds the edges
+        for (const double x : {-0.5, 0.5})  // the bars that hold the edges
             for (double z = -0.52 * side; z < 0.52 * side; z += 0.5 * spacing)
                 shown.points.push_back(hung + Point{x * side, 0.0, z});
         return shown;

@@ -1,4 +1,4 @@
-/// \file Eigen's vectors alone, and a material in Eigen's terms (eigen_material.hpp): a block spins as it falls.
+/// \file Uses only Eigen's vectors, and a material written with Eigen (eigen_material.hpp). A block spins as it falls.
 #include <firn/data/eigen.hpp>
 #include <firn/firn.hpp>
 

@@ -1,4 +1,4 @@
-/// \file A host that has threads of its own lends them to firn: here std::jthreads, made anew for every step.
+/// \file A host program lends its threads to firn, here std::jthreads that are new for every step.
 #include <firn/firn.hpp>
 
 #include <atomic>
@@ -11,8 +11,8 @@ namespace {
 
 std::atomic<int> lent = 0;
 
-/// A game would give copies of `work` to its job system: a job may begin at any time, also when the step is over, and
-/// the caller does what no other does.
+/// A game would give copies of `work` to its job system. A job may begin at any time, even after the step has ended;
+/// the caller does the work that no job has taken.
 void lend_jthreads(int workers, const firn::Work& work) {
     std::vector<std::jthread> helpers;
     try {
@@ -21,12 +21,12 @@ void lend_jthreads(int workers, const firn::Work& work) {
             ++lent;
         }
     } catch (const std::system_error&) {
-        // There are no more threads to be had: fewer do as well.
+        // The system has no more threads. Fewer are enough.
     }
     work(0);
 }
 
-/// The kinetic energy [J] of a jelly cube after a twentieth of a second.
+/// Returns the kinetic energy [J] of a jelly cube after 0.05 s.
 double run() {
     const firn::Domain<3> box{.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 1.0 / 64};
     const auto jelly = firn::FixedCorotated<float>::from_young_poisson(5e4, 0.3);  // Pa
@@ -43,6 +43,6 @@ int main() {
     const double alone = run();  // on OpenMP's threads
     const firn::LentThreads threads(lend_jthreads);
     const double together = run();
-    std::cout << "kinetic energy " << together << " J, with " << lent << " threads lent, one step each\n";
+    std::cout << "kinetic energy " << together << " J, with " << lent << " threads lent for one step each\n";
     return alone == together && lent > 0 ? 0 : 1;  // the same bits on any threads
 }

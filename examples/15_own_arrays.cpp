@@ -8,7 +8,7 @@ int main() {
     const auto jelly = firn::FixedCorotated<double>::from_young_poisson(1e5, 0.3);  // Pa
     const auto walls = firn::Walls<double, 3>::all({0, 0, 0}, {1, 1, 1}, {firn::Contact::slip, 0});
 
-    // Your arrays: here a ball at rest, its matrices by rows.
+    // Your arrays, here of a ball at rest, with matrices row by row.
     const auto ball = firn::sample_sphere<3>({0.5, 0.4, 0.5}, 0.2, {.spacing = 1.0 / 64});
     const std::size_t n = ball.positions.size();
     std::vector<double> x(3 * n), v(3 * n), C(9 * n), F(9 * n), stress(9 * n);
@@ -17,7 +17,7 @@ int main() {
         x[i] = ball.positions[i / 3][int(i % 3)];
         F[i / 3 * 9 + i % 3 * 4] = 1;
     }
-    using Span = firn::StridedSpan<double>;  // takes strides, too: arrays of structures, an array for each component
+    using Span = firn::StridedSpan<double>;  // has strides for arrays of structures or of components
     const firn::ForeignParticles<double, 3> particles{.position = Span::vectors<3>(x.data()),
                                                       .velocity = Span::vectors<3>(v.data()),
                                                       .affine = Span::matrices<3>(C.data(), true),
@@ -34,7 +34,7 @@ int main() {
     sort();
     const firn::Coloured how{};
     auto report = firn::update_stress(how, particles, order, jelly, box.cell_size);
-    firn::parallel_region(how.threads, [&] {  // one for all steps: one a stage would wait for busy processors
+    firn::parallel_region(how.threads, [&] {  // one region for all steps is faster than one per stage
         for (double time = 0, dt; time < 0.3; time += dt) {
             dt = firn::stable_time_step<Kernel>(box.cell_size, report.signal_speed);
             if (report.sort_needed) sort();

@@ -1,4 +1,4 @@
-/// \file A material in Eigen's terms, over any scalar of firn's: it runs in SIMD lanes, in double, with dual numbers,
+/// \file A material written with Eigen for any of firn's scalars. It runs in SIMD lanes, in double, with dual numbers,
 /// and as WGSL.
 #pragma once
 

@@ -1,5 +1,5 @@
-/// \file A material of a user's own, in one small file. It runs in 2D and 3D, in float and double, in SIMD lanes and
-/// with dual numbers, without another line.
+/// \file A user-defined material in one small file. It runs in 2D and 3D, in float and double, in SIMD lanes and with
+/// dual numbers, without further code.
 #pragma once
 
 #include <firn/material/concept.hpp>

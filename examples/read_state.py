@@ -1,10 +1,10 @@
-"""Prints what a state holds: python3 read_state.py out/two_bunnies_0000.hdf (needs h5py)."""
+"""Prints the contents of a state: python3 read_state.py out/two_bunnies_0000.hdf (needs h5py)."""
 import sys
 
 try:
     import h5py
 except ModuleNotFoundError:
-    sys.exit("read_state.py needs h5py: pip install h5py, or Debian's and Ubuntu's python3-h5py")
+    sys.exit("read_state.py needs h5py. Install it with pip install h5py, or python3-h5py on Debian and Ubuntu.")
 
 with h5py.File(sys.argv[1]) as state:
     vtk = state["VTKHDF"]

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# examples/run.sh [--all] [OPTION...]: installs what is missing, builds build/examples/03_two_bunnies and runs it with the
-# options (--help lists them). States and picture go to out/ unless --output says otherwise. --all builds all examples.
+# examples/run.sh [--all] [OPTION...]: installs missing packages, builds build/examples/03_two_bunnies and runs it with
+# the options (--help lists them). It writes states and a picture to out/, or to the folder of --output. --all builds
+# all examples.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# tests/run.sh [--full]: installs what is missing, clang 19 too where apt offers it, builds firn's tests, runs them: each
-# unit test once, sanitized, as users compile, or not optimised, and pairwise combinations.
-#   --full   every test in every build and every combination, the long tests (AArch64 among them), all tests with clang
-#            19, ThreadSanitizer, and the benchmarks
+# tests/run.sh [--full]: installs missing packages (clang 19 only if apt offers it), builds firn's tests and runs them.
+# By default each unit test runs once, sanitized, as users compile, or not optimised, and combinations are pairwise.
+#   --full   runs every test in every build and every combination, the long tests (such as AArch64), all tests with
+#            clang 19, and tests with ThreadSanitizer; builds the benchmarks
 # FIRN_JOBS=N limits how many compilers and tests run at once.
 set -euo pipefail
 
@@ -17,16 +17,16 @@ for argument in "$@"; do
     case $argument in
         --full) full=yes ;;
         -h | --help) sed -n '2,5s/^# //p' "${BASH_SOURCE[0]}" && exit ;;
-        *) echo "tests/run.sh does not know $argument; it knows --full." >&2 && exit 2 ;;
+        *) echo "tests/run.sh has no option $argument; give --full or none." >&2 && exit 2 ;;
     esac
 done
 
 passed=0 failed=0
 jobs=$(firn_jobs)
-export OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-passive} # tests run beside each other: waiting threads shall not spin
+export OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-passive} # tests run in parallel, so waiting threads must not spin
 
-# stage TITLE FOLDER TARGETS LABEL CMAKE_OPTION...: configures and builds in build/FOLDER, runs the tests with LABEL, and
-# adds to passed and failed. What does not build is one failure; the tests that did build are run all the same.
+# stage TITLE FOLDER TARGETS LABEL CMAKE_OPTION...: configures and builds in build/FOLDER, runs the tests with LABEL,
+# and adds to passed and failed. A failed build counts as one failure; the tests that were built still run.
 stage() {
     local title=$1 build=$root/build/$2 targets=$3 label=$4 start=$SECONDS keep_going=-k
     shift 4
@@ -53,19 +53,19 @@ test_stage() {
     if [[ $label != all ]]; then set -- -L "$label" "$@"; fi
     ctest --test-dir "$build" --output-on-failure --no-tests=error --parallel "$jobs" "$@" 2>&1 |
         tee "$build/ctest.log" || status=$?
-    # The last such line: a test that failed may have shown what a CTest of its own said.
+    # Take the last such line, because the output of a failed test may contain that of another CTest.
     if [[ $(grep -E 'tests? failed out of' "$build/ctest.log" | tail -n 1) =~ ([0-9]+)\ tests?\ failed\ out\ of\ ([0-9]+) ]]; then
         bad=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]}
     else
         bad=0 all=0
     fi
-    # A failure that CTest does not count as a test's is one nevertheless.
+    # Count a failure of CTest itself, too.
     if ((status != 0 && bad == 0)); then bad=1 all=$((all + 1)); fi
     passed=$((passed + all - bad))
     failed=$((failed + bad))
 }
 
-# logged NAME COMMAND...: runs it; what it prints goes into build/wgsl/NAME.log.
+# logged NAME COMMAND...: runs the command and writes its output to build/wgsl/NAME.log.
 logged() {
     local log=$root/build/wgsl/$1.log status=0 start=$SECONDS
     shift
@@ -73,8 +73,8 @@ logged() {
     printf '\n== ended with %d after %d s: %s\n' "$status" "$((SECONDS - start))" "$*" >>"$log"
 }
 
-# counted NAME: prints the log and adds to passed and failed what it closes with, "N passed, N failed" or node's "# pass N",
-# "# fail N".
+# counted NAME: prints the log, and adds its last lines to passed and failed: "N passed, N failed", or "# pass N" and
+# "# fail N" of node.
 counted() {
     local line good=0 bad=0 status=1 log=$root/build/wgsl/$1.log
     touch "$log"
@@ -90,13 +90,13 @@ counted() {
             status=${BASH_REMATCH[1]}
         fi
     done <"$log"
-    # A crash that counted nothing is a failure nevertheless.
+    # A crash without a count is a failure, too.
     if ((status != 0 && bad == 0)) || ((good + bad == 0)); then bad=$((bad + 1)); fi
     passed=$((passed + good)) failed=$((failed + bad))
 }
 
-# Emitted programs under two compilers, Tint and naga, on a software GPU; integers and particles against the CPU's. The
-# software GPU works with one thread, so two lanes go beside each other, which take about as long.
+# Runs emitted programs with two compilers, Tint and naga, on a software GPU, and compares integers and particles with
+# the CPU's. The software GPU uses one thread, so two lanes of about the same duration run in parallel.
 wgsl_stage() { # FOLDER CASES_OPTION...
     local start=$SECONDS tests=$root/tests/wgsl build=$root/build/wgsl programs=$root/build/$1 validate=--pairwise log
     local lane=(host tint tint_refuses dawn naga_refuses deno) other_lane=(serve naga page)
@@ -110,11 +110,11 @@ wgsl_stage() { # FOLDER CASES_OPTION...
     rm -rf "$build" && mkdir -p "$build"
     if ! "$programs/tests/wgsl/firn_wgsl_cases" "$build" "$@" ||
         ! "$programs/examples/06_emit_wgsl" --all "$build/programs"; then
-        echo "== WGSL: nothing is emitted"
+        echo "== WGSL: the programs cannot be emitted"
         failed=$((failed + 1))
         return
     fi
-    # In a plain run every case under one of the two, in turn.
+    # Without --full, each case runs with one of the two compilers, in turn.
     local cases=("$build"/cases/*/) dawn_cases=() deno_cases=() i
     for i in "${!cases[@]}"; do
         if [[ $full == yes ]] || ((i % 2 == 0)); then dawn_cases+=("${cases[i]}"); fi
@@ -132,7 +132,7 @@ wgsl_stage() { # FOLDER CASES_OPTION...
     echo "== WGSL: $((SECONDS - start)) s"
 }
 
-wgsl_lane() { # NAME...; the variables are wgsl_stage's
+wgsl_lane() { # NAME...; uses the variables of wgsl_stage
     local name
     for name in "$@"; do
         case $name in
@@ -156,18 +156,18 @@ if firn_install_if_offered clang clang_openmp clang_rt; then clang=yes; fi
 with_clang=(-DCMAKE_C_COMPILER=clang-19 -DCMAKE_CXX_COMPILER=clang++-19)
 release=(-DCMAKE_BUILD_TYPE=Release -DFIRN_EXAMPLE_OPTIONS=-O1)
 portable=(-DCMAKE_BUILD_TYPE=Release -DFIRN_EXAMPLE_OPTIONS=-O1 -DFIRN_PORTABLE=ON)
-# What a sanitizer reports names functions; with --full lines, too.
+# Reports of sanitizers name functions, and with --full also lines.
 sanitizer=(-DCMAKE_BUILD_TYPE=Debug "-DCMAKE_CXX_FLAGS_DEBUG=-O0 $([[ $full == no ]] || echo -g1)" -DFIRN_NATIVE=OFF
     -DFIRN_BUILD_EXAMPLES=OFF -DFIRN_WARNINGS_AS_ERRORS=OFF)
 
-webgpu=() # where the C interface is, for the host in C++
+webgpu=() # paths of the C interface, for the host in C++
 if firn_webgpu_c; then
     webgpu=("-DFIRN_WEBGPU_HEADER_DIR=$FIRN_WEBGPU_HEADER_DIR" "-DFIRN_WEBGPU_LIBRARY=$FIRN_WEBGPU_LIBRARY")
 else
     printf '\n== skipped: the WebGPU host in C++\n'
 fi
 
-# Each compiler takes what it compiles faster: clang, where it is here, what is sanitized or not optimised.
+# Each compiler builds what it compiles faster: clang, if installed, builds sanitized and unoptimised code.
 second=(-DFIRN_TEST_UNITY=ON) where=portable
 sanitized='firn_unit_tests' labels='unit' fuzzers=()
 if [[ $clang == yes ]]; then
@@ -175,7 +175,7 @@ if [[ $clang == yes ]]; then
     sanitized+=' firn_fuzzers' labels+='|fuzz'
     fuzzers=(-DFIRN_BUILD_FUZZERS=ON "-DFIRN_FUZZ_RUNS=$([[ $full == yes ]] && echo 10000 || echo 500)")
 else
-    printf '\n== skipped: clang 19, which is not here and apt does not offer it\n'
+    printf '\n== skipped: clang 19, which is not installed and not offered by apt\n'
 fi
 if [[ $full == yes ]]; then
     stage 'all tests' tests-release all all "${release[@]}" ${webgpu[@]+"${webgpu[@]}"} -DFIRN_TEST_PART=all \

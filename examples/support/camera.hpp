@@ -1,4 +1,4 @@
-/// \file Cameras: a perspective one that frames a box by itself, and orthographic ones for flat clouds and for lights.
+/// \file Cameras: perspective, or orthographic for flat clouds and lights. frame() makes one show a box.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -16,7 +16,7 @@ inline Vec3 cross(const Vec3& a, const Vec3& b) {
 }
 inline Vec3 normalised(const Vec3& a) { return a * (1.0F / std::max(firn::norm(a), 1e-30F)); }
 
-/// An axis-aligned box; one with lower > upper holds nothing.
+/// An axis-aligned box; empty if lower > upper.
 struct Box {
     Vec3 lower = Vec3::filled(std::numeric_limits<float>::max());
     Vec3 upper = Vec3::filled(std::numeric_limits<float>::lowest());
@@ -60,7 +60,8 @@ struct Camera {
     }
 };
 
-/// Looks along `direction`, with `up` upwards; its place is left to the caller. A direction along `up` is allowed.
+/// Returns a camera that looks along `direction`, with `up` upwards. The caller sets its position. `direction` may be
+/// parallel to `up`.
 inline Camera looking(const Vec3& direction, const Vec3& up) {
     Camera camera{};
     camera.forward = normalised(direction);
@@ -72,7 +73,7 @@ inline Camera looking(const Vec3& direction, const Vec3& up) {
     return camera;
 }
 
-/// Places the camera so that the box just fits into the picture, less `margin` (a part of the picture) on each side.
+/// Places the camera so that the box fills the picture, except for `margin` (a fraction of the picture) on each side.
 ///
 /// Perspective: in the camera's axes with the origin at the box's centre, a corner (a, b, c) is seen when
 /// |a − s| ≤ (c + d) t, with s the shift, d the distance and t the tangent of half the opening. Over the corners,

@@ -1,4 +1,4 @@
-/// \file main() with errors told in a sentence.
+/// \file Runs the body of main() and prints an exception as an error message.
 #pragma once
 
 #include <exception>

@@ -27,7 +27,7 @@ private:
     }
 };
 
-/// Pictures of one height, beside each other.
+/// Puts two pictures of the same height beside each other.
 inline Image beside(const Image& left, const Image& right) {
     Image both(left.width + right.width, left.height);
     for (int y = 0; y < both.height; ++y)

@@ -1,4 +1,4 @@
-/// \file The options that every example takes, and which steps of a run are written.
+/// \file The command-line options of every example, and the steps after which a run writes states.
 ///
 ///     example::CommandLine line({.name = "two_cubes", .about = "One cube falls on the other.",
 ///                                .particles = 144'054, .steps = 4'000, .frames = 100});
@@ -24,19 +24,19 @@
 
 namespace example {
 
-/// How long a run is and after which of its steps a state is written. The initial state is always written, before the
-/// first step, and is not listed.
+/// The number of steps of a run, and the steps after which it writes a state. It also writes the initial state, which
+/// is not listed.
 struct Schedule {
     std::int64_t steps = 0;
-    std::vector<std::int64_t> write_after;  ///< rising; the last is `steps`; empty for a run of no steps
+    std::vector<std::int64_t> write_after;  ///< ascending; the last is `steps`; empty without steps
 
     [[nodiscard]] bool writes_after(std::int64_t step) const {
         return std::binary_search(write_after.begin(), write_after.end(), step);
     }
 };
 
-/// `frames` states spread evenly over `steps` steps, the last after the last step: state k after step
-/// ⌊k steps / frames⌋. More frames than steps: one after each step. No frames: still one, after the last step.
+/// Spreads `frames` states evenly over the steps: state k after step ⌊k steps / frames⌋. It writes at most one state
+/// per step, and always one after the last step.
 inline Schedule spread(std::int64_t steps, std::int64_t frames) {
     Schedule schedule{steps, {}};
     frames = std::clamp<std::int64_t>(frames, std::min<std::int64_t>(steps, 1), steps);
@@ -44,9 +44,9 @@ inline Schedule spread(std::int64_t steps, std::int64_t frames) {
     return schedule;
 }
 
-/// The schedule from what was asked for. Steps and frames: the steps, spread over the frames. Steps only: as many
-/// frames as by default, where the steps suffice. Frames only: the default run's own states, cut short (or carried on)
-/// after so many. Neither: the default run.
+/// Returns the schedule for the given options. With steps, the frames, or the default number of them, are spread over
+/// the steps. With frames only, the run has the spacing of the default run, and ends after so many frames. With
+/// neither, it is the default run.
 inline Schedule schedule(std::int64_t default_steps, std::int64_t default_frames, std::optional<std::int64_t> steps,
                          std::optional<std::int64_t> frames) {
     if (steps || !frames) return spread(steps.value_or(default_steps), frames.value_or(default_frames));
@@ -59,15 +59,15 @@ inline Schedule schedule(std::int64_t default_steps, std::int64_t default_frames
     return result;
 }
 
-/// What an example does when it is not told otherwise.
+/// Default values of an example's options.
 struct Defaults {
-    std::string name;   ///< of its files: NAME_0000.hdf, NAME.png
+    std::string name;   ///< NAME in its files NAME_0000.hdf, NAME.png
     std::string about;  ///< one sentence for --help
     std::int64_t particles = 100'000;
     std::int64_t steps = 1'000;
     std::int64_t frames = 50;
     std::string output = "out";
-    bool can_go_on = false;  ///< its states hold all that the run goes by
+    bool can_go_on = false;  ///< whether its states have all that the run needs to go on
     bool writes_obj = true;
 };
 
@@ -75,10 +75,10 @@ struct Options {
     std::string name;
     std::int64_t particles = 0;
     Schedule schedule;
-    int threads = 1;  ///< never 0: "all" is already counted
+    int threads = 1;  ///< number of threads, never 0
     std::filesystem::path output;
-    bool go_on = false;  ///< from the last states in `output`
-    bool obj = false;    ///< every state as an OBJ file, too
+    bool go_on = false;  ///< whether to go on from the last states in `output`
+    bool obj = false;    ///< whether to write every state as an OBJ file, too
 
     /// OUTPUT/NAME + ending: `file(".png")`.
     [[nodiscard]] std::filesystem::path file(const std::string& ending) const { return output / (name + ending); }
@@ -103,9 +103,9 @@ public:
         steps_option_ = add("--steps", steps_, "Number of time steps", 0, most_steps);
         frames_option_ =
             add("--frames", frames_,
-                "States written after the initial one; without --steps, the run ends with the last", 0, most_frames);
+                "States to write after the initial one; without --steps, the run ends with the last", 0, most_frames);
         add("--threads", threads_, "Number of threads; 0 means all", 0, most_threads);
-        app_.add_option("--output", output_, "Folder for states and pictures; made if it is not there")
+        app_.add_option("--output", output_, "Folder for states and pictures; created if missing")
             ->type_name("DIR")
             ->capture_default_str()
             ->check(CLI::Validator(
@@ -115,20 +115,20 @@ public:
         if (defaults_.can_go_on) app_.add_flag("--go-on", go_on_, "Go on from the last states in that folder");
     }
 
-    /// An example's own whole number, in least … most.
+    /// Adds an option of an example: an integer from `least` to `most`.
     CLI::Option* add(const std::string& flag, std::int64_t& value, const std::string& about, std::int64_t least,
                      std::int64_t most) {
         return add_checked(flag, value, about, "N", "a whole number", least, most);
     }
-    /// An example's own number, in least … most.
+    /// Adds an option of an example: a number from `least` to `most`.
     CLI::Option* add(const std::string& flag, double& value, const std::string& about, double least, double most) {
         return add_checked(flag, value, about, "X", "a number", least, most);
     }
-    /// For anything else that an example wants to add.
+    /// For other options of an example.
     [[nodiscard]] CLI::App& app() { return app_; }
 
-    /// Reads the arguments. Gives an exit code if the program should end now: 0 after --help, and another after
-    /// a sentence on standard error that says what is wrong.
+    /// Reads the arguments. Returns an exit code if the program must end: 0 after --help, another after an error, which
+    /// it prints to standard error.
     [[nodiscard]] std::optional<int> parse(int argc, const char* const* argv) {
         try {
             app_.parse(argc, argv);

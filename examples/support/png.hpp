@@ -1,4 +1,4 @@
-/// \file Writes an image as a PNG file, by libpng.
+/// \file Writes an image as a PNG file, with libpng.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -15,8 +15,9 @@
 
 namespace example {
 
-/// Writes under a temporary name beside `path` and then renames, so that `path` never holds half a picture. Folders
-/// on the way are made. Throws firn::io_error.
+/// Writes a picture to a temporary file beside `path` and renames it, so that `path` never has half a picture. Makes
+/// missing folders.
+/// \throws firn::io_error  if it cannot be written
 inline void write_png(const std::filesystem::path& path, const Image& image) {
     const auto fail = [&](const std::string& why) {
         throw firn::io_error(firn::sentence("The picture ", path, " cannot be written: ", why, "."));
@@ -46,7 +47,7 @@ inline void write_png(const std::filesystem::path& path, const Image& image) {
         out.close();
         if (!out) {
             std::filesystem::remove(partial, problem);
-            fail("the folder does not exist, may not be written to or is full");
+            fail("the folder is missing or not writable, or the disk is full");
         }
     }
     std::filesystem::rename(partial, path, problem);

@@ -1,4 +1,4 @@
-/// \file How far a run is: a bar on a terminal (Boost.Timer), and elsewhere a line for every tenth of it.
+/// \file Shows the progress of a run: a bar on a terminal (Boost.Timer), otherwise a line for every tenth of the run.
 #pragma once
 
 #include <boost/timer/progress_display.hpp>
@@ -21,7 +21,7 @@
 
 namespace example {
 
-/// Whether a person is likely to watch standard output.
+/// Whether standard output is a terminal.
 inline bool on_terminal() {
 #ifdef _WIN32
     return _isatty(_fileno(stdout)) != 0;
@@ -43,8 +43,8 @@ inline std::string readable(double number) {
     return text.str();
 }
 
-/// Counts the steps of a run. Any number of steps will do, and advance() may be told of more than one at once or of
-/// more than there are.
+/// Counts the steps of a run and prints the progress. advance() may count several steps at once, and ignores steps
+/// beyond the last.
 class Progress {
 public:
     Progress(std::int64_t steps, std::int64_t particles, std::ostream& out = std::cout, bool terminal = on_terminal())

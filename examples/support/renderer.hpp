@@ -1,5 +1,5 @@
-/// \file A picture of particles: shaded spheres grown together to a surface, with soft shadows on a floor; and of
-/// surfaces of triangles among them.
+/// \file Draws particles as shaded spheres that merge into a surface, and surfaces of triangles among them, with soft
+/// shadows on a floor.
 ///
 ///     example::Image image = example::render(cloud, {.domain = box});
 ///     example::write_png("out/last.png", image);
@@ -24,22 +24,21 @@
 
 namespace example {
 
-/// What is drawn. Particles whose position is not finite are skipped.
+/// The particles and surfaces to draw. Particles with a position that is not finite are skipped.
 struct Cloud {
     std::vector<std::array<float, 3>> positions;
-    std::vector<std::uint8_t>
-        colour;               ///< a number in the palette for each particle (taken modulo its 9); or empty: all 0
-    std::vector<float> tone;  ///< darker 0 … ½ as it is … 1 lighter, for each particle; or empty
-    float radius = 0.01F;     ///< of a particle; of their distance, 0.6 (3D) or 0.75 (2D) closes the surface
-    Surface surface{};        ///< drawn as it is; its shadows are as soft as those of the particles
+    std::vector<std::uint8_t> colour;  ///< number in the palette (modulo 9) for each particle; or empty: all 0
+    std::vector<float> tone;  ///< for each particle, from 0 (darker) over ½ (unchanged) to 1 (lighter), or empty
+    float radius = 0.01F;     ///< of particles; 0.6 (3D) or 0.75 (2D) of their distance closes the surface
+    Surface surface{};        ///< drawn without smoothing; its shadows are as soft as those of particles
 };
 
-/// How it is looked at. A cloud whose particles all have z = 0 is seen from the front, without perspective.
+/// The view and size of the picture. If all particles have z = 0, the view is from the front, without perspective.
 struct View {
     Vec3 direction{{-0.55F, -0.38F, -1.0F}};  ///< from the eye to the scene
     Vec3 up{{0.0F, 1.0F, 0.0F}};
-    std::optional<Box> frame{};   ///< what the picture shows; without it, the particles
-    std::optional<Box> domain{};  ///< whose floor is drawn; without it, the floor lies under the lowest particle
+    std::optional<Box> frame{};   ///< the part of the scene that the picture shows; by default the particles
+    std::optional<Box> domain{};  ///< its floor is drawn; by default, the floor is below the lowest particle
     int width = 1280;
     int height = 960;
     float smoothing = 1.0F;  ///< 0 shows every grain, 1 a closed surface
@@ -47,7 +46,7 @@ struct View {
 
 namespace detail {
 
-/// sRGB (IEC 61966-2-1) and linear light.
+/// Converts between sRGB (IEC 61966-2-1) and linear light.
 inline float linear(float encoded) {
     return encoded <= 0.04045F ? encoded / 12.92F : std::pow((encoded + 0.055F) / 1.055F, 2.4F);
 }
@@ -56,7 +55,8 @@ inline std::uint8_t encoded(float light, float grain) {
     const float y = x <= 0.0031308F ? 12.92F * x : 1.055F * std::pow(x, 1.0F / 2.4F) - 0.055F;
     return static_cast<std::uint8_t>(std::clamp(std::floor(255.0F * y + grain), 0.0F, 255.0F));
 }
-/// A fixed pattern of 0 … 1 that rounds soft gradients without bands (interleaved gradient noise, Jimenez 2014).
+/// A fixed pattern of values from 0 to 1, for rounding gradients without bands (interleaved gradient noise, Jimenez
+/// 2014).
 inline float dither(int x, int y) {
     const float a = 0.06711056F * static_cast<float>(x) + 0.00583715F * static_cast<float>(y);
     const float b = 52.9829189F * (a - std::floor(a));
@@ -81,19 +81,19 @@ inline const std::array<Vec3, 9>& palette() {
     return colours;
 }
 
-/// Everything that the passes share.
+/// Data that the passes share.
 struct Scene {
     static constexpr int supersampling = 2;
 
     const Cloud& cloud;
     bool flat = false;
     Box bounds;  // of the particles
-    Box box;     // of what the picture shows
+    Box box;     // of the part that the picture shows
     Camera camera{};
     Plane plane{};  // the floor; behind the particles in a flat scene
     std::optional<Box> domain;
     Vec3 to_light{};
-    float length = 1.0F;  // of the scene: effects are in proportion to it
+    float length = 1.0F;  // of the scene; effects are proportional to it
     int width, height;    // of the supersampled picture
 
     Scene(const Cloud& c, const View& view)
@@ -124,7 +124,7 @@ struct Scene {
         plane.u = camera.right;
         plane.v = cross(up, plane.u);
         if (flat) {
-            plane.origin = {{0.0F, 0.0F, -std::max(cloud.radius, 0.015F * length)}};  // lets the shadow show
+            plane.origin = {{0.0F, 0.0F, -std::max(cloud.radius, 0.015F * length)}};  // so that the shadow is visible
             to_light = normalised({{-0.35F, 0.6F, 0.9F}});
         } else {
             const Box& ground = domain ? *domain : bounds.empty() ? box : bounds;
@@ -135,7 +135,7 @@ struct Scene {
         }
     }
 
-    /// The depth at which a pixel sees the plane; far_away above the horizon and from below.
+    /// The depth of the plane at a pixel; far_away above the horizon, and if the camera is below the plane.
     [[nodiscard]] float plane_depth(float x, float y) const {
         const Vec3 a = camera.unproject(x, y, 1.0F);
         const Vec3 b = camera.unproject(x, y, 2.0F);
@@ -145,9 +145,9 @@ struct Scene {
     }
 };
 
-/// How open to the sky each pixel of the final picture is, from the depths around it: points of a hemisphere over the
-/// surface that lie behind what is seen count as closed (after Mittring 2007). The points turn from pixel to pixel in
-/// a 4 × 4 pattern, which a mean over 4 × 4 pixels of like depth then takes out again.
+/// Returns how open to the sky each pixel of the final picture is (after Mittring 2007). It takes points of a
+/// hemisphere over the surface; those behind the visible depth are closed. The points turn from pixel to pixel in a 4 ×
+/// 4 pattern, and a mean over 4 × 4 pixels of similar depth then removes the pattern.
 inline Buffer<float> openness(const Scene& scene, const Buffer<float>& particles, const Buffer<Vec3>& normals) {
     constexpr int half = Scene::supersampling;
     const int width = scene.width / half;
@@ -221,13 +221,13 @@ inline Buffer<float> openness(const Scene& scene, const Buffer<float>& particles
     return open;
 }
 
-/// How much of a line covers the point: 1 on it, falling to 0 within a pixel's footprint; thin lines fade.
+/// How much a line covers a point: 1 on the line, falling to 0 within a pixel's footprint. Thin lines fade.
 inline float line(float distance, float half_width, float footprint) {
     const float edge = std::max(footprint, half_width);
     return (half_width / edge) * (1.0F - smoothstep(edge - 0.5F * footprint, edge + 0.5F * footprint, distance));
 }
 
-/// The paper that everything stands on: one gentle gradient, with the domain's floor drawn on it.
+/// The background: a gentle gradient, with the domain's floor drawn on it.
 inline Vec3 backdrop(const Scene& scene, float x, float y, float depth) {
     const float across = (x / static_cast<float>(scene.width) - 0.5F) * 2.0F;
     const float down = y / static_cast<float>(scene.height);
@@ -299,9 +299,10 @@ inline void check(const Cloud& cloud, const View& view) {
 
 }  // namespace detail
 
-/// Draws the cloud. Throws firn::parameter_error if the radius is not above 0, if colours or tones are not as many as
-/// particles or triangles (or none), if a triangle names a vertex that is not there, or if the picture's width or
-/// height is not in 1 … 8192.
+/// Draws the cloud.
+/// \throws firn::parameter_error  if the radius is not above 0, if there are colours or tones, but not one for each
+///         particle or triangle, if a triangle names a vertex that does not exist, or if width or height of the picture
+///         is not from 1 to 8192
 inline Image render(const Cloud& cloud, const View& view = {}) {
     detail::check(cloud, view);
     const detail::Scene scene(cloud, view);
@@ -357,7 +358,7 @@ inline Image render(const Cloud& cloud, const View& view = {}) {
     const Vec3 sun = Vec3{{1.02F, 0.97F, 0.90F}} * (scene.flat ? 0.8F : 1.0F);
     const Vec3 sky_light{{0.44F, 0.50F, 0.58F}};
     const Vec3 bounce{{0.34F, 0.31F, 0.28F}};
-    const Vec3 shade{{0.36F, 0.42F, 0.52F}};  // what is left of the paper's light in the key light's shadow
+    const Vec3 shade{{0.36F, 0.42F, 0.52F}};  // light on the background in the key light's shadow
 
     const auto surface = [&](int x, int y, float occlusion) {
         const Vec3 point =

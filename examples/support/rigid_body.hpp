@@ -1,4 +1,4 @@
-/// \file A rigid body that matter pushes: what a collider gives to matter, the body loses.
+/// \file A rigid body that particles push: it loses the impulse that its collider gives to the particles.
 ///
 ///     body.place(collider);
 ///     … grid_update(…, collider, reactions), …
@@ -16,7 +16,7 @@ namespace example {
 
 using firn::Axial, firn::Mat, firn::Vec;
 
-/// The inverse of a symmetric 3 × 3 matrix by its adjugate.
+/// The inverse of a symmetric 3 × 3 matrix, from its adjugate.
 inline Mat<double, 3> inverse(const Mat<double, 3>& a) {
     Mat<double, 3> adjugate{};
     for (int i = 0; i < 3; ++i) {
@@ -26,13 +26,14 @@ inline Mat<double, 3> inverse(const Mat<double, 3>& a) {
     return adjugate * (1 / determinant(a));
 }
 
-/// Momentum and angular momentum are what it keeps; velocities follow from them, so that both are conserved to
-/// rounding. Impulses first, then the motion with the new velocities (symplectic Euler); the rotation by the angular
-/// velocity half a step ahead, of second order in the step.
+/// A rigid body. It stores momentum and angular momentum, so that both are conserved up to rounding.
+///
+/// Call push() first, then move(), which uses the new velocities (symplectic Euler). The rotation uses the angular
+/// velocity half a step ahead, which is of second order in the step.
 template <int D>
 class RigidBody {
 public:
-    /// Of the body's axes about its centre of mass [kg m²]: a number in the plane, in space a symmetric matrix.
+    /// Inertia about the centre of mass in the body's axes [kg m²]: a number in 2D, a symmetric matrix in 3D.
     using Inertia = std::conditional_t<D == 2, double, Mat<double, 3>>;
 
     Vec<double, D> position{};  ///< of the centre of mass [m]
@@ -40,7 +41,7 @@ public:
     Vec<double, D> momentum{};            ///< [kg m/s]
     Axial<double, D> angular_momentum{};  ///< about the centre of mass [kg m²/s]
 
-    /// \throws parameter_error unless mass and moments of inertia are positive and finite
+    /// \throws parameter_error  if mass or moments of inertia are not positive and finite
     RigidBody(double mass, const Inertia& inertia) : mass_(mass) {
         bool possible = mass > 0 && std::isfinite(mass);
         if constexpr (D == 2) {
@@ -60,7 +61,7 @@ public:
     double mass() const { return mass_; }
     Vec<double, D> velocity() const { return momentum * (1 / mass_); }
     Axial<double, D> angular_velocity() const { return angular_velocity_at(rotation); }
-    /// Of the motion [J].
+    /// Kinetic energy [J].
     double kinetic_energy() const {
         const auto w = angular_velocity();
         double turning = 0;
@@ -71,6 +72,7 @@ public:
         return 0.5 * (dot(momentum, momentum) / mass_ + turning);
     }
 
+    /// Adds an impulse.
     /// \param impulse          [N s]
     /// \param angular_impulse  about the centre of mass [N m s]
     void push(const Vec<double, D>& impulse, const Axial<double, D>& angular_impulse = {}) {
@@ -78,14 +80,14 @@ public:
         angular_momentum += angular_impulse;
     }
 
-    /// Goes on for dt [s] without forces.
+    /// Moves for a time dt [s] without forces.
     void move(double dt) {
         position += velocity() * dt;
         const auto halfway = turned(rotation, angular_velocity() * (dt / 2));
         rotation = turned(rotation, angular_velocity_at(halfway) * dt);
     }
 
-    /// Puts a collider, whose origin is the centre of mass, where the body is, with its motion.
+    /// Gives a collider the body's position, rotation and velocities. The collider's origin is the centre of mass.
     template <class Collider>
     void place(Collider& collider) const {
         collider.position = position;
@@ -108,7 +110,7 @@ private:
     Inertia inverse_inertia_;
 };
 
-/// A ball of a density [kg/m³]; in the plane a disc [kg/m²].
+/// A ball with this density [kg/m³] and radius [m]; in 2D a disc, with a density in kg/m².
 template <int D>
 RigidBody<D> ball(double density, double radius) {
     if constexpr (D == 2) {

@@ -1,4 +1,4 @@
-/// \file How far a body has turned: the rotation that fits its particles best.
+/// \file Computes how far a body has turned, from the rotation that fits its particles best.
 #pragma once
 
 #include <firn/core/tensor.hpp>

@@ -3,8 +3,8 @@
 
 namespace example {
 
-/// Calls body(y) for each row y, on all threads where OpenMP is on. The body writes to its own row only, so the image
-/// is the same for any number of threads.
+/// Calls body(y) for each row y, on all threads if OpenMP is on. The body must write to its own row only, so that the
+/// image is the same for any number of threads.
 template <class Body>
 void for_rows(int rows, const Body& body) {
 #ifdef _OPENMP

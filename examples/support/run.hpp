@@ -1,4 +1,4 @@
-/// \file What every example does with a simulation: steps, a progress bar, HDF5 states, OBJ files, a picture.
+/// \file Runs a simulation in an example: steps, a progress bar, HDF5 states, OBJ files and a picture.
 #pragma once
 
 #include "support/run_schedule.hpp"
@@ -14,7 +14,7 @@
 
 namespace example {
 
-/// Positions of a material's particles in the order of ids.
+/// Returns the positions of a material's particles [m], in the order of ids.
 template <std::size_t I = 0, class Simulation>
 std::vector<firn::Vec<double, Simulation::dimension>> positions(const Simulation& simulation) {
     const auto& particles = simulation.template set<I>().particles();
@@ -27,23 +27,23 @@ std::vector<firn::Vec<double, Simulation::dimension>> positions(const Simulation
     return points;
 }
 
-/// f(number of the material) for each material of the simulation; the number is a compile-time constant.
+/// Calls f(number) for each material of the simulation. The number is a compile-time constant.
 template <class Simulation, class F>
 void for_materials(const F& f) {
     firn::unroll<int(Simulation::material_count)>(
         [&](auto i) { f(std::integral_constant<std::size_t, std::size_t(i)>{}); });
 }
 
-/// How a picture is coloured, and what it shows besides particles: the surfaces of solids, as points.
+/// The colours of a picture, and points that it shows besides the particles, such as surfaces of solids.
 template <int D>
 struct Scenery {
     std::vector<firn::Vec<double, D>> points{};
     Colour solid = slate;
     std::vector<Colour>
-        colours{};  ///< of the materials; of one material, of its bodies; or none: in the palette's order
+        colours{};  ///< of materials, or of bodies if there is one material; if empty, in the palette's order
 };
 
-/// The nets of a simulation's I-th material as surfaces of one colour.
+/// Adds the nets of a simulation's I-th material as surfaces of one colour.
 template <std::size_t I, class Simulation>
 void add_nets(Surface& surface, const Simulation& simulation, std::uint8_t colour) {
     const auto& particles = simulation.template set<I>().particles();
@@ -58,7 +58,8 @@ void add_nets(Surface& surface, const Simulation& simulation, std::uint8_t colou
     }
 }
 
-/// A cloud of all particles, nets as surfaces: a colour for each material, or, of one material, for each body.
+/// Returns all particles as a cloud, with nets as surfaces. Each material has its own colour or, if there is only one,
+/// each body.
 template <class Simulation>
 Cloud cloud_of(const Simulation& simulation, double spacing, const Scenery<Simulation::dimension>& scenery = {}) {
     constexpr int D = Simulation::dimension;
@@ -93,7 +94,7 @@ Cloud cloud_of(const Simulation& simulation, double spacing, const Scenery<Simul
     return cloud;
 }
 
-/// A picture of the particles.
+/// Draws the particles.
 template <class Simulation>
 Image picture(const Simulation& simulation, double spacing, View view = {},
               const Scenery<Simulation::dimension>& scenery = {}) {
@@ -108,8 +109,8 @@ Image picture(const Simulation& simulation, double spacing, View view = {},
     return render(cloud_of(simulation, spacing, scenery), view);
 }
 
-/// Writes the states of a run: OUTPUT/NAME_0000.hdf …, or for each of several materials OUTPUT/NAME_MATERIAL_0000.hdf;
-/// and .obj, if that is wanted.
+/// Writes the states of a run as OUTPUT/NAME_0000.hdf …; with several materials, as OUTPUT/NAME_MATERIAL_0000.hdf …
+/// With --obj it also writes OBJ files.
 template <class Simulation>
 class StatesOfAll {
 public:
@@ -121,11 +122,11 @@ public:
             files_.push_back(options.file(endings_.back() + ".hdf.series"));
         });
     }
-    /// Puts the simulation where its last states are, and goes on with their series.
-    /// \throws firn::io_error  where there are none, or they are of another run
+    /// Restores the simulation from the last states and continues their series.
+    /// \throws firn::io_error  if there are none, or if they are of another run
     Begun go_on(Simulation& simulation) {
         std::vector<std::vector<firn::SeriesEntry>> states;
-        std::size_t count = std::numeric_limits<std::size_t>::max();  // that all materials have
+        std::size_t count = std::numeric_limits<std::size_t>::max();  // number of states that all materials have
         for (const auto& series : files_) {
             states.push_back(states_to_go_on_from(series));
             count = std::min(count, states.back().size());
@@ -151,13 +152,13 @@ public:
     void finish() {
         for (auto& series : series_) series->finish();
     }
-    /// What ParaView opens.
+    /// The lists of states, which ParaView opens.
     [[nodiscard]] const std::vector<std::filesystem::path>& files() const { return files_; }
 
 private:
     using Series = firn::BackgroundSeries<typename Simulation::scalar_type>;
     const Options& options_;
-    std::vector<std::string> endings_;  ///< of the files' names: the materials
+    std::vector<std::string> endings_;  ///< "_MATERIAL" in the files' names; "" if there is one material
     std::vector<std::unique_ptr<Series>> series_;
     std::vector<std::filesystem::path> files_;
     int count_ = 0;
@@ -170,9 +171,9 @@ std::size_t particle_count(const Simulation& simulation) {
     return count;
 }
 
-/// Runs the schedule: see run_schedule().
+/// Runs a simulation with run_schedule().
 /// \param after_step  called after every step
-/// \param scenery     scenery() at the end says what the picture shows besides
+/// \param scenery     called at the end; returns what the picture shows besides the particles
 template <class Simulation, class AfterStep, class SceneryAtEnd>
 void run(Simulation& simulation, const Options& options, double spacing, const View& view, const AfterStep& after_step,
          const SceneryAtEnd& scenery) {

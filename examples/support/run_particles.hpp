@@ -1,4 +1,4 @@
-/// \file Runs of particle systems: states with surfaces, pictures of surfaces and of the points that have none.
+/// \file Runs a particle system in an example, with states and pictures of surfaces and points.
 #pragma once
 
 #include "support/run_schedule.hpp"
@@ -12,9 +12,9 @@
 
 namespace example {
 
-/// What is drawn of a system: its facets, in the colour of their first point, and the other points as spheres.
+/// Returns a system's facets, in the colour of their first point, and its other points as spheres.
 /// \param radius     of the spheres; shadows are about as soft
-/// \param colour_of  colour_of(place) of a point
+/// \param colour_of  colour_of(index) of a point
 template <int D, class System, class ColourOf>
 Cloud cloud_of(const System& system, double radius, const ColourOf& colour_of) {
     Cloud cloud;
@@ -35,9 +35,9 @@ Cloud cloud_of(const System& system, double radius, const ColourOf& colour_of) {
     return cloud;
 }
 
-/// Runs the schedule in steps of dt [s]: see run_schedule().
+/// Runs a particle system with run_schedule().
 /// \param step     makes a step
-/// \param picture  the picture at the end
+/// \param picture  draws the picture at the end
 template <class System, class Step, class Picture>
 void run(System& system, const Options& options, const Step& step, const Picture& picture) {
     using S = typename System::scalar_type;

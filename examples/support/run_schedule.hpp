@@ -1,4 +1,4 @@
-/// \file The course of every example's run, whatever it steps: states by the schedule, a progress bar, a picture.
+/// \file Runs any example's steps, with states by the schedule, a progress bar and a picture.
 #pragma once
 
 #include "support/errors.hpp"
@@ -22,17 +22,17 @@ namespace example {
 /// Numbers in the renderer's palette.
 enum Colour : std::uint8_t { coral, teal, amber, indigo, moss, plum, slate, sand, snow };
 
-/// "_0012" + ending, for the name of a file.
+/// Returns "_0012" + ending for the number 12.
 inline std::string numbered(int number, const char* ending) {
     char text[24];
     std::snprintf(text, sizeof text, "_%04d", number);
     return std::string(text) + ending;
 }
 
-/// Waits for the states of a run that ended with an error, and says which are the last.
+/// Waits for the states of a run that ended with an error, and prints the names of the last ones.
 template <class Finish>
 void say_last_states(int states, const Finish& finish, const std::vector<std::filesystem::path>& series) {
-    std::cerr << std::endl;  // the progress bar's line ends
+    std::cerr << std::endl;  // ends the line of the progress bar
     try {
         finish();
     } catch (const std::exception& problem) {
@@ -48,28 +48,28 @@ void say_last_states(int states, const Finish& finish, const std::vector<std::fi
     std::cerr << std::endl;
 }
 
-/// The states of a series.
-/// \throws firn::io_error  where there are none to go on from
+/// Returns the states of a series.
+/// \throws firn::io_error  if there are none
 inline std::vector<firn::SeriesEntry> states_to_go_on_from(const std::filesystem::path& series) {
     auto states = firn::read_series(series);
     if (states.empty()) throw firn::io_error(firn::sentence("There is no state in ", series, " to go on from."));
     return states;
 }
 
-/// What of a run has been done before.
+/// The part of a run that was done before a restart.
 struct Begun {
     std::int64_t steps = 0;
     int states = 0;  ///< in its series
 };
 
-/// Runs the schedule, or the rest of it. The first state is written before the first step, the last after the last; at
-/// the end a picture. Ctrl-C (or SIGTERM) ends the run early, with a state and a picture of where it is. A step that
-/// throws ends it with the states before, the last of them named.
-/// \param begun    after a restart; else nothing
+/// Runs the schedule, or the rest of it. It writes states before the first step and by the schedule, and a picture at
+/// the end. Ctrl-C (or SIGTERM) ends the run early, with a state and a picture. If a step throws, the earlier states
+/// are finished, and the name of the last one is printed.
+/// \param begun    the part that was done before a restart
 /// \param write    writes a state
 /// \param finish   returns when all states are on disk
 /// \param step     makes a step
-/// \param picture  the picture at the end
+/// \param picture  draws the picture at the end
 /// \param series   the lists of the states, which ParaView opens
 template <class Write, class Finish, class Step, class Picture>
 void run_schedule(const Options& options, std::int64_t particles, const Begun& begun, const Write& write,

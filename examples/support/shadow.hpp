@@ -1,5 +1,5 @@
-/// \file Soft shadows, both by percentage-closer filtering (Reeves, Salesin and Cook 1987): of the particles on
-/// themselves by a map of depths seen from the light, and of the particles on a plane by a summed-area table.
+/// \file Soft shadows by percentage-closer filtering (Reeves, Salesin and Cook 1987). Shadows of particles on particles
+/// use a map of depths seen from the light; those on a plane use a summed-area table.
 #pragma once
 
 #include "splat.hpp"
@@ -10,7 +10,7 @@
 
 namespace example {
 
-/// What the light sees of the particles.
+/// The depths of the particles, seen from the light.
 class ShadowMap {
 public:
     /// `softness`: the half-width of the shadow's edge in units of the scene.
@@ -50,7 +50,7 @@ private:
         camera.eye = bounds.centre() + to_light * (2.0F * extent);
         return camera;
     }
-    // A blocker counts fully only from two radii before the point on: between grains there is no shadow.
+    // A blocker counts fully only if it is two radii or more before the point, so that grains do not shade each other.
     [[nodiscard]] float lit_at(float x, float y, float depth) const {
         const auto i = static_cast<int>(std::floor(x));
         const auto j = static_cast<int>(std::floor(y));
@@ -65,19 +65,20 @@ private:
     Buffer<float> depth_;
 };
 
-/// A plane that shadows fall on: an origin, two unit vectors in it and its normal.
+/// A plane that receives shadows: an origin, two unit vectors in the plane, and its normal.
 struct Plane {
     Vec3 origin, u, v, normal;
 
     [[nodiscard]] float height(const Vec3& p) const { return firn::dot(p - origin, normal); }
 };
 
-/// The particles' shadow on a plane, harder where they touch it. All that is above the plane casts a shadow on all
-/// of it, so the edge may be as wide as one likes: a mean over a square, from a summed-area table (Crow 1984), whose
-/// width grows with the mean height of what casts the shadow (Fernando 2005).
+/// The particles' shadow on a plane, sharper where they touch it. It is a mean over a square, from a summed-area table
+/// (Crow 1984), so its edge may have any width. The width grows with the mean height of the particles that cast the
+/// shadow (Fernando 2005).
 class PlaneShadow {
 public:
-    /// `opening`: the width of the edge over the height of its cause. `least`: its least width.
+    /// \param opening  width of the shadow's edge over the height of the particles that cast it
+    /// \param least    smallest width of the edge
     PlaneShadow(const std::vector<std::array<float, 3>>& positions, float radius, const Plane& plane,
                 const Vec3& to_light, float opening, float least)
         : plane_(plane), opening_(opening), least_(least) {
@@ -153,7 +154,7 @@ private:
 
     static std::size_t place(int x, int y) { return static_cast<std::size_t>(y * (size + 1) + x); }
     [[nodiscard]] const Sum& table(int x, int y) const { return sums_[place(x, y)]; }
-    // The table between its entries: the sum over [0, x] × [0, y] with broken texels in proportion.
+    // The sum over [0, x] × [0, y]; texels that are partly inside count in proportion.
     [[nodiscard]] Sum until(float x, float y) const {
         x = std::clamp(x, 0.0F, static_cast<float>(size));
         y = std::clamp(y, 0.0F, static_cast<float>(size));

@@ -1,4 +1,4 @@
-/// \file Surfaces of solids, and of what particle systems carry, as triangles for the renderer.
+/// \file Makes triangles for the renderer from the surfaces of solids and meshes.
 #pragma once
 
 #include "support/triangles.hpp"
@@ -9,7 +9,7 @@
 
 namespace example {
 
-/// A picture's point.
+/// Converts a point for the renderer.
 template <class S, int D>
 std::array<float, 3> drawn(const firn::Vec<S, D>& x) {
     return {float(x[0]), float(x[1]), D == 3 ? float(x[D - 1]) : 0.0F};
@@ -27,9 +27,9 @@ inline void add_mesh(Surface& surface, const firn::TriangleMesh& mesh, std::uint
         add_triangle(surface, {first + std::uint32_t(a), first + std::uint32_t(b), first + std::uint32_t(c)}, colour);
 }
 
-/// Triangles of the unit sphere, all of about one size: an octahedron whose edges are cut in `parts`.
+/// A sphere of triangles of about the same size: an octahedron with each edge cut into `parts`, moved to the sphere.
 inline firn::TriangleMesh sphere_mesh(const firn::Vec<double, 3>& centre, double radius, int parts = 24) {
-    // Over the square |x| + |z| ≤ 1 lie two pyramids; rows of a lattice on it, rounded.
+    // The octahedron is two pyramids over the square |x| + |z| ≤ 1, which has a lattice of points.
     firn::TriangleMesh mesh;
     std::vector<std::int32_t> places;
     const int side = 2 * parts + 1;
@@ -42,7 +42,7 @@ inline firn::TriangleMesh sphere_mesh(const firn::Vec<double, 3>& centre, double
             for (int i = 0; i < side; ++i) {
                 const int a = i - parts, b = j - parts, height = parts - std::abs(a) - std::abs(b);
                 if (height < 0) continue;
-                if (up < 0 && height == 0) {  // the seam belongs to both
+                if (up < 0 && height == 0) {  // both pyramids share this edge
                     place(i, j) = places[std::size_t(i + side * j)];
                     continue;
                 }
@@ -52,7 +52,7 @@ inline firn::TriangleMesh sphere_mesh(const firn::Vec<double, 3>& centre, double
             }
         for (int j = 0; j + 1 < side; ++j)
             for (int i = 0; i + 1 < side; ++i) {
-                // Along the fold between two faces of the octahedron cells are cut on it.
+                // Cells are cut along the edge between two faces of the octahedron.
                 const bool rising = (i < parts) != (j < parts);
                 const std::array<std::int32_t, 4> q{place(i, j), place(i + 1, j), place(i + 1, j + 1), place(i, j + 1)};
                 for (const auto& t : rising ? std::array<std::array<int, 3>, 2>{{{0, 2, 1}, {0, 3, 2}}}

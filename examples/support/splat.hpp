@@ -1,4 +1,4 @@
-/// \file Particles drawn as spheres into a buffer of depths and particle numbers, and the smoothing of those depths.
+/// \file Draws particles as spheres into buffers of depths and particle numbers, and smooths the depths.
 #pragma once
 
 #include "camera.hpp"
@@ -15,7 +15,7 @@ namespace example {
 
 constexpr float far_away = std::numeric_limits<float>::infinity();
 
-/// A picture's worth of values, row by row from the top.
+/// One value per pixel, row by row from the top.
 template <class T>
 struct Buffer {
     int width, height;
@@ -29,15 +29,15 @@ struct Buffer {
 };
 
 struct Splats {
-    Buffer<float> depth;          ///< of the nearest sphere; far_away where there is none
-    Buffer<std::uint32_t> owner;  ///< the number of its particle
+    Buffer<float> depth;          ///< of the nearest sphere, or far_away
+    Buffer<std::uint32_t> owner;  ///< number of the nearest sphere's particle
 };
 
 inline bool finite(const std::array<float, 3>& p) {
     return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
 }
 
-/// Calls paint(x, y, q) for each pixel of the disc, with q its squared distance from the middle in radii (0 … 1).
+/// Calls paint(x, y, q) for each pixel of the disc. q is its squared distance from the middle in radii (0 to 1).
 template <class Paint>
 void for_disc(float x, float y, float radius, int width, int height, const Paint& paint) {
     if (!(x + radius >= 0.0F && y + radius >= 0.0F && x - radius <= static_cast<float>(width) &&
@@ -82,10 +82,10 @@ inline Splats splat(const std::vector<std::array<float, 3>>& positions, float ra
     return splats;
 }
 
-/// A bilateral filter (Tomasi and Manduchi 1998), along rows and then columns: neighbours count by a Gaussian of
-/// `sigma` pixels and, with δ their difference in depth, by (1 − δ² / range²)². The depth that guides it may be what
-/// is filtered: this is what turns a heap of spheres into a surface. A wide filter takes every few pixels only; a
-/// second one of a third of its width takes out the pattern that this leaves.
+/// A bilateral filter (Tomasi and Manduchi 1998), along rows and then columns. The weight of a neighbour is a Gaussian
+/// of `sigma` pixels times (1 − δ² / range²)², where δ is the difference in depth. Filtering the depths themselves
+/// turns a heap of spheres into a surface. A wide filter uses only some of the pixels; a second filter of a third of
+/// the width removes the pattern that this leaves.
 template <class T>
 void smooth(Buffer<T>& values, const Buffer<float>& guide, float sigma, float range) {
     if (sigma < 0.3F) return;
@@ -129,8 +129,8 @@ void smooth(Buffer<T>& values, const Buffer<float>& guide, float sigma, float ra
     }
 }
 
-/// The unit normal of the surface under a pixel, towards the camera. Of the two neighbours in each direction the one
-/// of nearer depth is taken, so that silhouettes stay sharp.
+/// The unit normal of the surface under a pixel, towards the camera. In each direction it uses the neighbour with the
+/// more similar depth, so that silhouettes stay sharp.
 inline Vec3 surface_normal(const Buffer<float>& depth, const Camera& camera, int x, int y) {
     const float here = depth.row(y)[x];
     const auto at = [&](int i, int j) { return depth.holds(i, j) ? depth.row(j)[i] : far_away; };

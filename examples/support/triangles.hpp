@@ -1,4 +1,4 @@
-/// \file Triangles drawn into a buffer of depths, normals and triangle numbers; points on them that cast their shadows.
+/// \file Draws triangles into buffers of depths, normals and triangle numbers, and makes points to cast their shadows.
 #pragma once
 
 #include "splat.hpp"
@@ -12,11 +12,11 @@
 
 namespace example {
 
-/// Surfaces, seen from both sides. A triangle with a corner that is not finite is skipped.
+/// Surfaces that are visible from both sides. A triangle with a corner that is not finite is skipped.
 struct Surface {
     std::vector<std::array<float, 3>> vertices;
-    std::vector<std::array<std::uint32_t, 3>> triangles;  ///< by their vertices
-    std::vector<std::uint8_t> colour;  ///< a number in the palette for each triangle; or empty: all 0
+    std::vector<std::array<std::uint32_t, 3>> triangles;  ///< three vertex numbers each
+    std::vector<std::uint8_t> colour;                     ///< number in the palette for each triangle, or empty for 0
 
     [[nodiscard]] std::array<Vec3, 3> corners(std::size_t triangle) const {
         std::array<Vec3, 3> x;
@@ -32,17 +32,17 @@ struct Surface {
     }
 };
 
-/// What is seen of a surface.
+/// The visible part of a surface, per pixel.
 struct SurfaceRaster {
-    Buffer<float> depth;          ///< far_away where there is none
-    Buffer<std::uint32_t> owner;  ///< the number of the triangle
-    Buffer<Vec3> normal;          ///< unit vectors towards the eye
+    Buffer<float> depth;          ///< far_away if there is no triangle
+    Buffer<std::uint32_t> owner;  ///< number of the triangle
+    Buffer<Vec3> normal;          ///< unit normals towards the eye
 };
 
 namespace detail {
 
-/// For each corner of each triangle: the mean around the vertex by area, or, where the surface bends by more than 32°
-/// there, the triangle's own, so that edges stay sharp.
+/// Returns a normal for each corner of each triangle: the mean around the vertex, weighted by area. If the surface
+/// bends by more than 32° there, it is the triangle's normal, so that edges stay sharp.
 inline std::vector<std::array<Vec3, 3>> corner_normals(const Surface& surface) {
     std::vector<Vec3> sums(surface.vertices.size(), Vec3{});
     std::vector<Vec3> own(surface.triangles.size(), Vec3{});
@@ -63,8 +63,8 @@ inline std::vector<std::array<Vec3, 3>> corner_normals(const Surface& surface) {
     return normals;
 }
 
-/// On which side of the line from a to b a point lies: positive, negative or 0, in proportion to its distance. The line
-/// from b to a gives exactly the negative, however numbers are rounded: between two triangles is no gap.
+/// A point's signed distance from the line from a to b, times a constant. The line from b to a gives exactly the
+/// negative value, in spite of rounding, so that there is no gap between two triangles.
 inline float side(const Projected& a, const Projected& b, float x, float y) {
     if (std::pair(b.x, b.y) < std::pair(a.x, a.y)) return -side(b, a, x, y);
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
@@ -72,7 +72,7 @@ inline float side(const Projected& a, const Projected& b, float x, float y) {
 
 }  // namespace detail
 
-/// Draws the triangles. Those that reach behind the eye are left out.
+/// Draws the triangles, except those that reach behind the eye.
 inline SurfaceRaster rasterise(const Surface& surface, const Camera& camera, int width, int height) {
     SurfaceRaster raster{{width, height, far_away}, {width, height, 0}, {width, height, Vec3{}}};
     const auto normals = detail::corner_normals(surface);
@@ -100,7 +100,7 @@ inline SurfaceRaster rasterise(const Surface& surface, const Camera& camera, int
             for (int x = x_begin; x <= x_end; ++x) {
                 const float px = static_cast<float>(x) + 0.5F;
                 const float py = static_cast<float>(y) + 0.5F;
-                std::array<float, 3> weight{};  // on the screen; then in space
+                std::array<float, 3> weight{};  // on the screen, later in space
                 float sum = 0.0F;
                 bool inside = true;
                 for (std::size_t k = 0; k < 3; ++k) {
@@ -121,7 +121,7 @@ inline SurfaceRaster rasterise(const Surface& surface, const Camera& camera, int
                 const Vec3 to_eye = camera.orthographic ? camera.forward * -1.0F
                                                         : normalised(camera.eye - camera.unproject(px, py, depth));
                 normal = normalised(normal);
-                // The side that is seen is the triangle's; near its silhouette a smooth normal may say otherwise.
+                // The triangle decides which side is visible; near a silhouette the smooth normal may be wrong.
                 const Vec3 own = cross(corners[1] - corners[0], corners[2] - corners[0]);
                 if (firn::dot(own, to_eye) < 0.0F) normal = normal * -1.0F;
                 raster.normal.row(y)[x] =
@@ -132,7 +132,7 @@ inline SurfaceRaster rasterise(const Surface& surface, const Camera& camera, int
     return raster;
 }
 
-/// Points on the triangles, at most `spacing` apart: as spheres of that radius they cover them.
+/// Returns points on the triangles, at most `spacing` apart. Spheres of this radius cover the triangles.
 inline std::vector<std::array<float, 3>> points_on(const Surface& surface, float spacing) {
     std::vector<std::array<float, 3>> points;
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {

@@ -1,3 +1,3 @@
-/// \file Of the library firn::compiled: the common simulation in 2D.
+/// \file Compiles the common simulation in 2D for the library firn::compiled.
 #define FIRN_COMPILES 2
 #include <firn/simulation.hpp>

@@ -1,3 +1,3 @@
-/// \file Of the library firn::compiled: the common simulation in 3D.
+/// \file Compiles the common simulation in 3D for the library firn::compiled.
 #define FIRN_COMPILES 3
 #include <firn/simulation.hpp>

@@ -1,3 +1,3 @@
-/// \file Of the library firn::compiled_hdf5: states of the common simulations.
+/// \file Compiles the states of the common simulations for the library firn::compiled_hdf5.
 #define FIRN_COMPILES 0
 #include <firn/io/states.hpp>

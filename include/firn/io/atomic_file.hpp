@@ -1,7 +1,7 @@
-/// \file A file that appears whole or not at all: written under a temporary name, then renamed.
+/// \file Writes a file under a temporary name and renames it, so that it appears whole or not at all.
 ///
-/// A reader (or a run that goes on after a power cut) sees the old file or the new one, never a half. The order that
-/// promises it: write, fsync the file, rename, fsync the folder (POSIX rename is atomic within one file system).
+/// A reader sees the old file or the new one, never a half, even after a power cut. The order ensures this: write,
+/// fsync the file, rename, fsync the folder. (POSIX rename is atomic within one file system.)
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -25,7 +25,7 @@ namespace detail {
     throw io_error(sentence(what, " ", path, " failed: ", std::strerror(code), "."));
 }
 
-/// Closes on every way out; a failed close is reported by close() only.
+/// Owns a file descriptor. The destructor closes it, too, but only close() reports a failure.
 class FileDescriptor {
 public:
     FileDescriptor(const std::filesystem::path& path, int flags, const char* what) {
@@ -40,7 +40,7 @@ public:
         if (fd_ >= 0) ::close(fd_);
     }
     int get() const { return fd_; }
-    /// Not tried again on EINTR: Linux has released the descriptor by then.
+    /// Does not try again after EINTR, because Linux has released the descriptor by then.
     void close(const std::filesystem::path& path) {
         if (::close(std::exchange(fd_, -1)) != 0 && errno != EINTR) throw_io("Closing", path, errno);
     }
@@ -56,7 +56,7 @@ inline void sync_to_disk(int fd, const std::filesystem::path& path) {
     }
 }
 
-/// Folders of some file systems cannot be synced (EINVAL, ENOTSUP): nothing more can be done there.
+/// Syncs the folder of `path`. Does nothing on file systems that cannot sync folders (EINVAL, ENOTSUP).
 inline void sync_folder_of(const std::filesystem::path& path) {
     const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
     FileDescriptor fd(folder, O_RDONLY | O_DIRECTORY, "Opening the folder");
@@ -79,20 +79,25 @@ inline void rename_and_sync_folder(const std::filesystem::path& temporary, const
 
 }  // namespace detail
 
-/// `NAME.tmp.PID` beside `NAME`: the same file system, no other process's name, and an ending that no program that
-/// looks for states or meshes takes for a finished file.
+/// Returns the temporary name `NAME.tmp.PID` for the file `NAME`, in the same folder.
+///
+/// The name is on the same file system, differs between processes, and its ending is not that of a finished file, so
+/// programs that look for states or meshes ignore it.
 inline std::filesystem::path temporary_name(const std::filesystem::path& path) {
     auto name = path;
     name += ".tmp." + std::to_string(::getpid());
     return name;
 }
 
-/// Puts a file that another library wrote and closed in its place: fsync, rename over `path`, fsync the folder.
-/// Both must lie in one folder. On failure `temporary` is removed and an io_error thrown; what stood under `path`
-/// before is untouched, unless only the folder's fsync failed: then the new file stands there, not yet surely on disk.
+/// Moves a closed file to its final name: fsync, rename over `path`, fsync the folder. Use it for a file that another
+/// library wrote.
+/// \param temporary  the file as written; removed on failure
+/// \param path       its final name, in the same folder
+/// \throws io_error  if a call fails. The old file at `path` is then untouched. If only the folder's fsync failed, the
+///                   new file is at `path`, but may not be on disk yet.
 inline void sync_and_rename(const std::filesystem::path& temporary, const std::filesystem::path& path) {
     try {
-        // Read and write: some file systems refuse to sync a descriptor that cannot write.
+        // Opened for writing, too: some file systems refuse to sync a read-only descriptor.
         detail::FileDescriptor fd(temporary, O_RDWR, "Opening");
         detail::sync_to_disk(fd.get(), temporary);
         fd.close(temporary);
@@ -104,10 +109,11 @@ inline void sync_and_rename(const std::filesystem::path& temporary, const std::f
     }
 }
 
-/// Writes bytes to a temporary file; commit() puts it in its place. Without a commit the destructor removes it.
+/// Writes bytes to a temporary file. commit() renames it to its final name; without it the destructor removes the file.
 class AtomicFile {
 public:
-    /// Opens the temporary file. Throws io_error where the folder is missing or not writable.
+    /// Opens the temporary file.
+    /// \throws io_error  if the folder is missing or not writable
     explicit AtomicFile(std::filesystem::path path)
         : path_(std::move(path)),
           temporary_(temporary_name(path_)),
@@ -123,6 +129,8 @@ public:
         std::filesystem::remove(temporary_, ignored);
     }
 
+    /// Appends bytes, through a buffer.
+    /// \throws io_error  if writing fails
     void write(std::string_view bytes) {
         if (buffer_.size() + bytes.size() > buffer_bytes) flush();
         if (bytes.size() > buffer_bytes)
@@ -131,9 +139,10 @@ public:
             buffer_ += bytes;
     }
 
-    /// After it returns the file stands whole under its name and is on disk.
+    /// Finishes the file: when commit() returns, the whole file has its final name and is on disk.
+    /// \throws io_error  if a call fails, or if the file was committed before
     void commit() {
-        if (!pending_) throw io_error(sentence("The file ", path_, " was committed before; open a new one."));
+        if (!pending_) throw io_error(sentence("The file ", path_, " was already committed; open a new one."));
         flush();
         detail::sync_to_disk(fd_.get(), temporary_);
         fd_.close(temporary_);
@@ -141,8 +150,8 @@ public:
         pending_ = false;
     }
 
-    const std::filesystem::path& path() const { return path_; }
-    const std::filesystem::path& temporary() const { return temporary_; }
+    const std::filesystem::path& path() const { return path_; }            ///< The final name.
+    const std::filesystem::path& temporary() const { return temporary_; }  ///< The temporary name.
 
 private:
     static constexpr std::size_t buffer_bytes = std::size_t(1) << 16;

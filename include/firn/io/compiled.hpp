@@ -1,4 +1,4 @@
-/// \file What a program may leave to the library firn::compiled_hdf5: states of the common simulations.
+/// \file Declares the functions that the library firn::compiled_hdf5 holds: states of the common simulations.
 #pragma once
 
 #include <firn/io/restart.hpp>

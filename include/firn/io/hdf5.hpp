@@ -1,7 +1,6 @@
-/// \file HDF5's C interface with owners that close, results that are checked and errors that speak.
+/// \file Wraps HDF5's C interface: handles that close, checked results, and clear errors.
 ///
-/// Functions here throw io_error with what was tried and HDF5's own words; whoever knows the file adds its name
-/// (`naming_file`).
+/// The functions throw io_error, which says what was tried and HDF5's reason. naming_file() adds the file's name.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -27,9 +26,11 @@
 
 namespace firn::hdf5 {
 
-/// While it lives HDF5 does not print its errors: they come as exceptions. Puts back what was set before.
+/// Stops HDF5 from printing its errors while it lives, because firn throws them. The destructor restores HDF5's former
+/// setting.
 class Quiet {
 public:
+    /// Turns HDF5's error output off.
     Quiet() {
         H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
         H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -43,7 +44,7 @@ private:
     void* data_ = nullptr;
 };
 
-/// HDF5's description of the last failure, the innermost cause (which holds errno and its text).
+/// Returns HDF5's description of the last failure: its innermost cause, which includes errno and its text.
 inline std::string last_error() {
     std::string text;
     const auto keep_first = [](unsigned, const H5E_error2_t* entry, void* out) -> herr_t {
@@ -59,20 +60,29 @@ inline std::string last_error() {
     return text.empty() ? "HDF5 gives no reason" : text;
 }
 
-/// Returns what an HDF5 function returned; throws io_error where that says it failed (all its functions: negative).
+/// Returns the result of an HDF5 function after checking it.
+/// \param result  negative if the function failed, as for all of HDF5's functions
+/// \param tried   what was tried, for the message: "could not TRIED (HDF5's reason)"
+/// \throws io_error  if `result` is negative
 template <std::signed_integral Result>
 Result check(Result result, std::string_view tried) {
     if (result < 0) throw io_error(sentence("could not ", tried, " (", last_error(), ")"));
     return result;
 }
 
-/// Owner of an HDF5 identifier.
+/// Owns an HDF5 identifier.
+/// \tparam Close  HDF5's function that closes it
 template <herr_t (*Close)(hid_t)>
 class Handle {
 public:
+    /// Owns nothing.
     Handle() = default;
+    /// Takes the result of an HDF5 function.
+    /// \throws io_error  if `id` is negative, saying what was `tried`
     Handle(hid_t id, std::string_view tried) : id_(check(id, tried)) {}
+    /// Takes the identifier of another handle, which then owns nothing.
     Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)) {}
+    /// Swaps the identifiers.
     Handle& operator=(Handle&& other) noexcept {
         std::swap(id_, other.id_);
         return *this;
@@ -81,14 +91,19 @@ public:
         if (id_ >= 0) Close(id_);
     }
 
-    hid_t id() const { return id_; }
-    /// Closing can write what was held back, and so can fail.
+    hid_t id() const { return id_; }  ///< HDF5's identifier; -1 if it owns none.
+    /// Closes the identifier. This can write buffered data, and so can fail.
+    /// \throws io_error  if closing fails, saying what was `tried`
     void close(std::string_view tried) { check(Close(std::exchange(id_, -1)), tried); }
 
 private:
     hid_t id_ = -1;
 };
 
+/// \name Handles of HDF5's objects
+/// @{
+
+/// Owns an HDF5 object of this kind.
 using File = Handle<H5Fclose>;
 using Group = Handle<H5Gclose>;
 using Dataset = Handle<H5Dclose>;
@@ -96,10 +111,13 @@ using Dataspace = Handle<H5Sclose>;
 using Datatype = Handle<H5Tclose>;
 using Attribute = Handle<H5Aclose>;
 using Properties = Handle<H5Pclose>;
+/// @}
 
-/// A C++ number's type in memory and in the file (little endian, IEEE).
+/// A C++ number's HDF5 types: `memory()`, `file()` (little endian, IEEE) and `big_endian()`; and its `name` in words.
+/// Defined for float, double, std::uint8_t, std::int32_t, std::int64_t and std::uint64_t.
 template <class T>
 struct Number;
+/// \cond
 #define FIRN_HDF5_NUMBER(type, in_memory, in_file, other_order, words) \
     template <>                                                        \
     struct Number<type> {                                              \
@@ -115,15 +133,16 @@ FIRN_HDF5_NUMBER(std::int32_t, H5T_NATIVE_INT32, H5T_STD_I32LE, H5T_STD_I32BE, "
 FIRN_HDF5_NUMBER(std::int64_t, H5T_NATIVE_INT64, H5T_STD_I64LE, H5T_STD_I64BE, "64-bit integer");
 FIRN_HDF5_NUMBER(std::uint64_t, H5T_NATIVE_UINT64, H5T_STD_U64LE, H5T_STD_U64BE, "64-bit unsigned integer");
 #undef FIRN_HDF5_NUMBER
+/// \endcond
 
-/// Whether a type in a file is the number T, in either byte order.
+/// Returns whether a type in a file is the number T, in either byte order.
 template <class T>
 bool is_number(const Datatype& type) {
     return check(H5Tequal(type.id(), Number<T>::file()), "compare types") > 0 ||
            check(H5Tequal(type.id(), Number<T>::big_endian()), "compare types") > 0;
 }
 
-/// The number a type in a file is, in words.
+/// Returns the name of a type in a file, for messages, such as "64-bit float".
 inline std::string_view type_name(const Datatype& type) {
     if (is_number<float>(type)) return Number<float>::name;
     if (is_number<double>(type)) return Number<double>::name;
@@ -134,14 +153,15 @@ inline std::string_view type_name(const Datatype& type) {
     return H5Tget_class(type.id()) == H5T_STRING ? "string" : "type that firn does not know";
 }
 
-/// HDF5's library serves one thread at a time. firn holds this while it is in it; a program that calls HDF5 itself
-/// while a BackgroundSeries writes holds it, too.
+/// Returns the mutex that firn locks while it calls HDF5, because HDF5 serves one thread at a time. A program that
+/// calls HDF5 itself while a BackgroundSeries writes must lock it, too.
 inline std::mutex& library() {
     static std::mutex one;
     return one;
 }
 
-/// Runs f alone in HDF5, with HDF5 quiet, and puts the file's name before what it throws as io_error.
+/// Calls `f()` with library() locked and HDF5 quiet, and returns its result.
+/// \throws io_error  if `f` throws one; the message then begins with the file's name
 template <class F>
 auto naming_file(const std::filesystem::path& path, F&& f) {
     const std::lock_guard alone(library());

@@ -1,8 +1,8 @@
-/// \file An HDF5 file built in memory and written by us, in one pass.
+/// \file Builds an HDF5 file in memory and writes it in one pass.
 ///
-/// Why not let HDF5 write: after a failed write (a full disk) its objects stay open and the program crashes at its end
-/// (1.10.8: in H5F__close_cb from exit), and H5Fclose can return success. In memory nothing fails; the disk is left to
-/// AtomicFile, which reports all. Large arrays are not copied: HDF5 only gives them their place in the file.
+/// HDF5 does not write to the disk itself: after a failed write (a full disk) its objects stay open, the program
+/// crashes when it ends (1.10.8: in H5F__close_cb from exit), and H5Fclose can return success. AtomicFile writes
+/// instead and reports every failure. Large arrays are not copied; HDF5 only assigns their place in the file.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -22,15 +22,17 @@
 
 namespace firn::hdf5 {
 
-/// HDF5's core driver without a file behind it, in a buffer that we keep when HDF5 closes.
+/// An HDF5 file in memory (HDF5's core driver). Its buffer stays when HDF5 closes the file.
 class MemoryFile {
 public:
-    /// `front`: bytes kept free at the front for all but the arrays, so that the buffer can end where large arrays
-    /// begin. Too few cost memory and time, nothing else.
+    /// Creates an empty file.
+    /// \param front  bytes to reserve at the front for everything but the arrays, so that the buffer can end where
+    ///               large arrays begin; too few only cost memory and time
+    /// \throws io_error  if HDF5 fails
     explicit MemoryFile(std::size_t front) {
         const std::string_view tried = "build it in memory";
         const Properties access(H5Pcreate(H5P_FILE_ACCESS), tried);
-        // The format of HDF5 1.8 carries checksums of everything but the values: a broken file is recognised.
+        // The format of HDF5 1.8 has checksums of everything but the values, so that a broken file is recognised.
         check(H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18), tried);
         constexpr std::size_t growth = std::size_t(1) << 16;
         check(H5Pset_fapl_core(access.id(), growth, false), tried);
@@ -48,13 +50,16 @@ public:
         std::free(data_);
     }
 
-    hid_t id() const { return file_.id(); }
+    hid_t id() const { return file_.id(); }  ///< HDF5's identifier of the file.
 
-    /// Afterwards bytes() holds all that HDF5 has written.
+    /// Closes the file. bytes() then has everything that HDF5 wrote.
+    /// \throws io_error  if HDF5 fails
     void close() { file_.close("build it in memory"); }
-    std::span<const std::byte> bytes() const { return {data_, size_}; }
+    std::span<const std::byte> bytes() const { return {data_, size_}; }  ///< The buffer; complete after close().
 
-    /// The length that the file notes for itself: HDF5 file format 3.0, superblock version 2, end of file address.
+    /// Returns the length that the file records for itself (HDF5 file format 3.0, superblock version 2, end of file
+    /// address).
+    /// \throws io_error  if HDF5 made another superblock
     std::uint64_t noted_length() const {
         constexpr std::size_t version_at = 8, length_at = 28;
         if (size_ < 48 || data_[version_at] != std::byte{2}) {
@@ -90,23 +95,28 @@ private:
     File file_;
 };
 
-/// The bytes of a file to be: what HDF5 built, and arrays with the places it gave them.
+/// The bytes of a file that is to be written: the part that HDF5 built, and large arrays with their places in the file.
 class FileImage {
 public:
-    /// Arrays below this size go through HDF5.
+    /// HDF5 copies arrays of fewer bytes.
     static constexpr std::size_t large = std::size_t(1) << 18;
 
+    /// Creates an empty file, as MemoryFile does.
     explicit FileImage(std::size_t front) : file_(front) {}
 
-    hid_t id() const { return file_.id(); }
+    hid_t id() const { return file_.id(); }  ///< HDF5's identifier of the file.
 
-    /// Whether `values` can be placed: large, and the same bytes in memory and in the file.
+    /// Returns whether place() can take `values`: they are large, and their bytes are the same in memory and in the
+    /// file.
     template <class T>
     static bool can_place(std::span<const T> values) {
         return std::endian::native == std::endian::little && values.size_bytes() >= large;
     }
 
-    /// `dataset`: contiguous, and given its place at creation (H5D_ALLOC_TIME_EARLY). `values` must outlive write().
+    /// Makes write() write `values` at the place of `dataset`, without a copy.
+    /// \param dataset  contiguous, with its place assigned at creation (H5D_ALLOC_TIME_EARLY)
+    /// \param values   must live until write() is done
+    /// \throws io_error  if the dataset has no place of this size
     template <class T>
     void place(const Dataset& dataset, std::span<const T> values) {
         const haddr_t offset = H5Dget_offset(dataset.id());
@@ -116,7 +126,7 @@ public:
         pieces_.push_back({offset, std::as_bytes(values)});
     }
 
-    /// Holds an array until the image is gone.
+    /// Holds an array until the image is destroyed.
     template <class T>
     std::span<const T> keep(std::vector<T> values) {
         auto held = std::make_shared<const std::vector<T>>(std::move(values));
@@ -124,12 +134,15 @@ public:
         return *held;
     }
 
-    /// No more changes afterwards.
+    /// Closes the file. It cannot change afterwards.
+    /// \throws io_error  if HDF5 fails
     void close() {
         file_.close();
         std::sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) { return a.offset < b.offset; });
     }
 
+    /// Writes all bytes. Call close() first.
+    /// \throws io_error  if writing fails
     void write(AtomicFile& file) const {
         std::uint64_t at = 0;
         for (const auto& piece : pieces_) {
@@ -150,7 +163,7 @@ private:
         file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     }
 
-    /// What HDF5 built of the bytes from … to; zero where it has not written.
+    /// Writes the bytes in [from, to) that HDF5 built, and zeros beyond its buffer.
     void write_built(AtomicFile& file, std::uint64_t from, std::uint64_t to) const {
         const auto built = file_.bytes();
         const auto end = std::min<std::uint64_t>(to, built.size());

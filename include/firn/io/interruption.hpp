@@ -1,20 +1,21 @@
-/// \file Ctrl-C and SIGTERM as a question that a run's loop asks, so that it ends with a complete last state.
+/// \file Lets a run's loop check for Ctrl-C and SIGTERM, so that the run can end with a complete last state.
 #pragma once
 
 #include <csignal>
 
 namespace firn {
 
-/// While it lives, SIGINT and SIGTERM only raise a flag:
+/// While it lives, SIGINT and SIGTERM only set a flag:
 ///
 ///     firn::Interruption interruption;
 ///     while (simulation.time() < end && !interruption.requested()) simulation.step();
 ///     series.write(firn::state_of(simulation));
 ///
-/// A second signal of the kind does what it did before: as a rule it ends the program at once. One at a time, on
-/// whatever thread; what stood before comes back at the end.
+/// A second signal of the same kind acts as it did before, and usually ends the program at once. Only one Interruption
+/// may live at a time, on any thread. The destructor restores the former handlers.
 class Interruption {
 public:
+    /// Installs the handlers and clears the flag.
     Interruption() : interrupt_(std::signal(SIGINT, raise_flag)), terminate_(std::signal(SIGTERM, raise_flag)) {
         before(SIGINT) = interrupt_;
         before(SIGTERM) = terminate_;
@@ -27,9 +28,8 @@ public:
         std::signal(SIGTERM, terminate_);
     }
 
-    bool requested() const { return flag() != 0; }
-    /// The signal that came; 0: none.
-    int signal() const { return flag(); }
+    bool requested() const { return flag() != 0; }  ///< Whether a signal arrived.
+    int signal() const { return flag(); }           ///< The last signal that arrived; 0 if none did.
 
 private:
     using Handler = void (*)(int);

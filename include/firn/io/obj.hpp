@@ -1,7 +1,7 @@
-/// \file Wavefront OBJ: closed meshes and bare points read; points and surfaces written (for Houdini and Blender).
+/// \file Reads and writes surfaces and points as Wavefront OBJ files (for Houdini and Blender).
 ///
-/// tinyobjloader reads. What it would pass over in silence (a coordinate that is no number becomes 0, a face of two
-/// vertices or one that names a missing vertex is dropped) is refused here before, with the line.
+/// tinyobjloader reads the files. It silently turns a coordinate that is not a number into 0, and drops a face of two
+/// vertices or with a missing vertex. firn checks the file first and refuses these, with the line's number.
 #pragma once
 
 #include <firn/data/memory.hpp>
@@ -32,7 +32,7 @@ namespace firn {
 
 namespace detail {
 
-/// Walks through an OBJ file's text line by line and refuses what is not plain; counts what a reader must find.
+/// Checks an OBJ file's text line by line, and counts what a reader must find.
 class ObjCheck {
 public:
     ObjCheck(const std::filesystem::path& path, std::string_view text) : path_(path) {
@@ -50,14 +50,14 @@ public:
     }
     std::int64_t vertices() const { return vertices_; }
     std::int64_t faces() const { return faces_; }
-    /// n − 2 for each face of n vertices.
+    /// Number of triangles: n − 2 for each face of n vertices.
     std::int64_t triangles() const { return triangles_; }
 
 private:
     static constexpr std::string_view blanks = " \t";
 
     [[noreturn]] void refuse(const std::string& what) const {
-        throw io_error(sentence("Line ", line_, " of ", path_, " ", what, ". Mend the file."));
+        throw io_error(sentence("Line ", line_, " of ", path_, " ", what, ". Correct the file."));
     }
 
     static std::string_view next_word(std::string_view& line) {
@@ -70,7 +70,7 @@ private:
     void check_line(std::string_view line) {
         const auto keyword = next_word(line);
         if (keyword != "v" && keyword != "f") return;
-        if (line.ends_with('\\')) refuse("goes on in the next line (\\), which is not supported: join the lines");
+        if (line.ends_with('\\')) refuse("continues on the next line (\\), which is not supported; join the lines");
         keyword == "v" ? check_vertex(line) : check_face(line);
     }
 
@@ -103,7 +103,7 @@ private:
                                 "negative ones that count back"));
             }
             if (index < -vertices_) {
-                const auto back = -std::uint64_t(index);  // of the lowest number, too
+                const auto back = -std::uint64_t(index);  // also right for the lowest number
                 refuse(sentence("has a face that counts back by ", back, " vertices, of ", vertices_, " so far"));
             }
             const auto vertex = index > 0 ? index : vertices_ + 1 + index;
@@ -125,7 +125,7 @@ private:
     const std::filesystem::path& path_;
     std::int64_t line_ = 0, vertices_ = 0, faces_ = 0, triangles_ = 0;
     std::int64_t highest_ = 0, highest_line_ = 0;
-    std::vector<std::int64_t> corners_;  // of the face at hand, from 1
+    std::vector<std::int64_t> corners_;  // of the current face, from 1
 };
 
 inline std::string read_text(const std::filesystem::path& path) {
@@ -133,7 +133,7 @@ inline std::string read_text(const std::filesystem::path& path) {
     if (std::filesystem::is_directory(path)) throw io_error(sentence(path, " is a folder; give an OBJ file in it."));
     if (std::filesystem::is_character_file(path) || std::filesystem::is_block_file(path))
         throw io_error(sentence(path, " is a device; give an OBJ file."));
-    std::error_code no_size;  // of a pipe
+    std::error_code no_size;  // a pipe has none
     const auto size = std::filesystem::file_size(path, no_size);
     if (!no_size)
         require_memory(4 * double(size), sentence("Reading ", path, " of ", size, " bytes"), "Give a smaller mesh.");
@@ -146,7 +146,7 @@ inline std::string read_text(const std::filesystem::path& path) {
     return std::move(text).str();
 }
 
-/// The mesh as tinyobjloader reads it, every polygon cut into triangles.
+/// Reads a mesh with tinyobjloader, which cuts every polygon into triangles.
 inline TriangleMesh parse_obj(const std::filesystem::path& path, const std::string& text) {
     firn_tinyobj::attrib_t attributes;
     std::vector<firn_tinyobj::shape_t> shapes;
@@ -173,18 +173,19 @@ inline TriangleMesh parse_obj(const std::filesystem::path& path, const std::stri
 
 }  // namespace detail
 
-/// Reads a surface; polygons are cut into triangles, groups and objects become one mesh, materials are not read.
-/// Coordinates are those of the file to a few units in the last place (tinyobjloader's number reader).
-/// Throws io_error, with the line, for a missing or empty file and for vertices or faces that are not plain and
-/// complete; mesh_error for a file without faces and for polygons that cannot be cut. Whether the surface is closed
-/// is checked where it is filled (check_closed()).
+/// Reads a surface from an OBJ file. Polygons are cut into triangles, groups and objects become one mesh, and materials
+/// are ignored. Coordinates are exact to a few units in the last place (tinyobjloader's number reader).
+///
+/// The surface need not be closed; functions that fill it check this (check_closed()).
+/// \throws io_error    if the file is missing or empty, or if a vertex or face is malformed; the message has the line
+/// \throws mesh_error  if the file has no faces, or a polygon that cannot be cut
 inline TriangleMesh read_obj(const std::filesystem::path& path) {
     const auto text = detail::read_text(path);
     const detail::ObjCheck found(path, text);
     if (found.vertices() == 0) throw io_error(sentence(path, " has no vertex (no line \"v x y z\"). Give a mesh."));
     if (found.faces() == 0) {
         throw mesh_error(sentence(path, " has ", found.vertices(),
-                                  " vertices and no face. Give a surface, or take the vertices as points by "
+                                  " vertices and no face. Give a surface, or read the vertices as points with "
                                   "read_obj_points()."));
     }
     auto mesh = detail::parse_obj(path, text);
@@ -192,14 +193,15 @@ inline TriangleMesh read_obj(const std::filesystem::path& path) {
         std::int64_t(mesh.triangles.size()) != found.triangles()) {
         throw mesh_error(sentence(path, " should give ", found.vertices(), " vertices and ", found.triangles(),
                                   " triangles, but gave ", mesh.vertices.size(), " and ", mesh.triangles.size(),
-                                  ": some polygons intersect themselves or have no area. Triangulate it before."));
+                                  ": some polygons intersect themselves or have no area. Triangulate the mesh first."));
     }
     check_mesh(mesh);
     return mesh;
 }
 
-/// Reads a file of bare points (lines `v x y z`), as written by write_obj_points(). Throws io_error as read_obj(),
-/// and where there are faces: is it a surface to fill (read_obj(), sample_mesh()) or are its vertices meant?
+/// Reads a file of bare points (lines `v x y z`), as write_obj_points() writes it.
+/// \throws io_error  as read_obj(), and if the file has faces. To fill a surface, use read_obj() and sample_mesh(); for
+///                   the vertices alone, use `read_obj(…).vertices`.
 inline std::vector<Vec<double, 3>> read_obj_points(const std::filesystem::path& path) {
     const auto text = detail::read_text(path);
     const detail::ObjCheck found(path, text);
@@ -214,8 +216,9 @@ inline std::vector<Vec<double, 3>> read_obj_points(const std::filesystem::path& 
 
 namespace detail {
 
-/// Lines `v x y z` (z = 0 in 2D) in the fewest digits that give the same number again. \return how many
-/// \throws parameter_error  for a point that is not finite
+/// Writes lines `v x y z` (z = 0 in 2D) with the fewest digits that give the same number when read.
+/// \return the number of points
+/// \throws parameter_error  if a point is not finite
 template <class Points>
 std::size_t write_obj_vertices(AtomicFile& file, const std::filesystem::path& path, Points&& points) {
     std::size_t number = 0;
@@ -223,7 +226,7 @@ std::size_t write_obj_vertices(AtomicFile& file, const std::filesystem::path& pa
     for (const auto& x : points) {
         if (!is_finite(x)) {
             throw parameter_error(sentence("Point ", number, " (from 0) for ", path, " is ", describe(x),
-                                           "; only finite points are written. Look for the step that lost it."));
+                                           "; only finite points can be written. Look for the step that made it so."));
         }
         line = "v";
         for (const auto c : x.v) {
@@ -240,10 +243,11 @@ std::size_t write_obj_vertices(AtomicFile& file, const std::filesystem::path& pa
 
 }  // namespace detail
 
-/// Writes points as lines `v x y z` (z = 0 in 2D) in the fewest digits that give the same number again. The file
-/// appears whole or not at all (AtomicFile). No point is allowed: a frame before anything was emitted.
-/// \param points any range of Vec<float or double, 2 or 3> [m]
-/// Throws parameter_error for a point that is not finite, io_error where writing fails.
+/// Writes points as lines `v x y z` (z = 0 in 2D) with the fewest digits that give the same number when read. The file
+/// appears whole or not at all (AtomicFile). `points` may be empty, as in a frame before the first emission.
+/// \param points  any range of `Vec<float or double, 2 or 3>` [m]
+/// \throws parameter_error  if a point is not finite
+/// \throws io_error         if writing fails
 template <std::ranges::input_range Points>
 void write_obj_points(const std::filesystem::path& path, Points&& points) {
     AtomicFile file(path);
@@ -252,12 +256,13 @@ void write_obj_points(const std::filesystem::path& path, Points&& points) {
     file.commit();
 }
 
-/// Writes a surface: points as write_obj_points(), then a line `f a b c` for each triangle; in 2D `l a b` for an edge.
-/// OBJ counts points from 1.
-/// \param points  any range of Vec<float or double, 2 or 3> [m]
-/// \param facets  any range of three (in 2D two) numbers of points, counted from 0: TriangleMesh::triangles,
+/// Writes a surface: points as write_obj_points() does, then a line `f a b c` for each triangle, in 2D `l a b` for each
+/// edge. In the file, points are counted from 1.
+/// \param points  any range of `Vec<float or double, 2 or 3>` [m]
+/// \param facets  any range of arrays of three (in 2D two) point numbers, counted from 0: TriangleMesh::triangles,
 ///                ParticleSystem::facets, Net::facets
-/// Throws as write_obj_points(), and parameter_error for a facet that names a point that is not there.
+/// \throws parameter_error  if a point is not finite, or if a facet names a point that does not exist
+/// \throws io_error         if writing fails
 template <std::ranges::input_range Points, std::ranges::input_range Facets>
 void write_obj(const std::filesystem::path& path, Points&& points, Facets&& facets) {
     AtomicFile file(path);
@@ -268,7 +273,7 @@ void write_obj(const std::filesystem::path& path, Points&& points, Facets&& face
     for (const auto& facet : facets) {
         static_assert(std::tuple_size_v<std::remove_cvref_t<decltype(facet)>> ==
                           std::size(std::ranges::range_value_t<Points>{}.v),
-                      "firn: a surface is of triangles in 3D, of edges in 2D");
+                      "firn: a surface consists of triangles in 3D and of edges in 2D");
         line = facet.size() == 3 ? "f" : "l";
         for (const auto corner : facet) {
             if (std::cmp_less(corner, 0) || std::cmp_greater_equal(corner, count))
@@ -282,12 +287,14 @@ void write_obj(const std::filesystem::path& path, Points&& points, Facets&& face
     file.commit();
 }
 
-/// Of a mesh.
+/// Writes a mesh.
+/// \throws parameter_error, io_error  as above
 inline void write_obj(const std::filesystem::path& path, const TriangleMesh& mesh) {
     write_obj(path, mesh.vertices, mesh.triangles);
 }
 
-/// Of a state: its points, and its facets where it has some. Throws as the others, and as check_state().
+/// Writes a state's points, and its facets if it has any.
+/// \throws parameter_error, io_error  as above; parameter_error also as check_state()
 template <state_scalar S>
 void write_obj(const std::filesystem::path& path, const State<S>& state) {
     check_state(state);

@@ -1,4 +1,4 @@
-/// \file From a particle system to a state and back: a run that is restored goes on to the same bits.
+/// \file Makes a state from a particle system, and restores the system so that the run goes on with the same bits.
 #pragma once
 
 #include <firn/core/names.hpp>
@@ -14,11 +14,12 @@
 
 namespace firn {
 
-/// The state of point masses: every field of their table that is a number of S, positions [m], velocities [m/s], masses
-/// [kg], …, and which are pinned (1, else 0), in the order of ids. The group of a point stands as its `body`.
-/// \param facets  that name points by their places
-/// \param time    [s]
-/// \throws parameter_error  if a facet names a point that is not there
+/// Returns the state of point masses, in the order of ids: their fields of type S (positions [m], velocities [m/s],
+/// masses [kg], …), and `pinned`, which is 1 or 0. The group of a point becomes its `body`.
+/// \param facets  triangles, in 2D edges, which name points by their index
+/// \param time    time of the state [s]
+/// \param step    number of steps taken
+/// \throws parameter_error  if a facet names a point that does not exist
 template <std::floating_point S, int D>
 State<S> state_of(const PointMasses<S, D>& points, std::type_identity_t<std::span<const Facet<D>>> facets, double time,
                   std::uint64_t step) {
@@ -48,7 +49,7 @@ State<S> state_of(const PointMasses<S, D>& points, std::type_identity_t<std::spa
 
 namespace detail {
 
-/// Numbers of S as whole ones, bit by bit: two of float to each, the first in the upper half.
+/// Stores the bits of numbers of type S in 64-bit integers: one double, or two floats with the first in the upper half.
 template <std::floating_point S, std::size_t N>
 struct WholeNumbers {
     static constexpr std::size_t each = sizeof(std::int64_t) / sizeof(S);
@@ -72,7 +73,7 @@ private:
     static constexpr int shift(std::size_t k) { return each == 1 || k % 2 == 1 ? 0 : 32; }
 };
 
-/// What must be the same for a run to go on.
+/// Attributes that must be equal for a run to go on.
 template <class S, class Integrator, class Boundary>
 std::vector<StateAttribute> system_attributes() {
     return {{"integrator", std::string(name_of<Integrator>())},
@@ -82,7 +83,7 @@ std::vector<StateAttribute> system_attributes() {
 
 inline constexpr std::size_t colours_at_once = sizeof(std::int64_t);
 
-/// A state's numbers, looked at before they are used.
+/// Reads and checks the numbers of a state.
 template <std::floating_point S, int D>
 class SystemReader {
 public:
@@ -118,7 +119,7 @@ public:
         return moment;
     }
 
-    /// \throws io_error  unless it is from `least` to `most`
+    /// \throws io_error  if the parameter is not within [least, most]
     double number(const char* name, double least, double most) const {
         return checked(name, parameter_values(state_, "system", name), 1, least, most)[0];
     }
@@ -135,8 +136,8 @@ public:
     }
 
     static io_error damaged(const std::string& what) {
-        return io_error(sentence("What the state says of '", what,
-                                 "' cannot be, or no run can go on from it. Go on from another state."));
+        return io_error(
+            sentence("The state's '", what, "' is invalid, so no run can go on from it. Go on from another state."));
     }
 
 private:
@@ -152,14 +153,14 @@ private:
         if (given < 0 || given >= count) throw damaged(what);
         return std::uint32_t(given);
     }
-    /// f(row) for each of a table.
+    /// Calls f(row) for each row of a table.
     template <class F>
     void for_rows(const char* name, int columns, const F& f) const {
         const StateTable& rows = table(state_.tables, name, columns);
         for (std::size_t k = 0; k < rows.values.size(); k += std::size_t(columns)) f(rows.values.data() + k);
     }
 
-    /// \throws io_error  unless all values are in the field's range
+    /// \throws io_error  if the field is missing, or if a value is not in the field's range
     std::span<const S> field(const FieldInfo& info) const {
         const StateField<S>* const found = state_.find(info.name);
         if (!found || found->components != info.components(D))
@@ -190,7 +191,8 @@ private:
         points.skip_ids(next_id_);
         return points;
     }
-    /// \throws io_error  if it is none
+    /// Returns the time with these bits.
+    /// \throws io_error  if it is NaN
     static double time(std::int64_t bits) {
         const double value = std::bit_cast<double>(bits);
         if (std::isnan(value)) throw damaged("end");
@@ -227,10 +229,10 @@ private:
 
 }  // namespace detail
 
-/// The state of a system as it is: its points and facets, and all that its steps go by besides what its program made:
-/// until when points live, what constraints tore, what emitters gave, the impulses of contacts; gravity [m/s²],
-/// damping [1/s], iterations, restitution and the boundary's parameters; names of policies.
-/// \throws particle_error  naming the first point that is not finite
+/// Returns the current state of a system, with all that a run needs to go on: points and facets, the points' end times,
+/// torn constraints, what emitters have emitted, contact impulses, gravity [m/s²], damping [1/s], iterations,
+/// restitution, the boundary's parameters, and the names of policies.
+/// \throws particle_error  if a point is not finite; the message names the first one
 template <int D, std::floating_point S, class Integrator, class Boundary>
 State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
     const PointMasses<S, D>& points = system.points;
@@ -270,7 +272,7 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
         packed.values[k / detail::colours_at_once] |=
             std::int64_t(std::uint64_t(colours[k]) << 8 * (k % detail::colours_at_once));
     StateTable gone{"constraints_gone", 1, {constraints.gone.begin(), constraints.gone.end()}};
-    StateTable emitted{"emitted", 2, {}}, emitters{"emitters", 2, {}};  // ids and the bits of ends; births, how many
+    StateTable emitted{"emitted", 2, {}}, emitters{"emitters", 2, {}};  // id, bits of end; births, count
     for (const Emitter<D>& emitter : system.emitters()) {
         emitters.values.insert(emitters.values.end(),
                                {std::bit_cast<std::int64_t>(emitter.births), std::int64_t(emitter.children.size())});
@@ -294,13 +296,18 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
     return state;
 }
 
-/// Goes on from a state: `system` must have been made, up to its first step, as the one that wrote it was: the same
-/// points, forces, constraints, excluded pairs and emitters in the same order, and whether points collide. It takes
-/// over the points as they are, what tore, time and steps; gravity, damping, iterations, restitution and the
-/// boundary's parameters. What else the program says stays as it says. Every further step gives the bits of the run
-/// that wrote the state, for any number of threads.
-/// \param how  what is asked of the state; Restart::converted is not to be had
-/// \throws io_error naming what differs, is missing or cannot be; the system is then as it was
+/// Restores a system from a state, so that the run goes on. Each further step gives the bits of the run that wrote the
+/// state, for any number of threads.
+///
+/// First make the system as for the run that wrote the state, up to its first step: with the same points, forces,
+/// constraints, excluded pairs and emitters in the same order, and with or without collisions alike.
+///
+/// From the state come the points, torn constraints, what emitters have emitted, contact impulses, time and steps,
+/// gravity, damping, iterations, restitution and the boundary's parameters. Everything else is the system's.
+/// \param how  which states are accepted; Restart::converted is not supported
+/// \throws io_error         if something differs, is missing or is invalid, which the message names; the system then
+///                          does not change
+/// \throws parameter_error  if `how` is Restart::converted
 template <int D, std::floating_point S, class Integrator, class Boundary>
 void restore(ParticleSystem<D, S, Integrator, Boundary>& system, const std::type_identity_t<State<S>>& state,
              Restart how = Restart::same_bits) {

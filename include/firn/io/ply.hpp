@@ -1,5 +1,5 @@
-/// \file Writes a state as a PLY file (Turk 1994, binary, little endian), which Blender, MeshLab, Houdini and Open3D
-/// read: points with what fields are asked for, and the facets that the state has.
+/// \file Writes a state's points, chosen fields and facets as a PLY file (Turk 1994, binary, little endian), which
+/// Blender, MeshLab, Houdini and Open3D read.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -23,7 +23,7 @@ void append_little_endian(std::string& bytes, T value) {
     for (std::size_t k = 0; k < sizeof(T); ++k) bytes += char(std::uint8_t(bits >> 8 * k));
 }
 
-/// `velocity_x`, `velocity_y`, … for a vector, `name_0`, `name_1`, … for a matrix, `name` for a number.
+/// Returns `velocity_x`, `velocity_y`, … for a vector, `name_0`, `name_1`, … for a matrix, `name` for a number.
 inline std::string component_name(const std::string& name, int component, int components) {
     if (components == 1) return name;
     if (components <= 3) return name + "_" + "xyz"[component];
@@ -32,12 +32,13 @@ inline std::string component_name(const std::string& name, int component, int co
 
 }  // namespace detail
 
-/// The state's points as `vertex` elements x y z (z = 0 in 2D) in its own precision, id, and the fields named, a
-/// property for each component; its triangles as `face` elements, in 2D its edges as `edge` elements. The file appears
-/// whole or not at all (AtomicFile).
-/// \param fields  names of fields of the state besides its positions
-/// \throws parameter_error for a state whose parts do not fit, for a field that it does not have, and for more points
-///         or ids than PLY's 32 bits name; io_error where writing fails
+/// Writes a state as a PLY file. Points become `vertex` elements with x y z (z = 0 in 2D) in the state's precision, the
+/// id, and one property for each component of the chosen fields. Triangles become `face` elements, in 2D edges become
+/// `edge` elements. The file appears whole or not at all (AtomicFile).
+/// \param fields  names of the fields to write besides the positions
+/// \throws parameter_error  if the parts of the state do not fit together (check_state()), if it lacks a field, or if
+///                          it has more points or larger ids than PLY's 32 bits can hold
+/// \throws io_error         if writing fails
 template <state_scalar S>
 void write_ply(const std::filesystem::path& path, const State<S>& state, const std::vector<std::string>& fields = {}) {
     check_state(state);

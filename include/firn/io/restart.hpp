@@ -1,5 +1,5 @@
-/// \file From a state back to a simulation: a run that is restored goes on to the same bits; or, if asked to, a run of
-/// another build, precision or policy is gone on from.
+/// \file Restores a simulation from a state. The run goes on with the same bits or, if asked for, from the state of
+/// another build, precision or policy.
 #pragma once
 
 #include <firn/io/simulation_state.hpp>
@@ -17,16 +17,16 @@ namespace detail {
     throw io_error(sentence("The state's ", what, " is inconsistent; the file is damaged. Go on from another state."));
 }
 
-/// The particles of a state, in the order of their ids, whatever the order of its rows.
+/// Reads the particles of a state in the order of their ids. The rows of the state may have another order.
 /// \tparam T  the state's precision
 template <class S, int D, class T>
 class ParticlesOfState {
 public:
-    /// \throws io_error  where two particles have one id, or an id has not been given out
+    /// \throws io_error  if two particles have the same id, or an id is not below `next_id`
     explicit ParticlesOfState(const State<T>& state) : state_(state), n_(state.size()) {
         const double next = parameter_values(state, "run", "next_id")[0];
         if (!(next >= 0 && next <= double(no_particle)) || next != std::floor(next))
-            throw io_error(sentence("The state says ", next, " for run/next_id; the file is damaged."));
+            throw io_error(sentence("The state has ", next, " for run/next_id; the file is damaged."));
         next_id_ = std::int64_t(next);
         if (!std::ranges::is_sorted(state.id)) {
             rows_.resize(n_);
@@ -37,14 +37,14 @@ public:
             if (id(i) < (i == 0 ? 0 : id(i - 1) + 1) || id(i) >= next_id_) throw_damaged("order of particles");
     }
 
-    /// Of the particle with the i-th lowest id.
+    /// The row of the particle with the i-th lowest id.
     std::size_t row(std::size_t i) const { return rows_.empty() ? i : rows_[i]; }
     std::int64_t id(std::size_t i) const { return state_.id[row(i)]; }
 
     /// Appends the particles.
-    /// \param converted  a run of other bits takes them over: without stresses, which follow from states, and with an
-    ///                   affine field of 0 where the state has none
-    /// \throws io_error  where a field is missing or cannot be
+    /// \param converted  whether to ignore stresses, which follow from the other fields, and to set a missing affine
+    ///                   field to 0
+    /// \throws io_error  if a field is missing or invalid
     void read(ParticleStore<S, D>& particles, bool converted) const {
         const T* const x = field("position", D);
         particles.reserve(n_);
@@ -64,7 +64,7 @@ public:
             set(particles, f);
         }
     }
-    /// Sets a field of the particles, which lie in the order of their ids.
+    /// Sets a field of the particles, which are in the order of their ids.
     void set(ParticleStore<S, D>& particles, std::size_t f) const {
         const FieldInfo& info = particles.table()[f];
         const int components = info.components_in_state(D);
@@ -79,13 +79,14 @@ public:
         }
     }
 
-    /// The numbers of a field, row by row.
+    /// Returns the numbers of a field, row by row.
+    /// \throws io_error  if the field is missing or invalid
     const T* field(const char* name, int components) const {
         const StateField<T>* f = state_.find(name);
         if (!f)
             throw io_error(sentence("The state has no field '", name,
-                                    "', without which no run can go on from it: it was written with selected fields, "
-                                    "or by another material. Go on from a state with all fields."));
+                                    "', which a run needs to go on: it was written with selected fields, or by "
+                                    "another material. Go on from a state with all fields."));
         if (f->components != components || f->values.size() != n_ * std::size_t(components)) throw_damaged(name);
         for (const T value : f->values)
             if (!std::isfinite(S(value)))
@@ -98,7 +99,7 @@ public:
     std::vector<Body> bodies() const {
         std::vector<Body> all;
         const StateTable& rows = table(state_.tables, "bodies", 3);
-        std::int64_t end = 0;  // of the ids of those before
+        std::int64_t end = 0;  // of the ids of the bodies before
         for (std::size_t at = 0; at < rows.values.size(); at += 3) {
             const std::int64_t first = rows.values[at], count = rows.values[at + 1];
             const double until = std::bit_cast<double>(rows.values[at + 2]);
@@ -110,9 +111,9 @@ public:
         return all;
     }
 
-    /// The blocks of the state, and which slot each particle had.
-    /// \param colours  of dense blocks along an axis
-    /// \throws io_error  where they do not fit each other
+    /// Returns the blocks of the state and the slot of each particle.
+    /// \param colours  number of colours of dense blocks along an axis
+    /// \throws io_error  if blocks and slots do not fit each other
     BlockPartition<D> partition(int colours) const {
         const StateTable& slot_of = table(state_.tables, "slot", 1);
         const StateTable& blocks = table(state_.tables, "blocks", D + 2);
@@ -151,9 +152,10 @@ public:
         return partition;
     }
 
-    /// Gives particles, in the order of ids, the places that they had in the run that wrote the state.
-    /// \param base_shift  of the kernel
-    /// \param sorted      none has left the reach of its block
+    /// Sets the places of the particles, which are in the order of ids, to those in the run that wrote the state.
+    /// \param base_shift  the kernel's
+    /// \param sorted      whether every particle must be within reach of its block
+    /// \throws io_error  if places are invalid or do not fit the positions
     void set_places(ParticleStore<S, D>& particles, const BlockPartition<D>& partition, double base_shift,
                     bool sorted) const {
         const T *x = field("position", D), *places = field("place", D);
@@ -183,14 +185,14 @@ private:
     const State<T>& state_;
     std::size_t n_;
     std::int64_t next_id_ = 0;
-    std::vector<std::size_t> rows_;  // in the order of ids; empty: as they are
+    std::vector<std::size_t> rows_;  // in the order of ids; empty if the rows are in this order
 };
 
-/// \throws io_error  where the run that wrote the state had another domain, other moduli, …
+/// \throws io_error  if the run that wrote the state had another domain, material parameter, …
 template <std::size_t I, class Simulation, class T>
 void check_same_run(const Simulation& simulation, const State<T>& state, Restart how) {
     check_same(state, policies_of<I>(simulation),
-               "Go on with a simulation of the same policies and precision, or ask for Restart::converted.");
+               "Go on with a simulation of the same policies and precision, or use Restart::converted.");
     if (how == Restart::same_bits) check_same_build(state);
     const auto& domain = simulation.domain();
     if (parameter_values(state, "grid", "lower") != as_doubles(domain.lower) ||
@@ -199,34 +201,40 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
         parameter_values(state, "grid", "periodic") !=
             std::vector<double>(domain.periodic.begin(), domain.periodic.end()))
         throw io_error(
-            "The state was made in another domain or with other cells than the simulation's. Give the same, or ask for "
+            "The state has another domain or other cells than the simulation. Give the same, or use "
             "Restart::converted.");
     for_parameters(simulation.template set<I>().material(), [&](const std::string& name, const char*,
                                                                 const auto& value) {
         const std::vector<double> theirs = parameter_values(state, "material", name.c_str()), ours = as_doubles(value);
         if (theirs != ours)
-            throw io_error(sentence("The state was made with ", name, " = ", theirs[0],
-                                    " of the material, this run has ", ours[0],
-                                    ". Give the same, or ask for Restart::converted."));
+            throw io_error(sentence("The material of the state has ", name, " = ", theirs[0], ", that of this run has ",
+                                    ours[0], ". Give the same, or use Restart::converted."));
     });
 }
 
 }  // namespace detail
 
-/// Goes on from a state. The program makes the simulation as it did for the run that wrote it: the same policies,
-/// domain and material, loads, forces between particles, sources and sinks. Particles that it has added are replaced;
-/// loads and forces name bodies, so they are added after these, or after the restart. Taken from the state are
-/// particles and bodies, time and steps, the boundary with all its parameters (so that what moves is where it was), the
-/// transfer's parameters, gravity, fixed_time_step and most_steps_between_sorts; what shall be otherwise is set
-/// afterwards. The number of threads is the program's.
+/// Restores a set of particles from a state, so that the run goes on.
 ///
-/// With several materials: once for each, with the states of one moment.
-/// With Restart::converted only particles with their ids, velocities and states are taken over, and time and steps; all
-/// else (domain, boundary, gravity, …) is the program's. Where the state has no affine_velocity, it is 0.
-/// \param set  of particles: of a simulation with several materials, simulation.set<Snow<float>>()
-/// \param how  what is asked of the state
-/// \throws io_error  naming what differs, is missing or is damaged; the simulation is then as it was
-/// \throws particle_error  naming particles outside the domain
+/// First make the simulation as for the run that wrote the state: with the same policies, domain, material, loads,
+/// forces between particles, sources and sinks. Loads and forces name bodies, so add them after the particles, or after
+/// the restart. The particles of the state replace those in the simulation.
+///
+/// From the state come particles and bodies, time and steps, all parameters of the boundary (a moving one returns to
+/// its place) and of the transfer, gravity, fixed_time_step and most_steps_between_sorts. Set them afterwards to change
+/// them. The number of threads is the simulation's.
+///
+/// With several materials, call it once for each material, with states of the same time.
+///
+/// With Restart::converted, only particles with their ids, velocities and material states, and time and steps come from
+/// the state. Everything else (domain, boundary, gravity, …) is the simulation's. If the state has no affine_velocity,
+/// it is 0.
+/// \param set    such as `simulation.set<Snow<float>>()` in a simulation with several materials
+/// \param state  such as read_state() returns
+/// \param how    which states are accepted
+/// \throws io_error        if something differs, is missing or is damaged, which the message names; the simulation then
+///                         does not change
+/// \throws particle_error  if particles are outside the domain
 template <class Simulation, std::size_t I, state_scalar T>
 void restore(SetHandle<Simulation, I> set, const State<T>& state, Restart how = Restart::same_bits) {
     constexpr int D = Simulation::dimension;
@@ -270,7 +278,7 @@ void restore(SetHandle<Simulation, I> set, const State<T>& state, Restart how = 
     simulation.fixed_time_step = fixed;
     simulation.most_steps_between_sorts = std::uint64_t(sorts);
 }
-/// Of a simulation with one material.
+/// Restores a simulation with one material from a state, as above.
 template <int D, class Material, class... Policies, state_scalar T>
 void restore(Simulation<D, Material, Policies...>& simulation, const State<T>& state,
              Restart how = Restart::same_bits) {

@@ -1,4 +1,4 @@
-/// \file The list of a run's states, NAME.hdf.series: ParaView's JSON, written and read.
+/// \file Writes and reads the list of a run's states, NAME.hdf.series, in ParaView's JSON format.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -18,16 +18,17 @@
 
 namespace firn {
 
+/// One state in the list of a series.
 struct SeriesEntry {
-    std::string file;  ///< name of the state's file, in the list's folder
-    double time = 0;   ///< [s]
+    std::string file;  ///< Name of the state's file, in the folder of the list.
+    double time = 0;   ///< Time of the state [s].
 
     bool operator==(const SeriesEntry&) const = default;
 };
 
 namespace detail {
 
-/// NAME_0000.hdf; more digits from 10,000 on.
+/// Returns NAME_0000.hdf for 0; from 10,000 on, the number has more than four digits.
 inline std::string series_member(const std::string& name, std::size_t index) {
     const auto digits = std::to_string(index);
     return name + "_" + std::string(digits.size() < 4 ? 4 - digits.size() : 0, '0') + digits + ".hdf";
@@ -41,7 +42,7 @@ inline bool is_series_member(std::string_view file, std::string_view name) {
     return std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// The number of a series' member.
+/// Returns the number in the name of a series' file.
 inline std::size_t series_number(std::string_view file, std::string_view name) {
     std::size_t number = 0;
     std::from_chars(file.data() + name.size() + 1, file.data() + file.size(), number);
@@ -50,7 +51,8 @@ inline std::size_t series_number(std::string_view file, std::string_view name) {
 
 }  // namespace detail
 
-/// Writes the list, whole or not at all. Throws io_error where it cannot.
+/// Writes the list, whole or not at all (AtomicFile).
+/// \throws io_error  if it cannot be written
 inline void write_series(const std::filesystem::path& path, const std::vector<SeriesEntry>& entries) {
     AtomicFile file(path);
     file.write("{\n  \"file-series-version\": \"1.0\",\n  \"files\": [");
@@ -63,8 +65,8 @@ inline void write_series(const std::filesystem::path& path, const std::vector<Se
     file.commit();
 }
 
-/// Reads a list that write_series or another program wrote. Throws io_error that names the file where it is missing,
-/// larger than 1 GiB, or not such a list.
+/// Reads a list that write_series() or another program wrote.
+/// \throws io_error  if the file is missing, larger than 1 GiB, or not such a list; the message names the file
 inline std::vector<SeriesEntry> read_series(const std::filesystem::path& path) {
     std::error_code failure;
     const auto size = std::filesystem::file_size(path, failure);
@@ -109,7 +111,7 @@ inline std::vector<SeriesEntry> read_series(const std::filesystem::path& path) {
 
 namespace detail {
 
-/// What an old list names and StateSeries may remove: nothing where it cannot be read.
+/// Returns the files in an old list that StateSeries may remove; none if the list cannot be read.
 inline std::vector<std::string> series_members_on_disk(const std::filesystem::path& list, std::string_view name) {
     std::vector<std::string> members;
     try {

@@ -1,4 +1,4 @@
-/// \file From a simulation to a state, with all that a run needs to go on from it.
+/// \file Makes a state from a simulation, with all that a run needs to go on.
 #pragma once
 
 #include <firn/core/names.hpp>
@@ -15,8 +15,8 @@ namespace firn {
 
 namespace detail {
 
-/// Positions [m], and every field of the table, of the particles in these slots.
-/// \param before  fields whose memory is used anew
+/// Returns the positions [m] and all fields of the particles in these slots.
+/// \param before  fields whose memory is reused
 template <class S, int D>
 std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const std::vector<std::uint32_t>& slots,
                                      std::vector<StateField<S>> before, int threads) {
@@ -39,7 +39,7 @@ std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const
     return before;
 }
 
-/// What must be the same for a run to go on: names of the policies, the precision, which material it is.
+/// Attributes that must be equal for a run to go on: names of the policies, the precision, the material's number.
 template <std::size_t I, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
           class Boundary>
 std::vector<StateAttribute> policies_of(
@@ -143,7 +143,7 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
         blocks.values.push_back(std::int64_t(range.first_slot));
         blocks.values.push_back(std::int64_t(range.particles));
     }
-    StateTable bodies{"bodies", 3, {}};  // first id, count, the bits of the end of their time
+    StateTable bodies{"bodies", 3, {}};  // first id, count, bits of the end time
     for (const Body& body : all_bodies)
         bodies.values.insert(bodies.values.end(), {body.first, body.count, std::bit_cast<std::int64_t>(body.end)});
     state.tables = {std::move(slots), std::move(blocks), std::move(bodies)};
@@ -152,29 +152,32 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
 
 }  // namespace detail
 
-/// The state of a simulation as it is: positions [m], and all that the table of fields names: places [cells from the
-/// lower corner of the particle's block: what positions are rounded from], velocities [m/s], C [1/s], τ [Pa], masses
-/// [kg], volumes [m^D], the material's state (F); in the order of ids; the facets of nets; the order of the slots and
-/// blocks beside them, so that sums go on in the same order; parameters with units; names of policies.
-/// \param set   of particles: of a simulation with several materials, simulation.set<Snow<float>>()
-/// \param into  whose memory is used anew: what a series gives back (BackgroundSeries::spare), or nothing yet
+/// Puts the current state of a set of particles into `into`.
+///
+/// Its fields, in the order of ids, are positions [m] and all fields of the particles: places [cells from the lower
+/// corner of the particle's block], from which positions are rounded, velocities [m/s], C [1/s], τ [Pa], masses [kg],
+/// volumes [m^D], and the material's state (F). It also has the facets of nets, parameters with units, the names of the
+/// policies, and the order of slots and blocks, so that a run that goes on sums in the same order.
+/// \param set   such as `simulation.set<Snow<float>>()` in a simulation with several materials
+/// \param into  a state whose memory is reused, such as BackgroundSeries::spare(), or an empty one
 template <class Simulation, std::size_t I>
 void state_of(SetHandle<Simulation, I> set, State<typename Simulation::scalar_type>& into) {
     parallel_region(thread_count(requested_threads(set.simulation().execution)),
                     [&] { detail::fill_state_of(set, into); });
 }
-/// The same, in memory of its own.
+/// Returns the current state of a set of particles, in new memory.
 template <class Simulation, std::size_t I>
 State<typename Simulation::scalar_type> state_of(SetHandle<Simulation, I> set) {
     State<typename Simulation::scalar_type> state;
     state_of(set, state);
     return state;
 }
-/// Of a simulation with one material.
+/// Puts the current state of a simulation with one material into `into`.
 template <int D, class Material, class... Policies>
 void state_of(Simulation<D, Material, Policies...>& simulation, State<detail::precision_of_t<Material>>& into) {
     state_of(simulation.set(), into);
 }
+/// Returns the current state of a simulation with one material, in new memory.
 template <int D, class Material, class... Policies>
 State<detail::precision_of_t<Material>> state_of(Simulation<D, Material, Policies...>& simulation) {
     return state_of(simulation.set());

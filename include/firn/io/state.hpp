@@ -1,5 +1,5 @@
-/// \file A state: everything a run needs to go on, and a program needs to look at it, as plain arrays with names and
-/// units. It knows neither the simulation nor the file.
+/// \file Holds a state of a run as plain arrays with names and units: all that a run needs to go on, and all that a
+/// program needs to examine it. A state is independent of the simulation and of the file format.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -16,72 +16,72 @@
 
 namespace firn {
 
-/// The precisions a state is stored in.
+/// The precision of a state: float or double.
 template <class S>
 concept state_scalar = std::same_as<S, float> || std::same_as<S, double>;
 
-/// One quantity of every particle.
+/// A field: one quantity, with a value for every particle.
 template <state_scalar S>
 struct StateField {
-    std::string name;       ///< no `/`, no `.`
-    std::string unit;       ///< e.g. "m/s"; "1" where there is none
-    int components = 1;     ///< 1 for a scalar, D for a vector, D·D for a matrix
-    std::vector<S> values;  ///< n × components, row-major: a particle's components lie together, a matrix row by row
+    std::string name;       ///< Name, without `/`, `.` and control characters.
+    std::string unit;       ///< Unit, such as "m/s"; "1" if the quantity has none.
+    int components = 1;     ///< 1 for a scalar, D for a vector, D·D for a matrix.
+    std::vector<S> values;  ///< n × components, row-major: a particle's components lie together, a matrix row by row.
 
     bool operator==(const StateField&) const = default;
 };
 
-/// A number that the run was made with. `group` says whose it is: "material", "grid", "walls", …
-/// float parameters survive exactly: every float is a double.
+/// A parameter of the run. Float parameters are kept exactly, because every float is a double.
 struct StateParameter {
-    std::string group;
-    std::string name;
-    std::string unit;
-    std::vector<double> values;  ///< one for a scalar, D for a vector
+    std::string group;           ///< What it belongs to: "material", "grid", "boundary", …
+    std::string name;            ///< Name, unique in its group.
+    std::string unit;            ///< Unit, such as "Pa"; "1" if the parameter has none.
+    std::vector<double> values;  ///< One value for a scalar, D for a vector.
 
     bool operator==(const StateParameter&) const = default;
 };
 
-/// A word about the run: the kernel's name, the transfer's, the material's, the compiler, …
+/// A text about the run: the name of the kernel, transfer, material, compiler, …
 struct StateAttribute {
-    std::string name;
-    std::string value;
+    std::string name;   ///< What it describes, such as "kernel".
+    std::string value;  ///< The text, such as "quadratic_b_spline".
 
     bool operator==(const StateAttribute&) const = default;
 };
 
-/// Whole numbers beside the particles' fields: rows of `columns` numbers, such as how particles were sorted.
+/// A table of integers that is not a field, such as the order in which particles were sorted.
 struct StateTable {
-    std::string name;
-    int columns = 1;
-    std::vector<std::int64_t> values;  ///< row by row
+    std::string name;                  ///< Name, without `/`, `.` and control characters.
+    int columns = 1;                   ///< Numbers per row.
+    std::vector<std::int64_t> values;  ///< Rows × columns, row by row.
 
     bool operator==(const StateTable&) const = default;
 };
 
-/// n particles at one time.
+/// The state of n particles at one time.
+/// \tparam S  precision of the fields
 template <state_scalar S>
 struct State {
-    using Scalar = S;
+    using Scalar = S;  ///< Precision of the fields.
 
-    int dimension = 3;                       ///< 2 or 3
-    std::uint64_t step = 0;                  ///< steps done
-    double time = 0;                         ///< [s]
-    double last_time_step = 0;               ///< size of the step that led here [s]; 0: none did
-    std::vector<StateField<S>> fields;       ///< "position" [m] with D components is required
-    std::vector<std::int64_t> id;            ///< n
-    std::vector<std::int32_t> body;          ///< n: which body of its simulation, or group of its system, each is of
-    std::vector<StateParameter> parameters;  ///< in the order of their groups after reading
-    std::vector<StateAttribute> attributes;
-    std::vector<StateTable> tables;
-    std::vector<std::int64_t> facets;  ///< rows of D: triangles, in 2D edges, by the rows of their points in `position`
+    int dimension = 3;                       ///< 2 or 3.
+    std::uint64_t step = 0;                  ///< Number of steps taken.
+    double time = 0;                         ///< Time [s].
+    double last_time_step = 0;               ///< Size of the last step [s]; 0 before the first step.
+    std::vector<StateField<S>> fields;       ///< The fields; "position" [m] with D components is required.
+    std::vector<std::int64_t> id;            ///< Ids, one per particle.
+    std::vector<std::int32_t> body;          ///< Number of each particle's body, or of each point's group.
+    std::vector<StateParameter> parameters;  ///< Parameters; after reading, group by group.
+    std::vector<StateAttribute> attributes;  ///< Texts about the run.
+    std::vector<StateTable> tables;          ///< Tables of integers.
+    std::vector<std::int64_t> facets;        ///< Triangles, in 2D edges: rows of D particle numbers, from 0.
 
     bool operator==(const State&) const = default;
 
     /// Number of particles.
     std::size_t size() const { return id.size(); }
 
-    /// nullptr where there is no such field.
+    /// Returns the field of this name, or nullptr if there is none.
     const StateField<S>* find(std::string_view name) const {
         for (const auto& field : fields) {
             if (field.name == name) return &field;
@@ -89,7 +89,8 @@ struct State {
         return nullptr;
     }
 
-    /// Throws parameter_error where there is no such field, and names those there are.
+    /// Returns the field of this name.
+    /// \throws parameter_error  if there is none; the message lists the fields
     const StateField<S>& field(std::string_view name) const {
         if (const auto* found = find(name)) return *found;
         std::string names;
@@ -102,7 +103,7 @@ struct State {
 namespace detail {
 
 inline constexpr std::size_t max_state_name = 200;
-/// An attribute lives in its object's header, which holds less than 64 KiB.
+/// HDF5 stores an attribute in its object's header, which holds less than 64 KiB.
 inline constexpr std::size_t max_state_text = 32768;
 
 inline void check_state_name(std::string_view kind, std::string_view name) {
@@ -121,7 +122,7 @@ inline void check_state_text(std::string_view owner, std::string_view text) {
     }
 }
 
-/// Refuses a second entry of the same name: one would hide the other.
+/// Refuses two entries of the same name, because one would hide the other.
 template <class Items, class Name>
 void check_distinct(std::string_view kind, const Items& items, const Name& name_of) {
     for (std::size_t i = 0; i < items.size(); ++i) {
@@ -155,16 +156,18 @@ void check_state_field(const State<S>& state, const StateField<S>& field) {
 
 }  // namespace detail
 
-/// Throws parameter_error where the parts of a state do not fit together. The values of fields are not looked at: a
-/// state that went wrong can be stored and examined.
+/// Checks that the parts of a state fit together: sizes, names and facets. It does not check the values of fields, so
+/// that a state with NaN can be written and examined.
+/// \throws parameter_error  if they do not fit, saying why
 template <state_scalar S>
 void check_state(const State<S>& state) {
     if (state.dimension != 2 && state.dimension != 3) {
         throw parameter_error(sentence("The state has ", state.dimension, " dimensions; firn knows 2 and 3."));
     }
     if (!std::isfinite(state.time) || !std::isfinite(state.last_time_step) || state.last_time_step < 0) {
-        throw parameter_error(sentence("The state has time = ", state.time, " s and last_time_step = ",
-                                       state.last_time_step, " s; both must be finite, the step not negative."));
+        throw parameter_error(sentence("The state has time = ", state.time,
+                                       " s and last_time_step = ", state.last_time_step,
+                                       " s; both must be finite, and last_time_step must not be negative."));
     }
     if (state.body.size() != state.size()) {
         throw parameter_error(sentence("The state has ", state.size(), " ids and ", state.body.size(),
@@ -174,7 +177,7 @@ void check_state(const State<S>& state) {
     detail::check_distinct("field", state.fields, [](const auto& f) { return f.name; });
     if (const auto& position = state.field("position"); position.components != state.dimension) {
         throw parameter_error(sentence("The field 'position' has ", position.components, " components in ",
-                                       state.dimension, " dimensions; give as many as dimensions."));
+                                       state.dimension, " dimensions; give one component per dimension."));
     }
     for (const auto& parameter : state.parameters) {
         detail::check_state_name("parameter's group", parameter.group);
@@ -194,7 +197,7 @@ void check_state(const State<S>& state) {
     }
     if (state.facets.size() % std::size_t(state.dimension) != 0) {
         throw parameter_error(sentence("The facets of the state are ", state.facets.size(), " point numbers; give ",
-                                       state.dimension, " for each."));
+                                       state.dimension, " for each facet."));
     }
     for (const auto point : state.facets) {
         if (point < 0 || std::uint64_t(point) >= state.size()) {
@@ -209,7 +212,7 @@ void check_state(const State<S>& state) {
         detail::check_state_text(attribute.name, attribute.value);
         if (attribute.name == "schema_version" || attribute.name == "dimension" || attribute.name == "digest") {
             throw parameter_error(
-                sentence("An attribute is named '", attribute.name, "', which the file itself needs; rename it."));
+                sentence("An attribute is named '", attribute.name, "', which the file uses itself; rename it."));
         }
     }
     detail::check_distinct("attribute", state.attributes, [](const auto& a) { return a.name; });

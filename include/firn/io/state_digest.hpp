@@ -1,4 +1,4 @@
-/// \file 64 bits by which a state is known again: what tells a reader that not a bit has changed since it was written.
+/// \file Computes a 64-bit digest of a state, so that a reader notices if a bit changed since the state was written.
 #pragma once
 
 #include <firn/io/state.hpp>
@@ -22,7 +22,7 @@ namespace detail {
     return firn_xxh3_64bits(bytes.data(), bytes.size());
 }
 
-/// Of numbers as they lie in a little-endian memory, whatever the machine's.
+/// Hashes numbers as little-endian bytes, whatever the machine's byte order.
 template <std::endian Order = std::endian::native, class T>
 std::uint64_t hash_numbers(std::span<const T> numbers) {
     const auto bytes = std::as_bytes(numbers);
@@ -36,8 +36,7 @@ std::uint64_t hash_numbers(std::span<const T> numbers) {
     }
 }
 
-/// Texts and numbers one after another, so that different ones never give the same bytes: a text begins with its
-/// length.
+/// Joins texts and numbers. Each text begins with its length, so that different inputs never give the same bytes.
 class HashedRecord {
 public:
     HashedRecord& add(std::uint64_t number) {
@@ -61,12 +60,13 @@ private:
 
 }  // namespace detail
 
-/// A number that depends on every bit of a state: names, units, numbers of components, values (−0 is not 0, and one NaN
-/// not another), dimension, time and precision; not on the order of its fields, parameters, attributes and tables,
-/// which have names. The same on every machine. A change that nobody made on purpose goes unnoticed once in 2⁶⁴ times
-/// (XXH3, xxHash 0.8; no protection from forgers). About as fast as memory is read.
+/// Returns a number that depends on every bit of a state: names, units, numbers of components, values (−0 differs from
+/// 0, and NaNs with different bits differ), dimension, time, steps and precision. It does not depend on the order of
+/// fields, parameters, attributes and tables, and is the same on every machine.
 ///
-/// \param holds  which of the fields count, by name: those that are written
+/// An accidental change goes unnoticed with probability 2⁻⁶⁴. The digest does not protect from forgery (XXH3,
+/// xxHash 0.8). It is about as fast as reading memory.
+/// \param holds  `bool(std::string_view name)`, which returns whether the field of this name counts
 template <state_scalar S, class Holds>
 std::uint64_t digest(const State<S>& state, const Holds& holds) {
     using Record = detail::HashedRecord;
@@ -75,7 +75,7 @@ std::uint64_t digest(const State<S>& state, const Holds& holds) {
     whole.add(std::bit_cast<std::uint64_t>(state.time)).add(std::bit_cast<std::uint64_t>(state.last_time_step));
     whole.add_numbers(state.id).add_numbers(state.body).add_numbers(state.facets);
 
-    // A sum does not know an order; that names differ keeps two items from standing for each other.
+    // A sum does not depend on the order. Items cannot be exchanged unnoticed, because their names differ.
     const auto add_all = [&whole](const auto& items, const auto& hash_of) {
         std::uint64_t count = 0, sum = 0;
         for (const auto& item : items) {
@@ -98,7 +98,7 @@ std::uint64_t digest(const State<S>& state, const Holds& holds) {
     return whole.hash();
 }
 
-/// The same, of all of it.
+/// The digest of a whole state.
 template <state_scalar S>
 std::uint64_t digest(const State<S>& state) {
     return digest(state, [](std::string_view) { return true; });

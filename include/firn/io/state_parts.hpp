@@ -1,4 +1,4 @@
-/// \file What states of all kinds of runs share: parameters as numbers, tables by name, who wrote them.
+/// \file Parts that the states of all kinds of runs share: parameters, tables, and the build that wrote them.
 #pragma once
 
 #include <firn/core/parameters.hpp>
@@ -12,11 +12,11 @@
 
 namespace firn {
 
-/// From which states a run may go on.
+/// The states that a run may go on from.
 enum class Restart {
-    same_bits,    ///< of the same run and build: every further step gives the bits of the run that wrote the state
-    other_build,  ///< of the same run: another compiler, processor or firn wrote it, whose roundings were others
-    converted     ///< of any run whose particles have what the material needs, in any precision
+    same_bits,    ///< A state of the same run and build. Each further step gives the bits of the run that wrote it.
+    other_build,  ///< Also a state that another compiler, processor or version of firn wrote. Rounding may differ.
+    converted     ///< A state of any run, in any precision, whose particles have the fields that the material needs.
 };
 
 namespace detail {
@@ -42,7 +42,7 @@ inline std::string compiler_name() {
 #endif
 }
 
-/// The instructions that the program is compiled to: where multiplications and additions are fused, roundings differ.
+/// The instruction set that the program is compiled for. Fused multiplications and additions round differently.
 inline std::string instruction_set() {
     std::string name =
 #if defined(__x86_64__)
@@ -68,20 +68,19 @@ inline std::string instruction_set() {
     return name;
 }
 
-/// What must be the same, too, for a run to go on with the same bits.
+/// Attributes that must also be equal for a run to go on with the same bits.
 inline std::vector<StateAttribute> build_attributes() {
     return {{"library_version", version()}, {"compiler", compiler_name()}, {"instruction_set", instruction_set()}};
 }
 
-/// \throws io_error unless it has so many dimensions
+/// \throws io_error  if the state has another number of dimensions
 template <class S>
 void check_dimension(const State<S>& state, int dimension) {
     if (state.dimension != dimension)
-        throw io_error(
-            sentence("The state has ", state.dimension, " dimensions, the run that is to go on ", dimension, "."));
+        throw io_error(sentence("The state has ", state.dimension, " dimensions, this run has ", dimension, "."));
 }
 
-/// \throws io_error if the state says something else for one of these, or nothing
+/// \throws io_error  if one of these attributes is missing in the state or has another value
 template <class S>
 void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, const char* advice) {
     for (const StateAttribute& mine : ours) {
@@ -94,35 +93,37 @@ void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, 
     }
 }
 
-/// \throws io_error if another build wrote the state
+/// \throws io_error  if another build wrote the state
 template <class S>
 void check_same_build(const State<S>& state) {
     check_same(state, build_attributes(),
-               "Another build rounds otherwise: if that is as good, ask for Restart::other_build.");
+               "Another build rounds differently. If this is acceptable, use Restart::other_build.");
 }
 
-/// The values of a parameter that state_of() writes.
+/// Returns the values of a parameter that state_of() writes.
+/// \throws io_error  if the state has no such parameter
 template <class S>
 std::vector<double> parameter_values(const State<S>& state, const char* group, const char* name) {
     for (const StateParameter& p : state.parameters)
         if (p.group == group && p.name == name && !p.values.empty()) return p.values;
-    throw io_error(sentence("The state does not say ", group, "/", name, "; it was not written by state_of()."));
+    throw io_error(sentence("The state has no parameter ", group, "/", name, "; it was not written by state_of()."));
 }
 
 inline const StateTable& table(const std::vector<StateTable>& tables, const char* name, int columns) {
     for (const StateTable& t : tables)
         if (t.name == name && t.columns == columns) return t;
     throw io_error(sentence("The state has no table '", name, "' of ", columns,
-                            " columns; it was not written by state_of() and cannot be continued."));
+                            " columns; it was not written by state_of(), and no run can go on from it."));
 }
 
 }  // namespace detail
 
-/// Sets a policy's parameters to those of a state's group: boundaries that moved go back to where they were.
+/// Sets a policy's parameters to those in a group of a state. A moving boundary, for example, returns to its place:
 ///
 ///     restore_parameters(simulation.boundary, state, "boundary");
 ///
-/// \throws io_error if the state lacks one, or has another number of values for it; the policy is then as it was
+/// \throws io_error  if the state lacks a parameter, has another number of values for it, or has a value that is not
+///                   finite or 1e300 or more; the policy then does not change
 template <class Policy, state_scalar S>
 void restore_parameters(Policy& policy, const State<S>& state, const char* group) {
     Policy restored = policy;

@@ -1,10 +1,11 @@
-/// \file Reads a state that state_writer.hpp wrote, and trusts nothing in the file: names, ranks, extents and types
-/// are checked, and sizes held against the file's own, before memory is asked for.
+/// \file Reads a state that state_writer.hpp wrote. Before it allocates memory, it checks names, ranks, extents and
+/// types, and that the sizes are possible for the size of the file.
 ///
-/// HDF5 itself parses the file before firn sees it. The format that firn writes carries checksums of all but the
-/// values, and firn's digest covers these: damage is recognised (HDF5 1.10 may then complain of an "infinite loop
-/// closing library" when the program ends; nothing follows from it). A file made to attack HDF5 is another matter: do
-/// not open states of strangers with an HDF5 that lacks its security fixes.
+/// Damage is recognised, because HDF5's checksums cover all but the values, and firn's digest covers the values. After
+/// a damaged file, HDF5 1.10 may print "infinite loop closing library" when the program ends, which is harmless.
+///
+/// HDF5 parses the file before firn can check it. Do not open files from untrusted sources with a version of HDF5 that
+/// lacks security fixes.
 #pragma once
 
 #include <firn/io/hdf5.hpp>
@@ -27,18 +28,19 @@
 
 namespace firn {
 
+/// How read_state() reads a state.
 struct StateReading {
-    /// Whether a state that does not match its digest is refused. Without, changed states can be looked at: damaged
-    /// ones too, and those to which another program has added something.
+    /// Whether a state that does not match its digest is refused. Set it to false to read states that are damaged or
+    /// that another program has changed.
     bool verify = true;
 };
 
 namespace detail {
 
-/// More members or attributes than this are not of a state.
+/// The most members or attributes that a group of a state has.
 inline constexpr std::size_t max_state_members = 4096;
 
-/// Links out of the file are refused: they name files that nobody asked to read.
+/// Checks that a group has a member of this name. Refuses links, because they may lead to other files.
 inline void require_member(hid_t parent, const std::string& name) {
     if (hdf5::check(H5Lexists(parent, name.c_str(), H5P_DEFAULT), "look for " + name) == 0) {
         throw io_error("it has no '" + name + "': it is not a state of firn, or a broken one");
@@ -53,7 +55,7 @@ inline hdf5::Group open_group(hid_t parent, const std::string& name) {
     return {H5Gopen2(parent, name.c_str(), H5P_DEFAULT), "open the group " + name};
 }
 
-/// Names of a group's members, in the order in which they were written where the file knows it.
+/// Returns the names of a group's members, in the order of writing if the file records it.
 inline std::vector<std::string> member_names(const hdf5::Group& group) {
     const std::string_view tried = "list a group";
     H5G_info_t info;
@@ -100,7 +102,7 @@ inline std::vector<std::string> attribute_names(const hdf5::Group& group) {
     return names;
 }
 
-/// A fixed-length string; nothing where the attribute is missing or of another type.
+/// Reads a fixed-length string; nothing if the attribute is missing or of another type.
 inline std::optional<std::string> read_text(hid_t owner, const std::string& name) {
     const std::string tried = "read the attribute " + name;
     if (hdf5::check(H5Aexists(owner, name.c_str()), tried) == 0) return {};
@@ -132,8 +134,7 @@ std::optional<T> read_integer(hid_t owner, const std::string& name) {
     return value;
 }
 
-/// Reads datasets of one file and keeps account of its bytes, so that all of them together ask for no more memory
-/// than the file can hold.
+/// Reads datasets of one file and counts their bytes, so that they never allocate more memory than the file can fill.
 class DatasetReader {
 public:
     explicit DatasetReader(std::uintmax_t file_bytes) : file_bytes_(file_bytes), unread_bytes_(file_bytes) {}
@@ -147,7 +148,8 @@ public:
         std::optional<std::int64_t> components;
     };
 
-    /// A dataset of rank 1, or of rank 2 with at most 1024 columns. `rows`: how many there must be.
+    /// Reads a dataset of rank 1, or of rank 2 with at most 1024 columns.
+    /// \param rows  if given, the number of rows that the dataset must have
     template <class T>
     Table<T> read(hid_t parent, const std::string& name, std::optional<hsize_t> rows = {}) {
         const std::string tried = "read the dataset " + name;
@@ -164,7 +166,8 @@ public:
         hsize_t extent[2] = {0, 1};
         hdf5::check(H5Sget_simple_extent_dims(space.id(), extent, nullptr), tried);
         if (rows && extent[0] != *rows) {
-            throw io_error(sentence("the dataset '", name, "' has ", extent[0], " rows where ", *rows, " belong"));
+            throw io_error(
+                sentence("the dataset '", name, "' has ", extent[0], " rows where ", *rows, " are expected"));
         }
         if (extent[1] < 1 || extent[1] > 1024) {
             throw io_error(sentence("the dataset '", name, "' has ", extent[1], " columns; 1 to 1024 are allowed"));
@@ -201,10 +204,10 @@ private:
             }
         }
         throw io_error(sentence("the dataset '", name, "' is of ", found, " where ", hdf5::Number<T>::name,
-                                " is asked for", advice));
+                                " is expected", advice));
     }
 
-    /// Holds a dataset's size against the bytes that lie in the file for it. Deflate shrinks at most 1032 : 1.
+    /// Checks a dataset's size against its bytes in the file. Deflate shrinks at most 1032 : 1.
     void account(const hdf5::Dataset& dataset, const std::string& name, hsize_t rows, hsize_t columns,
                  std::size_t number_bytes) {
         const std::string tried = "read the dataset " + name;
@@ -237,7 +240,7 @@ private:
         unread_bytes_ -= stored;
     }
 
-    /// Others would make HDF5 look for a plugin to run.
+    /// Refuses other filters, because HDF5 would look for a plugin to run.
     static void require_known_filters(const hdf5::Properties& layout, const std::string& name) {
         const int filters = hdf5::check(H5Pget_nfilters(layout.id()), "read the dataset " + name);
         for (unsigned i = 0; i < unsigned(filters); ++i) {
@@ -281,12 +284,12 @@ StateField<S> read_field(DatasetReader& reader, hid_t parent, const std::string&
     return field;
 }
 
-/// The facets among the cells. Vertices are left out: they say nothing that the points do not.
+/// Reads the facets among the cells. Vertices are ignored, because the points are known without them.
 template <class S>
 void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state) {
     const auto cells = reader.read_value<std::int64_t>(vtk.id(), "NumberOfCells"),
                ids = reader.read_value<std::int64_t>(vtk.id(), "NumberOfConnectivityIds");
-    if (cells == ids) return;  // one point each: vertices
+    if (cells == ids) return;  // one point per cell, so all are vertices
     if (cells < 0 || ids < cells) {
         throw io_error(sentence("NumberOfCells is ", cells, " and NumberOfConnectivityIds ", ids,
                                 "; a cell has one point or more"));
@@ -295,11 +298,11 @@ void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state)
     const auto offsets = reader.read<std::int64_t>(vtk.id(), "Offsets", hsize_t(cells) + 1);
     const auto points = reader.read<std::int64_t>(vtk.id(), "Connectivity", hsize_t(ids));
     if (types.columns != 1 || offsets.columns != 1 || points.columns != 1) {
-        throw io_error("of its Types, Offsets and Connectivity one has more columns than 1");
+        throw io_error("its Types, Offsets and Connectivity must have one column each");
     }
     if (offsets.values.front() != 0 || offsets.values.back() != ids) {
         throw io_error(sentence("Offsets run from ", offsets.values.front(), " to ", offsets.values.back(),
-                                " where 0 to ", ids, " belong"));
+                                " where 0 to ", ids, " is expected"));
     }
     for (std::size_t c = 0; c < std::size_t(cells); ++c) {
         const bool is_facet = types.values[c] == vtk_facet(state.dimension);
@@ -309,22 +312,22 @@ void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state)
                                     " dimensions"));
         }
         const std::int64_t begin = offsets.values[c], end = offsets.values[c + 1];
-        // In this order: all before have been found to ascend from 0, so `begin` is one that can be read at.
+        // `begin` is valid, because the checks of the cells before have found that offsets ascend from 0.
         if (end < begin || end > ids || end - begin != (is_facet ? state.dimension : 1)) {
             throw io_error(sentence("cell ", c, " has the points from ", begin, " to ", end, " of Connectivity, where ",
-                                    is_facet ? state.dimension : 1, " belong"));
+                                    is_facet ? state.dimension : 1, " are expected"));
         }
         for (auto i = begin; i < end; ++i) {
             const auto point = points.values[std::size_t(i)];
             if (point < 0 || point >= std::int64_t(state.fields[0].values.size()) / state.fields[0].components) {
-                throw io_error(sentence("cell ", c, " names point ", point, ", which is not there"));
+                throw io_error(sentence("cell ", c, " names point ", point, ", which does not exist"));
             }
             if (is_facet) state.facets.push_back(point);
         }
     }
 }
 
-/// Names that were others before schema_version 3.
+/// Names that differ before schema_version 3.
 struct NamesOfSchema {
     const char *body, *last_time_step;
 };
@@ -336,7 +339,7 @@ template <class S>
 void read_vtk_group(hid_t file, DatasetReader& reader, const NamesOfSchema& names, State<S>& state) {
     const auto vtk = open_group(file, "VTKHDF");
     if (const auto type = read_text(vtk.id(), "Type"); type != "UnstructuredGrid") {
-        throw io_error("its VTKHDF Type is '" + type.value_or("none") + "' where 'UnstructuredGrid' belongs");
+        throw io_error("its VTKHDF Type is '" + type.value_or("none") + "' where 'UnstructuredGrid' is expected");
     }
     state.fields.push_back(read_field<S>(reader, vtk.id(), "Points", "position", state.dimension, {}));
     const hsize_t count = state.fields[0].values.size() / std::size_t(state.fields[0].components);
@@ -362,7 +365,7 @@ void read_vtk_group(hid_t file, DatasetReader& reader, const NamesOfSchema& name
             state.fields.push_back(read_field<S>(reader, points.id(), name, name, state.dimension, count));
         }
     }
-    // With no particle their absence would not show in the sizes.
+    // In a state without particles, the sizes do not show that these are missing.
     require_member(points.id(), "id");
     require_member(points.id(), names.body);
 
@@ -400,7 +403,7 @@ void read_tables(const hdf5::Group& firn_group, DatasetReader& reader, State<S>&
 template <class S>
 struct StateOnDisk {
     State<S> state;
-    std::optional<std::uint64_t> digest;  ///< none in files of schema_version 1
+    std::optional<std::uint64_t> digest;  ///< None in files of schema_version 1.
 };
 
 template <class S>
@@ -422,7 +425,7 @@ StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_dig
     }
     if (*schema > 1 && needs_digest) {
         found.digest = read_integer<std::uint64_t>(firn_group.id(), "digest");
-        if (!found.digest) throw io_error("it has no digest, which those of schema_version 2 and later have");
+        if (!found.digest) throw io_error("it has no digest, but states of schema_version 2 and later have one");
     }
     const auto dimension = read_integer(firn_group.id(), "dimension");
     if (dimension != 2 && dimension != 3) throw io_error("its dimension is neither 2 nor 3");
@@ -440,13 +443,13 @@ StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_dig
 
 }  // namespace detail
 
-/// Reads a state; its values have the bits that were written. Fields come in the order in which they were written,
-/// "position" first; numeric attributes of /firn that firn does not know are left out.
-///
-/// Throws io_error, which names the file and what is wrong with it: missing, truncated, broken, not a state of firn,
-/// of another precision than S (it says which), of a later schema, with extents that do not fit each other or the file,
-/// or with a bit that has changed since it was written (unless `reading` says not to look; files of schema_version 1
-/// cannot tell).
+/// Reads a state. Its values have the bits that were written. Fields are in the order of writing, with "position"
+/// first. Numeric attributes of /firn that firn does not know are left out.
+/// \tparam S  the precision of the file, float or double
+/// \param reading  whether to compare the state with its digest (schema_version 1 has none)
+/// \throws io_error  if the file is missing, truncated, damaged or not a state of firn, if it has another precision or
+///                   a later schema, if its extents do not fit each other or the file, or if the state does not match
+///                   its digest; the message names the file and the reason
 template <state_scalar S>
 State<S> read_state(const std::filesystem::path& path, const StateReading& reading = {}) {
     auto found = hdf5::naming_file(path, [&] { return detail::read_state_file<S>(path, reading.verify); });
@@ -459,7 +462,7 @@ State<S> read_state(const std::filesystem::path& path, const StateReading& readi
     if (found.digest && *found.digest != digest(found.state)) {
         refuse(
             "its content does not match its digest: bits have changed since it was written. Use an earlier state, or "
-            "read it with verify = false to look at what is there.");
+            "read it with verify = false to examine it.");
     }
     return std::move(found.state);
 }

@@ -1,4 +1,5 @@
-/// \file A run's states as files NAME_0000.hdf, NAME_0001.hdf, … and the list NAME.hdf.series, which ParaView opens:
+/// \file Writes a run's states as files NAME_0000.hdf, NAME_0001.hdf, … and the list NAME.hdf.series, which ParaView
+/// opens:
 ///
 ///     {"file-series-version": "1.0", "files": [{"name": "NAME_0000.hdf", "time": 0}, …]}
 #pragma once
@@ -17,17 +18,20 @@
 
 namespace firn {
 
-/// Writes states one by one. After each write the list holds all states so far, and each listed state is whole on
-/// disk, whenever the program is killed.
+/// Writes a series of states, one by one. After each write the list has all states so far. Each listed state is whole
+/// on disk, whenever the program is killed.
 ///
-/// A series starts afresh, unless go_on_from() is called: nothing happens to older files until the first state is on
-/// disk; then the old list is replaced, and states of the old list that are not of the new one are removed, provided
-/// they are called NAME_ and four or more digits and .hdf. No other file is touched: not those that the old list does
-/// not name, and none at all where the old list cannot be read.
+/// Unless go_on_from() is called, the series replaces an older one of the same name. Older files stay until the first
+/// state is on disk. Then the list is replaced, and states that only the old list has are removed, if their name is
+/// NAME_, four or more digits, and .hdf. No other file is removed, and none at all if the old list cannot be read.
 class StateSeries {
 public:
-    /// Makes the folder where it is missing. Throws parameter_error for a name that is empty or holds '/' or '.',
-    /// io_error where the folder cannot be made.
+    /// Makes the folder if it does not exist.
+    /// \param directory  the folder
+    /// \param name       NAME in the names of the files
+    /// \param options    how each state is written
+    /// \throws parameter_error  if `name` is empty, too long, or contains '/', '.' or control characters
+    /// \throws io_error         if the folder cannot be made
     StateSeries(std::filesystem::path directory, std::string name, const StateOptions& options = {})
         : directory_(std::move(directory)), name_(std::move(name)), options_(options) {
         detail::check_state_name("series", name_);
@@ -39,16 +43,17 @@ public:
         }
     }
 
-    /// Goes on with the series that is there, from `time` [s] on: its states up to then stay, later ones are replaced
-    /// as those of an older series are. Before the first write.
-    /// \throws io_error  where the list cannot be read, or names something else than states of this series
+    /// Continues the series on disk. Its states up to `time` stay; later ones are replaced like those of an older
+    /// series. Call it before the first write.
+    /// \param time  [s]
+    /// \throws io_error  if the list cannot be read, or has a file that is not a state of this series
     void go_on_from(double time) {
         std::vector<SeriesEntry> kept;
         std::size_t next = 0;
         for (SeriesEntry& entry : read_series(path())) {
             if (!detail::is_series_member(entry.file, name_))
                 throw io_error(sentence("The list of states ", path(), " names '", entry.file,
-                                        "', which is no state of the series '", name_, "'. Go on under another name."));
+                                        "', which is not a state of the series '", name_, "'. Use another name."));
             if (entry.time > time) continue;
             next = std::max(next, detail::series_number(entry.file, name_) + 1);
             kept.push_back(std::move(entry));
@@ -58,8 +63,10 @@ public:
         has_written_ = false;
     }
 
-    /// Writes the next state, then the list; returns the state's path. Throws what write_state throws; then the
-    /// states before are whole and listed, and the same number is tried again next time.
+    /// Writes the next state, then the list, and returns the state's path. If it throws, the earlier states are still
+    /// whole and listed, and the next call uses the same number.
+    /// \throws parameter_error, io_error  as write_state(); io_error also if the list cannot be written or a state of
+    ///         an older series cannot be removed
     template <state_scalar S>
     std::filesystem::path write(const State<S>& state) {
         const std::string file = detail::series_member(name_, next_);
@@ -75,7 +82,7 @@ public:
             write_series(path(), entries_);
         } catch (...) {
             entries_.pop_back();
-            std::error_code ignored;  // a state of that name that some list knows stays
+            std::error_code ignored;  // a file that was there before stays
             if (!is_there) std::filesystem::remove(directory_ / file, ignored);
             throw;
         }
@@ -93,10 +100,11 @@ public:
         return directory_ / file;
     }
 
-    /// The list's path.
+    /// Path of the list, NAME.hdf.series.
     std::filesystem::path path() const { return directory_ / (name_ + ".hdf.series"); }
-    /// States listed so far.
+    /// Number of states in the list.
     std::size_t size() const { return entries_.size(); }
+    /// The list.
     const std::vector<SeriesEntry>& entries() const { return entries_; }
 
 private:
@@ -104,7 +112,7 @@ private:
     std::string name_;
     StateOptions options_;
     std::vector<SeriesEntry> entries_;
-    std::size_t next_ = 0;  // number
+    std::size_t next_ = 0;  // number of the next state
     bool has_written_ = false;
 };
 

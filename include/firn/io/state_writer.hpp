@@ -1,21 +1,21 @@
-/// \file Writes a state to an HDF5 file that ParaView opens as it is (VTKHDF 1.0, UnstructuredGrid of facets and
-/// vertices):
+/// \file Writes a state to an HDF5 file that ParaView can open (VTKHDF 1.0, UnstructuredGrid of facets and vertices):
 ///
 ///     /VTKHDF            attributes Version = 1, 0 and Type = "UnstructuredGrid"
 ///       NumberOfPoints, NumberOfCells, NumberOfConnectivityIds   i64[1]
 ///       Points           S[n,3], z = 0 in 2D
 ///       Connectivity i64[D f + l], Offsets i64[f+l+1], Types u8[f+l]   cells: f facets, triangles (5) in 3D, lines (3)
-///                        in 2D; then l vertices (1), one for each point that is of no facet: all n without facets
+///                        in 2D; then l vertices (1), one for each point without a facet
 ///       PointData/NAME   S[n] or S[n,c]; a vector of 2D has a third component 0; id i64[n], body i32[n]
 ///       FieldData/       TimeValue f64[1], last_time_step f64[1], step u64[1]
-///     /firn              attributes schema_version i64 = 3, dimension i64, digest u64, and the state's own words
+///     /firn              attributes schema_version i64 = 3, dimension i64, digest u64, and the state's attributes
 ///       parameters/GROUP/NAME   f64[k]
 ///       tables/NAME      i64[r] or i64[r,c]
 ///
-/// S is f32 or f64, the state's own precision. Every field and parameter has an attribute `unit`, every field
-/// `components` (2 for a vector of 2D). The digest (state_digest.hpp) is of all that firn reads from the file; files of
-/// schema_version 1 have none, and before 3 `body` was called material, `last_time_step` dt. The same state gives the
-/// same bytes.
+/// S is f32 or f64, the state's precision. Every field and parameter has an attribute `unit`, every field also
+/// `components` (2 for a vector in 2D). The digest (state_digest.hpp) covers all that firn reads from the file. The
+/// same state gives the same bytes.
+///
+/// Files of schema_version 1 have no digest. Before schema_version 3, `body` is named material, `last_time_step` dt.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -37,15 +37,16 @@
 
 namespace firn {
 
+/// How write_state() and StateSeries write states.
 struct StateOptions {
-    int compression = 0;  ///< 0: contiguous, fast; 1 to 9: shuffled and deflated, small gain for much time
-    /// Names of the fields to write besides positions; empty: all. A run goes on only from a state with all of them.
+    int compression = 0;  ///< 0: contiguous and fast. 1 to 9: shuffled and deflated; somewhat smaller, much slower.
+    /// Names of the fields to write besides positions; all if empty. A run can only go on from a state with all fields.
     std::vector<std::string> fields = {};
-    /// Of a series with selected fields, the first state and every so many after it have all fields, so that a run can
-    /// go on from them; 0: none has.
+    /// In a series with selected fields, every `complete_every`-th state, from the first, has all fields, so that a run
+    /// can go on from it. With 0, none has.
     std::size_t complete_every = 0;
 
-    /// Whether the field of this name is written.
+    /// Returns whether the field of this name is written.
     bool writes(std::string_view field) const {
         return fields.empty() || field == "position" || std::find(fields.begin(), fields.end(), field) != fields.end();
     }
@@ -55,11 +56,11 @@ namespace detail {
 
 inline constexpr std::int64_t state_schema = 3;
 
-/// VTK's numbers of cells: a point, a line, a triangle.
+/// VTK's numbers for kinds of cells: point, line, triangle.
 inline constexpr std::uint8_t vtk_vertex = 1;
 inline constexpr std::uint8_t vtk_facet(int dimension) { return dimension == 2 ? 3 : 5; }
 
-/// A group that remembers the order in which its members and attributes came.
+/// Creates a group that keeps the order in which its members and attributes are added.
 inline hdf5::Group create_group(hid_t parent, const std::string& name) {
     const std::string tried = "create the group " + name;
     const hdf5::Properties properties(H5Pcreate(H5P_GROUP_CREATE), tried);
@@ -78,7 +79,8 @@ inline void write_attribute(hid_t owner, const std::string& name, const hdf5::Da
     attribute.close(tried);
 }
 
-/// Fixed length: readers of VTKHDF know no other. An empty text is one zero byte, the shortest that HDF5 has.
+/// Writes a string of fixed length, the only kind that VTKHDF readers know. An empty text is one zero byte, because
+/// HDF5 has no shorter string.
 inline void write_text(hid_t owner, const std::string& name, std::string_view text, H5T_cset_t characters) {
     const std::string tried = "write the attribute " + name;
     const hdf5::Datatype type(H5Tcopy(H5T_C_S1), tried);
@@ -103,8 +105,8 @@ inline void write_unsigned(hid_t owner, const std::string& name, std::uint64_t v
     write_attribute(owner, name, type, {H5Screate(H5S_SCALAR), tried}, hdf5::Number<std::uint64_t>::memory(), &value);
 }
 
-/// How a dataset of `rows` lies in the file. Chunks of about 1 MiB: larger ones gain nothing, smaller ones cost an
-/// index entry each.
+/// The layout of a dataset of `rows`. Chunks have about 1 MiB: larger ones gain nothing, and each chunk costs an index
+/// entry.
 inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_t number_bytes, int compression) {
     const std::string_view tried = "lay out a dataset";
     hdf5::Properties properties(H5Pcreate(H5P_DATASET_CREATE), tried);
@@ -121,16 +123,16 @@ inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_
     return properties;
 }
 
-/// Attributes of a dataset; none where they say nothing.
+/// Attributes of a dataset: `unit` is written if given, `components` if greater than 0.
 struct DatasetNotes {
     std::optional<std::string_view> unit = {};
     int components = 0;
 };
 
-/// Writes groups of a state into an image of the file.
+/// Builds the file of a state in memory.
 class StateFile {
 public:
-    /// \param digest  of what is written
+    /// \param digest  digest of the parts that are written
     template <class S>
     StateFile(const State<S>& state, const StateOptions& options, std::uint64_t digest)
         : image_(bytes_beside_arrays(state, options.compression)), compression_(options.compression) {
@@ -142,7 +144,7 @@ public:
     void write(AtomicFile& file) const { image_.write(file); }
 
 private:
-    /// T[rows] for one column, T[rows, columns] for more. `values` must live until write() is done.
+    /// Writes T[rows] for one column, T[rows, columns] for more. `values` must live until write() is done.
     template <class T>
     void write_dataset(hid_t parent, const std::string& name, std::span<const T> values, hsize_t columns = 1,
                        const DatasetNotes& notes = {}) {
@@ -170,7 +172,7 @@ private:
         write_dataset(parent, name, std::span<const T>(&value, 1), 1, notes);
     }
 
-    /// ParaView knows vectors of three components only: those of 2D get a third, 0.
+    /// Adds a third component 0 to vectors in 2D, because ParaView only knows vectors of three components.
     template <class S>
     void write_field(hid_t parent, const std::string& name, const StateField<S>& field, int dimension) {
         const DatasetNotes notes{field.unit, field.components};
@@ -185,7 +187,7 @@ private:
         write_dataset<S>(parent, name, image_.keep(std::move(padded)), 3, notes);
     }
 
-    /// The facets; and one vertex for each point of none: what makes it visible in every ParaView.
+    /// Writes the facets, and one vertex for each point without a facet, which makes it visible in every ParaView.
     template <class S>
     void write_cells(hid_t vtk, const State<S>& state) {
         const std::size_t corners = std::size_t(state.dimension), facets = state.facets.size() / corners;
@@ -207,7 +209,7 @@ private:
         for (std::size_t c = 0; c < offsets.size(); ++c)
             offsets[c] = std::int64_t(c <= facets ? corners * c : corners * facets + (c - facets));
         const auto kept = image_.keep(std::move(offsets));
-        // Without facets the vertices' points are counted as their offsets are.
+        // Without facets, Connectivity is 0, 1, …, like Offsets.
         write_dataset(vtk, "Connectivity",
                       facets > 0 ? image_.keep(std::move(connectivity)) : kept.first(state.size()));
         write_dataset(vtk, "Offsets", kept);
@@ -268,7 +270,7 @@ private:
         firn_group.close("close the group firn");
     }
 
-    /// An object's header takes about half a KiB.
+    /// Bytes to reserve for everything but arrays. An object's header takes about half a KiB.
     template <class S>
     static std::size_t bytes_beside_arrays(const State<S>& state, int compression) {
         const bool has_large_arrays = compression == 0 && state.size() * sizeof(std::int64_t) >= hdf5::FileImage::large;
@@ -276,7 +278,7 @@ private:
         return has_large_arrays ? objects * 1024 : 2048;
     }
 
-    /// Smaller ones gain less than a chunk's index costs.
+    /// Smaller arrays gain less from compression than a chunk's index costs.
     static constexpr std::size_t least_compressed = 4096;
 
     hdf5::FileImage image_;
@@ -285,14 +287,16 @@ private:
 
 }  // namespace detail
 
-/// Writes a state under `path`, which should end in .hdf. The file appears whole or not at all (AtomicFile: a temporary
-/// name, sync to disk, rename). Values keep every bit. Memory: about 20 bytes a particle beside the state, in 2D also a
-/// copy of its vectors, with compression the size of the file.
+/// Writes a state to a file. Values keep every bit. The file appears whole or not at all (AtomicFile): if writing
+/// fails, no new file is left behind, and an old one at `path` is untouched.
 ///
-/// Throws parameter_error for a state whose parts do not fit (`check_state`), a compression outside 0 … 9 or a field
-/// that is not there, io_error
-/// where the file cannot be written (folder missing, disk full, …): then no file is left behind, and one that stood
-/// under `path` is untouched.
+/// It needs about 20 bytes of memory per particle besides the state, in 2D also a copy of the vectors, and with
+/// compression the size of the file.
+/// \param path     should end in .hdf
+/// \param options  compression and fields
+/// \throws parameter_error  if the parts of the state do not fit together (check_state()), if the compression is not 0
+///                          to 9, or if the state lacks a field of `options`
+/// \throws io_error         if the file cannot be written (folder missing, disk full, …)
 template <state_scalar S>
 void write_state(const std::filesystem::path& path, const State<S>& state, const StateOptions& options = {}) {
     if (options.compression < 0 || options.compression > 9) {
@@ -300,7 +304,7 @@ void write_state(const std::filesystem::path& path, const State<S>& state, const
             sentence("The compression is ", options.compression, "; give 0 (none) or 1 (fast) to 9 (small)."));
     }
     check_state(state);
-    AtomicFile file(path);  // first: a path that cannot be written is known before any work
+    AtomicFile file(path);  // first, to refuse a bad path before any work
     const std::uint64_t noted = digest(state, [&](std::string_view field) { return options.writes(field); });
     hdf5::naming_file(path, [&] { return detail::StateFile(state, options, noted); }).write(file);
     file.commit();

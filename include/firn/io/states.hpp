@@ -1,4 +1,4 @@
-/// \file All of firn's HDF5 states: writing a series of them, reading one, and going on from it.
+/// \file Includes all headers for states in HDF5 files: writing a series, reading a state, and going on from it.
 #pragma once
 
 #include <firn/core/requirements.hpp>

@@ -117,5 +117,5 @@ TEST_CASE("The fields of a state are maps, a matrix of a particle a value", "[da
     const auto kept = as_eigen(StateField<double>(F));
     CHECK((kept.rows() == 4 && kept(0, 0) == 2));
     check_refused<parameter_error>([&] { matrix_of<3>(F, 0); }, "has 4 components");
-    check_refused<parameter_error>([&] { matrix_of<2>(F, 2); }, "Matrix 2 of 2 × 2");
+    check_refused<parameter_error>([&] { matrix_of<2>(F, 2); }, "matrix 2 of 2 × 2");
 }

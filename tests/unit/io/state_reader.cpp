@@ -41,7 +41,7 @@ TEST_CASE("A state of the other precision is refused with the advice how to read
     firn::write_state(folder / "f.hdf", example<float>(3, 2));
     firn::write_state(folder / "d.hdf", example<double>(3, 2));
     CHECK(states::holds(refusal(folder / "d.hdf"),
-                        "64-bit float where 32-bit float is asked for; read it with "
+                        "64-bit float where 32-bit float is expected; read it with "
                         "read_state<double>"));
     CHECK(states::holds(states::message<firn::io_error>([&] { firn::read_state<double>(folder / "f.hdf"); }),
                         "read_state<float>"));
