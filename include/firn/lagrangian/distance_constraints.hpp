@@ -98,7 +98,7 @@ public:
     /// Adds one constraint.
     /// \param ends  the places of two points
     /// \param rest  their distance at rest [m]
-    /// \param kind  \see torn
+    /// \param kind  shear and bend constraints may be removed when others tear, see torn()
     /// \throws parameter_error  unless the length is positive and the ends differ; and as ConstraintOptions::check
     void add(const Ends& ends, double rest, const ConstraintOptions& options = {}, LinkKind kind = LinkKind::stretch) {
         options.check();
@@ -227,7 +227,8 @@ public:
         if (history.colours.empty()) return;
         order_by_number();
         if (!are_colours(history.colours, all_ends(), points))
-            throw parameter_error("Two constraints of one colour share a point; the constraints of a point need different colours.");
+            throw parameter_error(
+                "Two constraints of one colour share a point; the constraints of a point need different colours.");
         order_by_colours(history.colours);
         ordered_ = true;
         checked_for_ = std::numeric_limits<std::size_t>::max();  // not yet
