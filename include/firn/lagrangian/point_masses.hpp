@@ -90,7 +90,7 @@ struct PointMasses {
     /// \name Copy, move and swap
     /// @{
 
-    /// Copies or moves all points with their ids. After a move, the source has no points.
+    /// Copies, moves or swaps all points with their ids. After a move, the source has no points.
     PointMasses(const PointMasses& other) : size_(other.size_), ids_(other.ids_), memory_(other.memory_) { bind(); }
     PointMasses(PointMasses&& other) noexcept : PointMasses() { swap(other); }
     PointMasses& operator=(PointMasses other) noexcept {
@@ -127,7 +127,7 @@ struct PointMasses {
         bind();
     }
 
-    /// Makes `next` the lowest id that may be given out.
+    /// Ensures that no id below `next` is given out.
     void skip_ids(std::uint32_t next) { ids_.skip(next); }
 
     /// Appends a point with the id `as`. Its other fields are not set.
