@@ -27,7 +27,7 @@ struct SortedRange {
         end;              ///< One past the last point.
 };
 
-/// Sorts points into the cells of a uniform grid. Neighbours then lists the points near each point.
+/// Sorts points by the cells of a uniform grid. Neighbours then lists the points near each point.
 /// \tparam S  float or double
 /// \tparam D  2 or 3
 template <std::floating_point S, int D>
@@ -194,8 +194,7 @@ private:
         // In double: rounding of cells and distances must not put points within reach two cells apart.
         side_ = (reach > 0 ? reach : 2 * double(largest_)) * (1 + 1e-6);
         if (size_ == 0) return;
-        constexpr double most =
-            D == 2 ? double(1 << 30) : double(1 << 20);  // cells along an axis; keys have at most 62 bits
+        constexpr double most = D == 2 ? double(1 << 30) : double(1 << 20);  // cells along an axis; 62-bit keys
         side_ = std::max(side_, std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon());
         Vec<double, D> upper = cast<double>(upper_);
         from_ = cast<double>(lower_);

@@ -51,7 +51,7 @@ Vec<S, D> direction_of_ids(std::uint32_t from, std::uint32_t to) {
 ///
 /// Velocities. Each contact carries an impulse J, which is found in passes. A pass takes the relative velocity that the
 /// two points would have without J, and finds the impulse by which velocity_after_impact() answers it. The normal part
-/// of that impulse makes the points separate at least at the speed u; friction is at most μ times the normal part. u is
+/// of that impulse separates the points at least at the speed u; friction is at most μ times the normal part. u is
 /// e times the speed of approach before the passes, or 0 if there was none. J moves towards that impulse by the
 /// fraction 1/n, where n is the larger number of contacts of the two points. All contacts act together (Jacobi), so a
 /// point never moves by more than the mean of what its contacts ask for. The first pass is exact for two points that
@@ -109,7 +109,7 @@ public:
     /// \throws parameter_error, particle_error  as find()
     void apply(PointMasses<S, D>& points, int threads = 0) { apply(points, NoBoundary{}, 0, threads); }
     /// Same, with the surfaces of a boundary. Surfaces with Contact::separate take part in the passes, so that piles
-    /// stand on them. At the end, meet_surfaces() treats all surfaces.
+    /// stand on them. At the end, meet_surfaces() applies all surfaces.
     /// \param boundary  a boundary policy in S that has surfaces(), see has_surfaces
     /// \param restitution_of_surfaces  Newton's e between points and surfaces, from 0 to 1 [1]
     /// \throws parameter_error, particle_error  as find() and meet_surfaces()
@@ -321,8 +321,7 @@ private:
                 (kept ? Row::load(kept) : Row(0)).store(scratch.data() + 4 * c);
             }
         }
-        for (std::size_t c = chunk.used; c < lanes * blocks.size();
-             ++c) {  // a point's contact with itself has no effect
+        for (std::size_t c = chunk.used; c < lanes * blocks.size(); ++c) {  // contact with itself: no effect
             blocks[c / lanes].own[c % lanes] = blocks[c / lanes].other[c % lanes] = std::uint32_t(which * chunk_size);
             Row(0).store(scratch.data() + 4 * c);
         }

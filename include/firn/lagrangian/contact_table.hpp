@@ -29,8 +29,7 @@ struct TouchedSurface {
 template <std::floating_point S, int D>
 struct KeptImpulse {
     std::array<std::uint32_t, 2> ids{};  ///< Of two points, ascending, or of a point and a surface; see ContactTable.
-    /// The impulse on the first, times the sum of the inverse masses [m/s], and the length it had one step earlier
-    /// [m/s].
+    /// The impulse on the first, times the sum of the inverse masses, and its length one step earlier [m/s].
     std::array<S, std::size_t(D) + 1> numbers{};
 
     bool operator==(const KeptImpulse&) const = default;
@@ -44,8 +43,7 @@ template <std::floating_point S, int D>
 struct ContactTable {
     static constexpr std::size_t chunk_size = 256;      ///< Points per chunk.
     static constexpr std::uint32_t none = no_particle;  ///< No point.
-    /// Stands for the first surface that a point touches, in the place of another point. The second surface is one
-    /// less, and so on.
+    /// The first surface that a point touches, instead of another point. The second surface is one less, and so on.
     static constexpr std::uint32_t first_surface = none - 1;
     static constexpr std::uint32_t most_points = none - 4096;  ///< The number of points must be below this.
     /// Whether an entry of Chunk::others or Chunk::ids is a surface.
@@ -130,8 +128,7 @@ struct ContactTable {
     FIRN_INLINE std::uint32_t rank_of(std::uint32_t place, std::uint32_t wanted) const {
         if (place < places.size() && places[place].id == wanted) return places[place].rank;
         const auto before = [](const Place& one, std::uint32_t id) { return one.id < id; };
-        const auto found = std::lower_bound(places.begin(), places.end(), wanted,
-                                            before);  // points were removed: its place has changed
+        const auto found = std::lower_bound(places.begin(), places.end(), wanted, before);  // its place has changed
         return found == places.end() || found->id != wanted ? none : found->rank;
     }
     /// The four numbers kept of the contact of a point, given by its rank, with another; or nullptr.

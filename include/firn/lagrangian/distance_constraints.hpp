@@ -20,8 +20,7 @@ struct ConstraintOptions {
     /// α [m/N], the inverse of a spring's stiffness, as in XPBD: its effect depends on neither the number of iterations
     /// nor the time step. 0: rigid.
     double compliance = 0;
-    /// The fraction of a correction that one iteration makes, in ]0, 1]. Its effect depends on the number of
-    /// iterations.
+    /// The fraction of a correction that one iteration makes, in ]0, 1]. Its effect depends on how many there are.
     double relaxation = 1;
     bool kept = true;  ///< false: these links do not become constraints.
 
@@ -136,8 +135,7 @@ public:
     /// \param inverse_mass  [1/kg], one per point; 0: the point does not move
     /// \param dt            time step [s]
     /// \throws parameter_error  if a constraint names a point that does not exist, tear_factor is not above 1, dt is
-    /// not
-    ///                          positive, iterations is negative, or there is not one inverse mass per point
+    ///                          not positive, iterations is negative, or there is not one inverse mass per point
     void solve(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, double dt, int iterations, int threads) {
         if (!(dt > 0) || !std::isfinite(dt) || iterations < 0 || inverse_mass.size() != position.size())
             throw parameter_error(sentence("Constraints of ", position.size(), " points with ", inverse_mass.size(),
@@ -203,8 +201,7 @@ public:
         return history;
     }
     /// Repeats what happened to the same constraints in another run.
-    /// \param new_place  the new places of the points at the time of the history, as PointMasses::remove_if returns
-    /// them
+    /// \param new_place  the places of the points at the time of the history, as PointMasses::remove_if returns them
     /// \param points     number of points at that time
     /// \throws parameter_error  if it is not a history of these constraints; some may then be gone
     void resume(const ConstraintHistory& history, std::span<const std::uint32_t> new_place, std::size_t points) {
@@ -220,9 +217,10 @@ public:
         keep_if([&](Constraint&, const Origin& origin) { return !is_gone[origin.number]; });
         renumber(new_place);
         if (size() + history.gone.size() != added_)
-            throw parameter_error(sentence("Of the ", added_, " constraints added, the run to resume still had ",
-                                           added_ - history.gone.size(), ", but only ", size(),
-                                           " of this run's have both their points in it."));
+            throw parameter_error(
+                sentence("Of the ", added_, " constraints added, the run to resume still had ",
+                         added_ - history.gone.size(), ", but only ", size(),
+                         " of these still have both of their points. Add the same constraints and points."));
         ordered_ = false;
         if (history.colours.empty()) return;
         order_by_number();

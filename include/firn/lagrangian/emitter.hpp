@@ -137,8 +137,7 @@ struct Emitter {
         if (!schedule.is_due(births, time)) return 0;
         check();
         schedule.require_ids(births, time, 1, no_particle - points.next_id());
-        std::priority_queue<double, std::vector<double>, std::greater<>>
-            ends;  // of particles alive, the earliest first
+        std::priority_queue<double, std::vector<double>, std::greater<>> ends;  // of those alive, earliest first
         if (maximum != no_maximum) {
             forget_missing(points);
             for (const EmittedChild& child : children) ends.push(child.end);

@@ -29,7 +29,7 @@ public:
 
     /// Whether it was made for this number of points, and not cleared since.
     bool is_for(std::size_t points) const { return first_.size() == points + 1; }
-    /// Makes it valid for no number of points.
+    /// Makes is_for() false for any number of points.
     void clear() { first_.clear(); }
     /// Number of points.
     std::size_t points() const { return first_.empty() ? 0 : first_.size() - 1; }

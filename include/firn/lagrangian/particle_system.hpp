@@ -45,7 +45,7 @@ struct SystemMoment {
 /// 2. Collisions with other points and with the boundary change velocities.
 /// 3. Points move.
 /// 4. Constraints move points towards their distances at rest, which changes velocities, too.
-/// 5. Collisions move overlapping points apart, which changes no velocity.
+/// 5. The boundary moves. Collisions move overlapping points apart, which changes no velocity.
 /// 6. Points at the surfaces of the boundary obey their contact. \see meet_surfaces
 /// 7. Links tear, points are removed at the end of their life, and emitters add points. Before the first step,
 ///    emitters add the points that are due by then.
@@ -133,8 +133,7 @@ public:
     /// All emitters, in the order they were added.
     const std::vector<Emitter<D>>& emitters() const { return emitters_; }
 
-    /// Removes the points for which wanted(place) is true, and the springs, constraints, facets and excluded pairs at
-    /// them.
+    /// Removes the points for which wanted(place) is true, with their springs, constraints, facets and excluded pairs.
     /// \return the number of points removed
     /// \throws parameter_error  if a force or constraint names a point that does not exist; the system is then invalid
     template <class Wanted>
@@ -160,11 +159,11 @@ public:
     }
 
     /// Takes one step of dt [s].
-    /// \throws parameter_error  if dt is not positive, or a parameter of the system is out of range; forces may throw,
-    /// too
-    /// \throws particle_error   if a point or the force on it is not finite, before anything has moved; or if a point
-    /// is
-    ///                          not finite after it has moved, then all points are invalid
+    /// \throws parameter_error  if dt is not positive, or a parameter of the system is out of range
+    /// \throws particle_error   if a point or the force on it is not finite; nothing has moved then
+    /// \throws particle_error   if a point would not be finite after the step; all points are invalid then
+    ///
+    /// Exceptions that forces throw pass through.
     void step(double dt) { take_steps(dt, 1); }
 
     /// Takes steps of equal length, at most dt [s], until `duration` [s] has passed.
@@ -212,8 +211,7 @@ public:
         const auto resume_forces = [&](std::span<detail::AnyForce<S, D>> forces) {
             for (auto& force : forces) force.renumber(new_place), force.tear(moment.torn);
         };
-        std::vector<detail::AnyForce<S, D>> rehearsal =
-            forces_;  // may throw, and the user may hold references to forces_
+        std::vector<detail::AnyForce<S, D>> rehearsal = forces_;  // may throw; users may refer to forces_
         resume_forces(rehearsal);
         resume_forces(forces_);
         points = std::move(moment.points);

@@ -141,8 +141,7 @@ struct PointMasses {
     }
 
     /// Checks whether a point could be added with the id `as`.
-    /// \throws parameter_error  unless, in S, all numbers are finite, the mass is positive and the radius is not
-    /// negative
+    /// \throws parameter_error  unless, in S, all numbers are finite, the mass is positive, the radius not negative
     static void check(const PointMass<D>& point, std::uint64_t as) {
         const auto refuse = [&](const char* what, double given, const char* allowed) {
             throw parameter_error(sentence("The ", what, " of point ", as, " is ", given, "; it must be ", allowed,
