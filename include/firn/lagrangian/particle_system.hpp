@@ -46,7 +46,7 @@ struct SystemMoment {
 /// 3. Points move.
 /// 4. Constraints move points towards their distances at rest, which changes velocities, too.
 /// 5. The boundary moves. Collisions move overlapping points apart, which changes no velocity.
-/// 6. Points at the surfaces of the boundary obey their contact. \see meet_surfaces
+/// 6. Points at the surfaces of the boundary obey their contact, see meet_surfaces().
 /// 7. Links tear, points are removed at the end of their life, and emitters add points. Before the first step,
 ///    emitters add the points that are due by then.
 ///
