@@ -28,7 +28,7 @@ struct Membrane {
 
     Material material{};  ///< The material of all triangles.
 
-    /// The factors of F = Q R. A triangle without area has R(1, 1) = 0.
+    /// The factors of F = Q R. R(0, 0) and R(1, 1) are at least 1e-12, for triangles without area, too.
     struct InPlane {
         Mat<S, 2> R;      ///< Upper triangular [1].
         Vec<S, 3> first,  ///< First column of Q.
