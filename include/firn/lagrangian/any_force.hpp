@@ -1,4 +1,4 @@
-/// \file What moves points: the concept, and forces of any type side by side.
+/// \file The concept of a force on points, and a holder for forces of any type.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -10,19 +10,24 @@
 
 namespace firn {
 
-/// What moves a system's points: adds to the force [N] on each, given where they are. It is called outside any parallel
-/// region, so that it may open its own; one that says `static constexpr bool opens_no_region = true` is called within
-/// that of the step.
+/// A force on the points of a system: `f.add_forces(points, force, threads)` adds the force [N] on each point to
+/// `force`, which has one entry per point.
+///
+/// The system calls add_forces outside of any parallel region, so a force may open its own. A force that declares
+/// `static constexpr bool opens_no_region = true` may be called inside the parallel region of the steps.
+///
+/// A force may have more members. `add_stiffness(points, stiffness, damping, threads)` bounds the time step,
+/// `renumber(new_place)` is called when points are removed, `tear(torn)` when links tear. \see ElementForces
 template <class F, class S, int D>
 concept point_force =
     requires(F f, const PointView<S, D>& points, std::span<Vec<S, D>> force) { f.add_forces(points, force, 1); };
 
-/// Two points that are joined no longer; in any order.
+/// The places of the two ends of a torn link, in any order.
 using Torn = std::array<std::uint32_t, 2>;
 
 namespace detail {
 
-/// A force of any type, which stays where it is; a copy has one of its own.
+/// Holds a force of any type at a fixed address. A copy holds a copy of the force.
 template <class S, int D>
 class AnyForce {
 public:
@@ -42,13 +47,13 @@ public:
     void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) {
         held_->add_forces(points, force, threads);
     }
-    /// Adds to each point's stiffness [N/m] and damping [N s/m], where the force knows them.
+    /// Adds the stiffness [N/m] and damping [N s/m] at each point, if the force has them.
     void add_stiffness(const PointView<S, D>& points, std::span<double> stiffness, std::span<double> damping,
                        int threads) {
         held_->add_stiffness(points, stiffness, damping, threads);
     }
     bool may_open_regions() const { return held_->may_open_regions(); }
-    /// When points were taken out. \see PointMasses::remove_if
+    /// Call it after points were removed. \see PointMasses::remove_if
     void renumber(std::span<const std::uint32_t> new_place) { held_->renumber(new_place); }
     void tear(std::span<const Torn> torn) { held_->tear(torn); }
 
@@ -92,9 +97,9 @@ private:
     std::unique_ptr<Base> held_;
 };
 
-/// The largest stable step [s] of an explicit scheme under these forces, as they are now; infinite without springs.
-/// Points with stiffness k and damping c each: k dt²/m + 2 c dt/m ≤ 4 (Jury's criterion for v ← v + a dt,
-/// x ← x + v dt).
+/// The largest stable step [s] of an explicit scheme under the forces in their present state; infinite without springs
+/// and dampers. A point of stiffness k and damping c needs k dt²/m + 2 c dt/m ≤ 4 (Jury's criterion for
+/// v ← v + a dt, x ← x + v dt).
 template <class S, int D>
 double largest_step(std::span<AnyForce<S, D>> forces, const PointView<S, D>& points, int threads) {
     aligned_vector<double> stiffness, damping;

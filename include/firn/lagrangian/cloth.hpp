@@ -1,4 +1,4 @@
-/// \file Cloth: rectangles, and any triangle mesh.
+/// \file Builds cloth from a rectangle or from any triangle mesh.
 #pragma once
 
 #include <firn/data/mesh.hpp>
@@ -9,19 +9,20 @@
 
 namespace firn {
 
-/// Which way the cells of a rectangle are cut in two triangles.
+/// How each cell of a rectangle is cut into two triangles.
 enum class Diagonals {
-    alternating,  ///< in turn, as on a chessboard: no direction is preferred
-    parallel      ///< all the same way
+    alternating,  ///< Along either diagonal in turn, as on a chessboard: no direction is preferred.
+    parallel      ///< Along the same diagonal in all cells.
 };
 
-/// A rectangle (or parallelogram) of cells[0] × cells[1] cells, spanned at `origin` by the edges u and v [m]. Point
-/// (i, j), which lies at origin + i/cells[0] u + j/cells[1] v, has the place i + (cells[0] + 1) j.
+/// Builds a rectangle (or parallelogram) of cells[0] × cells[1] cells, spanned at `origin` by the edges u and v [m].
+/// Point (i, j) lies at origin + i/cells[0] u + j/cells[1] v and has the place i + (cells[0] + 1) j.
 ///
-/// Stretch links along u and v, shear links along both diagonals of every cell, bend links to the second neighbours
-/// along u and v (Provot 1995, "Deformation constraints in a mass-spring model to describe rigid cloth behavior"). Two
-/// triangles a cell, counter-clockwise seen from where u × v points to.
-/// \throws parameter_error  unless all is finite, u and v span an area, and there is a cell along each
+/// Stretch links run along u and v, shear links along both diagonals of every cell, bend links to the second neighbours
+/// along u and v (Provot 1995, "Deformation constraints in a mass-spring model to describe rigid cloth behavior"). Each
+/// cell has two triangles, counter-clockwise if u × v points to the viewer.
+/// \throws parameter_error  unless all numbers are finite, u and v span an area, and each edge has at least one cell
+/// \throws memory_error     if the net does not fit into memory
 inline Net<3> cloth(const Vec<double, 3>& origin, const Vec<double, 3>& u, const Vec<double, 3>& v,
                     const std::array<std::size_t, 2>& cells, Diagonals diagonals = Diagonals::alternating) {
     const double area = norm(cross(u, v));
@@ -65,7 +66,8 @@ inline Net<3> cloth(const Vec<double, 3>& origin, const Vec<double, 3>& u, const
 
 namespace detail {
 
-/// \throws mesh_error  as check_mesh(); for a triangle without an area; for a vertex that no triangle uses
+/// Checks a mesh before it becomes cloth.
+/// \throws mesh_error  as check_mesh(); for a triangle without area; for a vertex that no triangle uses
 inline void check_surface(const TriangleMesh& mesh) {
     check_mesh(mesh);
     std::vector<bool> used(mesh.vertices.size());
@@ -88,13 +90,13 @@ inline void check_surface(const TriangleMesh& mesh) {
                                   " (from 0) of the mesh, so it would be a loose point. Remove it."));
 }
 
-/// An edge of a triangle, and the corner on the other side of it.
+/// An edge of a triangle and the corner opposite to it.
 struct Side {
     std::uint32_t low, high, opposite;
     std::size_t triangle;
 };
 
-/// Of all triangles, those of the same edge beside each other.
+/// The sides of all triangles, sorted so that sides on one edge are next to each other.
 inline std::vector<Side> sorted_sides(const TriangleMesh& mesh) {
     std::vector<Side> sides;
     sides.reserve(3 * mesh.triangles.size());
@@ -113,11 +115,13 @@ inline std::vector<Side> sorted_sides(const TriangleMesh& mesh) {
 
 }  // namespace detail
 
-/// The surface of a mesh, open or closed: points, facets and their order are those of the mesh. Stretch links along
-/// its edges, bend links between the corners opposite to a shared edge (to every pair where more than two triangles
-/// share it; none where an edge joins them already). Vertices that lie on one point stay apart.
-/// \throws mesh_error  as check_mesh(); for a triangle without an area, two triangles folded onto each other, and a
-///                     vertex that no triangle uses
+/// Builds cloth from a mesh, open or closed. It keeps the points and facets of the mesh and their order.
+///
+/// Stretch links run along the edges. Bend links join the corners opposite to a shared edge, unless an edge joins them
+/// already; where more than two triangles share an edge, every pair gets a bend link. Vertices at the same position
+/// are not merged.
+/// \throws mesh_error  as check_mesh(); for a triangle without area, for two triangles folded onto each other, and for
+///                     a vertex that no triangle uses
 inline Net<3> cloth(const TriangleMesh& mesh) {
     detail::check_surface(mesh);
     Net<3> net{mesh.vertices, {}, {}};

@@ -1,9 +1,9 @@
-/// \file Which points are near each other: points sorted by the cells of a uniform grid.
+/// \file Finds points that are near each other: points sorted by the cells of a uniform grid.
 ///
-/// There are no cells in memory, only points in the order of the cells they lie in, the first axis fastest: all that is
-/// near a point lies in 3 (in the plane) or 9 unbroken ranges of that order, three cells long each. Where the box
-/// around the points has at most a few cells a point, a table says where each cell begins; where points lie far apart,
-/// the ranges are found by walking along the sorted keys. Order and ranges are the same either way.
+/// The grid stores no cells, only the points in the order of their cells, the first axis fastest. All neighbours of a
+/// point lie in 3 (2D) or 9 (3D) contiguous ranges of that order, each three cells long. If the box around the points
+/// has at most a few cells per point, a table holds the beginning of each cell. If points lie far apart, the ranges are
+/// found by walking along the sorted keys. Order and ranges are the same either way.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -21,26 +21,31 @@
 
 namespace firn {
 
-/// From `begin` to before `end` in the order of cells.
+/// A range of points in the order of cells.
 struct SortedRange {
-    std::uint32_t begin, end;
+    std::uint32_t begin,  ///< The first point.
+        end;              ///< One past the last point.
 };
 
+/// Sorts points by the cells of a uniform grid. Neighbours then lists the points near each point.
+/// \tparam S  float or double
+/// \tparam D  2 or 3
 template <std::floating_point S, int D>
 class CollisionGrid {
 public:
-    using V = Vec<S, D>;
-    static constexpr int rows = D == 2 ? 3 : 9;
-    static constexpr std::size_t padding = 16;  ///< numbers after the last that may be read
+    using V = Vec<S, D>;                         ///< A vector in space.
+    static constexpr int rows = D == 2 ? 3 : 9;  ///< Number of ranges in which the neighbours of a point lie.
+    static constexpr std::size_t padding = 16;   ///< How many numbers past the last one may be read.
 
     /// Sorts the points whose radius is positive.
-    /// \param reach  how far apart [m] points may be that are to be found together; 0: twice the largest radius
-    /// \throws particle_error   naming points whose position or radius is not finite, or whose radius is negative
-    /// \throws parameter_error  for a reach that is not finite or negative
+    /// \param threads  0: as many as thread_count() says
+    /// \param reach  the distance [m] up to which points are neighbours; 0: twice the largest radius
+    /// \throws particle_error   if a position or radius is not finite, or a radius is negative; it names the points
+    /// \throws parameter_error  if the reach is not finite or negative
     void build(const PointMasses<S, D>& points, int threads = 0, double reach = 0) {
         if (!(reach >= 0) || !std::isfinite(reach))
-            throw parameter_error(sentence("Neighbours are wanted up to ", reach,
-                                           " m; that must be finite and not negative (0: twice the largest radius)."));
+            throw parameter_error(sentence("The reach of neighbours is ", reach,
+                                           " m; it must be finite and not negative (0: twice the largest radius)."));
         threads = thread_count(threads);
         survey(points, threads);
         lay_out(points, reach);
@@ -54,15 +59,17 @@ public:
         }
     }
 
-    /// How many points were sorted.
+    /// Number of points that were sorted.
     std::size_t size() const { return size_; }
-    /// The place among all points of the k-th in order.
+    /// The place, among all points, of the k-th sorted point.
     std::uint32_t place(std::size_t k) const { return order_[k]; }
-    /// Coordinates along an axis, and radii, in order.
+    /// The coordinates of the sorted points along an axis [m], in order, with `padding` numbers after them.
     const S* coordinates(int axis) const { return coordinates_[std::size_t(axis)].data(); }
+    /// The radii of the sorted points [m], in order, with `padding` numbers after them.
     const S* radii() const { return radii_.data(); }
+    /// The side of a cell [m].
     double cell_side() const { return side_; }
-    /// What it holds in memory.
+    /// Memory in use [bytes].
     std::size_t bytes() const {
         std::size_t sum = (near_.items.capacity() * 2) * sizeof(near_.items[0]) +
                           (far_.items.capacity() * 2) * sizeof(far_.items[0]) + table_.capacity() * 4 +
@@ -71,12 +78,14 @@ public:
         return sum;
     }
 
-    /// Where the neighbours of points are, for k that do not decrease from call to call.
+    /// Lists the neighbours of one point after the other. From call to call, k must not decrease.
     class Neighbours {
     public:
+        /// Begins at the first point of a grid, which must outlive this object.
         explicit Neighbours(const CollisionGrid& grid) : grid_(grid) {}
 
-        /// All points within reach of the k-th, itself included, are in these ranges.
+        /// The ranges that contain all points within reach of the k-th point, and that point itself. They may contain
+        /// points beyond the reach, too.
         FIRN_INLINE const std::array<SortedRange, rows>& of(std::size_t k) {
             if (grid_.table_.empty()) {
                 const std::uint64_t key = grid_.far_.items[k].key;
@@ -117,7 +126,7 @@ public:
     };
 
 private:
-    struct Part {  // of all points, surveyed by one thread
+    struct Part {  // a part of the points, surveyed by one thread
         V lower, upper;
         S largest = 0;
         std::size_t wrong = 0, first_wrong = 0, sorted = 0;
@@ -167,7 +176,7 @@ private:
                 upper_[a] = std::max(upper_[a], part.upper[a]);
             }
             const std::size_t sorted = part.sorted;
-            part.sorted = size_;  // from now on: where its first goes
+            part.sorted = size_;  // from now on: where its first point goes
             size_ += sorted;
         }
     }
@@ -182,10 +191,10 @@ private:
     }
 
     void lay_out(const PointMasses<S, D>& points, double reach) {
-        // In double, so that neither rounding of cells nor of distances parts points within reach by two cells.
+        // In double: rounding of cells and distances must not put points within reach two cells apart.
         side_ = (reach > 0 ? reach : 2 * double(largest_)) * (1 + 1e-6);
         if (size_ == 0) return;
-        constexpr double most = D == 2 ? double(1 << 30) : double(1 << 20);  // cells along an axis: keys of 62 bits
+        constexpr double most = D == 2 ? double(1 << 30) : double(1 << 20);  // cells along an axis; 62-bit keys
         side_ = std::max(side_, std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon());
         Vec<double, D> upper = cast<double>(upper_);
         from_ = cast<double>(lower_);
@@ -200,14 +209,14 @@ private:
         for (int a = 0; a < D; ++a) {
             last_[a] = std::floor(std::min((upper[a] - from_[a]) / side_, most - 1));
             stride_[std::size_t(a)] = cells_;
-            cells_ *= std::uint64_t(last_[a]) + 3;  // and an empty cell on either side
+            cells_ *= std::uint64_t(last_[a]) + 3;  // with an empty cell on either side
         }
         for (std::size_t r = 0; r < rows; ++r)
             row_[r] = std::int64_t(stride_[1]) * (std::int64_t(r % 3) - 1) +
                       (D == 3 ? std::int64_t(stride_[D - 1]) * (std::int64_t(r / 3) - 1) : 0);
     }
 
-    /// Where the middle seven eighths of about a thousand points lie along an axis.
+    /// The interval along an axis [m] that holds the middle seven eighths of about a thousand sampled points.
     std::array<double, 2> where_most_are(const PointMasses<S, D>& points, int axis) const {
         std::vector<S> sample;
         const std::size_t step = count_ / 1024 + 1;
@@ -216,7 +225,8 @@ private:
         return {double(sample[sample.size() / 16]), double(sample[sample.size() - 1 - sample.size() / 16])};
     }
 
-    /// Points beyond the cells count to the outermost: neighbours still do not lie farther than one cell apart.
+    /// The key of the cell of a point. A point outside of all cells belongs to the outermost cell, so that neighbours
+    /// are still at most one cell apart.
     FIRN_INLINE std::uint64_t key_of(const V& x) const {
         std::uint64_t key = 0;
         unroll<D>([&](auto a) FIRN_LAMBDA {
@@ -270,13 +280,13 @@ private:
     V lower_{}, upper_{};
     S largest_ = 0;
     double side_ = 0, per_side_ = 0;
-    Vec<double, D> from_{}, last_{};  ///< the lower corner of cells [m]; the last cell along each axis
+    Vec<double, D> from_{}, last_{};  ///< lower corner of the cells [m]; last cell along each axis
     std::uint64_t cells_ = 0;
     std::array<std::uint64_t, std::size_t(D)> stride_{};
     std::array<std::int64_t, rows> row_{};
     RadixSort<std::uint32_t> near_;
     RadixSort<std::uint64_t> far_;
-    aligned_vector<std::uint32_t> table_;  ///< where each cell begins; empty where points lie far apart
+    aligned_vector<std::uint32_t> table_;  ///< where each cell begins; empty if points lie far apart
     aligned_vector<std::uint32_t> order_;
     aligned_vector<S> radii_;
     std::array<aligned_vector<S>, std::size_t(D)> coordinates_;

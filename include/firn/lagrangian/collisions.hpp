@@ -1,8 +1,8 @@
-/// \file Collisions of point masses with each other: balls that push each other apart, with restitution and friction.
+/// \file Collisions of point masses with each other, with restitution and friction.
 ///
-/// Contacts are found once a step. Each is kept at both of its points, so that a point sums up what it feels by itself
-/// and in the same order for any number of threads. What the two points of a contact feel are exact opposites in
-/// floating point, too: formulas only change sign when the points are swapped. Momentum is conserved to the rounding of
+/// Contacts are found once per step. Each is stored at both of its points, so a point sums its own contacts, in the
+/// same order for any number of threads. The impulses on the two points of a contact are exact opposites in floating
+/// point, too: swapping the points only changes the sign of each formula. Momentum is conserved up to the rounding of
 /// the sums.
 #pragma once
 
@@ -32,7 +32,7 @@ namespace firn {
 
 namespace detail {
 
-/// A unit vector for two points in one place, from one to the other: by their ids, the opposite when they are swapped.
+/// A unit vector for two points at one position. It depends on their ids only and changes sign if they are swapped.
 template <std::floating_point S, int D>
 Vec<S, D> direction_of_ids(std::uint32_t from, std::uint32_t to) {
     const std::uint64_t seed = std::uint64_t(std::min(from, to)) << 32 | std::max(from, to);
@@ -44,35 +44,40 @@ Vec<S, D> direction_of_ids(std::uint32_t from, std::uint32_t to) {
 
 }  // namespace detail
 
-/// Two points collide when they are nearer than the sum of their radii, unless a radius is 0, both are of the same
-/// group other than 0, or the pair is excluded. Surfaces of a boundary may take part.
+/// Resolves collisions of points with each other, and with the surfaces of a boundary.
 ///
-/// Velocities: each contact carries an impulse J, found in passes. In a pass a contact looks at the relative velocity
-/// that its points would have without J, and at the impulse by which velocity_after_impact answers that: the normal
-/// part lets them separate at least at the speed u, friction is at most μ times the normal part. u is what restitution
-/// asks for: e times the speed of approach before the passes, else 0. J goes towards that impulse by 1 / (the larger
-/// number of contacts of the two points); all contacts act together (Jacobi), so that a point moves by no more than a
-/// mean of what its contacts ask for. A contact of two points that touch nothing else is resolved in the first pass;
-/// others are approached. The first pass begins with the impulses of the step before (of two steps before, where those
-/// were smaller: blows are over, weight remains), which is what lets piles rest on few passes.
+/// Two points collide if they are nearer than the sum of their radii. They do not collide if a radius is 0, if both are
+/// in the same group other than 0, or if the pair is excluded.
 ///
-/// All contacts of a step act at the same time: a row of balls in contact is thrown apart by restitution as a whole,
-/// not one after the other as balls a little apart would be.
+/// Velocities. Each contact carries an impulse J, which is found in passes. A pass takes the relative velocity that the
+/// two points would have without J, and finds the impulse by which velocity_after_impact() answers it. The normal part
+/// of that impulse separates the points at least at the speed u; friction is at most μ times the normal part. u is
+/// e times the speed of approach before the passes, or 0 if there was none. J moves towards that impulse by the
+/// fraction 1/n, where n is the larger number of contacts of the two points. All contacts act together (Jacobi), so a
+/// point never moves by more than the mean of what its contacts ask for. The first pass is exact for two points that
+/// touch nothing else; other contacts converge.
 ///
-/// Positions: passes of shifts, shared by inverse masses and contacts, remove the overlaps (but for contact_slack).
-/// They change no velocity.
+/// The first pass starts from the impulses of the last step, or of the step before it where those were smaller: an
+/// impact is over after one step, a weight stays. This is why piles rest with few passes.
+///
+/// All contacts of a step act at the same time. Restitution throws a row of touching balls apart as a whole; balls a
+/// little apart would collide one after the other.
+///
+/// Positions. Passes of shifts remove the overlaps, except for contact_slack. The two points of a contact share its
+/// shift by their inverse masses and numbers of contacts. Shifts change no velocity.
 template <std::floating_point S, int D>
 class Collisions {
 public:
-    using V = Vec<S, D>;
+    using V = Vec<S, D>;  ///< A vector in space.
 
-    double restitution = 0;   ///< Newton's e, from 0 to 1 [1]
-    double friction = 0;      ///< Coulomb's μ [1]
-    int velocity_passes = 4;  ///< a step
-    int shift_passes = 2;     ///< a step
-    bool remember = true;     ///< begin with the impulses of the step before
+    double restitution = 0;   ///< Newton's e, from 0 to 1 [1].
+    double friction = 0;      ///< Coulomb's μ [1].
+    int velocity_passes = 4;  ///< Passes over the velocities per step.
+    int shift_passes = 2;     ///< Passes over the positions per step.
+    bool remember = true;     ///< Whether to start from the impulses of the last step.
 
-    /// \throws parameter_error  unless 0 ≤ e ≤ 1, μ is finite and not negative, and the numbers of passes are not
+    /// Checks the members above.
+    /// \throws parameter_error  unless 0 ≤ e ≤ 1, μ is finite and not negative, and no number of passes is negative
     void check() const {
         check_restitution(restitution);
         if (!(friction >= 0) || !std::isfinite(S(friction)))
@@ -80,31 +85,34 @@ public:
                                            "; Coulomb's coefficient must be finite and not negative."));
         for (const int passes : {velocity_passes, shift_passes})
             if (passes < 0)
-                throw parameter_error(
-                    sentence("Collisions have ", passes, " passes a step; there must be none (0) or more."));
+                throw parameter_error(sentence("Collisions have ", passes, " passes per step; give 0 or more."));
     }
 
-    /// Pairs of places that shall not collide, besides those named before.
+    /// Excludes pairs of points, given by their places, from collisions, in addition to earlier ones.
     void exclude(std::span<const std::array<std::uint32_t, 2>> pairs) { excluded_.add(pairs); }
-    /// The ends of links. \param first  the place of what they call point 0
+    /// Excludes the two ends of each link from collisions.
+    /// \param first  the place of the point that links call 0
     void exclude(std::span<const Link> links, std::uint32_t first = 0) {
         std::vector<std::array<std::uint32_t, 2>> pairs;
         pairs.reserve(links.size());
         for (const Link& link : links) pairs.push_back({first + link.a, first + link.b});
         excluded_.add(pairs);
     }
+    /// All excluded pairs, by places.
     const std::vector<std::array<std::uint32_t, 2>>& excluded() const { return excluded_.pairs(); }
-    /// When points have been taken out. \param new_place  as PointMasses::remove_if says
+    /// Updates the excluded pairs after points were removed.
+    /// \param new_place  what PointMasses::remove_if returned
+    /// \throws parameter_error  if a pair names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) { excluded_.renumber(new_place); }
 
-    /// Once a step, when points have moved: finds contacts, changes velocities, shifts.
-    /// \throws as find()
+    /// Finds contacts, changes velocities and shifts positions. Call it once per step, after points have moved.
+    /// \throws parameter_error, particle_error  as find()
     void apply(PointMasses<S, D>& points, int threads = 0) { apply(points, NoBoundary{}, 0, threads); }
-    /// The same with the surfaces of a boundary. What they let slide and leave takes part in the passes, so that piles
-    /// stand on it; then meet_surfaces() has the last word.
-    /// \param boundary  a boundary policy in S that says where its surfaces are
-    /// \param restitution_of_surfaces  Newton's e between points and surfaces [1]
-    /// \throws as find() and meet_surfaces()
+    /// Same, with the surfaces of a boundary. Surfaces with Contact::separate take part in the passes, so that piles
+    /// stand on them. At the end, meet_surfaces() applies all surfaces.
+    /// \param boundary  a boundary policy in S that has surfaces(), see has_surfaces
+    /// \param restitution_of_surfaces  Newton's e between points and surfaces, from 0 to 1 [1]
+    /// \throws parameter_error, particle_error  as find() and meet_surfaces()
     template <class B>
     void apply(PointMasses<S, D>& points, const B& boundary, double restitution_of_surfaces, int threads = 0) {
         find(points, boundary, restitution_of_surfaces, threads);
@@ -113,10 +121,12 @@ public:
         if constexpr (!std::same_as<B, NoBoundary>) meet_surfaces(points, boundary, restitution_of_surfaces, threads);
     }
 
-    /// Finds the contacts, and the approach velocities that restitution goes by.
-    /// \throws particle_error   naming points whose position or radius is not finite
-    /// \throws parameter_error  as check(), and if an excluded pair names a point that is not there
+    /// Finds the contacts, and the speeds of approach for restitution.
+    /// \throws particle_error   if a position or radius is not finite, or a radius is negative; it names the points
+    /// \throws parameter_error  as check(), and if an excluded pair names a point that does not exist
     void find(const PointMasses<S, D>& points, int threads = 0) { find(points, NoBoundary{}, 0, threads); }
+    /// Same, with the surfaces of a boundary. \see apply
+    /// \throws parameter_error, particle_error  as above, and if restitution_of_surfaces is not from 0 to 1
     template <class B>
     void find(const PointMasses<S, D>& points, const B& boundary, double restitution_of_surfaces, int threads = 0) {
         check();
@@ -142,13 +152,13 @@ public:
         });
     }
 
-    /// How many pairs are in contact.
+    /// Number of pairs of points in contact.
     std::size_t contacts() const {
         std::size_t both_sides = 0;
         for (const auto& chunk : table_.chunks) both_sides += chunk.used - chunk.surfaces.size();
         return both_sides / 2;
     }
-    /// f(place, place of the other), for each contact from both sides.
+    /// Calls f(place, place of the other point) for each contact of two points, once from either side.
     template <class F>
     void for_contacts(const F& f) const {
         for (std::size_t k = 0; k < grid_.size(); ++k)
@@ -157,7 +167,8 @@ public:
                     f(grid_.place(k), grid_.place(other));
     }
 
-    /// Points in contact act on each other. \param points  those that contacts were found of
+    /// Changes the velocities of points in contact.
+    /// \param points  the points that were passed to find()
     void change_velocities(PointMasses<S, D>& points, int threads = 0) {
         if (velocity_passes == 0) return;
         threads = thread_count(threads);
@@ -181,19 +192,21 @@ public:
         begun_ = table_.has_kept = true;
     }
 
-    /// The impulses of the last step, with which the next one begins; none before the first, or without passes.
+    /// The impulses of the last step, from which the next step starts; nothing before the first step or without passes.
     std::optional<std::vector<KeptImpulse<S, D>>> kept() const {
         if (!table_.has_kept) return {};
         return table_.kept();
     }
-    /// Begins the next step with those of another run. \throws parameter_error  as ContactTable::resume
+    /// Makes the next step start from the kept impulses of another run.
+    /// \throws parameter_error  as ContactTable::resume; nothing has changed then
     void resume(const std::optional<std::vector<KeptImpulse<S, D>>>& kept) {
         Table resumed;
         if (kept) resumed.resume(*kept);
         table_ = std::move(resumed);
     }
 
-    /// Points that overlap move apart.
+    /// Moves points that overlap apart.
+    /// \param points  the points that were passed to find()
     void shift(PointMasses<S, D>& points, int threads = 0) {
         if (shift_passes == 0) return;
         threads = thread_count(threads);
@@ -211,8 +224,9 @@ public:
         scatter(points.position, x_, threads);
     }
 
+    /// The grid that find() built.
     const CollisionGrid<S, D>& grid() const { return grid_; }
-    /// What it holds in memory.
+    /// Memory in use [bytes].
     std::size_t bytes() const {
         std::size_t sum = grid_.bytes() + table_.bytes() + before_.bytes() +
                           (x_.capacity() + v_.capacity() + next_.capacity() + w_.capacity()) * sizeof(S);
@@ -227,20 +241,20 @@ private:
     using Table = ContactTable<S, D>;
     static constexpr std::size_t lanes = std::size_t(scalar_traits<P>::lanes);
     static constexpr std::size_t chunk_size = Table::chunk_size;
-    /// Below this distance squared [m²], as in direction_or_up, differences have no direction.
+    /// Below this squared distance [m²], a difference of positions has no direction, as in direction_or_up().
     static constexpr S least_square = S(1e-30);
 
-    /// As many contacts as there are lanes, each as one of its points sees it. Contact q of a block is in the lane l
-    /// with quad_of_lane(l) = q.
+    /// One contact per lane, seen from one of its points. Contact q of a block is in the lane l with
+    /// quad_of_lane(l) = q.
     struct alignas(64) Block {
-        S normal[D][lanes];   ///< of unit length, from the other
-        S impulse[D][lanes];  ///< times the sum of the inverse masses: what it adds to the relative velocity [m/s]
-        S share[lanes];       ///< 1 / (the larger number of contacts of the two)
-        S mass[lanes];        ///< 1 / (the sum of the inverse masses), or 0 [kg]
-        S leaving[lanes];     ///< the speed of separation that restitution asks for [m/s]
+        S normal[D][lanes];   ///< unit vector, from the other point to this one
+        S impulse[D][lanes];  ///< times the sum of the inverse masses: its change of the relative velocity [m/s]
+        S share[lanes];       ///< 1 / (larger number of contacts of the two points)
+        S mass[lanes];        ///< 1 / (sum of the inverse masses), or 0 if both are pinned [kg]
+        S leaving[lanes];     ///< speed of separation by restitution [m/s]
         S friction[lanes];
-        S last[lanes];                           ///< the length of `impulse` at the end of the step before
-        std::uint32_t own[lanes], other[lanes];  ///< points, in the grid's order; by contacts, not lanes
+        S last[lanes];                           ///< length of `impulse` at the end of the last step
+        std::uint32_t own[lanes], other[lanes];  ///< ranks of points; by contact, not by lane
 
         FIRN_INLINE static PV vector(const S (&of)[D][lanes]) {
             PV r;
@@ -248,7 +262,7 @@ private:
             return r;
         }
     };
-    /// What contacts see of a point each: a vector and a number.
+    /// A vector and a number of one point per lane.
     struct Seen {
         PV vector;
         P number;
@@ -256,7 +270,8 @@ private:
 
     std::size_t end_of(std::size_t chunk) const { return std::min((chunk + 1) * chunk_size, grid_.size()); }
 
-    /// To quads. Surfaces follow the points, as if pinned, and too small to touch anything in shifts.
+    /// Copies a chunk of points to quads (four numbers each). Surfaces come after the points, as pinned points with a
+    /// radius so far below zero that shifts ignore them.
     void copy_points(std::size_t which, const PointMasses<S, D>& points) {
         const auto quad = [](S* to, const V& vector, S number) {
             for (int a = 0; a < 4; ++a) to[a] = a < D ? vector[a] : a == D ? number : S(0);
@@ -306,7 +321,7 @@ private:
                 (kept ? Row::load(kept) : Row(0)).store(scratch.data() + 4 * c);
             }
         }
-        for (std::size_t c = chunk.used; c < lanes * blocks.size(); ++c) {  // a point with itself feels nothing
+        for (std::size_t c = chunk.used; c < lanes * blocks.size(); ++c) {  // contact with itself: no effect
             blocks[c / lanes].own[c % lanes] = blocks[c / lanes].other[c % lanes] = std::uint32_t(which * chunk_size);
             Row(0).store(scratch.data() + 4 * c);
         }
@@ -369,7 +384,7 @@ private:
         P::load(mu).store(block.friction);
     }
 
-    /// For the next step: a quad for each contact.
+    /// Keeps a quad for each contact for the next step.
     void keep(std::size_t which) {
         auto& chunk = table_.chunks[which];
         const auto& blocks = blocks_[which];
@@ -399,8 +414,9 @@ private:
         parallel_for(grid_.size(), threads, copy, chunk_size);
     }
 
-    /// Passes in which every point gets the sum of act(block, own, other) over its contacts, times its inverse mass,
-    /// all from the values of the pass before. \param values  a vector and a number, a quad for each point
+    /// Runs passes. Each adds to every point the sum of act(block, own, other) over its contacts, times its inverse
+    /// mass, computed from the values of the pass before.
+    /// \param values  a vector and a number per point, as quads
     template <class Act>
     void relax(aligned_vector<S>& values, int passes, int threads, const Act& act) {
         felt_.resize(std::max(felt_.size(), std::size_t(threads)));
@@ -432,13 +448,13 @@ private:
 
     ExcludedPairs excluded_;
     CollisionGrid<S, D> grid_;
-    Table table_, before_;                       ///< of this step, of the one before
+    Table table_, before_;                       ///< of this step, of the last step
     std::vector<aligned_vector<Block>> blocks_;  ///< of each chunk
-    aligned_vector<S> x_, v_, next_;  ///< quads: position and radius, velocity and inverse mass, those of a pass
+    aligned_vector<S> x_, v_, next_;  ///< quads: position and radius; velocity and inverse mass; the next pass
     aligned_vector<S> w_;             ///< inverse masses [1/kg]
-    bool begun_ = false;              ///< the impulses of the step before have been applied
+    bool begun_ = false;              ///< whether the impulses of the last step were applied
     std::vector<std::size_t> phases_;
-    std::vector<aligned_vector<S>> felt_;  ///< by a thread: quads, what the contacts of a chunk do
+    std::vector<aligned_vector<S>> felt_;  ///< by thread: the effect of each contact of a chunk, as quads
 };
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-/// \file Colours for links: links of one colour share no point, so that they may move their ends at the same time.
+/// \file Colours for links. Links of one colour share no point, so they may move their ends at the same time.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -12,14 +12,15 @@
 
 namespace firn {
 
-/// Each link, in turn, gets the lowest colour that no link at either end has yet.
+/// Colours links in their order. Each link gets the lowest colour that no link at either of its ends has.
 struct LinkColours {
-    /// Points with more links than half of this leave some of them without a colour.
+    /// The largest number of colours. At a point with more than half as many links, some links may get no colour.
     static constexpr int most = 64;
 
-    std::vector<std::uint8_t> colour;  ///< of each link; `most`: none, for links that must wait for each other
-    int count = 0;                     ///< of colours
+    std::vector<std::uint8_t> colour;  ///< Of each link. `most`: no colour, such links must act one after another.
+    int count = 0;                     ///< Number of colours in use.
 
+    /// Colours links, given by the places of their ends, each below `points`.
     LinkColours(std::span<const std::array<std::uint32_t, 2>> links, std::size_t points) {
         std::vector<std::uint64_t> taken(points, 0);
         colour.reserve(links.size());
@@ -34,7 +35,9 @@ struct LinkColours {
     }
 };
 
-/// Are these colours by which links may move their ends at the same time?
+/// Whether there is a colour for each link, and no two links of one colour share a point.
+/// \param colour  one per link; LinkColours::most: no colour
+/// \param points  number of points; the ends of links are below it
 inline bool are_colours(std::span<const std::uint8_t> colour, std::span<const std::array<std::uint32_t, 2>> links,
                         std::size_t points) {
     if (colour.size() != links.size()) return false;

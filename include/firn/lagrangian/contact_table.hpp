@@ -1,4 +1,4 @@
-/// \file Which points touch which: the contacts of every point, found once a step.
+/// \file The contacts of every point, found once per step.
 #pragma once
 
 #include <firn/boundary/contact.hpp>
@@ -20,57 +20,70 @@ namespace firn {
 /// A surface that a point touches.
 template <std::floating_point S, int D>
 struct TouchedSurface {
-    Vec<S, D> normal, velocity;
-    S friction;
+    Vec<S, D> normal,  ///< Outward unit normal.
+        velocity;      ///< [m/s]
+    S friction;        ///< Coulomb's μ [1].
 };
 
-/// What a contact felt in a step, kept for the one after.
+/// The impulse of a contact in one step, kept for the next step.
 template <std::floating_point S, int D>
 struct KeptImpulse {
-    std::array<std::uint32_t, 2> ids{};  ///< of two points, ascending, or of a point and a surface (\see ContactTable)
-    /// On the first, times the sum of the inverse masses [m/s], and the length that it had a step before.
+    std::array<std::uint32_t, 2> ids{};  ///< Of two points, ascending, or of a point and a surface; see ContactTable.
+    /// The impulse on the first, times the sum of the inverse masses, and its length one step earlier [m/s].
     std::array<S, std::size_t(D) + 1> numbers{};
 
     bool operator==(const KeptImpulse&) const = default;
 };
 
-/// Every contact is listed at both of its points, in the order of the collision grid; consecutive points share a chunk,
-/// however many threads there are. All memory is kept for the next time.
+/// Lists every contact at both of its points, in the order of the collision grid. Consecutive points share a chunk; the
+/// chunks do not depend on the number of threads. Memory is kept for the next step.
+///
+/// The *rank* of a point is its index in the order of the collision grid.
 template <std::floating_point S, int D>
 struct ContactTable {
-    static constexpr std::size_t chunk_size = 256;
-    static constexpr std::uint32_t none = no_particle;
-    /// A surface instead of another point: the first that a point touches, the second is one less, …
+    static constexpr std::size_t chunk_size = 256;      ///< Points per chunk.
+    static constexpr std::uint32_t none = no_particle;  ///< No point.
+    /// The first surface that a point touches, instead of another point. The second surface is one less, and so on.
     static constexpr std::uint32_t first_surface = none - 1;
-    static constexpr std::uint32_t most_points = none - 4096;
+    static constexpr std::uint32_t most_points = none - 4096;  ///< The number of points must be below this.
+    /// Whether an entry of Chunk::others or Chunk::ids is a surface.
     static constexpr bool is_surface(std::uint32_t other) { return other >= most_points; }
 
+    /// The contacts of `chunk_size` consecutive points.
     struct Chunk {
-        std::size_t used = 0;               ///< contacts; arrays may hold more
-        std::vector<std::uint32_t> others;  ///< in the grid's order, or surfaces
-        std::vector<std::uint32_t> ids;     ///< of the others
-        std::vector<TouchedSurface<S, D>> surfaces;
-        std::size_t surfaces_before = 0;  ///< in the chunks before it
-        aligned_vector<S> kept;           ///< a quad for each contact, for the next step
-        std::vector<std::uint32_t> near;  ///< room for the candidates of one point
+        std::size_t used = 0;                        ///< Number of contacts; the arrays may be longer.
+        std::vector<std::uint32_t> others;           ///< Ranks of the other points, or surfaces.
+        std::vector<std::uint32_t> ids;              ///< Ids of the other points, or surfaces.
+        std::vector<TouchedSurface<S, D>> surfaces;  ///< Those touched, in the order of contacts.
+        std::size_t surfaces_before = 0;             ///< Number of surfaces in the chunks before this one.
+        aligned_vector<S> kept;           ///< Four numbers per contact, kept for the next step; see KeptImpulse.
+        std::vector<std::uint32_t> near;  ///< Scratch memory for the candidates of one point.
     };
-    std::vector<Chunk> chunks;
-    aligned_vector<std::uint32_t> first, count;  ///< the contacts of each point in its chunk
+    std::vector<Chunk> chunks;            ///< By rank / `chunk_size`.
+    aligned_vector<std::uint32_t> first,  ///< By rank: a point's first contact in its chunk.
+        count;                            ///< By rank: the number of a point's contacts.
+    /// A point's id and rank.
     struct Place {
-        std::uint32_t id, rank;  ///< in the grid's order, or none
+        std::uint32_t id,  ///< The point's id.
+            rank;          ///< Its rank, or none.
     };
-    aligned_vector<Place> places;  ///< of all points
-    bool has_kept = false;
+    aligned_vector<Place> places;  ///< Of all points, by place.
+    bool has_kept = false;         ///< Whether Chunk::kept holds the impulses of this step.
+    /// A point's id and group.
     struct Name {
-        std::uint32_t id, group;
+        std::uint32_t id,  ///< The point's id.
+            group;         ///< Its group; see PointMass.
     };
-    aligned_vector<Name> names;  ///< in the grid's order
+    aligned_vector<Name> names;  ///< By rank.
 
+    /// Number of contacts with surfaces.
     std::size_t surface_count() const {
         return chunks.empty() ? 0 : chunks.back().surfaces_before + chunks.back().surfaces.size();
     }
 
-    /// \param surfaces  surfaces(x, seen) calls seen as a boundary does. \see has_surfaces
+    /// Finds all contacts.
+    /// \param surfaces  surfaces(x, seen) calls `seen` as a boundary does. \see has_surfaces
+    /// \throws particle_error  if there are too many points
     template <class Surfaces>
     void find(const CollisionGrid<S, D>& grid, const PointMasses<S, D>& points, const ExcludedPairs& excluded,
               const Surfaces& surfaces, int threads) {
@@ -111,14 +124,14 @@ struct ContactTable {
         }
     }
 
-    /// Where the point of this place and id was in the order, when the table was made; or none.
+    /// The rank that the point of this id had when the table was made, or none. `place` is where to look first.
     FIRN_INLINE std::uint32_t rank_of(std::uint32_t place, std::uint32_t wanted) const {
         if (place < places.size() && places[place].id == wanted) return places[place].rank;
         const auto before = [](const Place& one, std::uint32_t id) { return one.id < id; };
-        const auto found = std::lower_bound(places.begin(), places.end(), wanted, before);  // others were taken out
+        const auto found = std::lower_bound(places.begin(), places.end(), wanted, before);  // its place has changed
         return found == places.end() || found->id != wanted ? none : found->rank;
     }
-    /// What was kept of the contact of a point, by its rank, with another; or nullptr.
+    /// The four numbers kept of the contact of a point, given by its rank, with another; or nullptr.
     FIRN_INLINE const S* kept_of(std::uint32_t of_rank, std::uint32_t other_id) const {
         if (of_rank == none) return nullptr;
         const Chunk& chunk = chunks[of_rank / chunk_size];
@@ -127,7 +140,7 @@ struct ContactTable {
         return nullptr;
     }
 
-    /// What is kept, each contact once, in the order of ids: what the other of two points feels is the exact opposite.
+    /// The kept impulses in the order of ids. Each contact is there once: the other point feels the exact opposite.
     std::vector<KeptImpulse<S, D>> kept() const {
         std::vector<KeptImpulse<S, D>> all;
         for (const Place& place : places) {
@@ -142,10 +155,10 @@ struct ContactTable {
         std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.ids < b.ids; });
         return all;
     }
-    /// Makes this a table that has kept those, and no more.
-    /// \throws parameter_error  unless they are in the order of ids, each once and finite; nothing has changed then
+    /// Replaces the table by one that holds these kept impulses and nothing else.
+    /// \throws parameter_error  unless they are in the order of ids, each once, and finite; nothing has changed then
     void resume(std::span<const KeptImpulse<S, D>> all) {
-        std::vector<KeptImpulse<S, D>> sides;  // of all contacts, by their own point
+        std::vector<KeptImpulse<S, D>> sides;  // both sides of all contacts
         for (std::size_t k = 0; k < all.size(); ++k) {
             const auto [own, other] = all[k].ids;
             const auto finite = [](S number) { return std::isfinite(number); };
@@ -175,6 +188,7 @@ struct ContactTable {
         has_kept = true;
     }
 
+    /// Memory in use [bytes].
     std::size_t bytes() const {
         std::size_t sum = (first.capacity() + count.capacity()) * 4 + places.capacity() * sizeof(Place) +
                           names.capacity() * sizeof(Name);
@@ -228,7 +242,7 @@ private:
         }
     }
 
-    /// Those that separate: what sticks or slips follows its surface when all else is done.
+    /// Lists the surfaces of contacts that separate. Points that stick or slip are handled by meet_surfaces().
     template <class Surfaces>
     static void list_surfaces(Chunk& chunk, std::size_t i, const PointMasses<S, D>& points, const Surfaces& surfaces) {
         std::uint32_t name = first_surface;

@@ -1,4 +1,4 @@
-/// \file Distances that points keep: stretch, shear and bend of cloth, edges of soft bodies, ropes.
+/// \file Distance constraints between points, for cloth, soft bodies and ropes.
 #pragma once
 
 #include <firn/lagrangian/colouring.hpp>
@@ -8,23 +8,24 @@
 
 namespace firn {
 
-/// In which order corrections act.
+/// The order in which constraints correct positions.
 enum class ConstraintUpdate {
-    immediate,  ///< one after another, in the order they were added, on one thread: converges fastest for chains
-    coloured,   ///< at once, colour after colour: parallel, and the same bits for any number of threads
-    averaged    ///< all from the same positions, then summed point by point: no order at all, converges slowest
+    immediate,  ///< One by one, in the order they were added, on one thread. Converges fastest for chains.
+    coloured,   ///< Colour by colour, in parallel. Gives the same bits for any number of threads.
+    averaged    ///< All from the same positions, then summed at each point. Converges slowest.
 };
 
-/// Of the links of one kind.
+/// How the links of one kind become constraints.
 struct ConstraintOptions {
-    /// α [m/N], the inverse of a spring's stiffness: XPBD's, which depends on neither iterations nor time step. 0:
-    /// rigid
+    /// α [m/N], the inverse of a spring's stiffness, as in XPBD: its effect depends on neither the number of iterations
+    /// nor the time step. 0: rigid.
     double compliance = 0;
-    /// Part of a correction that one iteration makes, above 0 to 1: what it amounts to depends on the iterations.
+    /// The fraction of a correction that one iteration makes, in ]0, 1]. Its effect depends on how many there are.
     double relaxation = 1;
-    bool kept = true;  ///< or not: these links are no constraints
+    bool kept = true;  ///< false: these links do not become constraints.
 
-    /// \throws parameter_error  for a compliance that is negative, or a relaxation outside ]0, 1]
+    /// Checks the numbers.
+    /// \throws parameter_error  if the compliance is negative or not finite, or the relaxation is outside ]0, 1]
     void check() const {
         if (!(compliance >= 0) || !std::isfinite(compliance) || !(relaxation > 0 && relaxation <= 1))
             throw parameter_error(sentence("A constraint of compliance ", compliance, " m/N and relaxation ",
@@ -33,13 +34,13 @@ struct ConstraintOptions {
                                            "and at most 1."));
     }
 };
-using ConstraintsOfKinds = std::array<ConstraintOptions, link_kinds>;  ///< by LinkKind
+using ConstraintsOfKinds = std::array<ConstraintOptions, link_kinds>;  ///< Options for each LinkKind.
 
 namespace detail {
 
 /// The correction of one distance, along e = (x_b − x_a)/l: x_a −= w_a Δλ e, x_b += w_b Δλ e with
-/// Δλ = (l₀ − l − α̃ λ)/(w_a + w_b + α̃), α̃ = α/dt² (Macklin, Müller, Chentanez 2016, eq. 18). Two points at one place
-/// are pushed apart along the second axis. One root and one division.
+/// Δλ = (l₀ − l − α̃ λ)/(w_a + w_b + α̃), α̃ = α/dt² (Macklin, Müller, Chentanez 2016, eq. 18). Two points at one
+/// position are pushed apart along the second axis. It takes one square root and one division.
 template <scalar S, int D>
 struct DistanceCorrection {
     Vec<S, D> impulse;  ///< Δλ e
@@ -64,49 +65,56 @@ struct DistanceCorrection {
 
 }  // namespace detail
 
-/// What became of constraints, each named by how many were added before it.
+/// What has happened to constraints in a run. A constraint's number is how many were added before it.
 struct ConstraintHistory {
-    std::uint32_t added = 0;
-    std::vector<std::uint32_t> gone = {};  ///< those that tore or lost an end, in ascending order
-    std::vector<std::uint8_t> colours =
-        {};  ///< of the others, in the order they were added; none before they are needed
+    std::uint32_t added = 0;               ///< Number of constraints added.
+    std::vector<std::uint32_t> gone = {};  ///< Numbers of those that tore or lost an end, ascending.
+    /// Colours of the others, in the order they were added; empty until colours are needed.
+    std::vector<std::uint8_t> colours = {};
 };
 
 /// Constraints |x_b − x_a| = l₀, solved by iterations of position-based dynamics.
 template <std::floating_point S, int D>
 class DistanceConstraints {
 public:
-    using Ends = std::array<std::uint32_t, 2>;
+    using Ends = std::array<std::uint32_t, 2>;  ///< The places of two points.
 
-    ConstraintUpdate update = ConstraintUpdate::coloured;
-    /// A constraint that is longer than this many times its length at rest after a step breaks; above 1. \see torn
+    ConstraintUpdate update = ConstraintUpdate::coloured;  ///< The order of corrections.
+    /// A constraint tears if, after a step, it is longer than this many times its length at rest; above 1. \see torn
     double tear_factor = std::numeric_limits<double>::infinity();
 
+    /// A constraint: two points and their distance at rest.
     struct Constraint {
-        Ends ends{};  ///< places of points
-        S rest = 1;   ///< l₀ [m]
+        Ends ends{};  ///< Places of the two points.
+        S rest = 1;   ///< l₀, length at rest [m].
     };
 
+    /// Number of constraints.
     std::size_t size() const { return all_.size(); }
-    /// In the order they are solved in.
+    /// The constraints, in the order in which they are solved.
     std::span<const Constraint> all() const { return all_; }
 
-    /// \param rest  [m]
-    /// \throws parameter_error  unless the length is positive and the ends differ, or as ConstraintOptions::check
+    /// Adds one constraint.
+    /// \param ends  the places of two points
+    /// \param rest  their distance at rest [m]
+    /// \param kind  shear and bend constraints may be removed when others tear, see torn()
+    /// \throws parameter_error  unless the length is positive and the ends differ; and as ConstraintOptions::check
     void add(const Ends& ends, double rest, const ConstraintOptions& options = {}, LinkKind kind = LinkKind::stretch) {
         options.check();
         if (!(S(rest) > 0) || !std::isfinite(S(rest)) || ends[0] == ends[1])
-            throw parameter_error(sentence("A constraint between points ", ends[0], " and ", ends[1], " of length ",
-                                           rest, " m: the length must be positive and finite, and the points two."));
+            throw parameter_error(
+                sentence("A constraint between points ", ends[0], " and ", ends[1], " of length ", rest,
+                         " m: the length must be positive and finite, and the two points must differ."));
         all_.push_back({ends, S(rest)});
         softness_.push_back({S(options.compliance), S(options.relaxation)});
         origin_.push_back({added_++, kind});
         is_soft_ = is_soft_ || options.compliance > 0 || options.relaxation < 1;
         ordered_ = false;
     }
-    /// The links of a net, as long at rest as there.
-    /// \param first  the place of the net's first point among the system's
-    /// \throws parameter_error  for a link of no length, or to a point that is not there
+    /// Adds the links of a net. Their lengths at rest are those in the net.
+    /// \param options  for each kind of link
+    /// \param first    the place of the net's first point in the system
+    /// \throws parameter_error  if a link has no length or names a point that does not exist
     void add(const Net<D>& net, const ConstraintsOfKinds& options, std::size_t first = 0) {
         for (const ConstraintOptions& each : options) each.check();
         for (const Link& link : net.links) detail::checked_rest_length(net, link);
@@ -115,22 +123,25 @@ public:
                 add({detail::moved_place(link.a, first), detail::moved_place(link.b, first)},
                     detail::checked_rest_length(net, link), of, link.kind);
     }
+    /// Same, with the same options for all links.
     void add(const Net<D>& net, const ConstraintOptions& of_all = {}, std::size_t first = 0) {
         ConstraintsOfKinds options;
         options.fill(of_all);
         add(net, options, first);
     }
 
-    /// Moves points towards the distances they keep.
-    /// \throws parameter_error  if a constraint names a point that is not there, the tear factor is not above 1, the
-    ///                          step not positive, or a number not one of each point
+    /// Moves points towards their distances at rest by iterations.
+    /// \param position      [m], one per point
+    /// \param inverse_mass  [1/kg], one per point; 0: the point does not move
+    /// \param dt            time step [s]
+    /// \throws parameter_error  if a constraint names a point that does not exist, tear_factor is not above 1, dt is
+    ///                          not positive, iterations is negative, or there is not one inverse mass per point
     void solve(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, double dt, int iterations, int threads) {
         if (!(dt > 0) || !std::isfinite(dt) || iterations < 0 || inverse_mass.size() != position.size())
-            throw parameter_error(
-                sentence("Constraints of ", position.size(), " points with ", inverse_mass.size(),
-                         " inverse masses in ", iterations, " iterations over ", dt,
-                         " s: give an inverse mass for each point, no negative number, and a positive "
-                         "step."));
+            throw parameter_error(sentence("Constraints of ", position.size(), " points with ", inverse_mass.size(),
+                                           " inverse masses in ", iterations, " iterations over ", dt,
+                                           " s: give one inverse mass per point, 0 or more iterations, and a positive "
+                                           "step."));
         if (!(tear_factor > 1))
             throw parameter_error(sentence("Constraints tear at ", tear_factor,
                                            " times their length at rest; it must be above 1 (infinite: never)."));
@@ -148,8 +159,10 @@ public:
         }
     }
 
-    /// Takes out those that are too long now, and then the shear and bend links that no two links of the surface lead
-    /// around any more. \return the ends of all that broke
+    /// Removes the constraints that are longer than tear_factor allows. Then it removes the shear and bend links whose
+    /// ends no longer have a common neighbour along stretch links.
+    /// \param position  [m], one per point
+    /// \return the ends of all removed constraints
     std::vector<Torn> torn(std::span<const Vec<S, D>> position) {
         std::vector<Torn> broken;
         if (!std::isfinite(tear_factor)) return broken;
@@ -165,12 +178,15 @@ public:
         return broken;
     }
 
-    /// When points were taken out. Constraints that lost an end are gone.
+    /// Updates places after points were removed. Constraints that lost an end are removed.
+    /// \param new_place  what PointMasses::remove_if returned
+    /// \throws parameter_error  if a constraint names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) {
         keep_if([&](Constraint& each, const Origin&) { return detail::renumbered(each.ends, new_place); });
         incidence_.clear();
     }
 
+    /// What has happened to these constraints so far. \see resume
     ConstraintHistory history() const {
         constexpr std::uint8_t none = 255;
         std::vector<std::uint8_t> colour(added_, none);
@@ -184,30 +200,33 @@ public:
         }
         return history;
     }
-    /// What these have become in a run that began with the same.
-    /// \param new_place  of the points they were added for, among so many `points`; see PointMasses::remove_if
-    /// \throws parameter_error  if it is not the history of these; some may then be gone
+    /// Repeats what happened to the same constraints in another run.
+    /// \param new_place  the places of the points at the time of the history, as PointMasses::remove_if returns them
+    /// \param points     number of points at that time
+    /// \throws parameter_error  if it is not a history of these constraints; some may then be gone
     void resume(const ConstraintHistory& history, std::span<const std::uint32_t> new_place, std::size_t points) {
         if (history.added != added_)
-            throw parameter_error(sentence("The run that is to go on had ", history.added,
+            throw parameter_error(sentence("The run to resume had ", history.added,
                                            " constraints added to it, this one ", added_, ". Add the same."));
         std::vector<bool> is_gone(added_);
         for (std::size_t k = 0; k < history.gone.size(); ++k) {
             if (history.gone[k] >= added_ || (k > 0 && history.gone[k] <= history.gone[k - 1]))
-                throw parameter_error("The constraints that are gone are not named in ascending order, each once.");
+                throw parameter_error("The numbers of the constraints that are gone must be ascending, each once.");
             is_gone[history.gone[k]] = true;
         }
         keep_if([&](Constraint&, const Origin& origin) { return !is_gone[origin.number]; });
         renumber(new_place);
         if (size() + history.gone.size() != added_)
-            throw parameter_error(sentence("Of the ", added_, " constraints added, the run that is to go on still had ",
-                                           added_ - history.gone.size(), ", but only ", size(),
-                                           " of these have both their points in it."));
+            throw parameter_error(
+                sentence("Of the ", added_, " constraints added, the run to resume still had ",
+                         added_ - history.gone.size(), ", but only ", size(),
+                         " of these still have both of their points. Add the same constraints and points."));
         ordered_ = false;
         if (history.colours.empty()) return;
         order_by_number();
         if (!are_colours(history.colours, all_ends(), points))
-            throw parameter_error("The colours of the constraints let two of them move a point at the same time.");
+            throw parameter_error(
+                "Two constraints of one colour share a point; the constraints of a point need different colours.");
         order_by_colours(history.colours);
         ordered_ = true;
         checked_for_ = std::numeric_limits<std::size_t>::max();  // not yet
@@ -216,13 +235,13 @@ public:
     }
 
 private:
-    /// Beside what every iteration reads: what it reads where any constraint is soft.
+    /// The part of a constraint that iterations read only if any constraint is soft.
     struct Softness {
         S compliance = 0, relaxation = 1;
         S lambda = 0;  // of the step so far [N s²]
     };
     struct Origin {
-        std::uint32_t number = 0;  // how many were added before
+        std::uint32_t number = 0;  // how many were added before it
         LinkKind kind = LinkKind::stretch;
         std::uint8_t colour = 0;
     };
@@ -248,7 +267,7 @@ private:
             for (std::size_t k = 0; k < size(); ++k) correct<Soft>(k, position, inverse_mass, per_dt2);
             return;
         }
-        // Pieces of a colour side by side; what has no colour on one thread.
+        // Pieces of one colour run in parallel. Constraints without a colour run on one thread.
         std::vector<std::size_t> counts(colour_end_.size());
         for (std::size_t c = 0; c < counts.size(); ++c)
             counts[c] = is_serial(c) ? 1 : (colour_end_[c] - colour_begin(c) + detail::at_once - 1) / detail::at_once;
@@ -259,7 +278,8 @@ private:
         });
     }
 
-    /// Every correction over the larger number of constraints at its two ends: momentum stays, and no sum overshoots.
+    /// Divides every correction by the larger number of constraints at its two ends. This conserves momentum, and no
+    /// sum overshoots.
     void average(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, S per_dt2, int threads) {
         renew(impulses_, size(), thread_count(threads));
         detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
@@ -319,7 +339,7 @@ private:
     void order_by_number() {
         order_by([](const Origin& a, const Origin& b) { return a.number < b.number; });
     }
-    /// From the order of numbers.
+    /// Sorts by colour. The constraints must be in the order of their numbers.
     void order_by_colours(std::span<const std::uint8_t> colours) {
         for (std::size_t k = 0; k < size(); ++k) origin_[k].colour = colours[k];
         order_by([](const Origin& a, const Origin& b) {
@@ -345,7 +365,7 @@ private:
             if (k + 1 == size() || origin_[k].colour != origin_[k + 1].colour) colour_end_.push_back(k + 1);
     }
 
-    /// The rest keep their order and their colours.
+    /// Removes the others. Those that are left keep their order and colours.
     template <class Wanted>
     void keep_if(const Wanted& wanted) {
         std::size_t to = 0;

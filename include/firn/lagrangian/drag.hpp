@@ -1,4 +1,4 @@
-/// \file What air does to a ball, and to a piece of surface.
+/// \file Drag of air on a ball and on a facet.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -19,20 +19,23 @@ inline void check_air(double density, double coefficient) {
 }
 }  // namespace detail
 
-/// −½ ρ c_d A |v| v on a ball of radius r, v relative to the wind; A = π r², in 2D the 2 r of a disk, a metre thick.
+/// The drag −½ ρ c_d A |v| v on a ball of radius r, where v is its velocity relative to the wind. A = π r²; in 2D, A =
+/// 2 r for a disk one metre thick.
 template <scalar S, int D>
 struct Drag {
-    S density = S(1.2);       ///< ρ of the air [kg/m³; kg/m² in 2D]
-    S coefficient = S(0.47);  ///< c_d [1]; 0.47: a smooth ball at Reynolds numbers of 1e4 to 1e5
-    Vec<S, D> wind{};         ///< [m/s]
+    S density = S(1.2);       ///< ρ, density of the air [kg/m³; kg/m² in 2D].
+    S coefficient = S(0.47);  ///< c_d [1]; 0.47 is a smooth ball at Reynolds numbers of 1e4 to 1e5.
+    Vec<S, D> wind{};         ///< Velocity of the air [m/s].
 
-    /// \throws parameter_error unless density and coefficient are finite and not negative
+    /// Checks the numbers.
+    /// \throws parameter_error  unless density and coefficient are finite and not negative
     void check() const
         requires std::floating_point<S>
     {
         detail::check_air(double(density), double(coefficient));
     }
 
+    /// The force [N] on a ball of a velocity [m/s] and radius [m].
     FIRN_INLINE Vec<S, D> force(const Vec<S, D>& velocity, const S& radius) const {
         const Vec<S, D> v = velocity - wind;
         const S area = D == 3 ? S(std::numbers::pi) * radius * radius : S(2) * radius;
@@ -40,25 +43,28 @@ struct Drag {
     }
 };
 
-/// −½ ρ c_d A |v| (v·n) n on a facet of area A and unit normal n, an equal part to each corner; v: the mean of the
-/// corners' velocities, relative to the wind. A facet without area takes no force.
+/// The drag −½ ρ c_d A |v| (v·n) n on a facet of area A and unit normal n, an equal part on each corner. v is the mean
+/// velocity of the corners relative to the wind. A facet without area feels no force.
 template <scalar S, int D>
 struct AerodynamicDrag {
     using scalar_type = S;
-    static constexpr int corners = D;
+    static constexpr int corners = D;  ///< Points of a facet.
+    /// A facet has no data of its own.
     struct Element {};
 
-    S density = S(1.2);    ///< ρ of the air [kg/m³]
-    S coefficient = S(1);  ///< c_d [1]; about 1.2 for a plate across the wind
-    Vec<S, D> wind{};      ///< [m/s]
+    S density = S(1.2);    ///< ρ, density of the air [kg/m³].
+    S coefficient = S(1);  ///< c_d [1]; about 1.2 for a plate across the wind.
+    Vec<S, D> wind{};      ///< Velocity of the air [m/s].
 
-    /// \throws parameter_error unless density and coefficient are finite and not negative
+    /// Checks the numbers.
+    /// \throws parameter_error  unless density and coefficient are finite and not negative
     void check() const
         requires std::floating_point<S>
     {
         detail::check_air(double(density), double(coefficient));
     }
 
+    /// The forces [N] on the corners of a facet, at positions x [m] with velocities v [m/s].
     FIRN_INLINE std::array<Vec<S, D>, D> forces(const Element&, const std::array<Vec<S, D>, D>& x,
                                                 const std::array<Vec<S, D>, D>& v) const {
         Vec<S, D> mean = v[0];

@@ -1,5 +1,6 @@
-/// \file Forces of elements that join a few points each (springs, triangles): computed element by element, then summed
-/// point by point, in one order for any number of threads.
+/// \file Forces of elements that join a few points each, such as springs and triangles.
+///
+/// Forces are computed element by element, then summed at each point, in the same order for any number of threads.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -13,7 +14,7 @@ namespace firn {
 
 namespace detail {
 
-/// Torn links, to be found by their ends.
+/// Torn links, sorted for search by their ends.
 class TornLinks {
 public:
     explicit TornLinks(std::span<const Torn> torn) : links_(torn.begin(), torn.end()) {
@@ -21,7 +22,7 @@ public:
         std::sort(links_.begin(), links_.end());
     }
 
-    /// Does an element have both ends of one of them among its corners?
+    /// Whether both ends of a torn link are among the corners.
     template <std::size_t K>
     bool are_in(std::array<std::uint32_t, K> corners) const {
         std::sort(corners.begin(), corners.end());
@@ -37,28 +38,39 @@ private:
 
 }  // namespace detail
 
-/// \tparam Law  Law::Element, Law::corners = K, and law.forces(element, x, v) → K forces [N] of the corners' positions
-///              [m] and velocities [m/s]; it may also say energy(element, x) [J], and for the bound of the time step
-///              stiffness(element, x) [N/m] and damping(element) [N s/m], the largest eigenvalues; and check(element)
+/// The forces of elements that follow one law.
+/// \tparam Law  the law of an element: springs, membranes, drag on facets, …
+///              It has Law::Element, Law::corners = K, and law.forces(element, x, v), which returns K forces [N] from
+///              the corners' positions [m] and velocities [m/s].
+///              Optional are energy(element, x) [J]; stiffness(element, x) [N/m] and damping(element) [N s/m], the
+///              largest eigenvalues, for the bound of the time step; check(element) and check(), which throw.
+/// \tparam D    2 or 3
 template <class Law, int D>
 class ElementForces {
 public:
-    using S = typename Law::scalar_type;
-    using Element = typename Law::Element;
-    static constexpr std::size_t K = Law::corners;
-    static constexpr bool opens_no_region = true;
-    using Corners = std::array<std::uint32_t, K>;
+    using S = typename Law::scalar_type;            ///< float or double.
+    using Element = typename Law::Element;          ///< The data of one element.
+    static constexpr std::size_t K = Law::corners;  ///< Points of an element.
+    static constexpr bool opens_no_region = true;   ///< \see point_force
+    using Corners = std::array<std::uint32_t, K>;   ///< The places of an element's points.
 
+    /// No elements, with a law.
     explicit ElementForces(const Law& with = {}) : law(with) {}
 
-    Law law;
+    Law law;  ///< The law of all elements.
 
+    /// Number of elements.
     std::size_t size() const { return corners_.size(); }
+    /// The places of the points of element e.
     const Corners& corners(std::size_t e) const { return corners_[e]; }
+    /// @{
+    /// The data of element e.
     Element& element(std::size_t e) { return elements_[e]; }
     const Element& element(std::size_t e) const { return elements_[e]; }
+    /// @}
 
-    /// \param corners  places of points
+    /// Adds an element.
+    /// \param corners  the places of its points
     /// \throws parameter_error  as the law's check of an element, if it has one
     void add(const Corners& corners, const Element& element = {}) {
         if constexpr (requires { law.check(element); }) law.check(element);
@@ -67,7 +79,8 @@ public:
         incidence_.clear();
     }
 
-    /// \throws parameter_error  if an element names a point that is not there
+    /// Adds the force [N] of the elements on each point to `force`, which has one entry per point.
+    /// \throws parameter_error  if an element names a point that does not exist; and as the law's check
     void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) {
         if constexpr (requires { law.check(); }) law.check();
         prepare(points.size());
@@ -85,8 +98,9 @@ public:
         });
     }
 
-    /// Adds to each point the stiffness [N/m] and damping [N s/m] of its elements: over its mass they bound the squares
-    /// of frequencies, and rates.
+    /// Adds the stiffness [N/m] and damping [N s/m] of the elements at each point. Divided by the point's mass, the
+    /// stiffness bounds the squares of frequencies and the damping bounds rates.
+    /// \throws parameter_error  if an element names a point that does not exist
     void add_stiffness(const PointView<S, D>& points, std::span<double> stiffness, std::span<double> damping,
                        int threads) {
         if constexpr (bounds_step) {
@@ -106,7 +120,8 @@ public:
         }
     }
 
-    /// Elastic energy [J], summed in double in the order of the elements.
+    /// Elastic energy of all elements [J], summed in double in their order.
+    /// \throws parameter_error  if an element names a point that does not exist
     double energy(const PointView<S, D>& points) {
         prepare(points.size());
         double sum = 0;
@@ -115,11 +130,13 @@ public:
         return sum;
     }
 
-    /// When points were taken out. Elements that lost a corner are gone. \see PointMasses::remove_if
+    /// Updates places after points were removed. Elements that lost a corner are removed.
+    /// \param new_place  what PointMasses::remove_if returned
+    /// \throws parameter_error  if an element names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) {
         keep_if([&](Corners& corners) { return detail::renumbered(corners, new_place); });
     }
-    /// Takes out the elements that have both ends of a torn link among their corners.
+    /// Removes the elements that have both ends of a torn link among their corners.
     void tear(std::span<const Torn> torn) {
         const detail::TornLinks links(torn);
         keep_if([&](const Corners& corners) { return !links.are_in(corners); });
@@ -167,8 +184,8 @@ private:
     std::vector<Corners> corners_;
     std::vector<Element> elements_;
     Incidence incidence_;
-    aligned_vector<std::array<double, 2>> bounds_;  // of each element: stiffness and damping
-    aligned_vector<Vec<S, D>> parts_;               // of the sums: the force on every corner
+    aligned_vector<std::array<double, 2>> bounds_;  // stiffness and damping of each element
+    aligned_vector<Vec<S, D>> parts_;               // the force on every corner of every element
 };
 
 }  // namespace firn

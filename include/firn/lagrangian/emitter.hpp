@@ -1,4 +1,4 @@
-/// \file Emitters: particles born one by one at a steady rate, and how long they live.
+/// \file Emitters: particles are born one by one at a steady rate and live for a limited time.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -14,48 +14,49 @@
 
 namespace firn {
 
-/// A particle of an emitter.
+/// A particle that an emitter has added.
 struct EmittedChild {
-    std::uint32_t id;
-    double end;  ///< [s]
+    std::uint32_t id;  ///< The particle's id.
+    double end;        ///< When it is removed [s].
 };
-/// What an emitter has done until some time.
+/// What an emitter has done up to some time.
 struct EmitterHistory {
-    std::uint64_t births = 0;
-    std::vector<EmittedChild> children = {};
+    std::uint64_t births = 0;                 ///< \see Emitter::births
+    std::vector<EmittedChild> children = {};  ///< \see Emitter::children
 };
 
-/// Gives birth to particles: number k at start + k / rate, for as long as that is not after `end`. All that is random
-/// about number k depends on the seed and k only, so neither threads nor the step's size change it. A particle that
-/// was born within a step stands, after it, where it would have flown to.
+/// Adds particles at a steady rate. Birth k is due at start + k / rate, unless that is after `end`. Its random numbers
+/// depend on `seed` and k only, so they depend on neither the number of threads nor the time step. A particle that is
+/// born within a step is placed where it would have flown to by the end of the step.
 ///
-/// A birth that is due while `maximum` particles of the emitter are alive does not happen; it does not wait, and its
-/// number is not given to another one.
+/// A birth that is due while `maximum` particles of the emitter are alive does not happen. It is not made up for later,
+/// and no other birth gets its number.
 template <int D>
 struct Emitter {
-    static constexpr double forever = std::numeric_limits<double>::infinity();
-    static constexpr std::uint64_t no_maximum = std::numeric_limits<std::uint64_t>::max();
+    static constexpr double forever = std::numeric_limits<double>::infinity();              ///< No end [s].
+    static constexpr std::uint64_t no_maximum = std::numeric_limits<std::uint64_t>::max();  ///< No limit of `maximum`.
 
-    Vec<double, D> position{};           ///< of the nozzle's middle [m]
-    Vec<double, D> direction = up();     ///< of the jet, of any length
-    double nozzle = 0;                   ///< radius of a disc across the direction; in 2D, half of a segment [m]
-    double speed = 1;                    ///< [m/s]
-    double speed_spread = 0;             ///< speeds lie evenly within speed ± this [m/s]
-    double cone = 0;                     ///< half of the jet's opening angle, filled evenly; π: all directions [rad]
-    double rate = 100;                   ///< births a second [1/s]
-    double start = 0;                    ///< [s]
-    double end = forever;                ///< [s]
-    double lifespan = forever;           ///< after so long a particle is taken out [s]
-    double lifespan_spread = 0;          ///< lifespans lie evenly within lifespan ± this [s]
-    double mass = 1;                     ///< of a particle [kg]
-    double radius = 0;                   ///< of a particle [m]
-    std::uint32_t group = 0;             ///< see PointMass
-    std::uint64_t maximum = no_maximum;  ///< particles of this emitter alive at a time
-    std::uint64_t seed = 1;
-    std::uint64_t births = 0;                 ///< that have been due so far, those that did not happen included
-    std::vector<EmittedChild> children = {};  ///< that may be alive, in order; kept where there is a maximum
+    Vec<double, D> position{};           ///< Middle of the nozzle [m].
+    Vec<double, D> direction = up();     ///< Direction of the jet, of any length.
+    double nozzle = 0;                   ///< Radius of a disc across the direction; in 2D, half of a segment [m].
+    double speed = 1;                    ///< Mean speed of a particle at its birth [m/s].
+    double speed_spread = 0;             ///< Speeds are spread evenly over speed ± this [m/s].
+    double cone = 0;                     ///< Half of the jet's opening angle, filled evenly; π: all directions [rad].
+    double rate = 100;                   ///< Births per second [1/s].
+    double start = 0;                    ///< Time of the first birth [s].
+    double end = forever;                ///< No births after this time [s].
+    double lifespan = forever;           ///< Mean time from a particle's birth to its removal [s].
+    double lifespan_spread = 0;          ///< Lifespans are spread evenly over lifespan ± this [s].
+    double mass = 1;                     ///< Mass of a particle [kg].
+    double radius = 0;                   ///< Radius of a particle [m].
+    std::uint32_t group = 0;             ///< Group of a particle; see PointMass.
+    std::uint64_t maximum = no_maximum;  ///< How many particles of this emitter may be alive at a time.
+    std::uint64_t seed = 1;              ///< Seed of the random numbers.
+    std::uint64_t births = 0;            ///< Number of births due so far, including those that did not happen.
+    std::vector<EmittedChild> children = {};  ///< Particles that may be alive, by id; kept only if there is a maximum.
 
-    /// \throws parameter_error  unless numbers are in range
+    /// Checks the members above.
+    /// \throws parameter_error  unless all numbers are in range
     void check() const {
         if (!detail::is_finite(position))
             throw parameter_error(sentence("An emitter is at ", detail::describe(position), " m; give finite metres."));
@@ -74,9 +75,10 @@ struct Emitter {
         if (maximum == 0) throw parameter_error("An emitter's maximum is 0 particles; give 1 or more.");
     }
 
+    /// When birth number `birth` is due [s].
     double time_of(std::uint64_t birth) const { return recurrence().time_of(birth); }
 
-    /// Number k as it is born.
+    /// The particle of birth k, at the time of its birth.
     PointMass<D> born(std::uint64_t k) const {
         const auto random = [&](std::uint64_t which) { return unit_interval(random_bits(seed, 8 * k + which)); };
         const auto within = [&](double mean, double spread, std::uint64_t which) {
@@ -92,7 +94,7 @@ struct Emitter {
             along = ahead * std::cos(angle) + left * std::sin(angle);
         } else {
             const auto [u, v] = perpendicular(ahead);
-            // Even over the disc, and over the cap of the unit sphere (Archimedes: its area grows with its height).
+            // Evenly over the disc, and over the cap of the unit sphere, whose area grows with its height (Archimedes).
             const double r = nozzle * std::sqrt(random(0)), turn = 2 * std::numbers::pi * random(1);
             point.position += (u * std::cos(turn) + v * std::sin(turn)) * r;
             const double cosine = 1 - random(2) * (1 - std::cos(cone)), around = 2 * std::numbers::pi * random(3);
@@ -104,29 +106,30 @@ struct Emitter {
         return point;
     }
 
-    /// Births that were due until `time` [s], it included, do not happen.
+    /// Skips all births that are due up to and including `time` [s].
     void skip(double time) { births = recurrence().first_after(births, time); }
 
-    /// Takes over what the same emitter has done until `time` [s] in another run.
-    /// \param has_given  it has given all that was due then
-    /// \throws parameter_error  if this emitter would not have done that; nothing has changed then
+    /// Takes over what the same emitter has done up to `time` [s] in another run.
+    /// \param has_given  whether it had added all particles that were due then
+    /// \throws parameter_error  if this emitter would not have done the same; nothing has changed then
     void resume(const EmitterHistory& given, double time, bool has_given) {
         const detail::Recurrence schedule = recurrence();
         const bool too_many = given.births > births && !schedule.is_due(given.births - 1, time);
         if (given.births < births || too_many || (has_given && schedule.is_due(given.births, time)))
-            throw parameter_error(sentence("The run that is to go on had ", given.births, " births due by ", time,
-                                           " s of an emitter; one that gives ", rate, " a second from ", start,
-                                           " s on has not so many. Add the same emitters in the same order."));
+            throw parameter_error(sentence("In the run to resume, an emitter had ", given.births, " births due by ",
+                                           time, " s; this emitter of ", rate, " births a second from ", start,
+                                           " s on had another number. Add the same emitters in the same order."));
         for (std::size_t k = 0; k < given.children.size(); ++k)
             if (std::isnan(given.children[k].end) || (k > 0 && given.children[k].id <= given.children[k - 1].id))
-                throw parameter_error("The particles of an emitter are not named in ascending order with their ends.");
+                throw parameter_error(
+                    "The ids of an emitter's particles must be ascending, and the time of their end must be a number.");
         births = given.births;
         children = given.children;
     }
 
-    /// Adds the particles born until `time` [s], it included, that still live then.
-    /// \param acceleration  by which they have flown since their birth [m/s²]
-    /// \return how many were added
+    /// Adds the particles that were born up to and including `time` [s] and are still alive then.
+    /// \param acceleration  acts on them from their birth to `time` [m/s²]
+    /// \return the number of particles added
     /// \throws parameter_error  as check(), and as PointMasses::add()
     template <std::floating_point S>
     std::size_t give(PointMasses<S, D>& points, double time, const Vec<double, D>& acceleration = {}) {
@@ -134,7 +137,7 @@ struct Emitter {
         if (!schedule.is_due(births, time)) return 0;
         check();
         schedule.require_ids(births, time, 1, no_particle - points.next_id());
-        std::priority_queue<double, std::vector<double>, std::greater<>> ends;  // of those alive, the next first
+        std::priority_queue<double, std::vector<double>, std::greater<>> ends;  // of those alive, earliest first
         if (maximum != no_maximum) {
             forget_missing(points);
             for (const EmittedChild& child : children) ends.push(child.end);
@@ -158,7 +161,7 @@ struct Emitter {
 private:
     detail::Recurrence recurrence() const { return {"An emitter", "births", rate, start, end}; }
 
-    /// Both lists are in the order of ids.
+    /// Forgets the children that no longer exist. Both lists are in the order of ids.
     template <std::floating_point S>
     void forget_missing(const PointMasses<S, D>& points) {
         auto at = points.id.begin();

@@ -1,4 +1,4 @@
-/// \file Pairs of points that do not collide, though they come near: those that a link joins, say.
+/// \file Pairs of points that do not collide, such as the ends of links.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -13,41 +13,50 @@
 
 namespace firn {
 
+/// A set of pairs of points that do not collide.
 class ExcludedPairs {
 public:
-    using Pair = std::array<std::uint32_t, 2>;  ///< places of two points
+    using Pair = std::array<std::uint32_t, 2>;  ///< The places of two points.
 
+    /// Adds pairs.
     void add(std::span<const Pair> pairs) {
         pairs_.insert(pairs_.end(), pairs.begin(), pairs.end());
         partners_are_known_ = false;
     }
+    /// All pairs.
     const std::vector<Pair>& pairs() const { return pairs_; }
 
-    /// When points have been taken out. \param new_place  as PointMasses::remove_if says; nothing happens if empty
-    /// \throws parameter_error  if it does not know a point of a pair
+    /// Updates places after points were removed. Pairs that lost a point are removed.
+    /// \param new_place  what PointMasses::remove_if returned; if it is empty, nothing happens
+    /// \throws parameter_error  if a pair names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) {
         if (new_place.empty()) return;
         for (const Pair& pair : pairs_)
             if (std::max(pair[0], pair[1]) >= new_place.size())
                 throw parameter_error(sentence("New places are given for ", new_place.size(), " points, but point ",
-                                               std::max(pair[0], pair[1]), " is in a pair that does not collide."));
+                                               std::max(pair[0], pair[1]),
+                                               " is in an excluded pair. Exclude existing points only."));
         std::erase_if(pairs_, [&](Pair& pair) { return !detail::renumbered(pair, new_place); });
         partners_are_known_ = false;
     }
 
-    /// Before contains() is asked. \throws parameter_error  if a pair names a point that is not there
+    /// Call it before contains().
+    /// \param points  number of points
+    /// \throws parameter_error  if a pair names a point that does not exist
     void prepare(std::size_t points) {
         if (partners_are_known_ && around_.points() <= points) return;
         std::uint32_t last = 0;
         for (const Pair& pair : pairs_) last = std::max({last, pair[0], pair[1]});
         if (!pairs_.empty() && last >= points)
-            throw parameter_error(sentence("Point ", last, " is in a pair that does not collide, but there are ",
-                                           points, " points. Were points taken out and not renumbered here?"));
+            throw parameter_error(sentence("Point ", last, " is in an excluded pair, but there are ", points,
+                                           " points, counted from 0. Call renumber() after points are removed."));
         around_ = Incidence(std::span<const Pair>(pairs_), pairs_.empty() ? 0 : std::size_t(last) + 1);
         partners_are_known_ = true;
     }
 
+    /// Whether there is any pair.
     bool any() const { return !pairs_.empty(); }
+    /// Whether the points at the places a and b are a pair, in either order.
     bool contains(std::uint32_t a, std::uint32_t b) const {
         if (a >= around_.points()) return false;
         const auto corners = around_.of(a);
@@ -57,7 +66,7 @@ public:
 
 private:
     std::vector<Pair> pairs_;
-    Incidence around_;  ///< of the pairs, only up to the last point of one
+    Incidence around_;  ///< of the pairs, up to the last point of any pair
     bool partners_are_known_ = true;
 };
 

@@ -1,4 +1,4 @@
-/// \file A contact that throws back.
+/// \file Contact with restitution.
 #pragma once
 
 #include <firn/boundary/contact.hpp>
@@ -6,6 +6,7 @@
 
 namespace firn {
 
+/// Checks a coefficient of restitution e.
 /// \throws parameter_error  unless 0 ≤ e ≤ 1
 inline void check_restitution(double restitution) {
     if (!(restitution >= 0 && restitution <= 1))
@@ -13,13 +14,17 @@ inline void check_restitution(double restitution) {
                                        "; it must be from 0 (no rebound) to 1 (no loss)."));
 }
 
-/// Points are put apart only as far as they overlap by more than this part of the sum of their radii: contacts then
-/// last from step to step, and with them what holds a pile.
+/// The fraction of the sum of two radii by which points may overlap [1]. Only overlap beyond it is removed, so contacts
+/// last from step to step, and so do the impulses that hold a pile.
 inline constexpr double contact_slack = 1e-3;
 
-/// velocity_after_contact, with the outward speed `leaving` ≥ 0 [m/s] instead of none after a contact that separates:
-/// −e times the outward speed at first, with Newton's coefficient of restitution e. Friction goes with the whole normal
-/// impulse, that of leaving included. What leaves faster is not held back; stick and slip throw nothing.
+/// The velocity [m/s] after a contact with restitution. It is velocity_after_contact(), except that a contact that
+/// separates leaves with at least the outward speed `leaving` ≥ 0 [m/s]: −e times the outward speed before the contact,
+/// where e is Newton's coefficient of restitution. Friction takes the whole normal impulse into account, restitution
+/// included. Stick and slip have no restitution.
+/// \param v  velocity relative to the surface [m/s]
+/// \param normal  outward unit normal of the surface
+/// \param friction  Coulomb's μ [1]
 template <scalar S, int D>
 FIRN_INLINE Vec<S, D> velocity_after_impact(const Vec<S, D>& v, const Vec<S, D>& normal, Contact contact,
                                             const S& friction, const S& leaving) {

@@ -1,4 +1,4 @@
-/// \file Which elements a point belongs to: sums over elements that need neither atomics nor colours.
+/// \file Which elements a point belongs to. Sums over these elements need neither atomics nor colours.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -10,10 +10,11 @@
 
 namespace firn {
 
-/// For every point the corners of elements that lie on it, in the order of the elements.
+/// For every point, the element corners that lie on it, in the order of the elements.
 class Incidence {
 public:
-    Incidence() = default;  ///< of nothing
+    Incidence() = default;  ///< For no points.
+    /// For elements of K corners each, over `points` points. Corners are places of points, below `points`.
     template <std::size_t K>
     Incidence(std::span<const std::array<std::uint32_t, K>> elements, std::size_t points) : first_(points + 1, 0) {
         for (const auto& corners : elements)
@@ -26,11 +27,13 @@ public:
             for (const std::uint32_t point : corners) corners_[next[point]++] = corner++;
     }
 
-    /// Is it of elements over so many points? \see clear
+    /// Whether it was made for this number of points, and not cleared since.
     bool is_for(std::size_t points) const { return first_.size() == points + 1; }
+    /// Makes is_for() false for any number of points.
     void clear() { first_.clear(); }
+    /// Number of points.
     std::size_t points() const { return first_.empty() ? 0 : first_.size() - 1; }
-    /// The corners on a point: K · element + which of its K corners.
+    /// The corners on a point, each as K · element + the corner's number in the element, 0 to K − 1.
     std::span<const std::uint32_t> of(std::size_t point) const {
         return std::span(corners_).subspan(first_[point], first_[point + 1] - first_[point]);
     }

@@ -1,4 +1,4 @@
-/// \file A triangle of cloth as a membrane of any elastic material, in its own plane.
+/// \file Membranes: triangles of cloth made of any elastic material.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -8,28 +8,33 @@
 
 namespace firn {
 
-/// A linear triangle in space. Its deformation gradient F = [x₂ − x₁, x₃ − x₁] D_m⁻¹, 3 × 2, is Q R with orthonormal
-/// columns in Q; the material, isotropic, sees R, 2 × 2, and gives τ [Pa] as in plane strain; P = Q τ R⁻ᵀ; the forces
-/// are −A₀ h P D_m⁻ᵀ (Jiang, Gast, Teran 2017, §4, after Sifakis and Barbic 2012, §4). It resists no bending.
-/// \tparam Material  a model that needs nothing but F
+/// The law of a membrane: a linear triangle in space that does not resist bending.
+///
+/// Its deformation gradient F = [x₂ − x₁, x₃ − x₁] D_m⁻¹, 3 × 2, is Q R, where the columns of Q are orthonormal. The
+/// isotropic material computes the Kirchhoff stress τ [Pa] from R, 2 × 2, as in plane strain. With P = Q τ R⁻ᵀ, the
+/// forces are −A₀ h P D_m⁻ᵀ (Jiang, Gast, Teran 2017, §4, after Sifakis and Barbic 2012, §4).
+/// \tparam Material  a model whose stress depends on F only
 template <class Material>
     requires has_kirchhoff_stress<Material, 2>
 struct Membrane {
-    using S = material_scalar_t<Material>;
+    using S = material_scalar_t<Material>;  ///< float or double.
     using scalar_type = S;
-    static constexpr int corners = 3;
+    static constexpr int corners = 3;  ///< Points of a triangle.
+    /// A triangle at rest.
     struct Element {
-        Mat<S, 2> inverse_rest = Mat<S, 2>::identity();  ///< D_m⁻¹ [1/m]
-        S volume = S(0);                                 ///< A₀ h: of the triangle at rest, by its thickness [m³]
+        Mat<S, 2> inverse_rest = Mat<S, 2>::identity();  ///< D_m⁻¹ [1/m].
+        S volume = S(0);                                 ///< A₀ h, area at rest times thickness [m³].
     };
 
-    Material material{};
+    Material material{};  ///< The material of all triangles.
 
-    /// R, upper triangular, and the two columns of Q. A triangle without area has R(1, 1) = 0.
+    /// The factors of F = Q R. R(0, 0) and R(1, 1) are at least 1e-12, for triangles without area, too.
     struct InPlane {
-        Mat<S, 2> R;
-        Vec<S, 3> first, second;
+        Mat<S, 2> R;      ///< Upper triangular [1].
+        Vec<S, 3> first,  ///< First column of Q.
+            second;       ///< Second column of Q.
     };
+    /// The factors of F for a triangle with corners at x [m].
     FIRN_INLINE InPlane in_plane(const Element& element, const std::array<Vec<S, 3>, 3>& x) const {
         const Vec<S, 3> a = x[1] - x[0], b = x[2] - x[0];
         const Mat<S, 2>& inverse = element.inverse_rest;
@@ -43,6 +48,7 @@ struct Membrane {
         return {Mat<S, 2>::rows(r00, r01, S(0), r11), first, across * (S(1) / r11)};
     }
 
+    /// The forces [N] on the corners of a triangle at x [m]. They do not depend on velocities.
     FIRN_INLINE std::array<Vec<S, 3>, 3> forces(const Element& element, const std::array<Vec<S, 3>, 3>& x,
                                                 const std::array<Vec<S, 3>, 3>&) const {
         const InPlane plane = in_plane(element, x);
@@ -56,15 +62,15 @@ struct Membrane {
         return {-(second + third), second, third};
     }
 
-    /// [J]
+    /// The elastic energy of a triangle with corners at x [m]. \return [J]
     FIRN_INLINE S energy(const Element& element, const std::array<Vec<S, 3>, 3>& x) const
         requires has_energy_density<Material, 2>
     {
         return element.volume * firn::energy_density(material, ElasticState<S, 2>{in_plane(element, x).R});
     }
 
-    /// A bound of the largest eigenvalue of the stiffness [N/m]: ρ c² of the material by the squared gradients of the
-    /// shape functions.
+    /// An upper bound of the largest eigenvalue of a triangle's stiffness matrix [N/m]: ρ c² of the material times the
+    /// volume and the squared gradients of the shape functions.
     S stiffness(const Element& element, const std::array<Vec<S, 3>, 3>& x) const {
         const S speed = firn::wave_speed(material, S(1), ElasticState<S, 2>{in_plane(element, x).R});
         const Mat<S, 2>& B = element.inverse_rest;

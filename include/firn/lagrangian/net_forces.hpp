@@ -1,4 +1,4 @@
-/// \file From a net to the forces along its links and on its facets.
+/// \file Makes forces from a net: springs along its links, wind and membranes on its facets.
 #pragma once
 
 #include <firn/lagrangian/drag.hpp>
@@ -12,12 +12,16 @@
 
 namespace firn {
 
+/// Springs and dampers between pairs of points.
 template <class S, int D>
 using Springs = ElementForces<SpringDamper<S>, D>;
+/// Springs and dampers that hold single points at a position.
 template <class S, int D>
 using Anchors = ElementForces<Anchor<S, D>, D>;
+/// Drag of air on facets.
 template <class S, int D>
 using AerodynamicSurface = ElementForces<AerodynamicDrag<S, D>, D>;
+/// Triangles of an elastic material.
 template <class Material>
 using Membranes = ElementForces<Membrane<Material>, 3>;
 
@@ -31,7 +35,8 @@ const Vec<double, D>& point_of(const Net<D>& net, std::uint32_t point) {
     return net.positions[point];
 }
 
-/// rest_length(), if both ends are there and apart.
+/// rest_length() of a link.
+/// \throws parameter_error  unless both ends exist and are apart
 template <int D>
 double checked_rest_length(const Net<D>& net, const Link& link) {
     for (const std::uint32_t end : {link.a, link.b}) point_of(net, end);
@@ -46,19 +51,21 @@ inline std::uint32_t moved_place(std::uint32_t point, std::size_t first) { retur
 
 }  // namespace detail
 
-/// Of the links of one kind.
+/// How the links of one kind become springs.
 struct SpringOptions {
-    double stiffness = 0;  ///< k_s [N/m]; 0, without damping: these links are no springs
-    double damping = 0;    ///< k_d [N s/m]
+    double stiffness = 0;  ///< k_s [N/m]. If damping is 0, too, these links do not become springs.
+    double damping = 0;    ///< k_d [N s/m].
 
+    /// Checks the numbers.
     /// \throws parameter_error  unless both are finite and not negative
     void check() const { detail::check_spring(stiffness, damping); }
 };
-using SpringsOfKinds = std::array<SpringOptions, link_kinds>;  ///< by LinkKind
+using SpringsOfKinds = std::array<SpringOptions, link_kinds>;  ///< Options for each LinkKind.
 
-/// Springs along the links of a net, as long at rest as there.
-/// \param first  the place of the net's first point among the system's
-/// \throws parameter_error  for a link of no length, or to a point that is not there
+/// Makes springs along the links of a net. Their lengths at rest are those in the net.
+/// \param options  for each kind of link
+/// \param first    the place of the net's first point in the system
+/// \throws parameter_error  if a link has no length or names a point that does not exist; and as SpringOptions::check
 template <class S, int D>
 Springs<S, D> springs_of(const Net<D>& net, const SpringsOfKinds& options, std::size_t first = 0) {
     for (const SpringOptions& each : options) each.check();
@@ -71,6 +78,7 @@ Springs<S, D> springs_of(const Net<D>& net, const SpringsOfKinds& options, std::
     }
     return springs;
 }
+/// Same, with the same options for all links.
 template <class S, int D>
 Springs<S, D> springs_of(const Net<D>& net, const SpringOptions& of_all, std::size_t first = 0) {
     SpringsOfKinds options;
@@ -78,7 +86,9 @@ Springs<S, D> springs_of(const Net<D>& net, const SpringOptions& of_all, std::si
     return springs_of<S>(net, options, first);
 }
 
-/// Wind on the facets of a net.
+/// Makes the drag of air on the facets of a net.
+/// \param first  the place of the net's first point in the system
+/// \throws parameter_error  if a facet names a point that does not exist
 template <class S, int D>
 AerodynamicSurface<S, D> aerodynamic_surface_of(const Net<D>& net, const AerodynamicDrag<S, D>& law,
                                                 std::size_t first = 0) {
@@ -93,8 +103,12 @@ AerodynamicSurface<S, D> aerodynamic_surface_of(const Net<D>& net, const Aerodyn
     return surface;
 }
 
-/// The facets of a net as membranes, `thickness` [m] thick and at rest as they are.
-/// \throws parameter_error  for a thickness that is not positive; mesh_error for a triangle without area
+/// Makes membranes from the facets of a net, at rest as they are in the net.
+/// \param thickness  [m]
+/// \param first      the place of the net's first point in the system
+/// \throws parameter_error  if the thickness is not positive, a facet names a point that does not exist, or
+///                          check_material() refuses the material
+/// \throws mesh_error       if a triangle has no area
 template <class Material>
 Membranes<Material> membranes_of(const Net<3>& net, const Material& material, double thickness, std::size_t first = 0) {
     using S = material_scalar_t<Material>;
@@ -108,12 +122,12 @@ Membranes<Material> membranes_of(const Net<3>& net, const Material& material, do
         const Vec<double, 3> a = detail::point_of(net, corners[1]) - origin;
         const Vec<double, 3> b = detail::point_of(net, corners[2]) - origin;
         const double base = norm(a), area = norm(cross(a, b)) / 2;
-        // Below this, rounding of the corners is as large as the triangle is high.
+        // Below this, the rounding error of the corners is as large as the triangle's height.
         if (!(area > 1e-12 * (dot(a, a) + dot(b, b))) || !std::isfinite(area))
             throw mesh_error(sentence("Triangle ", t, " (from 0) of the net has area ", area, " m²: its corners ",
                                       corners[0], ", ", corners[1], " and ", corners[2],
                                       " lie on a line. Take it out, or move a corner."));
-        // The first edge along x: D_m = [[base, along], [0, high]]
+        // With the first edge along x: D_m = [[base, along], [0, high]]
         const double along = dot(a, b) / base, high = 2 * area / base;
         membranes.add({detail::moved_place(corners[0], first), detail::moved_place(corners[1], first),
                        detail::moved_place(corners[2], first)},

@@ -1,4 +1,4 @@
-/// \file Points under forces, constraints and collisions, stepped through time. It only composes what lies beside it.
+/// \file A system of points under forces, constraints and collisions, stepped through time.
 #pragma once
 
 #include <firn/core/optimised.hpp>
@@ -20,32 +20,40 @@ namespace firn {
 
 /// How the points of a net become point masses.
 struct NetOptions {
-    double mass = 1;                  ///< of every point [kg]
-    std::vector<double> masses = {};  ///< of each [kg], in place of that; empty: all alike
-    double radius = 0;                ///< [m]
+    double mass = 1;                  ///< Mass of every point [kg].
+    std::vector<double> masses = {};  ///< One mass per point [kg]; empty: all points have `mass`.
+    double radius = 0;                ///< Radius of every point [m].
     std::uint32_t group = 0;          ///< \see PointMass
 };
 
-/// All that steps change about a system, but for its boundary.
+/// The state of a ParticleSystem after a step: everything that steps change, except the boundary.
 template <std::floating_point S, int D>
 struct SystemMoment {
-    PointMasses<S, D> points;
-    std::vector<Facet<D>> facets;  ///< by places
-    std::vector<Torn> torn;        ///< by places
-    ConstraintHistory constraints;
-    std::vector<EmitterHistory> emitters;
-    std::optional<std::vector<KeptImpulse<S, D>>> impulses;  ///< see Collisions::kept
-    Moment now;
+    PointMasses<S, D> points;                                ///< All points.
+    std::vector<Facet<D>> facets;                            ///< The surface, by places.
+    std::vector<Torn> torn;                                  ///< Torn links, by places.
+    ConstraintHistory constraints;                           ///< \see DistanceConstraints::history
+    std::vector<EmitterHistory> emitters;                    ///< One per emitter, in the order they were added.
+    std::optional<std::vector<KeptImpulse<S, D>>> impulses;  ///< \see Collisions::kept
+    Moment now;                                              ///< Time and number of steps.
 };
 
+/// Points under forces, constraints and collisions, stepped through time.
+///
+/// A step does the following, in this order:
+/// 1. Forces, gravity and damping change velocities.
+/// 2. Collisions with other points and with the boundary change velocities.
+/// 3. Points move.
+/// 4. Constraints move points towards their distances at rest, which changes velocities, too.
+/// 5. The boundary moves. Collisions move overlapping points apart, which changes no velocity.
+/// 6. Points at the surfaces of the boundary obey their contact, see meet_surfaces().
+/// 7. Links tear, points are removed at the end of their life, and emitters add points. Before the first step,
+///    emitters add the points that are due by then.
+///
 /// \tparam D           2 or 3
 /// \tparam S           float or double
 /// \tparam Integrator  SymplecticEuler or Verlet
-/// \tparam Boundary    a boundary policy in S that says where its surfaces are: Walls, Collider, Together, …
-///
-/// A step: emitters give points; forces change velocities; points in contact, with each other and with the boundary,
-/// change each other's; points move; constraints pull them where they should be, which changes velocities, too; what
-/// overlaps is moved apart, which does not.
+/// \tparam Boundary    a boundary policy in S that has surfaces(): Walls, Collider, Together, …
 template <int D, std::floating_point S = float, integrator Integrator = Verlet, class Boundary = NoBoundary>
 class ParticleSystem : public Stepper<D> {
     using Stepper<D>::now_;
@@ -55,31 +63,36 @@ public:
     using scalar_type = S;
     static constexpr int dimension = D;
 
+    /// No points, and a default boundary.
     ParticleSystem() : ParticleSystem(Boundary{}) {}
+    /// No points, and a boundary.
     explicit ParticleSystem(const Boundary& with) : boundary(with) {
         detail::tell_unoptimised<FIRN_TELLS_UNOPTIMISED>();
     }
 
-    PointMasses<S, D> points;
+    PointMasses<S, D> points;  ///< All points.
     using Stepper<D>::gravity;
-    using Stepper<D>::warn;  ///< of a time step above the bound of the forces
-    double damping = 0;      ///< c [1/s]: velocities fall by e^(−c dt) a step
-    DistanceConstraints<S, D> constraints;
-    int iterations = 8;  ///< of the constraints, in every step
-    /// Given, points collide with each other.
+    using Stepper<D>::warn;                 ///< Warns of a time step above stable_time_step().
+    double damping = 0;                     ///< c [1/s]: each step multiplies velocities by e^(−c dt).
+    DistanceConstraints<S, D> constraints;  ///< Distances that points keep.
+    int iterations = 8;                     ///< Iterations of the constraints per step.
+    /// If set, points collide with each other.
     std::optional<Collisions<S, D>> collisions{};
-    Boundary boundary{};           ///< what moves is moved by steps
-    double restitution = 0;        ///< of points at the boundary, Newton's e, from 0 to 1 [1]
-    int threads = 0;               ///< 0: as many as thread_count() says
-    std::vector<Facet<D>> facets;  ///< the surface, by places of points: for output; torn with the constraints
+    Boundary boundary{};           ///< The boundary. Steps move its moving parts.
+    double restitution = 0;        ///< Newton's e of points at the boundary, from 0 to 1 [1].
+    int threads = 0;               ///< Number of threads; 0: as many as thread_count() says.
+    std::vector<Facet<D>> facets;  ///< The surface, by places, for output. It tears with the constraints.
 
-    /// Adds the points and facets of a net; what joins the points is added by place, from the one returned.
-    /// \return the place of its first point
-    /// \throws parameter_error (nothing is added)
+    /// Adds the points and facets of a net. Springs and constraints along its links are added separately, with the
+    /// returned place as their `first`.
+    /// \param velocity  of every point [m/s]
+    /// \return the place of the net's first point
+    /// \throws parameter_error  as PointMasses::check; if there is not one mass per point; or if a facet names a point
+    ///                          that does not exist. Nothing is added then.
     std::size_t add(const Net<D>& net, const NetOptions& options, const Vec<double, D>& velocity = {}) {
         if (!options.masses.empty() && options.masses.size() != net.positions.size())
             throw parameter_error(sentence("A net of ", net.positions.size(), " points is given ",
-                                           options.masses.size(), " masses; give one for each, or one for all."));
+                                           options.masses.size(), " masses; give one per point, or one for all."));
         for (const Facet<D>& facet : net.facets)
             for (const std::uint32_t corner : facet) detail::point_of(net, corner);
         const auto point = [&](std::size_t i) {
@@ -100,8 +113,8 @@ public:
         return first;
     }
 
-    /// From now on the force acts in every step.
-    /// \return it, as it is kept: its parameters may be changed
+    /// Adds a force that acts in every step from now on.
+    /// \return the stored force; its parameters may be changed
     template <class Force>
         requires point_force<Force, S, D>
     Force& add_force(Force force) {
@@ -109,19 +122,20 @@ public:
         return forces_.emplace_back(std::move(force)).template as<Force>();
     }
 
-    /// Gives points from now on.
-    /// \throws parameter_error  if a number is out of range
+    /// Adds an emitter. Births that were due before the present time are skipped, unless no step has been taken.
+    /// \throws parameter_error  as Emitter::check
     void add_emitter(const Emitter<D>& emitter) {
         emitter.check();
         Emitter<D> added = emitter;
         if (now_.steps > 0) added.skip(now_.time);
         emitters_.push_back(std::move(added));
     }
+    /// All emitters, in the order they were added.
     const std::vector<Emitter<D>>& emitters() const { return emitters_; }
 
-    /// Takes out the points for which wanted(place) says so, with all that they are joined by.
-    /// \return how many that were
-    /// \throws parameter_error  if a force or constraint joins a point that is not there: the system is then of no use
+    /// Removes the points for which wanted(place) is true, with their springs, constraints, facets and excluded pairs.
+    /// \return the number of points removed
+    /// \throws parameter_error  if a force or constraint names a point that does not exist; the system is then invalid
     template <class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
         const std::vector<std::uint32_t> new_place = points.remove_if(wanted);
@@ -135,8 +149,8 @@ public:
         return new_place.size() - points.size();
     }
 
-    /// Above this [s] the forces' springs and dampers let an explicit step grow without bound, as they are now;
-    /// infinite without such. Constraints have no bound.
+    /// The largest stable time step [s] of the springs and dampers in their present state; infinite without any. With
+    /// larger steps, motion may grow without bound. Constraints do not limit the time step.
     double stable_time_step() {
         double bound = 0;
         parallel_region(workers_of_steps(),
@@ -144,13 +158,16 @@ public:
         return bound;
     }
 
-    /// One step of dt [s].
-    /// \throws parameter_error  unless dt is positive; and what forces throw
-    /// \throws particle_error   where a point or the force on it is not finite, before anything has moved; or where a
-    ///                          point would not be finite after the step, which has then spoiled the points
+    /// Takes one step of dt [s].
+    /// \throws parameter_error  if dt is not positive, or a parameter of the system is out of range
+    /// \throws particle_error   if a point or the force on it is not finite; nothing has moved then
+    /// \throws particle_error   if a point would not be finite after the step; all points are invalid then
+    ///
+    /// Exceptions that forces throw pass through.
     void step(double dt) { take_steps(dt, 1); }
 
-    /// Steps of equal length, at most dt [s], until `duration` [s] has passed.
+    /// Takes steps of equal length, at most dt [s], until `duration` [s] has passed.
+    /// \throws parameter_error, particle_error  as step(); and if the duration is negative
     void advance(double duration, double dt) {
         check(dt);
         if (!(duration >= 0) || !std::isfinite(duration))
@@ -159,16 +176,17 @@ public:
         if (count > 0) take_steps(duration / double(count), count);
     }
 
-    /// The torn links between points that there still are, by places.
+    /// The torn links between points that still exist, by places.
     const std::vector<Torn>& torn() const { return torn_; }
 
-    /// Goes on from a moment of another run, to the same bits: this system was made as that one, up to its first step.
-    /// \throws usage_error      when it has taken a step
-    /// \throws parameter_error  where the moment is not one of such a run; nothing has changed then
+    /// Continues from a moment of another run and gives the same bits as that run would. This system must be set up as
+    /// the other one was before its first step.
+    /// \throws usage_error      if this system has taken a step
+    /// \throws parameter_error  if the moment does not come from such a run; nothing has changed then
     void resume(SystemMoment<S, D> moment) {
         if (now_.steps > 0)
-            throw usage_error(sentence("The system has taken ", now_.steps,
-                                       " steps; go on from a moment of another run before the first."));
+            throw usage_error(
+                sentence("The system has taken ", now_.steps, " steps; call resume() before the first step."));
         const std::size_t count = moment.points.size();
         const std::vector<std::uint32_t> new_place = places_in(moment.points);
         for (const Torn& ends : moment.torn)
@@ -179,13 +197,13 @@ public:
         resumed_constraints.resume(moment.constraints, new_place, count);
         std::optional<Collisions<S, D>> resumed_collisions = collisions;
         if (moment.impulses && !collisions)
-            throw parameter_error("In the run that is to go on points collided; let those of this system collide.");
+            throw parameter_error("In the run to resume, points collided; let those of this system collide.");
         if (collisions) {
             resumed_collisions->renumber(new_place);
             resumed_collisions->resume(moment.impulses);
         }
         if (moment.emitters.size() != emitters_.size())
-            throw parameter_error(sentence("The run that is to go on had ", moment.emitters.size(),
+            throw parameter_error(sentence("The run to resume had ", moment.emitters.size(),
                                            " emitters, this system has ", emitters_.size(), ". Add the same."));
         std::vector<Emitter<D>> resumed_emitters = emitters_;
         for (std::size_t k = 0; k < emitters_.size(); ++k)
@@ -193,7 +211,7 @@ public:
         const auto resume_forces = [&](std::span<detail::AnyForce<S, D>> forces) {
             for (auto& force : forces) force.renumber(new_place), force.tear(moment.torn);
         };
-        std::vector<detail::AnyForce<S, D>> rehearsal = forces_;  // that may throw, and the program may hold the others
+        std::vector<detail::AnyForce<S, D>> rehearsal = forces_;  // may throw; users may refer to forces_
         resume_forces(rehearsal);
         resume_forces(forces_);
         points = std::move(moment.points);
@@ -220,7 +238,7 @@ private:
         check_boundary(boundary);
     }
 
-    /// Of a region that several steps share: 1 where forces of the user's may open their own.
+    /// Workers of a region that spans several steps. It is 1 if a user's force may open a region of its own.
     int workers_of_steps() const {
         const bool is_left =
             std::any_of(forces_.begin(), forces_.end(), [](const auto& f) { return f.may_open_regions(); });
@@ -262,10 +280,10 @@ private:
         emit();
     }
 
-    /// Of a step above the bound, which is computed anew now and then, and when forces change; or empty.
+    /// The warning about a step above the bound, or nothing. The bound is recomputed every 64 steps and after changes.
     std::string warning_of(double dt) {
         if (largest_step_ == 0 || now_.steps % 64 == 0) largest_step_ = stable_time_step();
-        const double ratio = dt / largest_step_;  // infinite where no step is small enough
+        const double ratio = dt / largest_step_;  // infinite if no step is small enough
         if (!(ratio >= warned_ratio_) || std::isinf(warned_ratio_)) return {};
         warned_ratio_ = 1.2 * ratio;
         if (!warn) return {};
@@ -279,11 +297,11 @@ private:
         return sum;
     }
 
-    /// \throws particle_error  where a point or the force on it is not finite
+    /// \throws particle_error  if a point or the force on it is not finite
     void check_finite(double dt) const {
         std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            S all = 0;  // zero times a number is not zero where that is not finite
+            S all = 0;  // 0 times a number that is not finite is not 0
             for (std::size_t i = first; i < last; ++i)
                 all += (total(points.position[i]) + total(points.velocity[i]) + total(force_[i])) * S(0);
             if (!(all == 0)) wrong = true;
@@ -291,7 +309,7 @@ private:
         if (wrong) throw_not_finite(dt, "Nothing has moved.");
     }
 
-    /// Names the first point that is not finite, and how many there are.
+    /// Throws an error that names the first point that is not finite, and the number of such points.
     [[noreturn, gnu::cold]] void throw_not_finite(double dt, const char* done) const {
         std::size_t first = points.size(), count = 0;
         for (std::size_t i = points.size(); i-- > 0;)
@@ -299,15 +317,15 @@ private:
                 !detail::is_finite(force_[i]))
                 first = i, ++count;
         if (count == 0)
-            throw particle_error(sentence("At step ", now_.steps, " numbers are too large to be added up. ", done));
+            throw particle_error(sentence("At step ", now_.steps, ", numbers are too large to be added. ", done));
         throw particle_error(sentence(
             "At step ", now_.steps, ", at ", now_.time, " s, ", count, " of ", points.size(),
             " points or the forces on them are not finite. The first is point ", points.id[first], " at ",
             detail::describe(points.position[first]), " m with velocity ", detail::describe(points.velocity[first]),
             " m/s under a force of ", detail::describe(force_[first]), " N. ", done, " ",
             dt > largest_step_ ? sentence("The step of ", dt, " s is ", dt / largest_step_, " times the bound of ",
-                                          largest_step_, " s of the springs and dampers: shorten it.")
-                               : std::string("Look at what was set by hand, and at forces of your own.")));
+                                          largest_step_, " s of the springs and dampers; take a smaller one.")
+                               : std::string("Check the values set by hand and your own forces.")));
     }
 
     void kick(double dt) {
@@ -356,7 +374,7 @@ private:
         });
         if (wrong) throw_not_finite(dt, half_way);
     }
-    static constexpr const char* half_way = "The points are of no use any more: go on from the last state written.";
+    static constexpr const char* half_way = "The points are invalid; go on from the last state written.";
 
     void emit() {
         std::size_t born = 0;
@@ -374,7 +392,7 @@ private:
         largest_step_ = 0;
     }
 
-    /// Where in a later moment the points are that this system has now.
+    /// The places, in a later moment, of the points that this system has now; no_particle for removed points.
     std::vector<std::uint32_t> places_in(const PointMasses<S, D>& later) const {
         std::vector<std::uint32_t> places(points.size(), no_particle);
         std::size_t known = 0;
@@ -386,9 +404,9 @@ private:
         }
         const auto born = later.id.end() - std::lower_bound(later.id.begin(), later.id.end(), points.next_id());
         if (later.next_id() < points.next_id() || known + std::size_t(born) != later.size())
-            throw parameter_error(sentence("The run that is to go on has given out ", later.next_id(),
-                                           " ids of points; this system has given out ", points.next_id(),
-                                           " before its first step, or others are there. Add the same points."));
+            throw parameter_error(sentence("The run to resume has given out ", later.next_id(),
+                                           " ids of points, this system ", points.next_id(),
+                                           " before its first step; their points differ. Add the same points."));
         return places;
     }
 
@@ -399,7 +417,7 @@ private:
     double largest_step_ = 0, warned_ratio_ = 1;
 };
 
-/// Of a boundary, in its precision and dimension: firn::ParticleSystem system(firn::Together(walls, ball));
+/// Deduces precision and dimension from a boundary: firn::ParticleSystem system(firn::Together(walls, ball));
 template <class Boundary>
 explicit ParticleSystem(const Boundary&)
     -> ParticleSystem<detail::made_for<Boundary>::D, typename detail::made_for<Boundary>::S, Verlet, Boundary>;

@@ -1,4 +1,4 @@
-/// \file Point masses: the particles of systems of springs, constraints and collisions, without a grid.
+/// \file Point masses: the particles of a ParticleSystem, which has no grid.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -19,50 +19,50 @@
 
 namespace firn {
 
-/// What forces see: n points. Everything by place, 0 ≤ i < n.
+/// A read-only view of n points for forces. All fields are indexed by place, 0 ≤ i < n.
 template <class S, int D>
 struct PointView {
     std::span<const Vec<S, D>> position;  ///< [m]
     std::span<const Vec<S, D>> velocity;  ///< [m/s]
     std::span<const S> mass;              ///< [kg]
     std::span<const S> radius;            ///< [m]
-    double time = 0;                      ///< [s]
+    double time = 0;                      ///< Present time [s].
 
+    /// Number of points.
     std::size_t size() const { return position.size(); }
 };
 
-/// One point, as it is added.
+/// The data of a point to add.
 template <int D>
 struct PointMass {
     Vec<double, D> position{};  ///< [m]
     Vec<double, D> velocity{};  ///< [m/s]
     double mass = 1;            ///< [kg]
-    double radius = 0;          ///< for collisions and drag [m]
-    /// Points of one group do not collide with each other; those of group 0 collide with all.
+    double radius = 0;          ///< For collisions and drag [m].
+    /// Points of one group do not collide with each other. Points of group 0 collide with all points.
     std::uint32_t group = 0;
-    double end = std::numeric_limits<double>::infinity();  ///< when it is taken out [s]
+    double end = std::numeric_limits<double>::infinity();  ///< When the point is removed [s].
 };
 
-/// Particles that keep the order of their ids. Each field lies in an array of its own, position after position: what
-/// links and cells name is then one or two cache lines. A point's place may change when points are taken out; its id
-/// never does.
+/// Points in the order of their ids. Each field has an array of its own, so that reading one field of a point takes one
+/// or two cache lines. A point's place may change when points are removed; its id never changes.
 ///
-/// A pinned point has inverse mass 0: no force, constraint or collision moves it; it moves by its velocity.
+/// A pinned point has inverse mass 0. No force, constraint or collision moves it; it moves with its velocity.
 template <std::floating_point S, int D>
 struct PointMasses {
-    using V = Vec<S, D>;
+    using V = Vec<S, D>;  ///< A vector in space.
 
-    FieldArray<V> position;      ///< [m]
-    FieldArray<V> velocity;      ///< [m/s]
-    FieldArray<S> mass;          ///< [kg]
-    FieldArray<S> inverse_mass;  ///< [1/kg]; 0: pinned
-    FieldArray<S> radius;        ///< [m]
-    FieldArray<S> since;         ///< how long before now the velocity was as given [s]; see Verlet
-    FieldArray<std::uint32_t> group;
-    FieldArray<std::uint32_t> id;
-    FieldArray<double> end;  ///< when it is taken out [s]
+    FieldArray<V> position;           ///< [m]
+    FieldArray<V> velocity;           ///< [m/s]
+    FieldArray<S> mass;               ///< [kg]
+    FieldArray<S> inverse_mass;       ///< [1/kg]; 0: the point is pinned.
+    FieldArray<S> radius;             ///< [m]
+    FieldArray<S> since;              ///< Time by which the velocity lags behind the position [s]; see Verlet.
+    FieldArray<std::uint32_t> group;  ///< \see PointMass
+    FieldArray<std::uint32_t> id;     ///< Permanent name; ascending.
+    FieldArray<double> end;           ///< When the point is removed [s].
 
-    /// f(info, member) for every field: what is a member above has its line here.
+    /// Calls f(info, pointer to member) for every field above.
     template <class F>
     static void for_fields(const F& f) {
         using enum FieldShape;
@@ -79,13 +79,18 @@ struct PointMasses {
         f(FieldInfo{"id", "1", scalar, given, {}, not_negative, FieldNumber::uint32}, &P::id);
         f(FieldInfo{"end", "s", scalar, given, {}, finite, FieldNumber::float64}, &P::end);
     }
+    /// The descriptions of all fields.
     static FieldTable table() {
         FieldTable all;
         for_fields([&](const FieldInfo& info, auto) { all.push_back(info); });
         return all;
     }
 
-    PointMasses() : memory_(table(), D, sizeof(S), SlotOrder::by_id) {}
+    PointMasses() : memory_(table(), D, sizeof(S), SlotOrder::by_id) {}  ///< No points.
+    /// \name Copy, move and swap
+    /// @{
+
+    /// Copies, moves or swaps all points with their ids. After a move, the source has no points.
     PointMasses(const PointMasses& other) : size_(other.size_), ids_(other.ids_), memory_(other.memory_) { bind(); }
     PointMasses(PointMasses&& other) noexcept : PointMasses() { swap(other); }
     PointMasses& operator=(PointMasses other) noexcept {
@@ -100,15 +105,18 @@ struct PointMasses {
         bind();
         other.bind();
     }
+    /// @}
 
+    /// Number of points.
     std::size_t size() const { return size_; }
+    /// A view of the points at a time [s], valid until points are added or removed.
     PointView<S, D> view(double time = 0) const { return {position, velocity, mass, radius, time}; }
-    /// No id is given out twice.
+    /// The id of the next point. No id is given out twice.
     std::uint32_t next_id() const { return ids_.next(); }
 
-    /// Makes room for so many points, which each worker is the first to write in its share.
+    /// Allocates memory for `count` points. Each worker is the first to write its share of the memory.
     /// \param threads  0: as many as thread_count() says
-    /// \throws memory_error  if there is not enough for so many
+    /// \throws memory_error  if there is not enough memory
     void reserve(std::size_t count, int threads = 0) {
         if (count <= memory_.slots()) return;
         const std::size_t slots = (std::max(count, size_ + size_ / 2) + pack_size - 1) / pack_size * pack_size;
@@ -119,10 +127,10 @@ struct PointMasses {
         bind();
     }
 
-    /// Ids below `next` are given out no more.
+    /// Ensures that no id below `next` is given out.
     void skip_ids(std::uint32_t next) { ids_.skip(next); }
 
-    /// Appends a point of which no field is set but its id.
+    /// Appends a point with the id `as`. Its other fields are not set.
     /// \return its place
     std::size_t append(std::uint32_t as) {
         if (size_ == memory_.slots()) reserve(std::max<std::size_t>(4 * pack_size, size_ + 1));
@@ -132,8 +140,8 @@ struct PointMasses {
         return place;
     }
 
-    /// Could the point be added, as one of this id?
-    /// \throws parameter_error  unless numbers are finite, the mass positive, and the radius not negative, in S
+    /// Checks whether a point could be added with the id `as`.
+    /// \throws parameter_error  unless, in S, all numbers are finite, the mass is positive, the radius not negative
     static void check(const PointMass<D>& point, std::uint64_t as) {
         const auto refuse = [&](const char* what, double given, const char* allowed) {
             throw parameter_error(sentence("The ", what, " of point ", as, " is ", given, "; it must be ", allowed,
@@ -151,6 +159,7 @@ struct PointMasses {
         if (as >= no_particle) throw parameter_error(sentence("All ", no_particle, " ids of points are given out."));
     }
 
+    /// Adds a point.
     /// \return its id
     /// \throws parameter_error  as check()
     std::uint32_t add(const PointMass<D>& point) {
@@ -167,7 +176,7 @@ struct PointMasses {
         return id[i];
     }
 
-    /// The place of the point of this id.
+    /// The place of the point with an id.
     /// \throws parameter_error  if there is no such point
     std::size_t place(std::uint32_t wanted) const {
         const auto found = std::lower_bound(id.begin(), id.end(), wanted);
@@ -177,8 +186,9 @@ struct PointMasses {
         return std::size_t(found - id.begin());
     }
 
+    /// Whether the point at place i is pinned.
     bool is_pinned(std::size_t i) const { return inverse_mass[i] == 0; }
-    /// Holds it where it is, or lets it move by a velocity [m/s] that nothing changes.
+    /// Pins the point with the id `wanted`. It stays where it is, or moves with a velocity [m/s] that nothing changes.
     /// \throws parameter_error  if there is no point of this id, or the velocity is not finite
     void pin(std::uint32_t wanted, const Vec<double, D>& v = {}) {
         const std::size_t i = place(wanted);
@@ -189,6 +199,7 @@ struct PointMasses {
         inverse_mass[i] = 0;
         velocity[i] = cast<S>(v);
     }
+    /// Unpins the point with the id `wanted`. It keeps its velocity.
     /// \throws parameter_error  if there is no point of this id
     void unpin(std::uint32_t wanted) {
         const std::size_t i = place(wanted);
@@ -196,8 +207,8 @@ struct PointMasses {
         since[i] = 0;
     }
 
-    /// Takes out the points for which wanted(place) says so; the others move together, in order.
-    /// \return the new place of every old one, no_particle for what is gone; empty if nothing was taken out
+    /// Removes the points for which wanted(place) is true. The others close the gaps and keep their order.
+    /// \return the new place for every old place, no_particle for removed points; empty if none was removed
     template <class Wanted>
     std::vector<std::uint32_t> remove_if(const Wanted& wanted) {
         std::vector<std::uint32_t> places;
@@ -222,7 +233,7 @@ struct PointMasses {
     }
 
 private:
-    /// Says to every field where it lies now.
+    /// Tells every field its address and size.
     void bind() {
         std::size_t f = 0;
         for_fields([&](const FieldInfo&, auto member) {
@@ -238,8 +249,8 @@ private:
 
 namespace detail {
 
-/// Gives points their new places, as remove_if says. \return whether all are still there
-/// \throws parameter_error  if it does not know one
+/// Replaces places by new places, as PointMasses::remove_if returned them. \return whether all points still exist
+/// \throws parameter_error  if a place has no entry in new_place
 template <std::size_t K>
 bool renumbered(std::array<std::uint32_t, K>& points, std::span<const std::uint32_t> new_place) {
     bool all = true;

@@ -1,13 +1,14 @@
-/// \file Ropes; in 2D also what cloth is in a plane.
+/// \file Builds ropes. In 2D, a rope is also the cross-section of cloth.
 #pragma once
 
 #include <firn/lagrangian/surface.hpp>
 
 namespace firn {
 
-/// A straight rope of `segments` + 1 points from a to b [m], evenly apart. Stretch links along it, bend links to the
-/// second neighbour; in 2D its segments are facets, the outside on the right of the way from a to b.
-/// \throws parameter_error  unless a and b are finite and apart, and there is a segment
+/// Builds a straight rope of `segments` + 1 evenly spaced points from a to b [m]. Stretch links run along it, bend
+/// links to the second neighbours. In 2D its segments are facets, with the outside on the right on the way from a to b.
+/// \throws parameter_error  unless a and b are finite and apart, and there is at least one segment
+/// \throws memory_error     if the net does not fit into memory
 template <int D>
 Net<D> rope(const Vec<double, D>& a, const Vec<double, D>& b, std::size_t segments) {
     const double length = norm(b - a);

@@ -1,4 +1,4 @@
-/// \file Soft bodies: a lattice of cells that fill a shape, or a closed surface held from inside.
+/// \file Builds soft bodies: a lattice of cells that fills a shape, or a closed surface supported from inside.
 #pragma once
 
 #include <firn/data/mesh.hpp>
@@ -16,11 +16,11 @@ namespace firn {
 /// A net whose facets enclose a volume.
 template <int D>
 struct SoftBody {
-    Net<D> net;
-    std::vector<double> volumes;  ///< each point's part of the volume enclosed [m^D]
+    Net<D> net;                   ///< Points, links and surface.
+    std::vector<double> volumes;  ///< Each point's part of the enclosed volume [m³; m² in 2D].
 
-    /// Of every point [kg], for a body of `density` [kg/m³; kg/m² in 2D].
-    /// \throws parameter_error  unless it is positive
+    /// The mass of every point [kg] of a body of `density` [kg/m³; kg/m² in 2D].
+    /// \throws parameter_error  unless the density is positive
     std::vector<double> masses(double density) const {
         detail::check_positive(density, "The density of the body", D == 3 ? "kg/m^3" : "kg/m^2");
         auto masses = volumes;
@@ -31,14 +31,15 @@ struct SoftBody {
 
 namespace detail {
 
-/// Cubes of side 1, counted from one of them.
+/// Cells of a lattice, squares in 2D. Their indices are relative to the cell of the first sample.
 template <int D>
 class Cells {
 public:
     using Index = std::array<std::int64_t, D>;
     static constexpr std::uint32_t corners = 1u << D;
 
-    /// \throws parameter_error  unless the samples are the centres of cubes of one lattice, each of them once
+    /// One cell around each sample.
+    /// \throws parameter_error  unless the samples are the centres of cells of one lattice, each once
     explicit Cells(const Samples<D>& samples, double side) {
         const Vec<double, D> first = samples.positions.front();
         for (const auto& x : samples.positions) {
@@ -52,15 +53,15 @@ public:
                 cell[std::size_t(a)] = std::int64_t(std::llround(steps));
             }
             if (!cells_.insert(cell).second)
-                throw parameter_error(sentence("Two samples lie at ", describe(x), " m; each must be there once."));
+                throw parameter_error(sentence("Two samples lie at ", describe(x), " m; give each sample once."));
         }
     }
 
     const std::set<Index>& all() const { return cells_; }
     bool has(const Index& cell) const { return cells_.contains(cell); }
 
-    /// Where two cells touch along an edge only (in 2D: at a corner), one of their common neighbours is filled: else
-    /// four faces would share the edge, and the body would be hinged there.
+    /// Fills one common neighbour of each two cells that touch only along an edge (in 2D: at a corner). Otherwise four
+    /// faces would share the edge, and the edge would be a hinge of the body.
     void fill_hinges() {
         std::vector<Index> open(cells_.begin(), cells_.end());
         while (!open.empty()) {
@@ -79,7 +80,7 @@ public:
         }
     }
 
-    /// \throws parameter_error  unless every cell is reached from every other one through faces
+    /// \throws parameter_error  unless faces connect every cell with every other one
     void check_connected() const {
         std::set<Index> left = cells_;
         std::vector<Index> open{*left.begin()};
@@ -101,7 +102,7 @@ public:
         cell[axis] += steps;
         return cell;
     }
-    /// Bit a of `corner` says which of the two along axis a.
+    /// A corner of a cell. Bit a of `corner` is 1 for the upper one along axis a.
     static Index corner_of(Index cell, std::uint32_t corner) {
         for (std::size_t a = 0; a < D; ++a) cell[a] += (corner >> a) & 1;
         return cell;
@@ -117,7 +118,7 @@ private:
     std::set<Index> cells_;
 };
 
-/// Faces of cells that no other cell shares, as facets that look outwards.
+/// The faces that belong to only one cell, as facets that face outwards.
 template <int D, class PlaceOf>
 std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& place_of) {
     using Index = typename Cells<D>::Index;
@@ -134,13 +135,14 @@ std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& plac
                     return place_of(node);
                 };
                 if constexpr (D == 2) {
-                    // From node 0 to 1 the outside is on the right for the upper face of x and the lower one of y.
+                    // On the way from node 0 to 1, the outside is on the right for the upper face along x and the lower
+                    // one along y.
                     const bool onwards = (up == 1) == (a == 0);
                     facets.push_back({at(onwards ? 0 : 1, 0), at(onwards ? 1 : 0, 0)});
                 } else {
                     std::array<std::uint32_t, 4> quad{at(0, 0), at(1, 0), at(1, 1), at(0, 1)};
                     if (up == 0) std::swap(quad[1], quad[3]);
-                    // Diagonals in turn, as on a chessboard.
+                    // Diagonals alternate as on a chessboard.
                     if ((base[0] + base[1] + base[2] - base[a]) % 2 == 0)
                         facets.insert(facets.end(), {{quad[0], quad[1], quad[2]}, {quad[0], quad[2], quad[3]}});
                     else
@@ -154,23 +156,29 @@ std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& plac
 
 }  // namespace detail
 
-/// A body of cubic cells (squares in 2D), one about each sample: sample_box(), sample_sphere() and sample_mesh() with
-/// Pattern::lattice fill shapes with them. Its points are the corners of cells, the first axis fastest. Stretch links
-/// along the edges of cells, shear links along the diagonals of their faces and through them, bend links to the second
-/// neighbours along the axes: all three kinds of a mass-spring lattice, so that neither shear nor a bend is free, and
-/// what is squeezed along one axis swells along the others. The surface are the faces that belong to one cell, cut in
-/// two triangles; it is closed. Where two cells touch along an edge only, one more cell is filled in between.
-/// \throws parameter_error  unless the samples lie on one lattice of cubes of their volume, each once, and the cells
-///                          are joined by their faces
+/// Builds a body of cubic cells (squares in 2D), one around each sample. sample_box(), sample_sphere() and
+/// sample_mesh() with Pattern::lattice fill shapes with samples.
+///
+/// The points of the body are the corners of cells, the first axis fastest. Stretch links run along the edges of cells,
+/// shear links along the diagonals of their faces and of the cells, bend links to the second neighbours along the axes.
+/// The three kinds resist stretch, shear and bending, and a body that is squeezed along one axis swells along the
+/// others.
+///
+/// The surface is closed. It consists of the faces that belong to only one cell, each cut into two triangles in 3D.
+/// Where two cells touch only along an edge, one more cell is filled in between.
+/// \throws parameter_error  unless the samples lie on one lattice of cubes of their volume, each once, and faces
+///                          connect all cells
+/// \throws memory_error     if the body does not fit into memory
 template <int D>
 SoftBody<D> lattice_body(const Samples<D>& samples) {
     static_assert(D == 2 || D == 3);
     using Cells = detail::Cells<D>;
-    if (samples.positions.empty()) throw parameter_error("A soft body of no samples was asked for. Fill a shape.");
+    if (samples.positions.empty())
+        throw parameter_error("A soft body needs samples, but there are none. Fill a shape with samples.");
     detail::check_positive(samples.volume, "The volume of a sample", D == 3 ? "m^3" : "m^2");
     const double side = D == 2 ? std::sqrt(samples.volume) : std::cbrt(samples.volume);
-    // Of each cell: a tree's node here and in the check of its joints, those of its corners, its links before those
-    // that cells share are merged.
+    // Per cell: a tree node here and in check_connected(), the tree nodes of its corners, and its links, before the
+    // links that cells share are merged.
     constexpr double tree_node = 4 * sizeof(void*) + sizeof(typename Cells::Index) + sizeof(double);
     constexpr double links = Cells::corners * (Cells::corners - 1) / 2 + D * Cells::corners / 2;
     require_memory(double(samples.positions.size()) * (3 * tree_node + links * sizeof(Link)),
@@ -179,7 +187,7 @@ SoftBody<D> lattice_body(const Samples<D>& samples) {
     cells.fill_hinges();
     cells.check_connected();
 
-    // By the last axis first, so that the first runs fastest.
+    // Compare the last axis first, so that the first axis runs fastest.
     const auto by_last_axis = [](const auto& left, const auto& right) {
         return std::lexicographical_compare(left.rbegin(), left.rend(), right.rbegin(), right.rend());
     };
@@ -225,8 +233,9 @@ SoftBody<D> lattice_body(const Samples<D>& samples) {
 
 namespace detail {
 
-/// Where the ray from x along the unit vector `along` leaves the mesh first: the nearest corner of that triangle, or
-/// `none`. Möller & Trumbore 1997, "Fast, minimum storage ray/triangle intersection".
+/// The vertex nearest to where a ray first leaves the mesh, among the corners of the triangle that it hits; or `none`.
+/// The ray begins at vertex `from` and runs along the unit vector `along`; hits nearer than `least` [m] are ignored.
+/// Möller & Trumbore 1997, "Fast, minimum storage ray/triangle intersection".
 inline std::uint32_t opposite_vertex(const TriangleMesh& mesh, std::uint32_t from, const Vec<double, 3>& along,
                                      double least, std::uint32_t none) {
     const auto& x = mesh.vertices[from];
@@ -237,10 +246,10 @@ inline std::uint32_t opposite_vertex(const TriangleMesh& mesh, std::uint32_t fro
         const auto ab = mesh.vertices[std::size_t(triangle[1])] - a, ac = mesh.vertices[std::size_t(triangle[2])] - a;
         const auto p = cross(along, ac);
         const double det = dot(ab, p);
-        if (!(det < 0)) continue;  // it enters there
+        if (!(det < 0)) continue;  // the ray enters the mesh there
         const auto s = x - a, q = cross(s, ab);
         const double u = dot(s, p) / det, v = dot(along, q) / det, t = dot(ac, q) / det;
-        constexpr double over = -1e-9;  // a ray through an edge meets at least one of its triangles
+        constexpr double over = -1e-9;  // so that a ray through an edge hits at least one of its triangles
         if (!(u >= over && v >= over && u + v <= 1 - over && t > least && t < nearest)) continue;
         nearest = t;
         const double w = 1 - u - v;
@@ -249,7 +258,7 @@ inline std::uint32_t opposite_vertex(const TriangleMesh& mesh, std::uint32_t fro
     return found;
 }
 
-/// Unit vectors that sum up the triangles around each vertex, by their area.
+/// The unit normal at each vertex: the mean over the triangles around it, weighted by their area.
 inline std::vector<Vec<double, 3>> vertex_normals(const TriangleMesh& mesh) {
     std::vector<Vec<double, 3>> normals(mesh.vertices.size());
     for (const auto& [a, b, c] : mesh.triangles) {
@@ -266,16 +275,19 @@ inline std::vector<Vec<double, 3>> vertex_normals(const TriangleMesh& mesh) {
 
 }  // namespace detail
 
-/// A closed mesh as a body: its surface with stretch and bend links (see cloth()), held from inside by support links
-/// from every vertex to the other side of the body: one against the vertex's normal and three at 35° to that, a third
-/// of a turn apart, each to the corner nearest to where the ray leaves the mesh. The straight ones keep the body's
-/// thickness, the slanted ones brace it against shear; together they are a truss that gives way under load and comes
-/// back. Points only on the surface: cheaper than a lattice, and the mesh is kept as it is. A point's volume is the
-/// body's, shared out by the area of facets. Takes time as vertices × triangles: less than
-/// a second for 1800 × 3700.
+/// Builds a body from a closed mesh: its surface with stretch and bend links, see cloth(), supported from inside.
 ///
-/// A mesh turned inside out is taken as if it looked outwards.
-/// \throws mesh_error  as check_closed() and cloth(); where the mesh encloses no volume
+/// Four support links run from every vertex to the other side of the body: one against the vertex's normal and three at
+/// 35° to it, a third of a turn apart. Each ends at the corner nearest to where the ray leaves the mesh. The straight
+/// links keep the body's thickness, the slanted ones brace it against shear. Together they form a truss that yields
+/// under load and springs back.
+///
+/// All points are vertices of the mesh, so the body is cheaper than a lattice. The body's volume is shared among its
+/// points by the area of their facets. The work is proportional to vertices × triangles: less than a second for
+/// 1800 × 3700.
+///
+/// If the facets of the mesh face inwards, they are reversed.
+/// \throws mesh_error  as check_closed() and cloth(); if the mesh encloses no volume
 inline SoftBody<3> mesh_body(const TriangleMesh& given) {
     check_closed(given);
     double volume = signed_volume(given);

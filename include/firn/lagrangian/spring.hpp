@@ -1,4 +1,4 @@
-/// \file A spring and a damper side by side, between two points or from a point to a place.
+/// \file A spring and a damper in parallel, between two points or between a point and a fixed position.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -10,6 +10,7 @@
 namespace firn {
 
 namespace detail {
+/// Checks the numbers of a spring.
 /// \throws parameter_error  unless both are finite and not negative
 inline void check_spring(double stiffness, double damping) {
     if (!(stiffness >= 0) || !std::isfinite(stiffness) || !(damping >= 0) || !std::isfinite(damping))
@@ -18,18 +19,20 @@ inline void check_spring(double stiffness, double damping) {
 }
 }  // namespace detail
 
-/// f₁ = f e, f₂ = −f₁ with e = (r₂ − r₁)/l, f = k_s (l − l₀) − k_d (v₁ − v₂)·e. Where both ends are at one place there
-/// is no direction, and no force.
+/// The law of a spring and a damper between two points: f₁ = f e, f₂ = −f₁ with e = (r₂ − r₁)/l and
+/// f = k_s (l − l₀) − k_d (v₁ − v₂)·e. If both ends are at one position, there is no direction and no force.
 template <scalar S>
 struct SpringDamper {
     using scalar_type = S;
-    static constexpr int corners = 2;
+    static constexpr int corners = 2;  ///< Points of a spring.
+    /// The numbers of one spring.
     struct Element {
-        S rest = S(1);       ///< l₀ [m]
-        S stiffness = S(0);  ///< k_s [N/m]
-        S damping = S(0);    ///< k_d [N s/m]
+        S rest = S(1);       ///< l₀, length at rest [m].
+        S stiffness = S(0);  ///< k_s [N/m].
+        S damping = S(0);    ///< k_d [N s/m].
     };
 
+    /// The forces [N] on the two ends, at positions x [m] with velocities v [m/s].
     template <int D>
     FIRN_INLINE std::array<Vec<S, D>, 2> forces(const Element& spring, const std::array<Vec<S, D>, 2>& x,
                                                 const std::array<Vec<S, D>, 2>& v) const {
@@ -43,58 +46,65 @@ struct SpringDamper {
         return {f, -f};
     }
 
-    /// ½ k_s (l − l₀)² [J].
+    /// The elastic energy ½ k_s (l − l₀)² [J], with the ends at x [m].
     template <int D>
     FIRN_INLINE S energy(const Element& spring, const std::array<Vec<S, D>, 2>& x) const {
         const S longer = norm(x[1] - x[0]) - spring.rest;
         return S(0.5) * spring.stiffness * longer * longer;
     }
 
-    // The largest eigenvalues of the matrices of stiffness [N/m] and damping [N s/m].
+    /// The largest eigenvalue of the stiffness matrix [N/m].
     template <int D>
     S stiffness(const Element& spring, const std::array<Vec<S, D>, 2>&) const {
         return S(2) * spring.stiffness;
     }
+    /// The largest eigenvalue of the damping matrix [N s/m].
     S damping(const Element& spring) const { return S(2) * spring.damping; }
 
-    /// \throws parameter_error  unless all is finite and not negative
+    /// Checks the numbers of a spring.
+    /// \throws parameter_error  unless all are finite and not negative
     static void check(const Element& spring)
         requires std::floating_point<S>
     {
         detail::check_spring(double(spring.stiffness), double(spring.damping));
         if (!(spring.rest >= 0) || !std::isfinite(spring.rest))
             throw parameter_error(
-                sentence("A spring is ", spring.rest, " m long at rest; that must be finite and not negative."));
+                sentence("A spring is ", spring.rest, " m long at rest; it must be finite and not negative."));
     }
 };
 
-/// A spring of no length and a damper that hold one point at a place: k_s (x₀ − x) − k_d v. A pin that gives way, for
-/// particles that the grid moves; the place may be moved.
+/// The law of an anchor: a spring of zero length and a damper that hold one point at a position, with the force
+/// k_s (x₀ − x) − k_d v. It is a soft pin for particles that the grid moves. The position may be changed.
 template <scalar S, int D>
 struct Anchor {
     using scalar_type = S;
-    static constexpr int corners = 1;
+    static constexpr int corners = 1;  ///< Points of an anchor.
+    /// The numbers of one anchor.
     struct Element {
-        Vec<S, D> place{};   ///< x₀ [m]
-        S stiffness = S(0);  ///< k_s [N/m]
-        S damping = S(0);    ///< k_d [N s/m]
+        Vec<S, D> place{};   ///< x₀, the position that holds the point [m].
+        S stiffness = S(0);  ///< k_s [N/m].
+        S damping = S(0);    ///< k_d [N s/m].
     };
 
+    /// The force [N] on the point, at position x [m] with velocity v [m/s].
     FIRN_INLINE std::array<Vec<S, D>, 1> forces(const Element& held, const std::array<Vec<S, D>, 1>& x,
                                                 const std::array<Vec<S, D>, 1>& v) const {
         return {(held.place - x[0]) * held.stiffness - v[0] * held.damping};
     }
 
-    /// ½ k_s |x₀ − x|² [J].
+    /// The elastic energy ½ k_s |x₀ − x|² [J], with the point at x [m].
     FIRN_INLINE S energy(const Element& held, const std::array<Vec<S, D>, 1>& x) const {
         const Vec<S, D> away = held.place - x[0];
         return S(0.5) * held.stiffness * dot(away, away);
     }
 
+    /// The largest eigenvalue of the stiffness matrix [N/m].
     S stiffness(const Element& held, const std::array<Vec<S, D>, 1>&) const { return held.stiffness; }
+    /// The largest eigenvalue of the damping matrix [N s/m].
     S damping(const Element& held) const { return held.damping; }
 
-    /// \throws parameter_error  unless all is finite, stiffness and damping not negative
+    /// Checks the numbers of an anchor.
+    /// \throws parameter_error  unless all are finite, and stiffness and damping are not negative
     static void check(const Element& held)
         requires std::floating_point<S>
     {

@@ -1,4 +1,4 @@
-/// \file Lengths and surfaces of nets, and the masses that they give to points.
+/// \file Lengths and areas of nets, and the masses of points that follow from them.
 #pragma once
 
 #include <firn/data/memory.hpp>
@@ -17,10 +17,10 @@
 
 namespace firn {
 
-/// Links and facets name no more.
+/// The largest number of points in a net: links and facets name points by 32 bits.
 inline constexpr std::size_t max_points = std::numeric_limits<std::uint32_t>::max();
 
-/// The area of a triangle [m²], the length of an edge in 2D [m].
+/// The area of a facet [m²], or the length of an edge [m] in 2D.
 template <int D>
 double facet_area(const Net<D>& net, const std::type_identity_t<Facet<D>>& facet) {
     std::array<Vec<double, D>, D> corners;
@@ -28,13 +28,13 @@ double facet_area(const Net<D>& net, const std::type_identity_t<Facet<D>>& facet
     return norm(area_vector(corners));
 }
 
-/// How long a link is at rest [m].
+/// The length of a link at rest [m].
 template <int D>
 double rest_length(const Net<D>& net, const Link& link) {
     return norm(net.positions[link.a] - net.positions[link.b]);
 }
 
-/// The facets of a net of 3D as a mesh, with all its points as vertices: to check, to draw, to write.
+/// The facets of a net as a mesh whose vertices are all points of the net, to check, draw or write it.
 inline TriangleMesh surface_mesh(const Net<3>& net) {
     TriangleMesh mesh{net.positions, {}};
     mesh.triangles.reserve(net.facets.size());
@@ -43,7 +43,7 @@ inline TriangleMesh surface_mesh(const Net<3>& net) {
     return mesh;
 }
 
-/// Two unit vectors that stand upright on a unit vector and on each other, with which they turn by the right hand.
+/// Two unit vectors u, v perpendicular to the unit vector n and to each other; n, u, v are right-handed.
 inline std::array<Vec<double, 3>, 2> perpendicular(const Vec<double, 3>& n) {
     int flattest = 0;
     for (int a = 1; a < 3; ++a)
@@ -56,7 +56,7 @@ inline std::array<Vec<double, 3>, 2> perpendicular(const Vec<double, 3>& n) {
 
 namespace detail {
 
-/// \throws memory_error  if a net of so many points, links and facets does not fit into memory
+/// \throws memory_error  if a net with these numbers of points, links and facets does not fit into memory
 template <int D>
 void require_net_memory(double points, double links, double facets) {
     require_memory(points * sizeof(Vec<double, D>) + links * sizeof(Link) + facets * sizeof(Facet<D>),
@@ -68,7 +68,7 @@ inline void check_positive(double value, const char* what, const char* unit) {
         throw parameter_error(sentence(what, " is ", value, " ", unit, "; it must be positive and finite."));
 }
 
-/// Every point's part of its pieces, in equal parts among their points.
+/// Shares the measure of each piece equally among its points. \return each point's sum
 template <int D, class Pieces, class Measure>
 std::vector<double> shared_out(const Net<D>& net, const Pieces& pieces, const char* kind, const Measure& measure) {
     std::vector<double> parts(net.positions.size());
@@ -86,8 +86,8 @@ std::vector<double> shared_out(const Net<D>& net, const Pieces& pieces, const ch
     return parts;
 }
 
-/// Each link once, the lower point first, in order of the points. Of the same two points the kind that comes first in
-/// LinkKind is kept.
+/// Sorts links by their points, the lower point first, and keeps one link per pair of points: the one whose kind comes
+/// first in LinkKind.
 inline std::vector<Link> unique_links(std::vector<Link> links) {
     for (auto& link : links)
         if (link.b < link.a) std::swap(link.a, link.b);
@@ -103,8 +103,8 @@ inline std::vector<Link> unique_links(std::vector<Link> links) {
 
 }  // namespace detail
 
-/// The mass of every point [kg] of a surface of `density` [kg/m²; kg/m in 2D]: a third of its triangles, half of its
-/// edges in 2D.
+/// The mass of every point [kg] of a surface of `density` [kg/m²; kg/m in 2D]. Each triangle gives a third of its mass
+/// to each corner; in 2D, each edge gives half of its mass to each end.
 /// \throws parameter_error  unless the density is positive and every point belongs to a facet with an area
 template <int D>
 std::vector<double> facet_masses(const Net<D>& net, double density) {
@@ -114,7 +114,7 @@ std::vector<double> facet_masses(const Net<D>& net, double density) {
     return masses;
 }
 
-/// The mass of every point [kg] of ropes of `density` [kg/m]: half of its stretch links.
+/// The mass of every point [kg] of ropes of `density` [kg/m]. Each stretch link gives half of its mass to each end.
 /// \throws parameter_error  unless the density is positive and every point belongs to a stretch link with a length
 template <int D>
 std::vector<double> link_masses(const Net<D>& net, double density) {

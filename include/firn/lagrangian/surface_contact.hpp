@@ -1,4 +1,4 @@
-/// \file Point masses against boundaries: walls and colliders, moving or not, as nodes of the grid know them.
+/// \file Contact of point masses with boundaries: the same walls and colliders, moving or not, that grid nodes meet.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -9,17 +9,23 @@
 
 namespace firn {
 
-/// What one point does at the surfaces of a boundary. A point touches a surface that is nearer than its radius. Its
-/// velocity relative to the surface then follows the surface's contact (where that separates, with restitution), and
-/// it is put where it just touches (by contact_slack); that changes no velocity. Surfaces act one after another.
+/// Applies the contact of one point with the surfaces of a boundary, one surface after another.
+///
+/// A point touches a surface if it is nearer than its radius. Its velocity relative to the surface then obeys the
+/// surface's contact, with restitution if the contact separates. Its position is moved to where it just touches the
+/// surface (overlap of contact_slack), which changes no velocity.
 /// \param boundary  in S, lifted
+/// \param restitution  Newton's e [1]
+/// \param radius  of the point [m]
+/// \param x  its position [m], changed in-place
+/// \param v  its velocity [m/s], changed in-place
 template <class B, std::floating_point S, int D>
 FIRN_INLINE void meet_surfaces(const B& boundary, S restitution, S radius, Vec<S, D>& x, Vec<S, D>& v) {
     const Vec<S, D> from = x;
     boundary.surfaces(from, [&](S distance, const Vec<S, D>& normal, const Vec<S, D>& of_surface, Contact contact,
                                 S friction) FIRN_LAMBDA {
         if (contact == Contact::none) return;
-        const S gap = distance + dot(normal, x - from) - radius;  // where surfaces before it have put the point
+        const S gap = distance + dot(normal, x - from) - radius;  // after earlier surfaces have moved the point
         if (!(gap < 0)) return;
         const Vec<S, D> relative = v - of_surface;
         const S into = min(dot(relative, normal), S(0));
@@ -28,10 +34,12 @@ FIRN_INLINE void meet_surfaces(const B& boundary, S restitution, S radius, Vec<S
     });
 }
 
-/// All points that are not pinned against a boundary. A point without radius touches by its position.
-/// \param boundary     a boundary policy in S that says where its surfaces are
-/// \param restitution  Newton's coefficient e, 0 to 1 [1]
-/// \throws parameter_error  for another restitution, and what the boundary throws
+/// Applies the contact of all points that are not pinned with a boundary. A point of radius 0 touches a surface when it
+/// has passed it.
+/// \param boundary     a boundary policy in S that has surfaces(), see has_surfaces
+/// \param restitution  Newton's e, from 0 to 1 [1]
+/// \param threads      0: as many as thread_count() says
+/// \throws parameter_error  if the restitution is not from 0 to 1, and as check_boundary()
 template <std::floating_point S, int D, class B>
 void meet_surfaces(PointMasses<S, D>& points, const B& boundary, double restitution = 0, int threads = 0) {
     static_assert(has_surfaces<with_scalar_t<B, S>, S, D>,
