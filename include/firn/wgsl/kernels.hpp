@@ -49,7 +49,7 @@ inline constexpr const char* gradient_helpers = R"(
 fn kernel_gradients_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_GRADIENTS}); }
 )";
 
-/// Entry point clear: sets the sums at the nodes, the counts and the status of a step to zero.
+/// Entry point clear: resets the sums at the nodes, the counts and the status of a step.
 inline constexpr const char* clear = R"(
 @compute @workgroup_size(${GROUP})
 fn clear(${INVOCATION}) {

@@ -44,7 +44,7 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
 /// The parameters of the policies become uniforms. Their other members, such as the contact of a wall, become part of
 /// the text.
 /// \tparam Transfer        Pic or Apic
-/// \param workgroup_size   invocations per workgroup, of most entry points
+/// \param workgroup_size   invocations per workgroup in most entry points
 /// \throws parameter_error  if the boundary's parameters are not valid
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary,
           class Field = Gravity<float, D>>
@@ -53,7 +53,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
     static_assert(
         !blends_velocities<Transfer> && !refines_velocities<Transfer>,
-        "firn: FLIP, AFLIP, ASFLIP and FMPM need further passes, for which there are no WGSL kernels; use Pic or "
+        "firn: FLIP, AFLIP, ASFLIP and FMPM take further passes, for which there are no WGSL kernels; use Pic or "
         "Apic.");
     static_assert(Kernel::support <= block_size,
                   "one block of ghost nodes holds all nodes beyond the domain that a particle reaches");
