@@ -203,6 +203,7 @@ public:
     /// Waits for all steps so far, and throws if one has failed. After an error, steps change nothing until
     /// initialise() is called. Returns status().
     /// \throws overflow_error  if the sums at a node could exceed the integers
+    /// \throws device_error    if the program reports an unknown error
     /// \throws particle_error  naming the particle, if a particle is not finite or has left the domain
     Status check() {
         const Status now = status();

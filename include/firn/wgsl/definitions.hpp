@@ -66,7 +66,7 @@ inline recorded cell_size() { return uniform("cell_size"); }
 
 }  // namespace detail
 
-/// Adds the functions of the kernel: base node, weights and, if asked for, gradients.
+/// Adds the functions of the kernel: base node, weights and, if `with_gradients`, their gradients per cell.
 template <class Kernel, int D>
 void add_kernel(Module& module, bool with_gradients) {
     using R = recorded;
