@@ -1,7 +1,7 @@
-// The page. Its address may say: program=NAME of a folder in programs/, case=FOLDER with particles from files (see
-// scene.mjs), paused=1, and any control by name: particles=10000, cells=32, time_step=1e-4, ... (see controls.mjs).
+// The page. Its address can set: program=NAME, a folder in programs/; case=FOLDER with particles from files (see
+// scene.mjs); paused=1; and any control by its name: particles=10000, cells=32, time_step=1e-4, ... (see controls.mjs).
 //
-// For tests and the console there is `firn`: ready (a promise), simulation, device, pause(), resume(), restart(),
+// Tests and the console can use `firn`: ready (a promise), simulation, device, pause(), resume(), restart(),
 // await step(n), await positions(), await centreOfMass(), project(point), figures, error. document.body.dataset.state
 // becomes "running" with the first picture, or "failed" with a sentence in dataset.reason.
 import { OrbitCamera } from './camera.mjs';
@@ -18,9 +18,9 @@ const canvas = byId('view'), camera = new OrbitCamera();
 const controls = new Controls(byId('controls'), changed);
 const from = { url: 'program', folder: parameters.get('case') };
 const player = new Player(canvas, camera, controls, from, { failed, loaded });
-let moreMaterial = ''; // of which program the further controls are
+let moreMaterial = ''; // the program whose material's further controls are shown
 
-// ---- what is wrong ----
+// ---- errors ----
 
 function failed(error) {
     console.info(error);
@@ -36,13 +36,13 @@ function requireWebGpu() {
     if (navigator.gpu) return;
     throw new Error(globalThis.isSecureContext
         ? 'This browser has no WebGPU, which computes and draws the simulation. Open the page in a current Chrome, ' +
-            'Edge, Safari or Firefox; if it is one, switch WebGPU or hardware acceleration on in its settings.'
-        : 'Browsers give WebGPU only to pages from https or localhost: open this page from there.');
+            'Edge, Safari or Firefox, and switch on WebGPU or hardware acceleration in its settings if needed.'
+        : 'Browsers offer WebGPU only to pages from https or localhost: open this page from there.');
 }
 
 // ---- programs ----
 
-/** Names of folders in programs/, if the server knows. */
+/** The names of the folders in programs/, if the server lists them. */
 async function programNames() {
     for (const list of ['programs/', 'programs/index.json']) {
         const names = await fetch(list).then((answer) => answer.json()).catch(() => null);
@@ -51,7 +51,7 @@ async function programNames() {
     return [];
 }
 
-/** What the name of an emitted program says, the material first. */
+/** A title made from the name of a program, the material first. */
 function programTitle(name) {
     const [, transfer, force, material, walls, field] =
         /^3d_.+?_(apic|pic)_(mls|weight_gradient)_(.+?)(?:_walls_([a-z]+))?_(attraction|gravity)$/.exec(name) ?? [];
@@ -61,7 +61,7 @@ function programTitle(name) {
         .join(', ').replaceAll('_', ' ');
 }
 
-/** The program that the scenes were made with, or the one most like it. */
+/** The program that the scenes were made for, or the one most similar to it. */
 function usualProgram(names) {
     const words = ['_apic_', '_mls_', '_fixed_corotated_', '_attraction', '_separate'];
     const likeness = (name) => words.filter((word) => name.includes(word)).length;
@@ -86,14 +86,14 @@ function loaded(manifest) {
     controls.showGroup('Pointer', player.hasForce);
     byId('force_keys').hidden = !player.hasForce;
     controls.show('schedule', 'step_sorted' in manifest);
-    // What else the material has.
+    // Controls for further parameters of the material.
     if (moreMaterial === manifest.name) return;
     moreMaterial = manifest.name;
     controls.removeGroup('More of the material');
     const more = manifest.uniforms.fields.filter(({ name, type }) => name.startsWith('material_') && type === 'f32' &&
         !['material_mu', 'material_lambda'].includes(name));
     if (!more.length) return;
-    // A material with more numbers, plastic ones, needs the stiffness that goes with them.
+    // Further parameters, such as those of plasticity, suit only the stiffness that is the default of the material.
     if (hasLame) {
         const stiffness = youngPoisson(value('material_mu'), value('material_lambda'));
         for (const name of ['young', 'poisson']) if (!parameters.has(name)) controls.set(name, stiffness[name]);
@@ -118,7 +118,7 @@ function restart() {
     byId('notice').hidden = true;
     player.error = null;
     player.paused = wantsPause;
-    return player.restart().then(showState, () => {}); // a failure has been told
+    return player.restart().then(showState, () => {}); // failed() has shown the error
 }
 
 let wantsPause = parameters.has('paused') ? parameters.get('paused') !== '0'
@@ -141,14 +141,14 @@ const actions = { ' ': () => setPaused(!player.paused), r: restart, s: single };
 document.addEventListener('keydown', (event) => {
     const action = actions[event.key.toLowerCase()];
     if (!action || event.repeat || event.ctrlKey || event.metaKey || event.altKey) return;
-    if (event.target.closest('input:not([type=range]), select, button')) return; // they have uses for keys
+    if (event.target.closest('input:not([type=range]), select, button')) return; // these use the keys themselves
     event.preventDefault();
     action();
 });
 const buttons = { pause: actions[' '], single, restart, notice_restart: restart };
 for (const [id, action] of Object.entries(buttons)) {
     byId(id).addEventListener('click', (event) => {
-        if (event.detail) event.currentTarget.blur(); // by mouse: the space bar shall go on pausing
+        if (event.detail) event.currentTarget.blur(); // after a click the space bar still pauses
         action();
     });
 }
@@ -216,7 +216,7 @@ function showLegend() {
 async function start() {
     showTheme();
     showState();
-    controls.show('program', false); // until there are some
+    controls.show('program', false); // until the programs are known
     controls.setOptions('bodies', Object.entries(scenes).map(([name, { title }]) => [name, title]));
     requireWebGpu();
     await choosePrograms();
@@ -241,7 +241,7 @@ globalThis.firn = {
     pause: () => setPaused(true), resume: () => setPaused(false), restart,
     step: (count) => player.step(count).finally(showState),
     positions: () => player.positions(), centreOfMass: () => player.centreOfMass(),
-    /** Where a point [m] is on the canvas, in CSS pixels from its upper left corner. */
+    /** The place of a point [m] on the canvas, in CSS pixels from the upper left corner. */
     project: (point) => {
         const { clientWidth: width, clientHeight: height } = canvas, [x, y] = camera.project(point, width / height);
         return [width * (1 + x) / 2, height * (1 - y) / 2];

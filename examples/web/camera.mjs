@@ -1,4 +1,4 @@
-// A camera that turns about a point. Matrices are column by column; clip space as in WebGPU (depth 0 to 1).
+// A camera that turns about a point. Matrices are stored column after column. Clip space is as in WebGPU: depth 0 to 1.
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const unit = (a) => a.map((x) => x / Math.hypot(...a));
@@ -12,7 +12,7 @@ function multiply(a, b) {
     return product;
 }
 
-/** Unit vectors to the right, up and towards the viewer who looks along -back. */
+/** Unit vectors to the right, up, and back towards a viewer who looks along -back. */
 export function frameOf(back) {
     const right = unit(cross([0, 1, 0], back));
     return { right, up: cross(back, right), back };
@@ -23,7 +23,7 @@ const viewMatrix = ({ right, up, back }, eye) => [
     -dot(right, eye), -dot(up, eye), -dot(back, eye), 1,
 ];
 
-/** Parallel light from `back`: everything within `radius` of `centre`. */
+/** The clip matrix of parallel light from `back`, for everything within `radius` of `centre`. */
 export function lightMatrix(frame, centre, radius) {
     const eye = centre.map((x, a) => x + 2 * radius * frame.back[a]), r = 1 / radius;
     return multiply([r, 0, 0, 0, 0, r, 0, 0, 0, 0, -r / 3, 0, 0, 0, -1 / 6, 1], viewMatrix(frame, eye));
@@ -43,7 +43,7 @@ export class OrbitCamera {
     }
     zoom(factor) { this.distance = clamp(this.distance * factor, 0.5, 6); }
 
-    /** Half the height of the picture at distance 1. Narrow pictures see as much sideways as square ones. */
+    /** Half the height of the picture at distance 1. Narrow pictures show the same width as square ones. */
     tangent(aspect) { return 0.36 / Math.min(1, aspect * 1.05); }
 
     frame() {
@@ -58,14 +58,14 @@ export class OrbitCamera {
         return multiply(projection, viewMatrix(frame, frame.eye));
     }
 
-    /** Where a point [m] is in the picture (x and y from -1 to 1, y up). */
+    /** The place of a point [m] in the picture (x and y from -1 to 1, y up). */
     project([x, y, z], aspect) {
         const m = this.clip(aspect);
         const [px, py, , w] = [0, 1, 2, 3].map((r) => m[r] * x + m[4 + r] * y + m[8 + r] * z + m[12 + r]);
         return [px / w, py / w];
     }
 
-    /** The ray through a point of the picture: its direction, its point next to the target and how far that is. */
+    /** The ray through a point of the picture: its direction, its point nearest to the target, and how far that is. */
     ray(x, y, aspect) {
         const { right, up, back, eye } = this.frame(), t = this.tangent(aspect);
         const direction = unit(right.map((r, a) => r * x * t * aspect + up[a] * y * t - back[a]));

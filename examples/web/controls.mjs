@@ -1,7 +1,7 @@
-// The form beside the picture: made from a table, each control with its label. Values can be given in the page's
-// address by the same names: ?particles=10000&cells=32&young=20000&paused=1.
+// The form beside the picture, built from a table of controls. The page's address can set controls by their names:
+// ?particles=10000&cells=32&young=20000&paused=1.
 
-/** Three digits, with the prefix of the unit: 38.5 kPa. */
+/** Writes x with three digits and a prefix of the unit: 38.5 kPa. */
 export function withUnit(x, unit) {
     if (!Number.isFinite(x)) return '–';
     if (x === 0) return `0 ${unit}`;
@@ -12,7 +12,7 @@ export function withUnit(x, unit) {
 }
 
 // kind: 'select' (options), 'log' (a slider over powers of ten), 'range', 'number' or 'vector'.
-// scene: a change restarts the simulation.
+// scene: whether a change restarts the simulation.
 export const table = [
     { group: 'Scene', controls: [
         { name: 'program', label: 'Program', kind: 'select', wide: true, options: [], value: '', scene: true },
@@ -56,9 +56,9 @@ function element(name, properties = {}, children = []) {
 
 export class Controls {
     values = {};
-    #inputs = {}; // name: the control, its elements, and how to show a value
+    #inputs = {}; // by name: the control and its elements
 
-    /** @param changed (name, control) => void: the user has changed a value */
+    /** @param changed (name, control) => void: called when the user has changed a value */
     constructor(form, changed) {
         this.form = form;
         this.changed = changed;
@@ -134,7 +134,7 @@ export class Controls {
         input.addEventListener('input', () => {
             const x = input.valueAsNumber;
             if (!Number.isFinite(x)) return;
-            // Two digits are enough for a slider.
+            // A slider is not more precise than two digits.
             this.#user(name, kind === 'log' ? Number((min * (max / min) ** x).toPrecision(2)) : x);
         });
         return input;
@@ -172,7 +172,7 @@ export class Controls {
     show(name, visible) { this.#inputs[name].row.hidden = !visible; }
     showGroup(title, visible) { this.form.querySelector(`fieldset[data-group="${title}"]`).hidden = !visible; }
 
-    /** Takes over what the page's address says. Throws a sentence if it is no number where one is needed. */
+    /** Sets the controls that the page's address names. Throws an Error if a value is not valid. */
     read(parameters) {
         for (const [name, { control }] of Object.entries(this.#inputs)) {
             const text = parameters.get(name);

@@ -1,4 +1,4 @@
-// Runs a firn program (program.wgsl and manifest.json) on a WebGPU device: in a browser, in node or in Deno.
+// Runs a firn program (program.wgsl and manifest.json) on a WebGPU device, in a browser, in node or in Deno.
 //
 //   const { manifest, code } = await fetchProgram('programs/NAME');
 //   const domain = { lower: [0, 0, 0], upper: [1, 1, 1], cell_size: 1 / 32 };              // m
@@ -9,7 +9,7 @@
 //   simulation.write({ position, velocity, mass, volume, deformation_gradient });          // particle after particle
 //   simulation.initialise();
 //   simulation.step(100);
-//   await simulation.check();     // throws with the program's sentence if a particle has left the domain, ...
+//   await simulation.check();     // throws the program's error, such as a particle that has left the domain
 //   const position = await simulation.read('position');
 import { FirnError, bindingSizes, blockWidth, checkLimits, extents, gridOf, groupsPerAxis, numbersEach,
     requiredLimits } from './firn_size.mjs';
@@ -34,13 +34,13 @@ export async function fetchProgram(url) {
 const fullSize = ({ particles, capacity = particles, domain, nodes }) =>
     ({ capacity, nodes: Array.from(domain ? gridOf(domain).nodes : nodes ?? []) });
 
-/** A device of `gpu` (navigator.gpu) with limits raised as far as a program of this size (see Simulation) needs. */
+/** Requests a device from `gpu` (navigator.gpu) with the limits for a program of this size, see Simulation.create(). */
 export async function requestDevice(gpu, manifest, size, options = { powerPreference: 'high-performance' }) {
     const adapter = await gpu?.requestAdapter(options);
     if (!adapter)
-        throw new FirnError('There is no WebGPU here: it takes a recent browser, and a page from https or localhost.');
+        throw new FirnError('There is no WebGPU here: it needs a recent browser, and a page from https or localhost.');
     checkLimits(manifest, fullSize(size), adapter.limits);
-    const usual = { // what a device has that asks for nothing
+    const usual = { // the limits of a device requested without any
         maxBufferSize: 2 ** 28, maxStorageBufferBindingSize: 2 ** 27, maxStorageBuffersPerShaderStage: 8,
         maxUniformBufferBindingSize: 2 ** 16, maxComputeInvocationsPerWorkgroup: 256, maxComputeWorkgroupSizeX: 256,
     };
@@ -50,7 +50,7 @@ export async function requestDevice(gpu, manifest, size, options = { powerPrefer
 
 const watches = new WeakMap();
 
-/** What has gone wrong on a device since it was first seen here. */
+/** The errors of a device since the first call for it. */
 function watched(device) {
     if (watches.has(device)) return watches.get(device);
     const watch = { lost: null, refused: [] };
@@ -62,9 +62,9 @@ function watched(device) {
     return watch;
 }
 
-/** A compiled program: its pipelines, for simulations of any size. */
+/** A compiled program, for simulations of any size. */
 export class Program {
-    /** Compiles. Throws a FirnError with the compiler's messages, each with its line and column. */
+    /** Compiles a program. Throws a FirnError with the compiler's messages, each with its line and column. */
     static async create(device, manifest, code) {
         if (manifest.format !== format)
             throw new FirnError(`${manifest.name} is of format ${manifest.format}; this host reads ${format}.`);
@@ -112,8 +112,8 @@ export class Program {
 export class Simulation {
     /**
      * @param program {Program}
-     * @param size {{particles: number, capacity?: number, domain?: object, nodes?: number[]}} particles now; particles
-     *        at most (as many as now if left out); the box, see gridOf(); or instead of it the nodes along each axis
+     * @param size {{particles: number, capacity?: number, domain?: object, nodes?: number[]}} the number of particles;
+     *        the most particles (default: their number); the domain, see gridOf(), or else the nodes along each axis
      */
     static async create(program, size) {
         const { device, manifest } = program, { capacity, nodes } = fullSize(size);
@@ -184,8 +184,8 @@ export class Simulation {
     }
 
     /**
-     * Where a component lies: number c of particle i is at word (row + c) * capacity + i of `gpu`, a GPUBuffer that can
-     * be drawn from.
+     * The place of a component: number c of particle i is at word (row + c) * capacity + i of `gpu`, a GPUBuffer from
+     * which you can draw.
      */
     component(name) {
         for (const buffer of this.manifest.buffers) {
@@ -200,8 +200,8 @@ export class Simulation {
     }
 
     /**
-     * Writes particles' components by name: an array of particles * count numbers each, all of particle 0 first.
-     * `position` [m] stands for place and corner.
+     * Writes components of the particles by name, each an array of particles * count numbers, all of particle 0 first.
+     * `position` [m] sets place and corner.
      */
     write({ position, ...values }) {
         if (position) Object.assign(values, this.#split(position));
@@ -234,7 +234,7 @@ export class Simulation {
         return { place, corner };
     }
 
-    /** Writes a whole buffer (a typed array, as it lies on the device). */
+    /** Writes a whole buffer from a typed array that has its layout on the device. */
     writeBuffer(name, numbers) {
         const { gpu } = this.#buffer(name);
         if (numbers.byteLength !== gpu.size)
@@ -242,10 +242,10 @@ export class Simulation {
         this.device.queue.writeBuffer(gpu, 0, numbers);
     }
 
-    /** Runs the manifest's "initialise": once, after the particles were written. */
+    /** Runs the manifest's "initialise". Call it once, after the particles were written. */
     initialise() { this.run(this.manifest.initialise ?? []); }
 
-    /** Takes `count` steps: "step", or "step_sorted" (P2G through workgroup memory). `batch` go into one submission. */
+    /** Takes `count` steps, `batch` in each submission: "step", or "step_sorted" (P2G through workgroup memory). */
     step(count = 1, schedule = 'step', batch = 16) {
         const entries = this.manifest[schedule];
         if (!Array.isArray(entries)) throw new FirnError(`${this.manifest.name} has no schedule ${schedule}.`);
@@ -253,7 +253,7 @@ export class Simulation {
         this.steps += count;
     }
 
-    /** Submits kernels, all of them `times` over; each sees what those before it wrote. */
+    /** Submits the kernels in their order, `times` times. Each sees what the kernels before it wrote. */
     run(entries, times = 1) {
         this.program.check();
         const uniforms = this.buffers.get(this.manifest.uniforms.binding);
@@ -278,7 +278,7 @@ export class Simulation {
         pass.dispatchWorkgroups(x, y);
     }
 
-    /** A component, all numbers of particle 0 first; `position` [m] in 64 bits. Waits for earlier steps. */
+    /** Reads a component, all numbers of particle 0 first; `position` [m] in 64 bits. Waits for earlier steps. */
     async read(name) {
         if (name === 'position') {
             const { lower, cell_size } = this.#box();
@@ -293,7 +293,7 @@ export class Simulation {
         return numbers;
     }
 
-    /** A whole buffer as it lies on the device. */
+    /** Reads a whole buffer in its layout on the device. */
     async readBuffer(name) {
         const { Type, gpu } = this.#buffer(name);
         return new Type(await this.#download(gpu, 0, gpu.size));
@@ -311,7 +311,7 @@ export class Simulation {
             return staging.getMappedRange().slice(0);
         } catch (error) {
             const soon = new Promise((resolve) => { setTimeout(resolve, 100); });
-            await Promise.race([this.device.lost, soon]); // a lost device says so after it has refused
+            await Promise.race([this.device.lost, soon]); // the loss is reported after the refusal
             this.program.check();
             throw error;
         } finally {
@@ -319,7 +319,7 @@ export class Simulation {
         }
     }
 
-    /** The words of the buffer "status" by name: `error` and `particle` are integers, the others 32-bit floats. */
+    /** Reads the buffer "status", its words by name: `error` and `particle` are integers, the others 32-bit floats. */
     async status() {
         const words = await this.readBuffer('status'), floats = new Float32Array(words.buffer);
         const isWhole = (name) => name === 'error' || name === 'particle';
@@ -327,7 +327,7 @@ export class Simulation {
             [name, isWhole(name) ? words[i] >>> 0 : floats[i]]));
     }
 
-    /** Throws a FirnError with the program's sentence if a step went wrong; otherwise returns status(). */
+    /** Returns status(). Throws a FirnError with the program's sentence if a step has failed. */
     async check() {
         const status = await this.status(), { error: code, particle } = status;
         if (code === 0) return status;

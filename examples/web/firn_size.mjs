@@ -1,11 +1,11 @@
-// What a program needs for so many particles on a grid of this size: buffers, a device's limits, numbers of the grid.
+// The buffers and device limits that a program needs for a number of particles and a grid, and the numbers of the grid.
 
 export const blockWidth = 4; // nodes per axis of a block
-export const groupsPerAxis = 65535; // what every device dispatches along one axis
+export const groupsPerAxis = 65535; // workgroups that every device can dispatch along one axis
 const product = (numbers) => numbers.reduce((a, b) => a * b, 1);
 const megabytes = (bytes) => `${(bytes / 2 ** 20).toFixed(1)} MiB`;
 
-/** What went wrong, in a sentence for the user. `code` is the status number of the program, if it set one. */
+/** An error with a sentence for the user. `code` is the program's error number, if the program reported the error. */
 export class FirnError extends Error {
     constructor(message, details = {}) {
         super(message);
@@ -13,11 +13,11 @@ export class FirnError extends Error {
     }
 }
 
-/** How many numbers a buffer holds for each particle, node, ... */
+/** The numbers that a buffer holds for each particle, node, ... */
 export const numbersEach = (buffer) =>
     buffer.components ? buffer.components.reduce((sum, { count }) => sum + count, 0) : buffer.count;
 
-/** How many particles, nodes, cells, ... there are, for `capacity` particles and `nodes` nodes along each axis. */
+/** The number of particles, nodes, blocks, ... for `capacity` particles and `nodes` nodes along each axis. */
 export function extents(manifest, { capacity, nodes }) {
     if (!Number.isInteger(capacity) || capacity < 1)
         throw new FirnError(`The number of particles must be a positive integer, not ${capacity}.`);
@@ -28,7 +28,7 @@ export function extents(manifest, { capacity, nodes }) {
     return { particle: capacity, node, block, axis_node: nodes.reduce((a, b) => a + b, 0), program: 1 };
 }
 
-/** Bytes of each binding, by number. Names that share a binding share a buffer. */
+/** The bytes of each binding, by its number. Buffers of the manifest that share a binding share memory. */
 export function bindingSizes(manifest, size) {
     const count = extents(manifest, size), sizes = new Map();
     for (const buffer of manifest.buffers) {
@@ -41,8 +41,8 @@ export function bindingSizes(manifest, size) {
 }
 
 /**
- * The device limits that a program of this size needs, by the names of `requiredLimits` of requestDevice().
- * @param size {{capacity: number, nodes: number[]}} particles, and nodes along each axis (multiples of 4)
+ * The device limits that a program of this size needs, named as in `requiredLimits` of requestDevice().
+ * @param size {{capacity: number, nodes: number[]}} the most particles, and the nodes along each axis (multiples of 4)
  */
 export function requiredLimits(manifest, size) {
     const largest = Math.max(...bindingSizes(manifest, size).values());
@@ -56,7 +56,7 @@ export function requiredLimits(manifest, size) {
     };
 }
 
-/** Throws if `limits` (a device's or an adapter's) are too small; says how many particles would fit. */
+/** Throws if the limits of a device or an adapter are too small. The message says how many particles would fit. */
 export function checkLimits(manifest, size, limits) {
     const count = extents(manifest, size);
     for (const buffer of manifest.buffers) {
@@ -76,24 +76,24 @@ export function checkLimits(manifest, size, limits) {
 }
 
 /**
- * The grid of a box, as firn::Domain has it.
+ * The grid of a domain, the same as in firn.
  * @param domain {{lower: number[], upper: number[], cell_size: number}} [m]
- * @returns nodes along each axis, the extent in cells, the nodes' coordinates [m] axis after axis
+ * @returns the nodes along each axis, the extent in cells, and the coordinates of the nodes [m], axis after axis
  */
 export function gridOf({ lower, upper, cell_size }) {
     if (!(cell_size > 0) || !lower.every((low, a) => upper[a] - low >= 2 * cell_size))
         throw new FirnError('The domain must be at least two cells wide along each axis, and cell_size positive.');
     const along = lower.map((low, a) => (upper[a] - low) / cell_size);
-    // A block of ghosts below and at least a row above.
+    // One block of ghost nodes below, and at least three ghost nodes above.
     const nodes = along.map((n) => blockWidth * (Math.ceil(Math.ceil(n - 1e-6) / blockWidth) + 2));
     const coordinates = lower.flatMap((low, a) => Array.from({ length: nodes[a] }, (_, i) =>
-        // In 32 bits, as the CPU does it.
+        // Rounded to 32 bits as on the CPU.
         Math.fround(low + cell_size * (Math.floor(i / blockWidth) - 1) * blockWidth) +
             Math.fround((i % blockWidth) * Math.fround(cell_size))));
     return { nodes, cells: along.map(roundDown), coordinates: Float32Array.from(coordinates) };
 }
 
-/** To 32 bits, never above: no particle is taken to be inside beyond the wall. */
+/** Rounds down to 32 bits, so that a particle beyond the wall does not count as inside. */
 function roundDown(x) {
     const rounded = new Float32Array([x]);
     if (rounded[0] > x) new Uint32Array(rounded.buffer)[0] -= 1;

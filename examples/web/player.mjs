@@ -1,12 +1,12 @@
-// Runs a program on the page: the device, the simulation and its picture, frame after frame.
+// Runs a program on the page: owns the device, the simulation and its picture, and steps and draws in each frame.
 import { FirnError, Program, Simulation, fetchProgram, requestDevice } from './firn.mjs';
 import { Renderer } from './render.mjs';
 import { box, fetchCase, lame, youngPoisson, scenes, throwBodies, writeBodies, writeCase } from './scene.mjs';
 
 const framesInFlight = 2;
-const stepsAtOnce = 20; // of step(): between two waits for the device
-const largest = { particles: 250_000, cells: 128 }; // what the device is asked for, unless the page asks for more
-const timeStepBound = 0.3; // of a cell, for the fastest signal
+const stepsAtOnce = 20; // the steps that step() takes between two waits for the device
+const largest = { particles: 250_000, cells: 128 }; // the device can run this size, or more if needed
+const timeStepBound = 0.3; // cells that the fastest signal may cross in a step
 const checkMilliseconds = 300;
 
 export class Player {
@@ -24,9 +24,9 @@ export class Player {
     #last = { frame: NaN, check: 0, done: 0, look: '' };
 
     /**
-     * @param controls {Controls} whose values are taken
-     * @param from {{url: string, folder: string}} where the program is, and the case, if there is one
-     * @param told { failed(error), loaded(manifest) }
+     * @param controls {Controls} the form, whose values the simulation gets
+     * @param from {{url: string, folder: string}} the folder of the program, and that of the case, if there is one
+     * @param told {{failed: function, loaded: function}} callbacks: failed(error), loaded(manifest)
      */
     constructor(canvas, camera, controls, from, told) {
         Object.assign(this, { canvas, camera, controls, from, told });
@@ -42,11 +42,11 @@ export class Player {
 
     // ---- starting ----
 
-    /** Builds everything anew that is not there or not usable, and puts the particles where they start. */
+    /** Starts again from the first state. Creates the device and the program only if they are missing or unusable. */
     restart() {
         const build = ++this.#builds;
         this.#drop();
-        // One after the other; only the last one asked for is built.
+        // Builds run one after the other. If several are waiting, only the last of them runs.
         this.#waiting = this.#waiting.catch(() => {}).then(() => build === this.#builds && this.#build());
         this.#waiting.catch((error) => this.#fail(error));
         return this.#waiting;
@@ -88,7 +88,7 @@ export class Player {
     async #load(url, start) {
         const { manifest, code } = await fetchProgram(url).catch((error) => {
             throw new FirnError(`There is no program: ${error.message} Write one there with 06_emit_wgsl of firn's ` +
-                'examples, or give serve.mjs a folder of them.');
+                'examples, or start serve.mjs with a folder of programs.');
         });
         if (manifest.dimension !== 3)
             throw new FirnError(`${manifest.name} is in ${manifest.dimension} dimensions; this page shows three.`);
@@ -111,7 +111,7 @@ export class Player {
         this.told.loaded(manifest);
     }
 
-    /** The controls show what a case says. */
+    /** Sets the controls to the values of a case. */
     #showCase(uniforms) {
         const { material_mu: mu, material_lambda: lambda } = uniforms;
         const known = { time_step: uniforms.time_step, gravity: uniforms[this.gravityName] };
@@ -120,7 +120,7 @@ export class Player {
         for (const [name, value] of Object.entries(known)) if (value !== undefined) this.controls.set(name, value);
     }
 
-    /** Gives the value of a control to the simulation, or to the picture. */
+    /** Passes the value of a control to the simulation or the picture. */
     apply(name) {
         const { simulation } = this, { values } = this.controls;
         if (!simulation) return;
@@ -141,7 +141,7 @@ export class Player {
 
     // ---- stepping ----
 
-    /** The pointer at x, y (-1 to 1) pulls (sign 1), pushes (-1) or does neither (0). */
+    /** Makes the pointer at x, y (-1 to 1) pull (sign 1), push (-1) or do neither (0). */
     setForce(force) { this.#force = force; }
 
     #applyForce() {
@@ -161,7 +161,7 @@ export class Player {
         this.dirty = true;
     }
 
-    /** Pauses, takes `count` steps, and resolves when they are done and drawn. Rejects if one went wrong. */
+    /** Pauses, takes `count` steps, and resolves when they are done and drawn. Rejects if a step has failed. */
     async step(count = 1) {
         this.paused = true;
         await this.#waiting;
@@ -189,7 +189,7 @@ export class Player {
     #fail(error) {
         this.paused = true;
         this.error = error;
-        if (error.code === undefined) this.#program = null; // it remembers what the device has refused
+        if (error.code === undefined) this.#program = null; // it keeps the errors of the device
 
         this.told.failed(error);
     }
@@ -227,7 +227,7 @@ export class Player {
         if (!paused) {
             const count = this.controls.values.steps, start = performance.now(), since = now - this.#last.frame;
             this.#advance(count);
-            queue.onSubmittedWorkDone().then(() => { // the frame before may have been under way
+            queue.onSubmittedWorkDone().then(() => { // the previous frame may still have been running
                 const began = Math.max(start, this.#last.done);
                 if (simulation === this.simulation) smooth('step', (performance.now() - began) / count);
             }, () => {});
@@ -247,14 +247,14 @@ export class Player {
 
     // ---- reading ----
 
-    /** Positions [m], all of particle 0 first. */
+    /** The positions of the particles [m]: x, y, z of particle 0, then of particle 1, ... */
     async positions() {
         const { simulation } = this, { cell_size } = simulation.values;
         const [place, corner] = [await simulation.read('place'), await simulation.read('corner')];
         return Float32Array.from(place, (p, k) => box.lower[k % 3] + (corner[k] + p) * cell_size);
     }
 
-    /** [m], summed in 64 bits. */
+    /** The centre of mass [m], summed in 64 bits. */
     async centreOfMass() {
         const { simulation } = this, { cell_size } = simulation.values, sum = [0, 0, 0];
         const [place, corner, mass] = [await simulation.read('place'), await simulation.read('corner'),

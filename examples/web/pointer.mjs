@@ -1,16 +1,17 @@
-// Mouse, touch and arrow keys on the canvas: they turn the camera, zoom, or push and pull on the particles.
+// Mouse, touch and keys on the canvas turn the camera, zoom, or pull and push the particles.
 const turnPerPixel = 0.007; // rad
 const turnPerKey = 0.08; // rad
 const keys = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
 /**
  * @param camera {OrbitCamera}
- * @param mode () => 'orbit', 'attract' or 'repel': what the left button or a finger does
- * @param force ({x, y, sign}) => void: the pointer pulls (sign 1), pushes (-1) or does neither (0) at x, y (-1 to 1)
+ * @param mode () => 'orbit', 'attract' or 'repel': the effect of the left button or a finger
+ * @param force ({x, y, sign}) => void: called with the pointer's place x, y (-1 to 1) and whether it pulls (sign 1),
+ *        pushes (-1) or does neither (0)
  */
 export function listen(canvas, camera, mode, force) {
-    const pointers = new Map(); // those that are down: number to [x, y]
-    let forcing = null; // the number of the pointer that pulls or pushes
+    const pointers = new Map(); // pointers that are down: id to [x, y]
+    let forcing = null; // the id of the pointer that pulls or pushes
 
     const place = (event) => {
         const { left, top, width, height } = canvas.getBoundingClientRect();

@@ -1,14 +1,14 @@
-// Draws a simulation with WebGPU from the buffers that it computes in: nothing is read back.
+// Draws a simulation with WebGPU, directly from the simulation's buffers.
 import { frameOf, lightMatrix } from './camera.mjs';
 import { box } from './scene.mjs';
 
 const samples = 4;
 const shadowPixels = 1024;
-const fullSpeed = 4; // m/s: the last colour
+const fullSpeed = 4; // m/s; it has the last colour
 const radiusPerSpacing = 0.62;
 const light = frameOf([0.42, 0.83, 0.36].map((x) => x / Math.hypot(0.42, 0.83, 0.36)));
 
-/** Colours of speeds from 0 to fullSpeed, as the page's legend shows them, too. */
+/** The colours of speeds from 0 to fullSpeed, for particles and for the page's legend. */
 export const ramp = ['#33407f', '#1f8a95', '#7fbf62', '#f5d94e'];
 export { fullSpeed };
 const bodyColours = ['#d9703f', '#3d86c6'];
@@ -17,7 +17,7 @@ const themes = {
     dark: { background: '#14161a', ink: '#aab0b8', dark: 1 },
 };
 
-/** Linear light of a colour #rrggbb. */
+/** A colour #rrggbb in linear light. */
 const linear = (colour) => [1, 3, 5].map((i) => (parseInt(colour.slice(i, i + 2), 16) / 255) ** 2.2);
 
 export class Renderer {
@@ -72,7 +72,7 @@ export class Renderer {
         ]);
     }
 
-    /** What to draw. `body`: the number of each particle's body; `spacing` of particles and `cellSize` [m]. */
+    /** Sets what to draw. `body`: the number of each particle's body; `spacing` of particles and `cellSize` in m. */
     show(simulation, { body, spacing, cellSize }) {
         this.bodies?.destroy();
         this.bodies = this.device.createBuffer({ size: body.byteLength,
@@ -89,7 +89,7 @@ export class Renderer {
 
     setTheme(name) { this.theme = themes[name]; }
 
-    /** Follows the size of the canvas on the page. Returns width / height. */
+    /** Fits the textures to the size of the canvas on the page. Returns width / height. */
     #fit() {
         const ratio = Math.min(devicePixelRatio || 1, 2), limit = this.device.limits.maxTextureDimension2D;
         const size = [this.canvas.clientWidth, this.canvas.clientHeight]

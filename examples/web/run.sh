@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# examples/web/run.sh [PORT]: installs what is missing, emits the WGSL programs to build/web, and serves the page that runs
-# them on http://127.0.0.1:PORT (8000 if left out).
+# examples/web/run.sh [PORT]: installs missing packages, writes the WGSL programs to build/web, and serves the page that
+# runs them on http://127.0.0.1:PORT (default 8000).
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)

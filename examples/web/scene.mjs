@@ -1,4 +1,4 @@
-// Where the particles are at the start: two bodies thrown at each other in a unit box, or what files say.
+// The particles at the start: two bodies thrown at each other in a unit box, or particles from files.
 import { FirnError } from './firn.mjs';
 
 export const box = { lower: [0, 0, 0], upper: [1, 1, 1] }; // m
@@ -16,7 +16,7 @@ export const youngPoisson = (mu, lambda) => ({
     poisson: lambda / (2 * (lambda + mu)),
 });
 
-// Shapes in the cube from -1 to 1: which points are inside, and the part of the cube that they fill.
+// Shapes in the cube from -1 to 1: a test whether a point is inside, and the part of the cube that the shape fills.
 const tube = 0.32;
 const shapes = {
     cube: { inside: () => true, part: 1 },
@@ -27,7 +27,7 @@ const shapes = {
     },
 };
 
-// side: of the cube around it [m]; turn: about x, then y, then z; centre [m]; velocity [m/s]
+// side of the surrounding cube [m]; centre [m]; turn [rad] about x, then y, then z; velocity [m/s]
 export const scenes = {
     cubes: { title: 'Two cubes', bodies: [
         { shape: 'cube', side: 0.28, centre: [0.28, 0.40, 0.47], turn: [0.35, 0.5, 0.2], velocity: [2.6, 1.5, 0.1] },
@@ -49,12 +49,14 @@ function rotation([a, b, c]) {
 }
 
 /**
- * About `count` particles on two lattices: arrays of all of particle 0 first (position [m], velocity [m/s]), the
- * particles' spacing [m] and the number of the body of each. No fewer than 1.75 a cell along each axis, so that a body
- * does not fall apart: few particles on a fine grid make smaller bodies.
+ * Fills two bodies with about `count` particles, each body on a lattice. Returns position [m], velocity [m/s] and
+ * volume [m^3], particle after particle, the body of each particle, and the spacing [m].
+ *
+ * A cell has at least 1.75 particles along each axis, because a body with fewer falls apart. Few particles on a fine
+ * grid therefore make smaller bodies.
  */
 export function throwBodies({ bodies }, count, cellSize) {
-    const least = 2 * Math.max(...bodies.map(({ shape }) => 1 / shapes[shape].part)); // so that each has a particle
+    const least = 2 * Math.max(...bodies.map(({ shape }) => 1 / shapes[shape].part)); // so that none is empty
     if (!(count >= least)) throw new FirnError(`${count} particles are too few for ${bodies.length} bodies.`);
     const position = [], velocity = [], body = [], volume = [];
     let widest = 0;
@@ -78,12 +80,12 @@ export function throwBodies({ bodies }, count, cellSize) {
         spacing: widest };
 }
 
-/** Writes the bodies' particles, at rest relative to their velocity and without strain. */
+/** Writes the particles of the bodies to the simulation, without strain. */
 export function writeBodies(simulation, { particles, position, velocity, volume }) {
     const repeat = (numbers) => Float32Array.from({ length: particles * numbers.length },
         (_, i) => numbers[i % numbers.length]);
     const values = { position, velocity, volume, mass: volume.map((v) => density * v) };
-    // What else a material keeps: as the manifest says, or nothing.
+    // Further fields of the material's state get the manifest's default, if they have one.
     for (const component of simulation.manifest.buffers.flatMap(({ components = [] }) => components)) {
         if (component.name === 'deformation_gradient') values[component.name] = repeat([1, 0, 0, 0, 1, 0, 0, 0, 1]);
         else if (component.default !== undefined) values[component.name] = repeat([component.default].flat());
@@ -97,7 +99,7 @@ async function fetched(url) {
     return answer;
 }
 
-/** Reads `folder`/case.json and the files it names, in the format of tests/wgsl/run.mjs: the CPU's own particles. */
+/** Reads `folder`/case.json and the files that it names, in the format of tests/wgsl/run.mjs: particles of the CPU. */
 export async function fetchCase(folder) {
     const test = await (await fetched(`${folder}/case.json`)).json();
     const inputs = await Promise.all(Object.entries(test.inputs ?? {}).map(async ([name, file]) =>
@@ -106,7 +108,7 @@ export async function fetchCase(folder) {
     return { particles, capacity, uniforms, inputs };
 }
 
-/** Writes a case's particles; returns what is needed to draw them. Nothing says whose body they are: two halves. */
+/** Writes the particles of a case. Returns what show() needs. A case has no bodies: its two halves count as two. */
 export async function writeCase(simulation, { uniforms, inputs, particles }) {
     simulation.set(uniforms);
     for (const [name, numbers] of inputs) {

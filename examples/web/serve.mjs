@@ -1,6 +1,6 @@
-// node examples/web/serve.mjs [PORT] [PROGRAMS]: serves this folder on http://127.0.0.1:PORT (8000 if left out), and at
-// /programs/ the folder PROGRAMS (build/web if left out), which holds a folder for each emitted program. GET /programs/
-// lists them as JSON.
+// node examples/web/serve.mjs [PORT] [PROGRAMS]: serves this folder on http://127.0.0.1:PORT (default 8000). At
+// /programs/ it serves the folder PROGRAMS (default build/web), which has a folder for each program that 06_emit_wgsl
+// wrote. GET /programs/ returns a list of them as JSON.
 import { createReadStream } from 'node:fs';
 import { readdir, realpath, stat } from 'node:fs/promises';
 import { createServer } from 'node:http';
@@ -14,7 +14,7 @@ const types = {
     '.bin': 'application/octet-stream',
 };
 
-/** The file that `path` names below `root`, or null: no .., no link that leads outside. */
+/** The file at `path` below `root`; null if there is none, or if .. or a link leads out of `root`. */
 async function below(root, path) {
     try {
         const top = await realpath(root), file = await realpath(resolve(top, `.${sep}${path}`));
@@ -56,7 +56,7 @@ async function answer(request, response, pages, programs) {
     return createReadStream(file).on('error', () => response.destroy()).pipe(response);
 }
 
-/** Serves the folder `pages`, and `programs` at /programs/; resolves to the listening server. Port 0: any free one. */
+/** Serves the folder `pages`, and `programs` at /programs/. Resolves to the server. Port 0 takes any free port. */
 export function serve({ port = 8000, pages = dirname(fileURLToPath(import.meta.url)), programs }) {
     const server = createServer((request, response) => {
         answer(request, response, pages, programs).catch(() => response.destroy());

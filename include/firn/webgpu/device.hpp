@@ -1,5 +1,6 @@
-/// \file A GPU through the C interface webgpu.h, its errors as exceptions. Any library that implements the interface
-/// serves; the header is that of its present revision (string views, futures).
+/// \file A GPU behind the C interface webgpu.h, whose errors become exceptions.
+///
+/// Any library works that implements the interface in the revision with string views and futures.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -22,15 +23,16 @@
 
 namespace firn::webgpu {
 
-/// Which device is asked for.
+/// Which device to ask for.
 struct DeviceOptions {
-    bool low_power = false;      ///< of several GPUs rather the weaker one
-    bool only_software = false;  ///< an adapter that computes on the CPU
-    bool raise_limits = true;    ///< as much memory a buffer, ... as the GPU has, instead of what every GPU has
+    bool low_power = false;      ///< prefer the GPU that needs less power
+    bool only_software = false;  ///< ask for an adapter that computes on the CPU
+    bool raise_limits = true;    ///< ask for the GPU's own limits, instead of those that every GPU guarantees
 };
 
 namespace detail {
 
+/// Deletes a handle by its release function.
 template <auto Release>
 struct Released {
     template <class T>
@@ -38,6 +40,7 @@ struct Released {
         Release(handle);
     }
 };
+/// A handle that is released when its owner goes out of scope.
 template <class Handle, auto Release>
 using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Released<Release>>;
 
@@ -61,10 +64,10 @@ inline std::string text(WGPUStringView view) {
 }
 inline WGPUStringView view(std::string_view text) { return {text.data(), text.size()}; }
 
-/// What a callback answers, and whether it has.
+/// The result that a callback receives.
 template <class Result>
 struct Answer {
-    bool is_there = false;
+    bool is_there = false;  // whether the callback has run
     Result result{};
     std::string message;
 
@@ -73,7 +76,7 @@ struct Answer {
         message = text(m);
         is_there = true;
     }
-    /// Runs the callbacks that are due until this one was.
+    /// Runs callbacks that are due until this one has run.
     void wait(WGPUInstance instance) {
         wgpuInstanceProcessEvents(instance);
         while (!is_there) {
@@ -83,8 +86,8 @@ struct Answer {
     }
 };
 
-/// A device, and what has gone wrong on it. Callbacks may come until the last handle is released, and those for errors
-/// on any thread.
+/// A device and its errors. Callbacks may run until the last handle is released; callbacks for errors run on any
+/// thread.
 class DeviceState {
 public:
     explicit DeviceState(const DeviceOptions& options) {
@@ -101,7 +104,7 @@ public:
     DeviceState(const DeviceState&) = delete;
     DeviceState& operator=(const DeviceState&) = delete;
 
-    /// Throws what has gone wrong since the last call; a loss every time.
+    /// Throws if the device was lost, or has refused a command since the last call.
     void check() {
         wgpuInstanceProcessEvents(instance.get());
         const std::lock_guard lock(mutex_);
@@ -110,7 +113,7 @@ public:
     }
 
 private:
-    // Before the handles, so that they live longer.
+    // Declared before the handles, so that callbacks can use them until the last handle is released.
     std::mutex mutex_;
     std::optional<std::string> lost_, refused_;
 
@@ -146,12 +149,12 @@ private:
             name = text(info.description.length ? info.description : info.device);
             wgpuAdapterInfoFreeMembers(info);
         }
-        // Where there is no driver some libraries offer a device that computes nothing.
+        // Without a driver, some libraries offer a device that computes nothing (Null).
         if (answer.result != WGPURequestAdapterStatus_Success || info.backendType == WGPUBackendType_Null || !adapter)
             throw device_error(sentence(
                 "There is no GPU that WebGPU can use here", answer.message.empty() ? "" : " (" + answer.message + ")",
-                ". It takes a driver, on Linux for Vulkan: VK_ICD_FILENAMES names one, and that may "
-                "be a software driver."));
+                ". WebGPU needs a driver, on Linux one for Vulkan. VK_ICD_FILENAMES selects a driver, "
+                "which may be a software driver."));
     }
 
     void request_device(const DeviceOptions& options) {
@@ -186,7 +189,7 @@ private:
             throw device_error(sentence("The GPU ", name, " gives no device: ", answer.message));
     }
 
-    /// The first of several is the cause.
+    /// Keeps the first message, because later errors may follow from it.
     void keep(std::optional<std::string> DeviceState::* what, WGPUStringView message) {
         const std::lock_guard lock(mutex_);
         if (!(this->*what)) this->*what = text(message);
@@ -195,24 +198,32 @@ private:
 
 }  // namespace detail
 
-/// A GPU, or a software driver that acts as one. Copies are the same device, which lives as long as one of them or a
-/// Simulation on it. Not for use by several threads at once.
+/// A GPU, or a software driver that acts as one.
+///
+/// Copies share the device, which lives until the last copy and the last Simulation on it are destroyed. Only one
+/// thread at a time may use it.
 class Device {
 public:
-    /// \throws device_error  with the reason, if there is no adapter or it gives no device
+    /// Opens a device.
+    /// \throws device_error  with the reason, if there is no adapter or the adapter has no device
     explicit Device(const DeviceOptions& options = {}) : state_(std::make_shared<detail::DeviceState>(options)) {}
 
+    /// Returns the name of the GPU.
     const std::string& name() const { return state_->name; }
-    /// For wgsl::make_inputs(), so that it refuses what does not fit here.
+    /// Returns the limits of the device, for wgsl::make_inputs() to check.
     const wgsl::Limits& limits() const { return state_->limits; }
-    /// Asks whether something has gone wrong since the last call; every call of a Simulation does.
-    /// \throws device_error  if the device was lost, or has refused a command
+    /// Checks for errors. Every call of a Simulation does that, too.
+    /// \throws device_error  if the device was lost, or has refused a command since the last call
     void check() const { state_->check(); }
 
-    /// For what a program does besides, such as drawing from the same buffers.
+    /// \name Handles
+    /// @{
+
+    /// For other work on the device, such as drawing from a simulation's buffers.
     WGPUDevice handle() const { return state_->device.get(); }
     WGPUQueue queue() const { return state_->queue.get(); }
     WGPUInstance instance() const { return state_->instance.get(); }
+    /// @}
 
 private:
     std::shared_ptr<detail::DeviceState> state_;
@@ -220,7 +231,7 @@ private:
 
 namespace detail {
 
-/// Runs `create`, which does not throw; what the device has against it, or nothing.
+/// Runs `create`, which does not throw. Returns the device's error message, if there is one.
 template <class F>
 std::optional<std::string> objection(const Device& device, const F& create) {
     constexpr WGPUErrorFilter filters[] = {WGPUErrorFilter_Validation, WGPUErrorFilter_OutOfMemory,
@@ -244,7 +255,7 @@ std::optional<std::string> objection(const Device& device, const F& create) {
     return first;
 }
 
-/// \throws device_error  if there is no memory for it
+/// \throws device_error  if the device cannot allocate the buffer
 inline OwnedBuffer make_buffer(const Device& device, const std::string& name, std::uint64_t bytes,
                                WGPUBufferUsage usage) {
     WGPUBufferDescriptor asked{};
@@ -254,7 +265,7 @@ inline OwnedBuffer make_buffer(const Device& device, const std::string& name, st
     OwnedBuffer buffer;
     const auto wrong = objection(device, [&] { buffer.reset(wgpuDeviceCreateBuffer(device.handle(), &asked)); });
     if (wrong || !buffer)
-        throw device_error(sentence("The device has no buffer of ", bytes, " bytes for '", name,
+        throw device_error(sentence("The device cannot allocate ", bytes, " bytes for the buffer '", name,
                                     "': ", wrong.value_or("no reason is given")));
     return buffer;
 }
@@ -265,7 +276,7 @@ inline void submit(const Device& device, const OwnedEncoder& encoder) {
     wgpuQueueSubmit(device.queue(), std::size(all), all);
 }
 
-/// Waits for all commands so far. \throws device_error
+/// Waits for all commands so far, then reads `count` numbers from number `first` on. \throws device_error
 template <class T>
 std::vector<T> download(const Device& device, WGPUBuffer from, std::uint64_t first, std::size_t count) {
     device.check();
@@ -289,7 +300,7 @@ std::vector<T> download(const Device& device, WGPUBuffer from, std::uint64_t fir
     device.check();
     const void* mapped =
         answer.result == WGPUMapAsyncStatus_Success ? wgpuBufferGetConstMappedRange(staging.get(), 0, bytes) : nullptr;
-    if (!mapped) throw device_error("The device gives nothing back: " + answer.message);
+    if (!mapped) throw device_error("A buffer cannot be read from the device: " + answer.message);
     std::memcpy(numbers.data(), mapped, bytes);
     return numbers;
 }

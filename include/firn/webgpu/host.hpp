@@ -1,4 +1,4 @@
-/// \file Runs a program of firn/wgsl on a GPU.
+/// \file Runs a WGSL program of firn on a GPU.
 ///
 ///     webgpu::Device device;
 ///     const auto program = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 3>(material, walls);
@@ -24,23 +24,25 @@
 
 namespace firn::webgpu {
 
-/// Stands in Status::particle where an error is of no single particle.
+/// The value of Status::particle if an error does not belong to one particle.
 inline constexpr std::uint32_t no_particle = 0xffffffff;
 
-/// How the steps went: the words of the buffer "status". The load and the scales are those of the last step.
+/// The contents of the buffer "status": errors, and figures of the last step.
 struct Status {
-    std::uint32_t error;                       ///< 0, or one more than the index into wgsl::error_sentences
-    std::uint32_t particle;                    ///< the first with the error, in the order of the inputs, or no_particle
-    float signal_speed;                        ///< the largest of a particle in the last step [m/s]
-    float largest_momentum, largest_gradient;  ///< of a particle, as FixedPointLoad has them [kg m/s]
-    float largest_mass;                        ///< of a particle [kg]
-    float most_particles;                      ///< with one base node
-    float momentum_scale;                      ///< quanta per kg m/s
-    float mass_scale;                          ///< quanta per kg
+    std::uint32_t error;     ///< 0, or one more than the index into wgsl::error_sentences
+    std::uint32_t particle;  ///< the first particle with the error, as numbered in the inputs, or no_particle
+    float signal_speed;      ///< the largest of all particles [m/s]
+    float largest_momentum,  ///< FixedPointLoad::momentum [kg m/s]
+        largest_gradient;    ///< FixedPointLoad::gradient [kg m/s]
+    float largest_mass;      ///< of a particle [kg]
+    float most_particles;    ///< the most particles that have one base node
+    float momentum_scale;    ///< quanta per kg m/s
+    float mass_scale;        ///< quanta per kg
 };
 
 namespace detail {
 
+/// The name of a type in WGSL.
 template <class T>
 constexpr const char* wgsl_name = nullptr;
 template <>
@@ -52,16 +54,18 @@ inline constexpr const char* wgsl_name<std::uint32_t> = "u32";
 
 }  // namespace detail
 
-/// A compiled program, its buffers and its steps. Number c of particle i lies at [c * capacity + i] of its buffer; the
-/// capacity is the inputs'. Every call throws device_error if the device was lost or has refused an earlier command.
-/// Steps run while the caller goes on; what reads waits for them.
+/// A compiled program and its buffers, ready to take steps.
+///
+/// Number c of particle i is at [c * capacity + i] of its buffer; the inputs define the capacity. Steps run
+/// asynchronously; functions that read from the device wait for them. Every function throws device_error if the device
+/// was lost or has refused an earlier command.
 class Simulation {
 public:
     /// Compiles the program, and writes the inputs into new buffers.
-    /// \param inputs  of this program, as wgsl::make_inputs() gives them with device.limits()
-    /// \throws parameter_error  if it does not fit on the device (see wgsl::check_fits())
-    /// \throws device_error     if the device refuses the code, with its line, or has not enough memory
-    /// \throws usage_error      if the inputs are not those of this program
+    /// \param inputs  from wgsl::make_inputs(), for this program and device.limits()
+    /// \throws parameter_error  if the program does not fit on the device (see wgsl::check_fits())
+    /// \throws device_error     if the device refuses the code (names the line), or has not enough memory
+    /// \throws usage_error      if the inputs were made for another program
     Simulation(const Device& device, const wgsl::Program& program, const wgsl::Inputs& inputs)
         : device_(device), program_(std::make_unique<wgsl::Program>(program)), uniforms_(*program_) {
         take_uniforms(inputs);
@@ -79,19 +83,23 @@ public:
         clear_error();
     }
 
+    /// Returns the number of particles.
     std::uint32_t particles() const { return particles_; }
+    /// Returns the number of steps taken by step().
     long steps() const { return steps_; }
-    /// The buffer itself, to draw from. \throws usage_error if there is none of this name
+    /// Returns the handle of a buffer, for example to draw from it.
+    /// \throws usage_error  if there is none of this name
     WGPUBuffer buffer(const std::string& name) const { return buffers_.at(program_->buffer(name).binding).get(); }
 
-    /// The particles' stress [Pa], from their state; once, after they were written. Forgets an error.
+    /// Computes the particles' stress [Pa] from their state, and clears the error. Call it once, after particles were
+    /// written.
     void initialise() {
         clear_error();
         run({"initialise"});
     }
 
-    /// Takes `count` steps, and returns before they are done. After every 256 it waits, and checks as check() does.
-    /// \param sorted  with P2G through workgroup memory: the same integers at the nodes
+    /// Takes `count` steps, and returns before they are done. After every 256 steps it waits and calls check().
+    /// \param sorted  whether P2G goes through workgroup memory; the sums at the nodes are the same integers
     void step(int count = 1, bool sorted = false) {
         constexpr int in_one_submission = 16, between_checks = 256;
         const std::vector<std::string>& order = sorted ? wgsl::sorted_step_order : wgsl::step_order;
@@ -104,7 +112,7 @@ public:
         }
     }
 
-    /// Runs entry points one after the other, all of them `times` over.
+    /// Runs the entry points in their order, and repeats that `times` times.
     /// \throws usage_error  if there is none of such a name
     void run(const std::vector<std::string>& entry_points, int times = 1) {
         device_.check();
@@ -131,8 +139,8 @@ public:
         detail::submit(device_, encoder);
     }
 
-    /// Sets a uniform for the steps that follow, in the unit of the program's list; with "time_step" [s] also what
-    /// follows from it. The grid cannot change any more.
+    /// Sets a uniform for the steps that follow, in the unit that wgsl::Program::uniforms gives. "time_step" [s] also
+    /// sets the uniform computed from it. Uniforms of the grid cannot change.
     /// \throws usage_error      if there is none of this name, or it has another number of components
     /// \throws parameter_error  if a value is not finite, not of the type, or out of its range
     void set(const std::string& name, const std::vector<double>& values) {
@@ -143,10 +151,11 @@ public:
         uniforms_changed_ = true;
     }
 
-    /// A component of the particles ("velocity", "mass", "F", ...) in the unit of the program's list, all numbers of
-    /// particle 0 first: its count times particles() numbers. Positions are "corner" plus "place", in cells from the
-    /// domain's lower corner.
-    /// \throws usage_error  if particles have no such component, or not of numbers of type T
+    /// Reads a component of the particles ("velocity", "mass", …), in the unit that wgsl::Buffer::components gives.
+    /// Positions are "corner" plus "place", in cells from the domain's lower corner.
+    /// \tparam T  float, std::int32_t or std::uint32_t, the type of the component's numbers
+    /// \returns all numbers of particle 0, then all of particle 1, …
+    /// \throws usage_error  if particles have no such component, or its numbers are of another type
     template <class T = float>
     std::vector<T> read(const std::string& component) {
         std::string names;
@@ -161,8 +170,8 @@ public:
         throw usage_error("Particles have no component " + component + "; they have" + names + ".");
     }
 
-    /// A whole buffer as it lies on the device.
-    /// \tparam T  float, std::int32_t or std::uint32_t, as the buffer's type is
+    /// Reads a whole buffer, in its layout on the device.
+    /// \tparam T  float, std::int32_t or std::uint32_t, the type of the buffer's numbers
     /// \throws usage_error  if there is no buffer of this name, or it holds another type
     template <class T = float>
     std::vector<T> read_buffer(const std::string& name) {
@@ -171,8 +180,8 @@ public:
         return detail::download<T>(device_, buffer(name), 0, numbers(b));
     }
 
-    /// Writes a whole buffer as it shall lie on the device.
-    /// \throws usage_error  as read_buffer(), and if the number of numbers is not the buffer's
+    /// Writes a whole buffer, in its layout on the device.
+    /// \throws usage_error  for the reasons of read_buffer(), or if the buffer holds more or fewer numbers
     template <class T>
     void write_buffer(const std::string& name, const std::vector<T>& values) {
         device_.check();
@@ -184,16 +193,18 @@ public:
         wgpuQueueWriteBuffer(device_.queue(), buffer(name), 0, values.data(), values.size() * sizeof(T));
     }
 
-    /// Waits for all steps so far.
+    /// Waits for all steps so far, and returns their status.
     Status status() {
         const std::vector<std::uint32_t> words = read_buffer<std::uint32_t>("status");
         const auto number = [&](std::size_t k) { return std::bit_cast<float>(words.at(k)); };
         return {words.at(0), words.at(1), number(2), number(3), number(4), number(5), number(6), number(7), number(8)};
     }
 
-    /// Waits for all steps so far. After an error nothing is changed any more until initialise() is called.
+    /// Waits for all steps so far, and throws if one has failed. After an error, steps change nothing until
+    /// initialise() is called. Returns status().
     /// \throws overflow_error  if the sums at a node could exceed the integers
-    /// \throws particle_error  if a particle is not finite or has left the domain; names the particle
+    /// \throws device_error    if the program reports an unknown error
+    /// \throws particle_error  naming the particle, if a particle is not finite or has left the domain
     Status check() {
         const Status now = status();
         if (now.error == 0) return now;
@@ -212,7 +223,7 @@ private:
         wgsl::Inputs names = inputs;
         for (const wgsl::Uniform& u : program_->uniforms) names.set(u.name, u.values);
         if (names.uniform_bytes() != uniforms_.uniform_bytes())
-            throw usage_error("The inputs are of another program than " + program_->name + ".");
+            throw usage_error("The inputs were made for another program, not for " + program_->name + ".");
         for (std::size_t k = 0; k < program_->uniforms.size(); ++k)
             uniforms_.set(program_->uniforms[k].name, inputs.uniform(k));
     }
@@ -223,13 +234,13 @@ private:
         for (std::size_t a = 0; good && a < D; ++a)
             good = inputs.nodes[a] % std::uint32_t(block_size) == 0 && inputs.nodes[a] == value_of("nodes")[a];
         if (!good)
-            throw usage_error(sentence("The inputs' nodes must be ", D, " multiples of ", block_size,
-                                       ", and the same as the uniform of that name."));
+            throw usage_error(sentence("The nodes of the inputs must be ", D, " multiples of ", block_size,
+                                       " and equal the uniform 'nodes'."));
         const double capacity = value_of("capacity")[0];
         if (inputs.particles != value_of("particles")[0] || !(capacity >= inputs.particles))
-            throw usage_error(sentence("The inputs' ", inputs.particles,
-                                       " particles must be as many as the uniform "
-                                       "of that name says, and no more than the uniform capacity, ",
+            throw usage_error(sentence("The inputs have ", inputs.particles,
+                                       " particles. That must equal the uniform 'particles' and not exceed the "
+                                       "uniform 'capacity', ",
                                        capacity, "."));
         particles_ = inputs.particles;
         capacity_ = std::uint32_t(capacity);
@@ -237,7 +248,7 @@ private:
         wgsl::check_fits(*program_, capacity_, nodes_, device_.limits());
     }
 
-    /// How many particles, nodes, ... there are.
+    /// The number of particles, nodes, …
     std::uint64_t extent(const std::string& per) const {
         std::uint64_t all = 1, along = 0, blocks = 1;
         for (const std::uint32_t n : nodes_) {
@@ -253,7 +264,8 @@ private:
                                           {"program", 1},
                                           {"one_workgroup", 1}})
             if (per == name) return count;
-        throw usage_error("The program " + program_->name + " counts per " + per + ", which is unknown here.");
+        throw usage_error("The program " + program_->name + " has a buffer or an entry point per " + per +
+                          ", which is unknown.");
     }
     std::size_t numbers(const wgsl::Buffer& b) const { return std::size_t(b.count) * extent(b.per); }
 
@@ -285,7 +297,8 @@ private:
                 throw parameter_error(sentence(x, " particles do not fit into a capacity of ", capacity_, "."));
         }
         if (fixed && values != value_of(name))
-            throw parameter_error(sentence("The uniform ", name, " cannot change any more: the buffers are for it."));
+            throw parameter_error(
+                sentence("The uniform ", name, " cannot change: the buffers were made for its value."));
     }
 
     void clear_error() {

@@ -1,4 +1,4 @@
-/// \file Compiles a program for a device: its module, and its entry points as pipelines.
+/// \file Compiles a program for a device: the module, and a pipeline for each entry point.
 #pragma once
 
 #include <firn/webgpu/device.hpp>
@@ -8,7 +8,7 @@
 
 namespace firn::webgpu::detail {
 
-/// Line `number` of the code, counted from 1.
+/// Line `number` of the code. The first line is number 1.
 inline std::string line_of(std::string_view code, std::uint64_t number) {
     for (; number > 1; --number) {
         const std::size_t end = code.find('\n');
@@ -17,7 +17,8 @@ inline std::string line_of(std::string_view code, std::uint64_t number) {
     return std::string(code.substr(0, code.find('\n')));
 }
 
-/// \throws device_error  with the compiler's messages: name, line, column, and the line itself
+/// Compiles a program.
+/// \throws device_error  with the compiler's messages, each with name, line number, column and the line itself
 inline OwnedModule compile(const Device& device, const wgsl::Program& program) {
     WGPUShaderSourceWGSL source{};
     source.chain.sType = WGPUSType_ShaderSourceWGSL;
@@ -67,8 +68,8 @@ struct Kernel {
 
 using Buffers = std::map<int, OwnedBuffer>;  // by binding
 
-/// The entry point with its bindings, the uniforms being number 0. The groups are left to the caller.
-/// \throws device_error  that names the entry point
+/// Makes the pipeline and the bind group of an entry point. The uniforms have binding 0.
+/// \throws device_error  naming the entry point
 inline Kernel make_kernel(const Device& device, const wgsl::Program& program, const OwnedModule& module,
                           const wgsl::EntryPoint& e, const Buffers& buffers, wgsl::Dispatch groups) {
     std::vector<WGPUBindGroupLayoutEntry> kinds;

@@ -1,4 +1,4 @@
-/// \file From a graph to the statements of a WGSL function.
+/// \file Writes a graph as the statements of a WGSL function.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -10,8 +10,10 @@
 
 namespace firn::wgsl {
 
-/// A number as an f32 literal that reads back as the same bits. (Not an abstract number: those are added up in more
-/// digits.) Infinities and NaN come from `from_bits`: no constant may have such a value.
+/// Writes a number as an f32 literal that reads back as the same bits.
+///
+/// The literal ends in f, because WGSL adds up literals without it in higher precision. Infinities and NaN become calls
+/// of `from_bits`, because WGSL does not allow them as constants.
 inline std::string literal(float value) {
     if (!std::isfinite(value)) {
         return "from_bits(" + std::to_string(std::bit_cast<std::uint32_t>(value)) + "u)";
@@ -23,12 +25,15 @@ inline std::string literal(float value) {
     return text + "f";
 }
 
-/// Writes the statements that compute some outputs of a graph. What one other operation needs goes into its
-/// expression, anything else gets a name; what is only selected by a mask that any() was asked about is computed in an
-/// `if`; loops stay loops.
+/// Writes the statements that compute the outputs of a graph.
+///
+/// A result that only one operation uses becomes part of that operation's expression; any other result gets a name. An
+/// `if` encloses work whose results are used only where a guard holds (see Graph::guards). Loops stay loops.
 class Body {
 public:
-    /// \param taken  names that mean something else already
+    /// Writes the statements that compute `outputs`.
+    /// \param outputs  nodes of the graph
+    /// \param taken    names that the function already uses, such as its parameters
     Body(const Graph& graph, const std::vector<int>& outputs, std::vector<std::string> taken = {})
         : graph_(graph), taken_(std::move(taken)) {
         const std::size_t count = graph.nodes.size();
@@ -45,13 +50,14 @@ public:
         write_block(nothing, nothing, 1);
     }
 
+    /// Returns the statements, a line each, indented by one level.
     const std::string& statements() const { return out_; }
-    /// An output as an expression.
+    /// Returns the expression of an output. It refers to names in statements().
     std::string text(int node) const { return expression(node).text; }
 
 private:
     static constexpr std::size_t longest_expression = 72;
-    static constexpr int outside = -2;  // a user that is no node: an output, the end of a loop's pass
+    static constexpr int outside = -2;  // a user that is not a node: an output, or the end of a pass
 
     const Node& node(int i) const { return graph_.nodes[std::size_t(i)]; }
     int region(int i) const { return graph_.region[std::size_t(i)]; }
@@ -67,10 +73,10 @@ private:
         }
     }
 
-    /// The node that needs k in k's own region: a loop stands for all that its body needs.
+    /// The user of k within k's own region. Users in the body of a loop count as that loop.
     int user_in_region(int user, int k) const {
         while (region(user) != region(k)) {
-            if (region(user) == nothing) return outside;  // a loop takes a number out of its own body
+            if (region(user) == nothing) return outside;  // a loop that reads from its own body
             user = loop_node_[std::size_t(region(user))];
         }
         return user;
@@ -85,7 +91,8 @@ private:
         for (const int k : outputs) users_[std::size_t(k)].push_back(outside);
     }
 
-    /// Finds runs: selections by one guarded mask that stand together, and what nothing else needs.
+    /// Finds the runs. A run is a sequence of selections by the same guard, with the nodes that are needed only
+    /// where the guard holds. It becomes one `if`.
     void find_runs() {
         for (int i = 0; i < int(live_.size()); ++i) {
             const Node& n = node(i);
@@ -120,12 +127,12 @@ private:
         return std::binary_search(selection_of_run_.begin(), selection_of_run_.end(), i);
     }
 
-    /// Written out wherever it is needed.
+    /// Whether node i needs no statement: its text is repeated at each use.
     bool is_atom(int i) const {
         const Op op = node(i).op;
         return op == Op::constant || op == Op::truth || op == Op::input || op == Op::loop_value;
     }
-    /// Put into the expression of the one operation that needs it.
+    /// Whether node i is part of the expression of the only operation that uses it.
     bool is_inlined(int i) const {
         const std::vector<int>& users = users_[std::size_t(i)];
         if (users.size() != 1 || graph_.names.count(i) || is_selection_of_run(i) || node(i).op == Op::loop_result)
@@ -137,14 +144,15 @@ private:
 
     struct Expression {
         std::string text;
-        int level;  // of what binds: 0 comparison or logic, 1 sum, 2 product, 3 anything closer
+        int level;  // precedence: 0 comparison or logic, 1 sum, 2 product, 3 anything that binds closer
     };
+    /// The text, in brackets if its precedence is lower than `level`.
     static std::string within(const Expression& e, int level) { return e.level >= level ? e.text : "(" + e.text + ")"; }
     Expression expression(int i) const {
         if (!written_[std::size_t(i)].text.empty()) return written_[std::size_t(i)];
         const Node& n = node(i);
         const auto call = [&](const char* name) { return Expression{name + ("(" + expression(n.a).text + ")"), 3}; };
-        const auto two = [&](const char* sign, int level) {  // from the left: what follows the sign must bind closer
+        const auto two = [&](const char* sign, int level) {  // left-associative: the second operand must bind closer
             return Expression{within(expression(n.a), level) + sign + within(expression(n.b), level + 1), level};
         };
         const auto relation = [&](const char* sign) {
@@ -214,8 +222,9 @@ private:
         return {"", 3};
     }
 
-    /// a b + a c: compilers are free to make a (b + c) of it, and some do, which rounds otherwise than the CPU. They
-    /// leave fma(a, c, a b) alone, and where they fuse it, it is rounded less.
+    /// Whether nodes i and k are products with a common factor, a b and a c. Some compilers turn their sum into
+    /// a (b + c), which rounds differently from the CPU. They do not do so with fma(a, c, a b). If they fuse that, it
+    /// has one rounding less.
     bool share_factor(int i, int k) const {
         const Node &a = node(i), &b = node(k);
         return a.op == Op::multiply && b.op == Op::multiply && (a.a == b.a || a.a == b.b || a.b == b.a || a.b == b.b);
@@ -225,7 +234,7 @@ private:
         return "loop" + std::to_string(loop) + "_" + std::to_string(value);
     }
     void line(int depth, const std::string& text) { out_ += std::string(std::size_t(4 * depth), ' ') + text + "\n"; }
-    /// What the definition calls it, with a number behind it from the second on.
+    /// The name that the definition gives to node i, with a number if it is taken; without a name t1, t2, …
     std::string new_name(int i) {
         const auto found = graph_.names.find(i);
         if (found == graph_.names.end()) return "t" + std::to_string(++names_);
@@ -236,7 +245,7 @@ private:
         return name;
     }
 
-    /// The nodes of one region that belong to one run (nothing: to none).
+    /// Writes the nodes of one region that belong to one run (nothing: those of no run).
     void write_block(int in_region, int run, int depth) {
         for (int i = 0; i < int(live_.size()); ++i) {
             if (!live_[std::size_t(i)] || region(i) != in_region) continue;
@@ -281,7 +290,7 @@ private:
         const std::string pass = "pass" + std::to_string(number);
         line(depth, "for (var " + pass + " = 0; " + pass + " < " + std::to_string(loop.passes) + "; " + pass + "++) {");
         write_block(number, nothing, depth + 1);
-        // All of them are computed before the first is changed.
+        // All next values are computed before the first variable changes.
         std::vector<std::string> next;
         for (std::size_t k = 0; k < loop.next.size(); ++k) {
             next.push_back(expression(loop.next[k]).text);
@@ -302,11 +311,11 @@ private:
     const Graph& graph_;
     std::vector<bool> live_;
     std::vector<std::vector<int>> users_;
-    std::vector<int> run_;                // of each node: the run that alone needs it, or nothing
-    std::vector<std::vector<int>> runs_;  // their selections
+    std::vector<int> run_;                // of each node: the only run that uses it, or nothing
+    std::vector<std::vector<int>> runs_;  // the selections of each
     std::vector<int> selection_of_run_;
     std::vector<int> loop_node_;
-    std::vector<Expression> written_;  // of each node: how it is referred to, once it has been written
+    std::vector<Expression> written_;  // of each node: its name or expression, once it is written
     std::vector<std::string> taken_;
     int names_ = 0;
     std::string out_;

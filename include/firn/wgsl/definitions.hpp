@@ -1,4 +1,4 @@
-/// \file The definitions that a step is made of, each recorded as a function of WGSL.
+/// \file Records the definitions of a step as functions of WGSL.
 #pragma once
 
 #include <firn/data/block_partition.hpp>
@@ -15,9 +15,10 @@ namespace firn::wgsl {
 
 namespace detail {
 
+/// A uniform number.
 inline recorded uniform(const std::string& name) { return recorded::of(Recording::current().input("params." + name)); }
 
-/// A uniform vector or number.
+/// A uniform number or vector.
 template <class T>
 T uniform_of(const std::string& name) {
     T value{};
@@ -26,7 +27,7 @@ T uniform_of(const std::string& name) {
     return value;
 }
 
-/// The policy with its parameters as uniforms PREFIX_NAME, whatever else it holds as constants.
+/// The policy with its parameters as uniforms PREFIX_NAME. Its other members become constants.
 template <class Policy>
 auto with_uniforms(const Policy& policy, const std::string& prefix) {
     auto lifted = lift<recorded>(policy);
@@ -39,7 +40,7 @@ auto with_uniforms(const Policy& policy, const std::string& prefix) {
     return lifted;
 }
 
-/// sum_axisA, and those of the axes after it.
+/// Adds the functions sum_axisA, … for axis A and the axes after it.
 template <class Kernel, int D, int A, bool Moments, bool Gradients>
 void add_axis_sums(Module& module) {
     if constexpr (A < D) {
@@ -65,8 +66,7 @@ inline recorded cell_size() { return uniform("cell_size"); }
 
 }  // namespace detail
 
-// Each of these adds to the module what a part of a step evaluates, from the policies that the part depends on.
-
+/// Adds the functions of the kernel: base node, weights and, if `with_gradients`, their gradients per cell.
 template <class Kernel, int D>
 void add_kernel(Module& module, bool with_gradients) {
     using R = recorded;
@@ -84,6 +84,7 @@ void add_kernel(Module& module, bool with_gradients) {
                            [](const R& f) { return Kernel::gradients(f); });
 }
 
+/// Adds the functions of P2G, and those of the scale of the integers. \see stage/p2g.hpp, stage/fixed_point.hpp
 template <class Kernel, class Transfer, class Force, int D>
 void add_p2g(Module& module) {
     using R = recorded;
@@ -151,6 +152,7 @@ void add_p2g(Module& module) {
         });
 }
 
+/// Adds the function of the grid update: velocity_of_node. \see stage/grid_update.hpp
 template <int D, class Boundary, class Field>
 void add_grid_update(Module& module, const Boundary& boundary, const Field& field) {
     using R = recorded;
@@ -163,6 +165,7 @@ void add_grid_update(Module& module, const Boundary& boundary, const Field& fiel
         });
 }
 
+/// Adds the functions of G2P: sums along each axis, the particle's update, its motion. \see stage/g2p.hpp
 template <class Kernel, class Transfer, class Force, int D>
 void add_g2p(Module& module) {
     using R = recorded;
@@ -192,6 +195,7 @@ void add_g2p(Module& module) {
                              });
 }
 
+/// Adds the functions of the material: state after a step, Kirchhoff stress [Pa], signal speed [m/s].
 template <int D, class Material>
 void add_material(Module& module, const Material& material) {
     using R = recorded;

@@ -1,5 +1,7 @@
-/// \file The graph of a recorded definition: every operation once (equal ones are merged as they are recorded), loops
-/// of a fixed number of passes kept as loops, and a note of what is only needed where a mask holds.
+/// \file The graph of operations that recording a definition produces.
+///
+/// Equal operations are merged as they are recorded. Loops of a fixed number of passes stay loops. The graph also notes
+/// the masks that decide whether work can be skipped.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -17,74 +19,90 @@
 
 namespace firn::wgsl {
 
+/// The operation of a node. a, b and c are its operands.
 enum class Op : std::uint8_t {
-    constant,  ///< a number
-    truth,     ///< true or false
-    input,     ///< a parameter of the function, or a uniform
-    add,
-    subtract,
-    multiply,
-    divide,
-    negate,
-    less,
-    less_equal,
-    equal,
-    both,     ///< a & b
-    either,   ///< a | b
-    inverse,  ///< !a
-    select,   ///< a ? b : c
-    square_root,
-    magnitude,  ///< |a|
-    round_down,
-    round_to_even,
-    settled,  ///< a, which must not be merged with what is added to it
-    power_of_two,
-    exponent_of,
-    significand_of,
-    leading_half,
-    loop,         ///< of loops[number]
-    loop_value,   ///< inside: what has been carried over from the pass before
-    loop_result,  ///< after it
+    constant,        ///< a number
+    truth,           ///< true or false
+    input,           ///< a parameter of the function, or a uniform
+    add,             ///< a + b
+    subtract,        ///< a − b
+    multiply,        ///< a b
+    divide,          ///< a / b
+    negate,          ///< −a
+    less,            ///< a \< b
+    less_equal,      ///< a ≤ b
+    equal,           ///< a = b
+    both,            ///< a & b
+    either,          ///< a | b
+    inverse,         ///< !a
+    select,          ///< a ? b : c
+    square_root,     ///< √a
+    magnitude,       ///< |a|
+    round_down,      ///< ⌊a⌋
+    round_to_even,   ///< the integer nearest to a, ties to even
+    settled,         ///< a, written so that compilers do not simplify sums with it
+    power_of_two,    ///< 2ᵃ, see firn::power_of_two()
+    exponent_of,     ///< see firn::exponent_of()
+    significand_of,  ///< see firn::significand_of()
+    leading_half,    ///< see firn::leading_half()
+    loop,            ///< all passes of Graph::loops[a]
+    loop_value,      ///< value b of loop a at the start of a pass
+    loop_result,     ///< value b of loop a after its last pass
 };
 
+/// Stands for no node, no loop or no run.
 inline constexpr int nothing = -1;
 
-/// An operation. Its operands have smaller numbers than itself.
+/// An operation of the graph. Its operands have smaller numbers than the node itself.
 struct Node {
-    Op op;
-    int a = nothing, b = nothing, c = nothing;  ///< operands; of loops and what belongs to them: loop, and which value
-    float value = 0;                            ///< of a constant
-    std::string text{};                         ///< of an input, as it is written in WGSL
+    Op op;               ///< what it computes
+    int a = nothing,     ///< first operand; of Op::loop, Op::loop_value and Op::loop_result: the number of the loop
+        b = nothing,     ///< second operand; of Op::loop_value and Op::loop_result: the number of the value
+        c = nothing;     ///< third operand
+    float value = 0;     ///< of a constant
+    std::string text{};  ///< of an input: its WGSL text
 
-    bool operator<(const Node& other) const {  // digits, not values: 0 and −0 are different constants
+    /// An order in which equal operations are equivalent. Constants are compared by their bits: 0 and −0 differ.
+    bool operator<(const Node& other) const {
         return std::tuple(op, a, b, c, std::bit_cast<std::uint32_t>(value), std::string_view(text)) <
                std::tuple(other.op, other.a, other.b, other.c, std::bit_cast<std::uint32_t>(other.value),
                           std::string_view(other.text));
     }
 };
 
-/// values → body(values), `passes` times, or until `go_on` is false after a pass.
+/// A loop: values → body(values), `passes` times, or until `go_on` is false after a pass.
 struct Loop {
-    int passes;
-    int parent;                ///< the loop around this one
-    std::vector<int> initial;  ///< nodes
-    std::vector<int> inside;   ///< loop_value of each
-    std::vector<int> next;     ///< what the body makes of each
-    int go_on = nothing;       ///< a mask, or nothing
+    int passes;                ///< the most passes
+    int parent;                ///< the loop around this one, or nothing
+    std::vector<int> initial;  ///< nodes of the values before the loop
+    std::vector<int> inside;   ///< nodes of the values at the start of a pass (Op::loop_value)
+    std::vector<int> next;     ///< nodes of the values after a pass
+    int go_on = nothing;       ///< the mask that a further pass needs, or nothing
 };
 
+/// The operations of a recorded definition. Operations are numbered in the order of their recording.
 class Graph {
 public:
-    std::vector<Node> nodes;
-    std::vector<int> region;  ///< of each node: the innermost loop that it depends on, or nothing
-    std::vector<Loop> loops;
-    std::map<int, std::string> names;  ///< of some nodes, as definitions call them
-    std::vector<int> guards;           ///< masks that any() was asked about: what is selected by them is worth a branch
+    std::vector<Node> nodes;           ///< all operations
+    std::vector<int> region;           ///< of each node: the innermost loop that it depends on, or nothing
+    std::vector<Loop> loops;           ///< all loops, in the order in which they were opened
+    std::map<int, std::string> names;  ///< names that definitions give to some nodes
+    std::vector<int> guards;           ///< masks passed to any(): work that only they select becomes a branch
 
+    /// \name Operations
+    /// Each adds a node and returns its number. It returns the number of an existing node if that is equal, or if the
+    /// result is known: operations on constants are evaluated, and x + 0, x − 0, x · 1, x / 1, x · 0 are simplified.
+    /// (A simplification may change the sign of a zero, and loses a NaN or ∞ that is multiplied by 0.)
+    /// @{
+
+    /// A number.
     int constant(float value) { return push({Op::constant, nothing, nothing, nothing, value}); }
+    /// A mask that is known.
     int truth(bool value) { return push({Op::truth, nothing, nothing, nothing, value ? 1.0F : 0.0F}); }
+    /// An input with its WGSL text.
     int input(std::string text) { return push({Op::input, nothing, nothing, nothing, 0, std::move(text)}); }
 
+    /// An operation with one operand.
     int unary(Op op, int a) {
         if (is_constant(a)) {
             const float x = nodes[a].value;
@@ -108,6 +126,7 @@ public:
         return push({op, a});
     }
 
+    /// An operation with two operands.
     int binary(Op op, int a, int b) {
         if (is_constant(a) && is_constant(b)) {
             const float x = nodes[a].value, y = nodes[b].value;
@@ -130,7 +149,7 @@ public:
                     break;
             }
         }
-        // What changes no number (but the sign of a zero, and what was not a number and would not reach the result).
+        // Operations that leave a number as it is.
         if (op == Op::multiply && (is(a, 0) || is(b, 1))) return a;
         if (op == Op::multiply && (is(b, 0) || is(a, 1))) return b;
         if (op == Op::divide && is(b, 1)) return a;
@@ -145,20 +164,24 @@ public:
         return push({op, a, b});
     }
 
+    /// mask ? if_true : if_false.
     int select(int mask, int if_true, int if_false) {
         if (if_true == if_false) return if_true;
         if (nodes[mask].op == Op::truth) return nodes[mask].value != 0 ? if_true : if_false;
         return push({Op::select, mask, if_true, if_false});
     }
+    /// @}
 
-    /// Whether the mask is known to be false. Otherwise what is selected by it shall be computed in a branch.
+    /// Returns whether the mask is known to be false. If it is not known, the mask becomes a guard.
     bool is_false(int mask) {
         if (nodes[mask].op == Op::truth) return nodes[mask].value == 0;
         guards.push_back(mask);
         return false;
     }
 
-    /// Opens a loop; what is recorded until close_loop() is its body. Returns its number.
+    /// Opens a loop and returns its number. Operations recorded until close_loop() are its body.
+    /// \param passes   the most passes
+    /// \param initial  nodes of the values before the loop
     int open_loop(int passes, std::vector<int> initial) {
         const int loop = int(loops.size());
         loops.push_back({passes, open_.empty() ? nothing : open_.back(), std::move(initial), {}, {}});
@@ -167,7 +190,9 @@ public:
             loops.back().inside.push_back(push({Op::loop_value, loop, int(k)}));
         return loop;
     }
-    /// Returns what the loop's values are in the end.
+    /// Closes the loop opened last. Returns the nodes of its values after the last pass.
+    /// \param next   nodes of the values after a pass
+    /// \param go_on  the mask that a further pass needs, or nothing
     std::vector<int> close_loop(std::vector<int> next, int go_on = nothing) {
         const int loop = open_.back();
         open_.pop_back();
@@ -180,7 +205,7 @@ public:
         return results;
     }
 
-    /// Calls f for every node that node i needs. Those of a loop's body count as the loop's own.
+    /// Calls f(number) for every node that node i needs. A loop needs its initial values and the results of its body.
     template <class F>
     void for_operands(int i, const F& f) const {
         const Node& node = nodes[i];
@@ -214,7 +239,7 @@ private:
 
     int push(Node node) {
         Node key = node;
-        switch (node.op) {  // a + b and b + a are the same to the bit
+        switch (node.op) {  // a + b and b + a are equal to the bit
             case Op::add:
             case Op::multiply:
             case Op::equal:

@@ -1,4 +1,4 @@
-/// \file What a host writes into a program's uniforms and buffers, from particles on the CPU.
+/// \file The initial contents of a program's uniforms and buffers, made from particles on the CPU.
 #pragma once
 
 #include <firn/data/particles.hpp>
@@ -10,19 +10,21 @@
 
 namespace firn::wgsl {
 
-/// What a program starts from.
+/// The values that a host writes into the uniforms and buffers of a program before it runs.
 class Inputs {
 public:
+    /// Sets all uniforms to their defaults. Keeps a reference to `program`.
     explicit Inputs(const Program& program) : program_(&program) {
         for (const Uniform& u : program.uniforms) values_.push_back(u.values);
     }
 
-    std::uint32_t particles = 0;
-    std::vector<std::uint32_t> nodes;  ///< along each axis
-    /// Buffers that the program reads before it has written them: name and numbers.
+    std::uint32_t particles = 0;       ///< number of particles
+    std::vector<std::uint32_t> nodes;  ///< nodes along each axis
+    /// Contents of the buffers that the program reads before it writes them: name and numbers.
     std::vector<std::pair<std::string, std::vector<float>>> buffers;
 
-    /// Sets a uniform. \throws usage_error if there is none of this name, or it has another number of components
+    /// Sets a uniform.
+    /// \throws usage_error  if there is none of this name, or it has another number of components
     void set(const std::string& name, const std::vector<double>& values) {
         const Uniform& u = program_->uniform(name);
         if (values.size() != u.values.size())
@@ -30,9 +32,9 @@ public:
                                        " were given."));
         values_[std::size_t(&u - program_->uniforms.data())] = values;
     }
-    /// The components of the program's k-th uniform.
+    /// Returns the components of the program's k-th uniform.
     const std::vector<double>& uniform(std::size_t k) const { return values_[k]; }
-    /// All uniforms as they lie in their buffer.
+    /// Returns the contents of the buffer of the uniforms.
     std::vector<std::byte> uniform_bytes() const {
         std::vector<std::byte> bytes(program_->uniform_bytes);
         for (std::size_t k = 0; k < values_.size(); ++k) {
@@ -52,14 +54,17 @@ private:
     std::vector<std::vector<double>> values_;
 };
 
-/// The time step, in all that follows from it.
+/// Sets the time step, and the uniform that is computed from it.
+/// \param dt         [s]
+/// \param cell_size  [m]
 inline void set_time_step(Inputs& inputs, double dt, double cell_size) {
     inputs.set("time_step", {dt});
     inputs.set("place_per_velocity", {dt / cell_size});
 }
 
-/// The uniforms of a policy's parameters: of a boundary that has moved, with prefix "boundary".
-/// \throws usage_error if the program was made for another policy
+/// Sets the uniforms of a policy's parameters; for example those of a boundary that has moved.
+/// \param prefix  "material", "boundary" or "field"
+/// \throws usage_error  if the program was made for another policy
 template <class Policy>
 void set_parameters(Inputs& inputs, const Policy& policy, const std::string& prefix) {
     for_parameters(
@@ -73,12 +78,18 @@ void set_parameters(Inputs& inputs, const Policy& policy, const std::string& pre
         prefix + "_");
 }
 
-/// \throws parameter_error, as check_fits()
+/// Makes the inputs of a program from particles on the CPU. The program numbers the particles in the order of their
+/// slots.
+/// \param dt      time step [s]
+/// \param limits  of the device
+/// \throws parameter_error  if the domain is periodic, or for the reasons of check_fits()
+/// \throws particle_error   if a particle is lighter than 2^−86 kg
 template <int D, class State>
 Inputs make_inputs(const Program& program, const Domain<D>& domain, const Particles<float, D, State>& particles,
                    double dt, const Limits& limits = {}) {
     if (is_periodic(domain))
-        throw parameter_error("The domain is periodic, which firn's WGSL programs do not know yet: run it on the CPU.");
+        throw parameter_error(
+            "The domain is periodic, which firn's WGSL programs do not support: run the simulation on the CPU.");
     Inputs inputs(program);
     std::vector<std::size_t> slots;
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
@@ -100,12 +111,11 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     inputs.set("cell_size", {domain.cell_size});
     set_time_step(inputs, dt, domain.cell_size);
 
-    for (const std::size_t slot : slots)  // in sums of integers; on the CPU fixed_point_scale() knows more of them
+    for (const std::size_t slot : slots)  // the check in the CPU's fixed_point_scale() is more precise
         if (!(particles.mass(slot) >= 0x1p-86F))
             throw particle_error(sentence("Particle ", particles.id(slot), " has a mass of ", particles.mass(slot),
-                                          " kg; what is lighter than ", 0x1p-86,
-                                          " kg moves in coarse steps on a GPU. "
-                                          "Use units in which masses are larger."));
+                                          " kg; on a GPU, particles lighter than ", 0x1p-86,
+                                          " kg move in coarse steps. Use units in which masses are larger."));
 
     const FieldTable& table = particles.table();
     for (const Buffer& buffer : program.buffers) {
@@ -123,7 +133,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
         inputs.buffers.emplace_back(buffer.name, std::move(numbers));
     }
 
-    // Positions of nodes, rounded as the CPU's grid update does.
+    // The positions of nodes are rounded as in the CPU's grid update.
     std::vector<float> coordinates;
     for (int a = 0; a < D; ++a)
         for (int i = 0; i < int(inputs.nodes[std::size_t(a)]); ++i) {

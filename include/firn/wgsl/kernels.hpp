@@ -1,16 +1,18 @@
-/// \file What surrounds the definitions in a program: how particles and nodes are read and written, and the entry
-/// points. Every ${NAME} is put in by text.hpp. Nothing here is physics.
+/// \file The WGSL text that surrounds the definitions in a program: helper functions and entry points.
 ///
-/// Particles lie in structure-of-arrays buffers: number c of particle i at [c * params.capacity + i]. A particle's
-/// place counts, in cells, from `corner`, the lower corner of a block of 4^D cells, so that it is as fine far from the
-/// origin. The grid is dense, with one block of ghost nodes below the domain: node k lies at index k + 4 along each
-/// axis.
+/// text.hpp replaces every ${NAME}. There is no physics in these texts.
+///
+/// Particles lie in structure-of-arrays buffers: number c of particle i is at [c * params.capacity + i]. A particle's
+/// place is counted in cells from `corner`, the lower corner of a block of 4^D cells. Its resolution is therefore the
+/// same everywhere in the domain. The grid is dense, with one block of ghost nodes below the domain: node k is at index
+/// k + 4 along each axis.
 #pragma once
 
 #include <firn/core/requirements.hpp>
 
 namespace firn::wgsl::text {
 
+/// Functions that several entry points use: bits of floats, the status, indices of nodes.
 inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale. Numbers are f32
 // bits: of positive ones the order is the same.
@@ -42,10 +44,12 @@ fn nodes_from(k: ${VEC}) -> ${IVEC} {
 fn kernel_weights_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_WEIGHTS}); }
 )";
 
+/// The gradients of the weights, for programs whose G2P needs them.
 inline constexpr const char* gradient_helpers = R"(
 fn kernel_gradients_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_GRADIENTS}); }
 )";
 
+/// Entry point clear: resets the sums at the nodes, the counts and the status of a step.
 inline constexpr const char* clear = R"(
 @compute @workgroup_size(${GROUP})
 fn clear(${INVOCATION}) {
@@ -61,7 +65,7 @@ fn clear(${INVOCATION}) {
 }
 )";
 
-/// What the scale of the integers is chosen from.
+/// Entry points measure, measure_counts and choose_scale: choose the scale of the integers. \see stage/fixed_point.hpp
 inline constexpr const char* measure = R"(
 var<workgroup> largest: array<atomic<u32>, 3>;
 
@@ -118,8 +122,8 @@ fn nearest(x: vec4<f32>) -> vec4<i32> {
 }
 )";
 
-/// ${NAME}(i, scale, origin): adds particle i to the nodes; ${TARGET} is where node `node` and its number k are added
-/// up.
+/// A function ${NAME}(i, scale, origin) that adds particle i to the sums at the nodes. ${TARGET} is the array of sums,
+/// four integers per node, and `origin` the node that indices in it count from.
 inline constexpr const char* scatter = R"(
 fn ${NAME}(i: u32, scale: FixedPointScale, origin: ${IVEC}) {
     let place = load_place(i);
@@ -142,6 +146,7 @@ fn ${NAME}(i: u32, scale: FixedPointScale, origin: ${IVEC}) {
 }
 )";
 
+/// Entry point p2g: adds the particles to the grid directly.
 inline constexpr const char* p2g = R"(
 @compute @workgroup_size(${GROUP})
 fn p2g(${INVOCATION}) {
@@ -151,8 +156,9 @@ fn p2g(${INVOCATION}) {
 }
 )";
 
-/// P2G through workgroup memory: particles are counted and ordered by blocks of base nodes, one workgroup adds up a
-/// block's particles in an arena of its own and then the arena to the grid. Integers: the order makes no difference.
+/// Entry points clear_blocks to p2g_blocks: P2G through workgroup memory. They sort the particles by the block of their
+/// base node. One workgroup adds the particles of a block to sums in its memory, the arena, and then the arena to the
+/// grid. The sums are integers, so that their order makes no difference.
 inline constexpr const char* p2g_sorted = R"(
 fn block_count() -> u32 { return node_count() / ${BLOCK_NODES}u; }
 fn block_of(i: u32) -> u32 {
@@ -232,7 +238,7 @@ fn p2g_blocks(${INVOCATION}) {
 }
 )";
 
-/// Momentum sums become velocities, in the same memory.
+/// Entry point grid_update: replaces the sums at the nodes by velocities and masses, in-place.
 inline constexpr const char* grid_update = R"(
 @compute @workgroup_size(${GROUP})
 fn grid_update(${INVOCATION}) {
@@ -253,6 +259,7 @@ fn grid_update(${INVOCATION}) {
 }
 )";
 
+/// Entry points g2p, which updates and moves the particles, and initialise, which computes their stress at the start.
 inline constexpr const char* g2p = R"(
 fn velocity_at(node: u32) -> ${VEC} { return bitcast<vec4<f32>>(nodes[node]).${AXES}; }
 

@@ -1,4 +1,4 @@
-/// \file What a program consists of: uniforms, buffers, entry points; and which of them every program has.
+/// \file The parts of a program (uniforms, buffers, entry points), and the ones that every program has.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -18,52 +18,68 @@ namespace firn::wgsl {
 
 /// A number or vector that the host sets for all kernels.
 struct Uniform {
-    std::string name, type, unit, what;
-    std::size_t offset;          ///< [bytes]
-    std::vector<double> values;  ///< what it is unless the host says otherwise
+    std::string name,            ///< in the struct of uniforms
+        type,                    ///< in WGSL: "f32", "u32", "vec3<f32>", …
+        unit,                    ///< such as "m/s"; "1" if it has none
+        what;                    ///< what it is; empty for parameters of policies
+    std::size_t offset;          ///< in the buffer of the uniforms [bytes]
+    std::vector<double> values;  ///< components of the default value
 };
 
+/// A field of the particles within a buffer.
 struct Component {
-    std::string name;
-    int count;
-    std::string unit;
-    std::vector<double> start{};  ///< of a material's state: what it is in a body at rest
+    std::string name;             ///< such as "velocity"
+    int count;                    ///< numbers per particle
+    std::string unit;             ///< such as "m/s"
+    std::vector<double> start{};  ///< for a material's state: its numbers in a body at rest
 };
 
 /// A storage buffer of 32-bit numbers.
 struct Buffer {
-    std::string name, type;
-    int binding;
-    std::string per;  ///< "particle", "node", "block", "axis_node" or "program"
-    int count;        ///< numbers for each of these
-    std::vector<Component> components;
+    std::string name,                   ///< in the program
+        type;                           ///< of its numbers: "f32", "i32" or "u32"
+    int binding;                        ///< number of the binding in group 0
+    std::string per;                    ///< "particle", "node", "block", "axis_node" or "program"
+    int count;                          ///< numbers for each of these
+    std::vector<Component> components;  ///< fields of the particles, in their order; empty for other buffers
 };
 
+/// An entry point of a program, and how to dispatch it.
 struct EntryPoint {
-    std::string name;
-    std::string
-        per;  ///< one invocation each: "particle", "node"; one workgroup each: "block_workgroup", "one_workgroup"
-    int workgroup_size;
-    std::vector<std::pair<int, bool>> bindings;  ///< number; whether it is written to
+    std::string name;  ///< in the program
+    /// One invocation for each "particle" or "node"; or one workgroup for each block ("block_workgroup"), or one in all
+    /// ("one_workgroup").
+    std::string per;
+    int workgroup_size;                          ///< invocations per workgroup
+    std::vector<std::pair<int, bool>> bindings;  ///< number of the binding, and whether it is read_write
 };
 
-/// What the host runs.
+/// A WGSL program, with everything that a host needs to run it.
 struct Program {
-    std::string name;
-    int dimension;
-    std::string kernel, transfer, force, material, boundary, field;
-    int workgroup_size;
-    std::vector<Uniform> uniforms;
-    std::size_t uniform_bytes = 0;
-    std::vector<Buffer> buffers;
-    std::vector<EntryPoint> entry_points;
-    std::string code;
+    std::string name;                      ///< the dimension and the names of the policies
+    int dimension;                         ///< of space: 2 or 3
+    std::string kernel,                    ///< name of the kernel
+        transfer,                          ///< name of the transfer
+        force,                             ///< name of the force form
+        material,                          ///< name of the material
+        boundary,                          ///< name of the boundary
+        field;                             ///< name of the acceleration field
+    int workgroup_size;                    ///< of most entry points
+    std::vector<Uniform> uniforms;         ///< the members of the struct at binding 0
+    std::size_t uniform_bytes = 0;         ///< size of that struct, a multiple of 16
+    std::vector<Buffer> buffers;           ///< the storage buffers
+    std::vector<EntryPoint> entry_points;  ///< the entry points
+    std::string code;                      ///< the WGSL text
 
+    /// Returns the buffer of a given name.
+    /// \throws usage_error  if there is none
     const Buffer& buffer(const std::string& of_name) const {
         for (const Buffer& b : buffers)
             if (b.name == of_name) return b;
         throw usage_error("The program " + name + " has no buffer " + of_name + ".");
     }
+    /// Returns the uniform of a given name.
+    /// \throws usage_error  if there is none
     const Uniform& uniform(const std::string& of_name) const {
         for (const Uniform& u : uniforms)
             if (u.name == of_name) return u;
@@ -71,18 +87,22 @@ struct Program {
     }
 };
 
-/// What the texts of a program depend on, of its policies.
+/// The properties of the policies that the text of a program depends on.
 struct Facts {
-    int dimension, support, centre;
-    bool affine, weight_gradients;  ///< of the transfer, of the forces
-    bool sum_gradients;             ///< whether G2P needs the gradients of the weights; where forces do, it does
-    bool rate_dependent;            ///< the material's stress
-    bool stress_with_state;         ///< the material gives both at once
-    int workgroup_size;
+    int dimension,           ///< of space: 2 or 3
+        support,             ///< of the kernel [nodes along an axis]
+        centre;              ///< centre_node of the kernel
+    bool affine,             ///< whether the transfer is affine
+        weight_gradients;    ///< whether the force form uses gradients of the weights
+    bool sum_gradients;      ///< whether G2P needs gradients of the weights; always if the force form uses them
+    bool rate_dependent;     ///< whether the material's stress depends on the velocity gradient
+    bool stress_with_state;  ///< whether the material returns its new state and its stress together
+    int workgroup_size;      ///< of most entry points
 };
 
 namespace detail {
 
+/// Adds uniforms to a program at the offsets that WGSL gives them.
 class UniformLayout {
 public:
     UniformLayout(Program& program) : program_(program) {}
@@ -114,10 +134,10 @@ private:
     Program& program_;
 };
 
-/// Numbers of the bindings.
+/// The numbers of the bindings.
 enum Binding { params, motion, affine, stress, state, constants, nodes, status, counts, coordinates, blocks, order };
 
-/// The buffer that a field lies in.
+/// Returns the buffer that holds fields of a given role.
 inline Binding buffer_of(FieldRole role) {
     switch (role) {
         case FieldRole::motion:
@@ -135,8 +155,8 @@ inline Binding buffer_of(FieldRole role) {
     return constants;
 }
 
-/// f(name, field) for what lies in a buffer. Where a particle's block begins, in cells, lies beside its place in it,
-/// and both are numbers of the GPU's precision.
+/// Calls f(name, field) for every component of a buffer. A position has two components: `place` within the block, and
+/// `corner`, the lower corner of the block; both in cells.
 template <class F>
 void for_fields_in(int buffer, const FieldTable& table, const F& f) {
     for (const FieldInfo& field : table) {
@@ -146,7 +166,8 @@ void for_fields_in(int buffer, const FieldTable& table, const F& f) {
     }
 }
 
-/// \param table  of the particles' fields
+/// Adds the storage buffers.
+/// \param table  the fields of the particles
 inline void add_buffers(Program& program, const Facts& facts, const FieldTable& table) {
     const auto add = [&](const char* name, const char* type, Binding binding, const char* per, int count,
                          std::vector<Component> components = {}) {
@@ -176,7 +197,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add("order", "u32", order, "particle", 1, {{"order", 1, "1"}});
 }
 
-/// The entry points of kernels.hpp, and what each touches.
+/// Adds the entry points of kernels.hpp, each with the bindings that it uses.
 inline void add_entry_points(Program& program, const Facts& facts) {
     using Bindings = std::vector<std::pair<int, bool>>;
     const auto add = [&](const char* name, const char* per, int size, Bindings bindings) {

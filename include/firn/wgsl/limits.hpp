@@ -1,4 +1,4 @@
-/// \file What a device allows, and how many particles fit.
+/// \file The limits of a device, and checks that a program fits.
 #pragma once
 
 #include <firn/wgsl/layout.hpp>
@@ -7,7 +7,7 @@
 
 namespace firn::wgsl {
 
-/// The limits of WebGPU that a program can meet; by default those that every device has.
+/// The limits of WebGPU that matter to a program. The default values are those that every device guarantees.
 struct Limits {
     std::uint64_t storage_binding_bytes = 128ULL << 20;  ///< maxStorageBufferBindingSize
     std::uint64_t buffer_bytes = 256ULL << 20;           ///< maxBufferSize
@@ -15,13 +15,16 @@ struct Limits {
     int storage_buffers_per_stage = 8;                   ///< maxStorageBuffersPerShaderStage
 };
 
-/// How many a dispatch has along x and y: any number of groups fits.
+/// The size of a dispatch, in workgroups.
 struct Dispatch {
-    std::uint32_t x, y;
+    std::uint32_t x,  ///< workgroups along x
+        y;            ///< workgroups along y; more than one only if x is at its limit
 };
 
-/// \param invocations  at least that many
-/// \throws parameter_error if even two dimensions are not enough
+/// Returns a dispatch of at least `invocations` invocations. It continues along y where x reaches the device's limit.
+/// \param invocations     invocations that are needed
+/// \param workgroup_size  invocations per workgroup
+/// \throws parameter_error  if two dimensions are not enough
 inline Dispatch dispatch(std::uint64_t invocations, int workgroup_size, const Limits& limits = {}) {
     const std::uint64_t groups =
         std::max<std::uint64_t>(1, (invocations + std::uint64_t(workgroup_size) - 1) / std::uint64_t(workgroup_size));
@@ -32,14 +35,17 @@ inline Dispatch dispatch(std::uint64_t invocations, int workgroup_size, const Li
     return {std::uint32_t(x), std::uint32_t(y)};
 }
 
-/// Nodes along an axis of the dense grid: the domain's, one block of ghosts below and one or more rows above, in whole
-/// blocks.
+/// Returns the number of nodes along an axis of the dense grid, a multiple of 4: the nodes of the domain, one block of
+/// ghost nodes below and at least three ghost nodes above.
+/// \param cells  cells of the domain along the axis
 inline std::uint32_t grid_nodes(int cells) {
     return std::uint32_t(block_size) * std::uint32_t((cells + block_size - 1) / block_size + 2);
 }
 
-/// \param nodes  along each axis
-/// \throws parameter_error that names the limit, and how many particles or nodes fit
+/// Checks that the buffers and the entry points of a program stay within the limits of a device.
+/// \param particles  particles that the buffers have room for
+/// \param nodes      nodes along each axis
+/// \throws parameter_error  naming the limit that is exceeded, and how many particles or nodes fit
 inline void check_fits(const Program& program, std::uint64_t particles, const std::vector<std::uint32_t>& nodes,
                        const Limits& limits = {}) {
     std::uint64_t all_nodes = 1;
@@ -50,13 +56,14 @@ inline void check_fits(const Program& program, std::uint64_t particles, const st
     for (const Buffer& b : program.buffers) {
         const std::uint64_t each = 4 * std::uint64_t(b.count);
         if (b.per == "particle" && particles > most / each)
-            throw parameter_error(sentence("The buffer '", b.name, "' takes ", each, " bytes a particle and may have ",
-                                           most, " bytes (", name, "): ", most / each, " particles fit, ", particles,
-                                           " were given."));
+            throw parameter_error(sentence("The buffer '", b.name, "' needs ", each,
+                                           " bytes per particle and can have at most ", most, " bytes (", name,
+                                           "): ", most / each, " particles fit, ", particles, " were given."));
         if (b.per == "node" && all_nodes > most / each)
-            throw parameter_error(sentence("The buffer '", b.name, "' takes ", each, " bytes a node and may have ",
-                                           most, " bytes (", name, "): ", most / each, " nodes fit, the grid has ",
-                                           all_nodes, ". Use larger cells or a smaller domain."));
+            throw parameter_error(sentence("The buffer '", b.name, "' needs ", each,
+                                           " bytes per node and can have at most ", most, " bytes (", name,
+                                           "): ", most / each, " nodes fit, the grid has ", all_nodes,
+                                           ". Use larger cells or a smaller domain."));
     }
     for (const EntryPoint& e : program.entry_points)
         if (int(e.bindings.size()) - 1 > limits.storage_buffers_per_stage)

@@ -1,4 +1,4 @@
-/// \file How a host runs a program: its manifest in JSON.
+/// \file Writes the manifest of a program: JSON that tells a host how to run it.
 #pragma once
 
 #include <firn/core/json.hpp>
@@ -7,14 +7,15 @@
 
 namespace firn::wgsl {
 
-/// The order of a program's entry points in a step; the second with P2G through workgroup memory.
+/// The entry points of a step in their order, with direct P2G.
 inline const std::vector<std::string> step_order{"clear",       "measure", "measure_counts", "choose_scale", "p2g",
                                                  "grid_update", "g2p"};
+/// The entry points of a step in their order, with P2G through workgroup memory.
 inline const std::vector<std::string> sorted_step_order{
     "clear",       "measure",         "measure_counts", "choose_scale", "clear_blocks", "count_blocks",
     "scan_blocks", "order_particles", "p2g_blocks",     "grid_update",  "g2p"};
 
-/// What status word 0 means, from 1 on.
+/// The sentence of each error. Word 0 of the buffer "status" is one more than the index, or 0 without an error.
 inline const std::vector<std::string> error_sentences{
     "The momentum that a node may receive is not finite: the simulation has blown up. Reduce the time step, or look at "
     "the initial state.",
@@ -27,22 +28,25 @@ inline const std::vector<std::string> error_sentences{
     "A particle has left the domain. Compare the time step with its bound, and look for a force or a stiffness that is "
     "too large."};
 
-/// How to run the program, for hosts in any language. All bindings are in group 0; two variables of the program may
-/// share a binding (the same buffer as atomics and as vectors), never within one entry point.
+/// Returns the manifest, which tells hosts in any language how to run the program.
+///
+/// All bindings are in group 0. Two variables of the program may share a binding (one buffer as atomics and as
+/// vectors), but not within one entry point. The manifest has these entries:
 ///
 ///     uniforms   binding, bytes, fields: name, type, offset [bytes], unit, default
-///     buffers    name, binding, type, per, count: so many 32-bit numbers for each particle, node, cell (as many as
-///                nodes), block (of 4^D nodes), axis_node (nodes along x, then y, then z) or once (program).
-///                Of particles, number c of particle i lies at [c * capacity + i]; `components` names the numbers, and
-///                of a state has the default: that of a body at rest.
-///     kernels    entry, workgroup_size, bindings (number, access), per: one invocation each "particle" or "node"; one
-///                workgroup for each block ("block_workgroup"), or one. x = min(groups, 65535), y = ceil(groups / x).
-///     initialise, step, step_sorted   entry points in their order; the last has P2G through workgroup memory
-///     status     which 32-bit word of the buffer "status" is what; f32 bits, but for error and particle
-///     errors     what an error says; after one nothing is changed any more
+///     buffers    name, binding, type, per, count: `count` 32-bit numbers for each particle, node, block (of 4^D
+///                nodes), axis_node (nodes along x, then y, then z) or once (program). In buffers of particles,
+///                number c of particle i is at [c * capacity + i]; `components` lists the fields of the particles.
+///                Fields of a material's state have a default, their value in a body at rest.
+///     kernels    entry, workgroup_size, bindings (number, access), per: one invocation for each "particle" or "node";
+///                one workgroup for each block ("block_workgroup") or one in all ("one_workgroup"). A dispatch has
+///                x = min(groups, 65535) and y = ceil(groups / x).
+///     initialise, step, step_sorted   entry points in their order; step_sorted has P2G through workgroup memory
+///     status     the index of each 32-bit word in the buffer "status"; error and particle are u32, the others f32
+///     errors     the sentence of each error; after an error, steps change nothing
 ///
-/// Nodes along an axis: four times (blocks that hold the cells, and two more). Lattice coordinate k lies at index k +
-/// 4, the last axis fastest. A particle's position is lower + h (corner + place) [m].
+/// The number of nodes along an axis is 4 (b + 2), where b blocks hold the cells. The node with lattice coordinate k is
+/// at index k + 4, and the last axis is the fastest. A particle's position is lower + h (corner + place) [m].
 inline std::string manifest(const Program& program) {
     Json json;
     json.object([&] {

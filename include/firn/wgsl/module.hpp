@@ -1,4 +1,4 @@
-/// \file The parts of a WGSL module: structs, and functions recorded from definitions.
+/// \file Collects the structs and functions of a WGSL module, recording the functions from definitions.
 #pragma once
 
 #include <firn/wgsl/body.hpp>
@@ -6,13 +6,17 @@
 
 namespace firn::wgsl {
 
+/// The structs and functions of a WGSL module.
 class Module {
 public:
-    /// A function of WGSL from a definition.
-    /// \tparam Arguments  its parameters' types
-    /// \param comment     which definition it comes from
-    /// \param names       its parameters' names
-    /// \param definition  called once, with inputs
+    /// Records a definition and adds it as a function of WGSL, with the structs that it needs.
+    /// \tparam Arguments  types of the parameters, each with a shape
+    /// \param name        the function's name
+    /// \param comment     where the definition comes from; becomes a comment in the module
+    /// \param names       names of the parameters
+    /// \param definition  called once with recorded arguments; the type of its result has a shape
+    /// \throws usage_error  if the definition leaves a number of its result without a value, or reads a number that has
+    ///                      none
     template <class... Arguments, class Definition>
     void function(const std::string& name, const std::string& comment, const std::vector<std::string>& names,
                   const Definition& definition) {
@@ -29,7 +33,7 @@ public:
             });
             return value;
         };
-        // Braces: from the first to the last.
+        // Braces guarantee the order from the first argument to the last.
         const std::tuple<Arguments...> arguments{input(std::type_identity<Arguments>{})...};
         Result result = std::apply(definition, arguments);
         declare<Result>();
@@ -37,7 +41,8 @@ public:
         std::vector<int> outputs;
         for_components(result, [&](const recorded& component) { outputs.push_back(component.node); });
         for (const int output : outputs)
-            if (output == nothing) throw usage_error("The definition of " + name + " leaves a number without a value.");
+            if (output == nothing)
+                throw usage_error("The definition of " + name + " leaves a number of its result without a value.");
         std::vector<std::string> taken = names;
         taken.push_back("params");
         const Body body(recording.graph, outputs, taken);
@@ -46,6 +51,7 @@ public:
                       shape<Result>::build(result, [&](const recorded& x) { return body.text(x.node); }) + ";\n}\n\n";
     }
 
+    /// Declares the structs that type T needs, each once.
     template <class T>
     void declare() {
         shape<T>::declare([&](const std::string& name, const std::string& text) {
@@ -55,6 +61,7 @@ public:
         });
     }
 
+    /// Returns the module: structs, then functions in the order in which they were added.
     std::string text() const {
         std::string all;
         for (const auto& [_, text] : structs_) all += text + "\n";

@@ -1,4 +1,4 @@
-/// \file From a simulation's policies to a complete WGSL program.
+/// \file Makes a complete WGSL program from the policies of a simulation.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -39,9 +39,13 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
 
 }  // namespace detail
 
-/// A program for these policies. What a policy holds besides its parameters (a wall's kind of contact) becomes part of
-/// the text; its parameters become uniforms.
-/// \throws parameter_error from the boundary's check
+/// Makes the WGSL program of a simulation with these policies.
+///
+/// The parameters of the policies become uniforms. Their other members, such as the contact of a wall, become part of
+/// the text.
+/// \tparam Transfer        Pic or Apic
+/// \param workgroup_size   invocations per workgroup in most entry points
+/// \throws parameter_error  if the boundary's parameters are not valid
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary,
           class Field = Gravity<float, D>>
 Program make_program(const Material& material, const Boundary& boundary, const Field& field = {},
@@ -49,9 +53,10 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
     static_assert(
         !blends_velocities<Transfer> && !refines_velocities<Transfer>,
-        "firn: FLIP, AFLIP, ASFLIP and FMPM take further passes, for which there are no WGSL kernels yet; use Pic "
-        "or Apic.");
-    static_assert(Kernel::support <= block_size, "one block of ghost nodes holds what a particle at a face reaches");
+        "firn: FLIP, AFLIP, ASFLIP and FMPM take further passes, for which there are no WGSL kernels; use Pic or "
+        "Apic.");
+    static_assert(Kernel::support <= block_size,
+                  "one block of ghost nodes holds all nodes beyond the domain that a particle reaches");
     using State = material_state_t<with_scalar_t<Material, recorded>, D>;
     static_assert(std::tuple_size_v<decltype(State::fields())> > 0, "firn: a struct of WGSL has at least one member");
     const Facts facts{D,

@@ -1,4 +1,4 @@
-/// \file How a value of C++ looks in WGSL: its type, its components, and how it is put together from them.
+/// \file Translates values of C++ to WGSL: their types, their components, and expressions that construct them.
 #pragma once
 
 #include <firn/core/parameters.hpp>
@@ -11,11 +11,11 @@
 
 namespace firn::wgsl {
 
-/// What follows from a type T made of recorded numbers:
-///     type()             its name in WGSL
-///     declare(add)       calls add(name, text) for every struct that it needs, before those that use it
-///     visit(value, text, f)   f(component, its text) for every component of a value that is written as `text`
-///     build(value, f)    the expression that puts the value together from f(component)
+/// The translation to WGSL of a type T that is made of recorded numbers. Each specialisation has these functions:
+///     type()                  returns the name of the type in WGSL
+///     declare(add)            calls add(name, text) for every struct that the type needs, a struct before its users
+///     visit(value, text, f)   calls f(component, its text) for every number of a value whose text is `text`
+///     build(value, f)         returns the expression that constructs the value from the texts f(component)
 template <class T>
 struct shape;
 
@@ -41,8 +41,13 @@ struct plain_shape {
 
 }  // namespace detail
 
+/// A vector: vecN\<f32>.
 template <class S, int N>
 struct shape<Vec<S, N>> : detail::plain_shape<S> {
+    /// \name Interface of shape
+    /// @{
+
+    /// See shape.
     static std::string type() { return "vec" + std::to_string(N) + "<" + shape<S>::type() + ">"; }
     template <class F>
     static void visit(Vec<S, N>& value, const std::string& text, const F& f) {
@@ -54,10 +59,16 @@ struct shape<Vec<S, N>> : detail::plain_shape<S> {
         for (int i = 0; i < N; ++i) parts.push_back(f(value[i]));
         return type() + "(" + detail::joined(parts, ", ") + ")";
     }
+    /// @}
 };
 
+/// A matrix: matDxD\<f32>, column after column.
 template <class S, int D>
 struct shape<Mat<S, D>> : detail::plain_shape<S> {
+    /// \name Interface of shape
+    /// @{
+
+    /// See shape.
     static std::string type() {
         return "mat" + std::to_string(D) + "x" + std::to_string(D) + "<" + shape<S>::type() + ">";
     }
@@ -72,12 +83,17 @@ struct shape<Mat<S, D>> : detail::plain_shape<S> {
         for (int j = 0; j < D; ++j) columns.push_back(shape<Vec<S, D>>::build(value.column(j), f));
         return type() + "(" + detail::joined(columns, ", ") + ")";
     }
+    /// @}
 };
 
-/// Numbers become a vector (one of them: itself), anything else an array.
+/// An array of one number: the number.
 template <class T>
     requires scalar<T>
 struct shape<std::array<T, 1>> : detail::plain_shape<T> {
+    /// \name Interface of shape
+    /// @{
+
+    /// See shape.
     static std::string type() { return shape<T>::type(); }
     template <class F>
     static void visit(std::array<T, 1>& value, const std::string& text, const F& f) {
@@ -87,10 +103,18 @@ struct shape<std::array<T, 1>> : detail::plain_shape<T> {
     static std::string build(const std::array<T, 1>& value, const F& f) {
         return f(value[0]);
     }
+    /// @}
 };
+
+/// An array: a vector if its elements are numbers, an array otherwise.
 template <class T, std::size_t N>
 struct shape<std::array<T, N>> {
-    static constexpr bool numbers = scalar<T>;
+    static constexpr bool numbers = scalar<T>;  ///< whether the elements are numbers
+
+    /// \name Interface of shape
+    /// @{
+
+    /// See shape.
     static std::string type() {
         if constexpr (numbers)
             return shape<Vec<T, int(N)>>::type();
@@ -115,14 +139,16 @@ struct shape<std::array<T, N>> {
         for (const T& part : value) parts.push_back(shape<T>::build(part, f));
         return type() + "(" + detail::joined(parts, ", ") + ")";
     }
+    /// @}
 };
 
-/// A member of a struct: its name and how to reach it.
+/// A member of a struct: its name in WGSL, and a pointer to it.
 template <class Owner, class Member>
 struct member {
-    const char* name;
-    Member Owner::* pointer;
+    const char* name;         ///< in WGSL
+    Member Owner::* pointer;  ///< in C++
 };
+/// Deduces the types from the pointer.
 template <class Owner, class Member>
 member(const char*, Member Owner::*) -> member<Owner, Member>;
 
@@ -133,10 +159,14 @@ template <class T>
 inline constexpr bool is_empty_array<std::array<T, 0>> = true;
 }  // namespace detail
 
-/// A struct. Derived gives `name()` and `members()`, a tuple of member{…}; empty arrays among them are left out.
+/// The shape of a struct.
+/// \tparam Derived  has name(), the name of the struct in WGSL, and members(), a tuple of member{…}. Members that are
+///                  empty arrays are left out.
 template <class T, class Derived>
 struct struct_shape {
+    /// Returns the name of the struct in WGSL.
     static std::string type() { return Derived::name(); }
+    /// Calls add(name, text) for the structs of the members, then for this one.
     template <class Add>
     static void declare(const Add& add) {
         std::string text = "struct " + type() + " {\n";
@@ -147,6 +177,7 @@ struct struct_shape {
         });
         add(type(), text + "}\n");
     }
+    /// Calls f(component, its text) for every number of the members.
     template <class F>
     static void visit(T& value, const std::string& text, const F& f) {
         for_members([&](const char* name, auto pointer) {
@@ -154,6 +185,7 @@ struct struct_shape {
             shape<std::remove_cvref_t<decltype(part)>>::visit(part, text + "." + name, f);
         });
     }
+    /// Returns the expression that constructs the struct from the texts f(component).
     template <class F>
     static std::string build(const T& value, const F& f) {
         std::vector<std::string> parts;

@@ -1,4 +1,4 @@
-/// \file The records of the stages as structs of WGSL.
+/// \file Shapes of the records of the stages: each becomes a struct of WGSL.
 #pragma once
 
 #include <firn/material/concept.hpp>
@@ -9,109 +9,174 @@
 
 namespace firn::wgsl {
 
+/// Shape of P2GParticle.
 template <class S, int D>
 struct shape<P2GParticle<S, D>> : struct_shape<P2GParticle<S, D>, shape<P2GParticle<S, D>>> {
-    using T = P2GParticle<S, D>;
+    using T = P2GParticle<S, D>;  ///< the struct in C++
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// See struct_shape.
     static std::string name() { return "P2GParticle"; }
     static constexpr auto members() {
         return std::tuple{member{"mass", &T::mass}, member{"volume", &T::volume}, member{"velocity", &T::velocity},
                           member{"affine", &T::affine}, member{"stress", &T::stress}};
     }
+    /// @}
 };
 
+/// Shape of P2GRecord.
 template <class S, int D>
 struct shape<P2GRecord<S, D>> : struct_shape<P2GRecord<S, D>, shape<P2GRecord<S, D>>> {
-    using T = P2GRecord<S, D>;
+    using T = P2GRecord<S, D>;  ///< the struct in C++
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// See struct_shape.
     static std::string name() { return "P2GRecord"; }
     static constexpr auto members() {
         return std::tuple{member{"mass", &T::mass}, member{"momentum", &T::momentum}, member{"affine", &T::affine},
                           member{"gradient", &T::gradient}};
     }
+    /// @}
 };
 
+/// Shape of OpenRecord.
 template <class V, int Open, bool Gradients>
 struct shape<OpenRecord<V, Open, Gradients>>
     : struct_shape<OpenRecord<V, Open, Gradients>, shape<OpenRecord<V, Open, Gradients>>> {
-    using T = OpenRecord<V, Open, Gradients>;
+    using T = OpenRecord<V, Open, Gradients>;  ///< the struct in C++
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// See struct_shape.
     static std::string name() { return "OpenRecord" + std::to_string(Open); }
     static constexpr auto members() {
         return std::tuple{member{"value", &T::value}, member{"column", &T::column}, member{"gradient", &T::gradient}};
     }
+    /// @}
 };
 
+/// Shape of PartialSums.
 template <class V, int Closed, bool Moments, bool Gradients>
 struct shape<PartialSums<V, Closed, Moments, Gradients>>
     : struct_shape<PartialSums<V, Closed, Moments, Gradients>, shape<PartialSums<V, Closed, Moments, Gradients>>> {
-    using T = PartialSums<V, Closed, Moments, Gradients>;
+    using T = PartialSums<V, Closed, Moments, Gradients>;  ///< the struct in C++
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// See struct_shape.
     static std::string name() { return "Sums" + std::to_string(Closed); }
     static constexpr auto members() {
         return std::tuple{member{"value", &T::value}, member{"moment", &T::moment}, member{"gradient", &T::gradient}};
     }
+    /// @}
 };
 
+/// Shape of G2PResult.
 template <class S, int D>
 struct shape<G2PResult<S, D>> : struct_shape<G2PResult<S, D>, shape<G2PResult<S, D>>> {
-    using T = G2PResult<S, D>;
+    using T = G2PResult<S, D>;  ///< the struct in C++
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// See struct_shape.
     static std::string name() { return "G2PResult"; }
     static constexpr auto members() {
         return std::tuple{member{"velocity", &T::velocity}, member{"affine", &T::affine},
                           member{"velocity_gradient", &T::velocity_gradient}};
     }
+    /// @}
 };
 
+/// Shape of StateAndStress.
 template <class State, class S, int D>
 struct shape<StateAndStress<State, S, D>>
     : struct_shape<StateAndStress<State, S, D>, shape<StateAndStress<State, S, D>>> {
-    using T = StateAndStress<State, S, D>;
+    using T = StateAndStress<State, S, D>;  ///< the struct in C++
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// See struct_shape.
     static std::string name() { return "StateAndStress"; }
     static constexpr auto members() { return std::tuple{member{"state", &T::state}, member{"stress", &T::stress}}; }
+    /// @}
 };
 
+/// Shape of G2PMove.
 template <class S, int D>
 struct shape<G2PMove<S, D>> : struct_shape<G2PMove<S, D>, shape<G2PMove<S, D>>> {
-    using T = G2PMove<S, D>;
+    using T = G2PMove<S, D>;  ///< the struct in C++
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// See struct_shape.
     static std::string name() { return "G2PMove"; }
     static constexpr auto members() {
         return std::tuple{member{"position", &T::position}, member{"outside", &T::outside}};
     }
+    /// @}
 };
 
+/// Shape of FixedPointLoad.
 template <class S>
 struct shape<FixedPointLoad<S>> : struct_shape<FixedPointLoad<S>, shape<FixedPointLoad<S>>> {
-    using T = FixedPointLoad<S>;
+    using T = FixedPointLoad<S>;  ///< the struct in C++
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// See struct_shape.
     static std::string name() { return "FixedPointLoad"; }
     static constexpr auto members() {
         return std::tuple{member{"momentum", &T::momentum}, member{"gradient", &T::gradient}, member{"mass", &T::mass},
                           member{"particles", &T::particles}};
     }
+    /// @}
 };
 
+/// Shape of FixedPointBound.
 template <class S>
 struct shape<FixedPointBound<S>> : struct_shape<FixedPointBound<S>, shape<FixedPointBound<S>>> {
-    using T = FixedPointBound<S>;
+    using T = FixedPointBound<S>;  ///< the struct in C++
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// See struct_shape.
     static std::string name() { return "FixedPointBound"; }
     static constexpr auto members() {
         return std::tuple{member{"momentum", &T::momentum}, member{"mass", &T::mass},
                           member{"contributions", &T::contributions}};
     }
+    /// @}
 };
 
+/// Shape of FixedPointScale.
 template <class S>
 struct shape<FixedPointScale<S>> : struct_shape<FixedPointScale<S>, shape<FixedPointScale<S>>> {
-    using T = FixedPointScale<S>;
+    using T = FixedPointScale<S>;  ///< the struct in C++
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// See struct_shape.
     static std::string name() { return "FixedPointScale"; }
     static constexpr auto members() { return std::tuple{member{"momentum", &T::momentum}, member{"mass", &T::mass}}; }
+    /// @}
 };
 
-/// The state of a material: whatever lists its fields(). \see material/concept.hpp
+/// Shape of the state of a material, a type with fields(). \see material/concept.hpp
 template <class T>
     requires requires { T::fields(); }
 struct shape<T> : struct_shape<T, shape<T>> {
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// See struct_shape.
     static std::string name() { return "State"; }
     static constexpr auto members() {
         return std::apply([](const auto&... field) { return std::tuple{member{field.name, field.member}...}; },
                           T::fields());
     }
+    /// @}
 };
 
 }  // namespace firn::wgsl

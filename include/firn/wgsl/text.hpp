@@ -1,4 +1,4 @@
-/// \file The text of a program around its definitions.
+/// \file Writes the part of a program that surrounds its definitions.
 #pragma once
 
 #include <firn/stage/fixed_point.hpp>
@@ -10,10 +10,11 @@ namespace firn::wgsl {
 
 namespace detail {
 
+/// Names, each with the text that replaces it.
 using Names = std::vector<std::pair<std::string, std::string>>;
 
-/// Puts in every ${NAME}. What is put in is not looked through again.
-/// \throws usage_error  for a name that is not there, or has no end
+/// Replaces every ${NAME} by its text. The replacements are not searched again.
+/// \throws usage_error  if a name is unknown, or its closing brace is missing
 inline std::string replaced(std::string_view text, const Names& names) {
     std::string out;
     for (std::size_t at = 0, next; at < text.size(); at = next) {
@@ -24,14 +25,14 @@ inline std::string replaced(std::string_view text, const Names& names) {
         const std::string_view name = text.substr(begin + 2, end - begin - 2);
         const auto found = std::find_if(names.begin(), names.end(), [&](const auto& one) { return one.first == name; });
         if (end == text.size() || found == names.end())
-            throw usage_error(sentence("A program's text asks for ${", name, "}, which nothing is put in for."));
+            throw usage_error(sentence("A program's text contains ${", name, "}, for which there is no replacement."));
         out += found->second;
         next = end + 1;
     }
     return out;
 }
 
-/// f(0), f(1), …, joined.
+/// Joins f(0), f(1), …
 template <class F>
 std::string listed(int count, const F& f, const char* between = ", ") {
     std::vector<std::string> parts;
@@ -39,11 +40,13 @@ std::string listed(int count, const F& f, const char* between = ", ") {
     return joined(parts, between);
 }
 
+/// A matrix of zeros.
 inline std::string no_matrix(int D) { return "mat" + std::to_string(D) + "x" + std::to_string(D) + "<f32>()"; }
 
-/// load_NAME(i), and store_NAME(i, value) unless the buffer is only read, for a value that begins at number `first` of
-/// a particle in a buffer.
-/// \param number  number(k): which number the value's k-th component is
+/// Writes the function load_NAME(i) for a value in a buffer.
+/// \param stores  whether to write store_NAME(i, value), too
+/// \param first   the value begins at this number of a particle
+/// \param number  number(k) is the position of component k within the value's numbers
 template <class T, class Number>
 std::string accessors(const std::string& name, const std::string& buffer, bool stores, int first,
                       const Number& number) {
@@ -54,7 +57,7 @@ std::string accessors(const std::string& name, const std::string& buffer, bool s
                                             : std::to_string(c) + "u * params.capacity + ";
         return buffer + "[" + offset + "i]";
     };
-    Recording recording;  // the value's numbers are not used, but made
+    Recording recording;  // needed to make the numbers of `value`, which are not used
     T value{};
     int k = 0, s = 0;
     std::string text = "fn load_" + name + "(i: u32) -> " + shape<T>::type() + " {\n    return " +
@@ -66,7 +69,7 @@ std::string accessors(const std::string& name, const std::string& buffer, bool s
     return text + "}\n";
 }
 
-/// Writes what differs between dimensions, kernels and policies in the texts of kernels.hpp.
+/// Fills in the parts of the texts in kernels.hpp that depend on the dimension and the policies.
 class KernelText {
 public:
     explicit KernelText(const Facts& facts) : facts_(facts), D_(facts.dimension) {}
@@ -84,14 +87,15 @@ public:
 
 private:
     static std::string axis(int a) { return std::string(1, "xyz"[a]); }
-    static std::string counter(int a) { return std::string(1, "abc"[a]); }  // of a loop along a leading axis
+    static std::string counter(int a) { return std::string(1, "abc"[a]); }  // of the loop along a leading axis
     std::string vec(const char* of) const { return "vec" + std::to_string(D_) + "<" + of + ">"; }
     static std::string indented(int depth) { return "\n" + std::string(std::size_t(4 * depth), ' '); }
     static std::string from_zero(const std::string& name, int count) {
         return "for (var " + name + " = 0; " + name + " < " + std::to_string(count) + "; " + name + "++) {";
     }
 
-    // Of a D-dimensional array with n(a) entries along axis a, the last axis fastest: where entry `at` lies, and back.
+    // For a D-dimensional array with n(a) entries along axis a, the last axis fastest: flat() writes the index of entry
+    // `at`, entry_at() the entry at index i.
     template <class Along>
     std::string flat(const std::string& at, const Along& n) const {
         std::string text = at + ".x";
@@ -112,11 +116,11 @@ private:
     std::string arena_along(int) const { return std::to_string(arena_size()); }
     int power(int x) const { return D_ == 2 ? x * x : x * x * x; }
 
-    /// The node at the loops' counters from `first` on.
+    /// The node at `first` plus the loops' counters.
     std::string node_from(const char* first) const {
         return first + (" + " + vec("i32")) + "(" + listed(D_ - 1, counter) + ", k)";
     }
-    /// One number, or a vector of those along the leading axes.
+    /// f(0) in 2D; in 3D a vector of f(0) and f(1), one for each leading axis.
     template <class F>
     std::string leading(const F& f) const {
         return D_ == 2 ? f(0) : "vec2<f32>(" + listed(D_ - 1, f) + ")";
@@ -124,10 +128,11 @@ private:
     static std::string of_axis(const char* table, int a) {
         return table + ("[" + std::to_string(a) + "][" + counter(a) + "]");
     }
-    /// Products of the leading axes' weights, in the order of the CPU's lane loop; with axis a's gradient.
+    /// The product of the weights along the leading axes, in the same order as on the CPU.
     std::string weight() const {
         return listed(D_ - 1, [](int a) { return of_axis("w", a); }, " * ");
     }
+    /// The same product with the gradient along axis a instead of its weight.
     std::string weight_with_gradient(int a) const {
         return of_axis("g", a) + (D_ == 3 ? " * " + of_axis("w", 1 - a) : "");
     }
@@ -148,7 +153,7 @@ private:
                "fn arena_node(at: " + vec("i32") + ") -> u32 { return u32(" + flat("at", along) + "); }\n";
     }
 
-    /// Axis 0 innermost, the last axis outermost.
+    /// The loops of G2P: axis 0 is the innermost, the last axis the outermost.
     std::string gather() const {
         const auto counter_of = [&](int a) { return a == D_ - 1 ? std::string("k") : counter(a); };
         std::string text;
@@ -171,7 +176,7 @@ private:
         return text;
     }
 
-    /// `state` and `stress` after the step.
+    /// Statements that compute `state` and `stress` after the step.
     std::string update() const {
         const std::string arguments = "(load_state(i), taken.velocity_gradient);";
         if (facts_.stress_with_state)
@@ -235,7 +240,7 @@ private:
     int D_;
 };
 
-/// The struct of uniforms and the bindings.
+/// Declares the struct of the uniforms, and the bindings.
 inline std::string declarations(const Program& program) {
     std::string text = "struct Params {\n";
     for (const Uniform& u : program.uniforms)
@@ -264,7 +269,7 @@ inline std::string declarations(const Program& program) {
     return text;
 }
 
-/// How a field of that shape is read and written.
+/// Writes the functions that load and store a field of a given shape.
 template <int D>
 std::string field_accessors(FieldShape of, const std::string& name, const std::string& buffer, bool stores, int first) {
     const auto in_order = [](int k) { return k; };
@@ -282,7 +287,7 @@ std::string field_accessors(FieldShape of, const std::string& name, const std::s
     return accessors<Mat<recorded, D>>(name, buffer, stores, first, of_symmetric);
 }
 
-/// How particles are read and written: by the fields of the table, and the state as a whole.
+/// Writes the functions that load and store particles: one field of the table each, the material's state as a whole.
 template <int D, class State>
 std::string particle_accessors(const Program& program, const FieldTable& table, bool affine_fields) {
     std::string text;
