@@ -106,7 +106,7 @@ public:
     void add_load(const Body& body, const OfParticle& force) {
         static_assert(
             detail::returns_numbers<OfParticle, Vec<double, D>, double>,
-            "firn: this load returns an expression that refers to values that no longer exist after it has returned. "
+            "firn: this load returns an expression, which refers to values that are gone when it has returned. "
             "Give it a return type that holds the numbers: -> Eigen::Vector3d.");
         self().mine().add(Load<D>{body, force});
     }
