@@ -28,8 +28,8 @@ struct G2PResult {
     Mat<S, D> velocity_gradient;  ///< ∇v, which moves F [1/s]
 };
 
-/// A particle's velocity, C and velocity gradient from its sums. The velocity gradient is C if MLS forces, which are
-/// dual to it, act (Hu et al. 2018, §4), and Σ v_i ⊗ ∇N_i otherwise.
+/// A particle's velocity, C and velocity gradient from its sums. If the transfer is affine and MLS forces act, which
+/// are dual to C (Hu et al. 2018, §4), the velocity gradient is C. Otherwise it is Σ v_i ⊗ ∇N_i.
 /// \param d  the particle's position from its centre node, in cells;  \param h  cell size [m]
 template <class Kernel, class Transfer, class Force, scalar S, int D>
 FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<S, D>& d, const S& h) {
@@ -53,8 +53,7 @@ FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<
 template <class S, int D>
 struct G2PMove {
     Vec<S, D> position;  ///< the new position, kept between two corners
-    S outside;  ///< the largest distance along an axis by which it would have left them; not positive if it stays
-                ///< inside
+    S outside;           ///< how far it would have gone beyond them along any axis; not positive if it stays inside
 };
 /// Moves a particle by its velocity, and keeps it between two corners.
 /// \param per_velocity  the factor from a velocity [m/s] to the motion in dt, in units of the position
