@@ -26,6 +26,9 @@ enum class Adding {
 };
 
 /// Sums are in integers. They have the same bits for any number of threads and any order of the particles.
+///
+/// If a scale is not given, P2G takes the largest for which no sum can overflow. A given scale that could overflow is
+/// refused with an overflow_error.
 /// \tparam Integer  std::int32_t, as on a GPU, or std::int64_t, whose error is negligible beside that of float
 /// \tparam How      how threads add
 template <class Integer = std::int32_t, Adding How = Adding::atomic>
@@ -34,9 +37,7 @@ struct FixedPoint {
     static constexpr const char* name =
         How == Adding::atomic ? (sizeof(Integer) == 4 ? "fixed_point" : "fixed_point_64")
                               : (sizeof(Integer) == 4 ? "coloured_fixed_point" : "coloured_fixed_point_64");
-    int threads = 0;  ///< number of threads; 0: thread_count() chooses
-    // If a scale is not given, P2G takes the largest for which no sum can overflow. A given scale that could overflow
-    // is refused with an overflow_error.
+    int threads = 0;                         ///< number of threads; 0: thread_count() chooses
     std::optional<double> momentum_scale{},  ///< Quanta per kg m/s, a power of two; if not given, the largest safe one.
         mass_scale{};                        ///< Quanta per kg, a power of two; if not given, the largest safe one.
 };
