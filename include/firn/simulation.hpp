@@ -212,7 +212,8 @@ public:
     template <class Acceleration>
     void advance(double duration, const Acceleration& acceleration) {
         if (!(duration >= 0) || !std::isfinite(duration))
-            throw parameter_error(sentence("The time to advance is ", duration, " s; it must not be negative."));
+            throw parameter_error(
+                sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
         take_steps(detail::own_acceleration<D>(acceleration), now_.time + duration,
                    std::numeric_limits<std::uint64_t>::max());
     }

@@ -99,8 +99,7 @@ struct IntegerSums : Unmeasured {
 /// Sums in integers, to which all threads add with atomics.
 template <class Integer, std::floating_point S>
 struct AtomicSums : IntegerSums<Integer, S> {
-    static constexpr bool costly =
-        true;  ///< Adding to memory is expensive: the particles of a cell are summed up first.
+    static constexpr bool costly = true;  ///< Adding to memory is expensive.
     using IntegerSums<Integer, S>::IntegerSums;
 
     /// A row of zeros: store() adds to memory.

@@ -23,7 +23,7 @@ void check_acceleration(const Acceleration& acceleration) {
         for_parameters(acceleration, [](const std::string& name, const char* unit, const auto& value) {
             const auto one = [&](double number) {
                 if (!std::isfinite(number))
-                    throw parameter_error(sentence("The ", name, " of the field of acceleration is ", number, " ", unit,
+                    throw parameter_error(sentence("The ", name, " of the acceleration field is ", number, " ", unit,
                                                    "; it must be finite."));
             };
             if constexpr (requires { double(value); })
@@ -97,8 +97,8 @@ struct FastestParticle final : FactsReader {
     /// Sentences about this particle and the likely cause of its speed; empty if there are no particles.
     [[gnu::cold]] std::string text() const {
         if (fastest_ < 0) return {};
-        std::string text =
-            sentence("It is set by ", facts_.text(), ": its velocity and the waves in it come to ", fastest_, " m/s. ");
+        std::string text = sentence("It is set by ", facts_.text(), ": its speed and that of waves in it add up to ",
+                                    fastest_, " m/s. ");
         const double sound = facts_.undeformed_speed;
         if (sound > 0 && fastest_ > 10 * sound)
             text += sentence(
