@@ -1,4 +1,4 @@
-/// \file Sets of particles, a grid and a boundary, stepped through time. It only composes the stages of exec/.
+/// \file The simulation: sets of particles, a grid and a boundary, stepped through time.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -36,14 +36,22 @@
 
 namespace firn {
 
-/// It is made from a domain, a material and, in any order, the policies that are to be others than by default:
+/// A simulation by the material point method: sets of particles, a grid and a boundary, stepped through time.
+///
+/// Make it from a domain, a material and those policies that differ from the defaults, in any order:
 ///
 ///     firn::Simulation simulation(domain, material, firn::Together(walls, collider), firn::Flip{});
 ///
-/// Where its type must be written: \see SimulationWith
-/// \tparam D         2 or 3
-/// \tparam Material  a constitutive model in float or double, which becomes the precision of everything; or several,
-///                   Materials<…>, of which each has a set of particles: set<Snow<float>>()
+/// It composes the stages of exec/; a program may call the stages itself instead.
+/// \see SimulationWith, if a program must write the type
+/// \tparam D          2 or 3
+/// \tparam Material   a constitutive model in float or double, which sets the precision of the simulation; or several
+///                    as `Materials<…>`, each with its own set of particles: `set<Snow<float>>()`
+/// \tparam Transfer   how velocities go to the grid and back: Apic, Pic, Flip, …
+/// \tparam Force      how stresses become forces on nodes: MlsForce or WeightGradientForce
+/// \tparam Kernel     the weights of nodes: QuadraticBSpline, CubicBSpline or Linear
+/// \tparam Execution  how P2G adds up: Coloured, Serial or FixedPoint
+/// \tparam Boundary   walls, colliders or both. \see boundary/concept.hpp
 template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, class Force = MlsForce,
           class Kernel = QuadraticBSpline, class Execution = Coloured,
           class Boundary = Walls<detail::precision_of_t<Material>, D>>
@@ -63,30 +71,39 @@ public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
     static_assert(require_kernel<Kernel>());
     static_assert(transfer<Transfer> && force<Force>);
+    /// True. If the boundary does not fit the precision or the dimension, the compiler stops with a message.
     static constexpr bool boundary_fits = detail::require_fitting_boundary<Boundary, detail::precision_of_t<List>, D>();
 
     using scalar_type = detail::precision_of_t<List>;
-    using material_type = Material;
-    using kernel_type = Kernel;
-    using S = scalar_type;
-    using Sets = typename Make::type;
+    using material_type = Material;    ///< The material, or the list of materials.
+    using kernel_type = Kernel;        ///< The kernel.
+    using S = scalar_type;             ///< float or double.
+    using Sets = typename Make::type;  ///< A tuple with one MaterialSet for each material.
     static constexpr int dimension = D;
-    static constexpr std::size_t material_count = std::tuple_size_v<Sets>;
-    static constexpr std::size_t unnamed = detail::unnamed_material;
+    static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
+    static constexpr std::size_t unnamed = detail::unnamed_material;        ///< In set(): the only material.
 
-    /// \param walls  without them, walls on all faces that let go, if the boundary is Walls; others must be given
+    /// Makes a simulation without particles. If the boundary is Walls, it gets walls on all faces of the domain, which
+    /// matter can leave (Contact::separate), except across periodic axes. Any other boundary is default-constructed.
+    /// \param how  the execution
     /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells; if a parameter of
     ///         the material is out of range. \see check_material
     explicit Simulation(const Domain<D>& domain, const Material& material = {},
                         const std::type_identity_t<Execution>& how = {})
         : Simulation(domain, material, how, detail::default_boundary<Boundary, S>(domain)) {}
+    /// Makes a simulation without particles, with this boundary.
+    /// \param how    the execution
+    /// \param walls  the boundary
+    /// \throws parameter_error  if the domain or a parameter of the material is out of range
     Simulation(const Domain<D>& domain, const Material& material, const std::type_identity_t<Execution>& how,
                const Boundary& walls)
         : boundary(walls), execution(how), grid_(domain), sets_(Make::make(material, domain)) {
         for_sets([](const auto& set) { check_material<D>(set.material); });
     }
 
-    /// Of the policies that the type names, those that have values to give, in any order.
+    /// Makes a simulation without particles, with these policies in any order. The type must name each of them; a
+    /// policy that is not given is default-constructed, and Walls are put on all faces of the domain.
+    /// \throws parameter_error  if the domain or a parameter of the material is out of range
     template <class First, class... Rest>
     Simulation(const std::type_identity_t<Domain<D>>& domain, const Material& material, const First& first,
                const Rest&... rest)
@@ -103,6 +120,7 @@ public:
         transfer = detail::one_of<Transfer>([] { return Transfer{}; }, first, rest...);
     }
 
+    /// Does not compile: the domain has another dimension.
     template <int N, class... Rest>
         requires(N != D)
     explicit Simulation(const Domain<N>&, const Rest&...) : Simulation(Domain<D>{}) {
@@ -110,25 +128,33 @@ public:
     }
 
     using Stepper<D>::gravity;
-    /// Of a fixed time step above the bound (again whenever that gets worse), of a bound that has fallen by 10³ or
-    /// needs more than 10⁶ steps a second, of bodies whose particles lie further apart than a cell, overlap or lie in a
-    /// solid, of walls that are not the domain's, of matter at an end without a wall.
+    /// Receives warnings, each of them once:
+    /// - the fixed time step is above the bound (again whenever the ratio grows by a fifth);
+    /// - the bound of the time step has fallen by 10³, or needs more than 10⁶ steps a second;
+    /// - the particles of a body lie further apart than a cell, two bodies overlap, or a body lies in a solid;
+    /// - the walls are not the faces of the domain;
+    /// - matter has reached a face of the domain that has no wall.
+    ///
+    /// By default warnings go to stderr. If it is empty, there are none.
     using Stepper<D>::warn;
-    Boundary boundary;  ///< by default: walls on all faces that let go, without friction. What moves is moved by steps.
-    Execution execution;
-    Transfer transfer{};
-    /// Given, it is filled by every step: the impulse and torque of each part of the boundary on matter.
+    Boundary boundary;    ///< The walls and colliders. Steps move those that have a velocity.
+    Execution execution;  ///< How P2G adds up, and the number of threads of all stages.
+    Transfer transfer{};  ///< The transfer with its parameters.
+    /// If it holds a value, every step fills it with the impulse and torque of each part of the boundary on matter.
     std::optional<Reactions<D>> reactions{};
-    double fixed_time_step = 0;  ///< [s]; 0: the bound of the time step, anew for every step
-    /// Particles are sorted when one may leave the reach of its block; and whenever the number of steps is a multiple
-    /// of this, unless it is 0.
+    double fixed_time_step = 0;  ///< The time step [s]; 0: the bound, computed before every step.
+    /// Particles are sorted when one of them may leave the reach of its block. They are also sorted whenever the number
+    /// of steps is a multiple of this, unless it is 0.
     std::uint64_t most_steps_between_sorts = 0;
 
-    const Domain<D>& domain() const { return grid_.domain(); }
-    const SparseGrid<S, D>& grid() const { return grid_; }
+    const Domain<D>& domain() const { return grid_.domain(); }  ///< The domain.
+    const SparseGrid<S, D>& grid() const { return grid_; }      ///< The grid, as the last step has left it.
 
-    /// A handle to the set of particles of a material, with all that concerns them: set<Snow<float>>().add(…). One that
-    /// is there twice is named by its place in the list: set<1>(). A simulation of one material is a handle itself.
+    /// \name Sets of particles
+    /// @{
+
+    /// A handle to the set of particles of one material: `set<Snow<float>>().add(…)`. If a material is in the list
+    /// twice, its place names it: `set<1>()`. A simulation with one material is such a handle itself.
     template <std::size_t I = unnamed>
     SetHandle<Simulation, at<I>> set() {
         return SetHandle<Simulation, at<I>>(*this);
@@ -145,8 +171,11 @@ public:
     auto set() const {
         return set<Make::template place<M>()>();
     }
+    /// @}
 
-    /// The largest stable time step for the particles as they are [s].
+    /// The bound of the time step for the present particles [s]: the largest step that is stable.
+    /// \throws particle_error  if particles are not finite or not in the domain, or if nothing moves and the
+    ///         material has no stiffness
     double stable_time_step() {
         prepare();
         const double fastest = detail::fastest_signal(sets_);
@@ -159,35 +188,49 @@ public:
         return bound;
     }
 
-    /// One step of the fixed time step, or of the bound.
+    /// Takes one step under gravity: of the fixed time step, or of the bound if it is 0.
+    /// \throws parameter_error  if the fixed time step, gravity or a parameter of a policy is out of range
+    /// \throws particle_error   if particles are not finite or have left the domain, before or after the step
+    /// \throws overflow_error   if fixed-point sums could overflow
     void step();
 
-    /// \param acceleration  a field a(x) [m/s²] in place of gravity: callable with Vec<P, D> for any scalar P, or a
-    /// vector
+    /// Takes one step under another acceleration, in place of gravity.
+    /// \param acceleration  a vector [m/s²], or a field a(x) [m/s²]: a callable of Vec<P, D> [m] for any scalar P.
+    ///                      \see acceleration_at
+    /// \throws parameter_error, particle_error, overflow_error  as step()
     template <class Acceleration>
     void step(const Acceleration& acceleration) {
         take_steps(detail::own_acceleration<D>(acceleration), std::numeric_limits<double>::infinity(), now_.steps + 1);
     }
 
-    /// Steps until `duration` [s] has passed; the last step is shortened to end there.
+    /// Takes steps until `duration` [s] has passed. The last step is shortened to end there.
+    /// \throws parameter_error  if the duration is negative or not finite
+    /// \throws parameter_error, particle_error, overflow_error  as step()
     void advance(double duration);
+    /// Takes steps until `duration` [s] has passed, under another acceleration in place of gravity.
+    /// \param acceleration  as step() takes it
     template <class Acceleration>
     void advance(double duration, const Acceleration& acceleration) {
         if (!(duration >= 0) || !std::isfinite(duration))
-            throw parameter_error(sentence("The time to advance is ", duration, " s; it must not be negative."));
+            throw parameter_error(
+                sentence("The time to advance is ", duration, " s; it must be finite and not negative."));
         take_steps(detail::own_acceleration<D>(acceleration), now_.time + duration,
                    std::numeric_limits<std::uint64_t>::max());
     }
 
-    /// Goes back to a stored moment: a material's particles of then; if the set is prepared, in the order of then with
-    /// partition and report, so that the run goes on to the same bits. With several materials: of each.
-    /// \throws io_error  if another material has been restored to another moment, and no step was made since
+    /// Replaces the particles of a material by stored ones, and goes back to their moment. With several materials, call
+    /// it once for each.
+    ///
+    /// A prepared set keeps its order in memory, its partition and its report: the run continues bit for bit.
+    /// \param set     the stored particles. \see Restart
+    /// \param moment  after which step they were stored
+    /// \throws io_error  if another material was restored to another moment, with no step since
     template <std::size_t I = unnamed>
     void restore(std::tuple_element_t<at<I>, Sets>&& set, const Moment& moment) {
         for_sets([&](const auto& other) {
             if (static_cast<const void*>(&other) != &set_at<at<I>>() && other.restored && *other.restored != moment)
                 throw io_error(sentence("The state is of step ", moment.steps, " at ", moment.time,
-                                        " s, that of another material was of step ", other.restored->steps, " at ",
+                                        " s; that of another material was of step ", other.restored->steps, " at ",
                                         other.restored->time, " s. Give states of one moment."));
         });
         auto& mine = set_at<at<I>>();
@@ -197,7 +240,7 @@ public:
     }
 
 private:
-    /// For SetAccess: of a simulation with one material.
+    // What SetAccess calls on a simulation with one material.
     Simulation& simulation() { return *this; }
     const Simulation& simulation() const { return *this; }
     template <std::size_t I = unnamed>
@@ -225,7 +268,8 @@ private:
 
     int workers() const { return thread_count(requested_threads(execution)); }
 
-    /// Steps until the time `end` [s], where the last one is shortened to end, or up to a number of steps.
+    /// Takes steps until the time is `end` [s] or the number of steps is `last_step`. The last step is shortened to end
+    /// at `end`.
     template <class Acceleration>
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
         if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, warn);
@@ -242,15 +286,15 @@ private:
             });
     }
 
-    /// Not a step that was chosen.
+    /// Whether dt is the bound of the time step, and not chosen by the program.
     bool is_the_bound(double dt) const { return fixed_time_step == 0 && bound_ > 0 && !(dt < bound_); }
     [[gnu::cold]] std::string reason_of_bound() {
         return detail::reason_of_bound<Kernel>(sets_, domain(), detail::speed_of_boundary<S>(boundary, domain()),
                                                detail::force_bound(sets_, now_.time, workers()));
     }
 
-    /// The fixed time step, or the bound.
-    /// \param warning  what is to be warned of before the step, if there is such
+    /// The fixed time step, or the bound [s].
+    /// \param warning  set if the program must be warned before the step
     double next_time_step(std::string& warning) {
         const double bound = bound_ = stable_time_step();
         if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
@@ -269,7 +313,7 @@ private:
         if (!(now_.time + dt > now_.time) || !std::isfinite(now_.time + dt))
             detail::throw_no_step(dt, now_.time, now_.steps, is_the_bound(dt) ? reason_of_bound() : "");
         if constexpr (requires { transfer.check(); }) transfer.check();
-        static_cast<void>(lift<native_pack<S>>(boundary));  // it looks at its parameters, before anything is changed
+        static_cast<void>(lift<native_pack<S>>(boundary));  // checks the boundary before anything changes
         const bool due = most_steps_between_sorts > 0 && now_.steps % most_steps_between_sorts == 0;
         bool sorted = false;
         for_sets([&](auto& set) {
@@ -290,7 +334,7 @@ private:
             else
                 grid_update(execution, grid_, dt, acceleration, boundary);
         }
-        for_sets([](auto& set) { set.readiness.spoil(); });  // until all are where they should be
+        for_sets([](auto& set) { set.readiness.spoil(); });  // until G2P has moved all particles
         bool right = true;
         for_sets([&](auto& set) {
             const auto pass = detail::g2p_pass<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition,
@@ -302,7 +346,7 @@ private:
             detail::throw_wrong_particles(
                 sets_, domain(), sentence("At step ", now_.steps, ", of ", dt, " s from ", now_.time, " s on: "), dt,
                 detail::likely_cause(grid_, dt, bound_, acceleration) +
-                    " The simulation cannot go on, nor be written: restore() its last state.");
+                    " The simulation can neither go on nor be written: restore() its last state.");
         for_sets([](auto& set) { set.readiness.end_step(); });
         now_ = {now_.time + dt, now_.steps + 1, dt};
         boundary = advanced(boundary, dt);
@@ -327,12 +371,12 @@ private:
         after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, sets...);
     }
 
-    /// Makes ready for a step particles that were added or changed by hand.
-    /// \throws particle_error  if a step has failed half-way, or particles are not as they must be
+    /// Checks, sorts and computes stresses of particles that were added or changed since the last step.
+    /// \throws particle_error  if a step failed half-way, or if particles are not finite or not in the domain
     void prepare();
     template <class Set>
     void prepare(Set& set) {
-        if (set.particles.size() == 0 && (has_particles() || is_waiting())) {  // there may be some later
+        if (set.particles.size() == 0 && (has_particles() || is_waiting())) {  // particles may come later
             set.partition = {};
             set.report = {};
             set.readiness.prepare();
@@ -345,7 +389,7 @@ private:
         if (!pass.right)
             detail::throw_wrong_particles(
                 sets_, domain(), sentence("Before step ", now_.steps, ", at ", now_.time, " s: "), 0,
-                "They were set so: look at set_states(), edit_particles(), what a state held, and the moduli.");
+                "No step has done this: look at set_states(), edit_particles(), a restored state and the moduli.");
         set.report = pass.report;
         set.readiness.prepare();
     }
@@ -357,9 +401,9 @@ private:
     bool has_particles() const {
         return any_set([](const auto& set) { return set.particles.size() > 0; });
     }
-    /// Are there no particles, but sources that will give some?
+    /// Whether there are no particles, but a source will give some.
     bool is_waiting() const { return !has_particles() && std::isfinite(next_burst()); }
-    /// When the next particles come [s]; infinite: never.
+    /// The time of the next burst of a source [s]; infinite if there is none.
     double next_burst() const {
         return std::apply([](const auto&... set) { return std::min({set.next_burst()...}); }, sets_);
     }
@@ -383,10 +427,11 @@ private:
     SparseGrid<S, D> grid_;
     Sets sets_;
     TransferMemory<S> transfer_memory_;
-    double bound_ = 0;  // of the step that is taken
+    double bound_ = 0;  // of the present step [s]
     detail::Warnings warnings_;
 };
 
+/// Deduces the type from the policies, given in any order: `Simulation simulation(domain, material, Flip{})`.
 template <int D, class Material, class... Policies>
 Simulation(const Domain<D>&, const Material&, const Policies&...)
     -> Simulation<D, Material, typename detail::chosen<D, Material, Policies...>::transfer,
@@ -395,8 +440,8 @@ Simulation(const Domain<D>&, const Material&, const Policies&...)
                   typename detail::chosen<D, Material, Policies...>::execution,
                   typename detail::chosen<D, Material, Policies...>::boundary>;
 
-// What takes long to compile is defined out of the class, and so not inline: where a program declares a simulation
-// `extern template class`, its other files do not compile it again.
+// Functions that take long to compile are defined outside of the class, so they are not inline: if a program declares
+// the simulation `extern template class`, its other files do not compile them again.
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
 void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::step() {

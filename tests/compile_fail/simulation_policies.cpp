@@ -1,6 +1,6 @@
 // What is no policy of a simulation, or is none that its type names, is said in a sentence.
 // expect: firn: this simulation is given policies that its type does not name. Leave its template arguments out
-// expect: firn: a simulation has one boundary; several become one by firn::Together
+// expect: firn: a simulation has one boundary; join several with firn::Together
 // expect: firn: what is given to a simulation after its material are policies
 #include <firn/firn.hpp>
 

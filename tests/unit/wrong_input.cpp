@@ -94,7 +94,7 @@ TEST_CASE("steps, times and fields that are of no use, before anything has moved
             p.fixed_time_step = 1e-30;  // would never end
             p.advance(1);
         },
-        "vanish beside the time");
+        "too small to change the time");
     refused<parameter_error>([](Plane& p) { p.step(V{0.0, infinity}); }, "Component 1 of the acceleration");
     refused<parameter_error>([](Plane& p) { p.step(Damped<float, 2>{{}, -1}); }, "rate of damping");
     for (const float radius : {0.0F, -1.0F, float(not_a_number)})

@@ -1,4 +1,4 @@
-/// \file The nodes around a block, or a cube of blocks, in one place.
+/// \file Arenas: contiguous memory for the nodes around a block or a cube of blocks.
 #pragma once
 
 #include <firn/data/sparse_grid.hpp>
@@ -8,17 +8,19 @@
 
 namespace firn {
 
-/// Which nodes of an arena particles reach, both ends included.
+/// The box of nodes of an arena that particles reach.
 template <int D>
 struct ArenaBox {
-    int first[D], last[D];
-    bool strays = false;  ///< some particle lies beyond the arena
+    int first[D],         ///< First node along each axis.
+        last[D];          ///< Last node along each axis, included.
+    bool strays = false;  ///< Whether a particle lies beyond the arena.
 };
 
-/// Numbers of the blocks around the block or cube of a group, or no_block: those that the grid has around its ranges.
+/// The blocks of the grid around the block or cube of a group.
 template <int D>
 class BlocksAround {
 public:
+    /// Looks up the blocks around each range of the group.
     template <class Grid>
     BlocksAround(const Grid& grid, const BlockPartition<D>& partition, const BlockGroup& group) {
         if (!group.sparse) {
@@ -37,6 +39,8 @@ public:
         }
     }
     BlocksAround(const BlocksAround&) = delete;
+    /// The number of each block in the grid, last axis fastest; no_block if the grid does not hold it. There are 3
+    /// blocks along each axis around a block, and cube_blocks + 2 around a cube.
     const std::uint32_t* data() const { return blocks_; }
 
 private:
@@ -45,26 +49,31 @@ private:
     std::uint32_t of_cube_[D == 2 ? n * n : n * n * n];
 };
 
-/// Nodes of an arena of n along each axis.
+/// Number of nodes of an arena with n nodes along each axis.
 template <int D>
 constexpr int arena_nodes(int n) {
     return D == 2 ? n * n : n * n * n;
 }
 
-/// Rows of nodes of a group's block or cube of blocks and its surroundings: contiguous. One code serves both: a size
-/// that is known when compiled is not faster, and costs as much to compile once more.
-/// \tparam Number  of floating point, or an integer for fixed-point sums;  \tparam Width  how many of them a node has
+/// The nodes that the particles of a group can reach: those of its block or cube of blocks, and of its surroundings.
+/// They lie in contiguous memory, last axis fastest.
+///
+/// Blocks and cubes share one code with a size known at run time. Two versions with sizes known at compile time are not
+/// faster, and take twice as long to compile.
+/// \tparam Number  a floating-point number, or an integer for fixed-point sums
+/// \tparam Width   how many numbers a node has
 template <class Kernel, class Number, int D, int Width = node_width>
 struct Arena {
-    static constexpr int n_of_block = arena_size<Kernel>, n_of_cube = arena_size<Kernel, cube_blocks>;
+    static constexpr int n_of_block = arena_size<Kernel>,  ///< Nodes along an axis around a block.
+        n_of_cube = arena_size<Kernel, cube_blocks>;       ///< Nodes along an axis around a cube of blocks.
     static_assert(n_of_block <= colours_along_axis<Kernel> * block_size && n_of_cube <= 2 * cube_blocks * block_size,
                   "firn: two groups of one colour never touch one node");
 
     int n;  ///< nodes along an axis
-    /// Rows of a whole register may reach over the end.
+    /// The numbers of the nodes. Rows of whole registers may reach over the end.
     alignas(64) Number node[(arena_nodes<D>(n_of_cube) + 4) * Width];
 
-    /// Makes it the group's, and zeros the lines of a box.
+    /// Sets the size for a group, and zeros the lines of a box.
     FIRN_INLINE void clear(const BlockGroup& group, const ArenaBox<D>& box) {
         n = group.sparse ? n_of_cube : n_of_block;
         if (group.sparse)
@@ -74,9 +83,10 @@ struct Arena {
         std::fill_n(node + arena_nodes<D>(n) * Width, 4 * Width, Number(0));
     }
 
-    /// Calls f(number in the arena, numbers in the grid, count) for runs of nodes that are neighbours in both and hold
-    /// the box; the count of nodes is a compile-time constant.
-    /// \param nodes  of the whole grid
+    /// Calls f(index, numbers, count) for runs of nodes that are contiguous in the arena and in the grid. The runs
+    /// cover the box. `index` is the place of the run in `node`, `numbers` its place in the grid, and `count` its
+    /// number of nodes, a compile-time constant.
+    /// \param nodes  the numbers of all nodes of the grid
     template <class N, class F>
     FIRN_INLINE void for_runs(N* nodes, const BlocksAround<D>& around, const ArenaBox<D>& box, const F& f) const {
         if (n == n_of_block)
@@ -86,7 +96,7 @@ struct Arena {
     }
 
 private:
-    static constexpr int before = block_size - allowed_drift;  // nodes of the first block that the arena leaves out
+    static constexpr int before = block_size - allowed_drift;  // nodes of the first block before the arena
 
     template <int Blocks>
     FIRN_INLINE void clear_lines(const ArenaBox<D>& box) {
@@ -95,7 +105,7 @@ private:
             box, [&](int line, int, int) FIRN_LAMBDA { std::fill_n(node + line * numbers, numbers, Number(0)); });
     }
 
-    /// \param of_block  numbers of the blocks around, or no_block
+    /// \param of_block  the blocks around. \see BlocksAround::data
     template <int Blocks, class N, class F>
     FIRN_INLINE static void for_runs_of(N* nodes, const std::uint32_t* of_block, const ArenaBox<D>& box, const F& f) {
         constexpr int size = arena_size<Kernel, Blocks>, blocks = Blocks + 2;
@@ -114,7 +124,7 @@ private:
         });
     }
 
-    /// f(line, block and node in it along the leading axes)
+    /// Calls f(line, block, node) for the lines of a box, with block and node in it along the leading axes.
     template <int Blocks, class F>
     FIRN_INLINE static void for_lines(const ArenaBox<D>& box, const F& f) {
         for (int i = box.first[0]; i <= box.last[0]; ++i) {
@@ -129,23 +139,24 @@ private:
     }
 };
 
-/// Lines of nodes, one row each, that a particle reaches.
+/// Number of lines of nodes along the last axis that a particle reaches. It reaches one row of each.
 template <class Kernel, int D>
 inline constexpr int lines_of_particle = D == 2 ? Kernel::support : Kernel::support * Kernel::support;
 
-/// Where line `line` begins, in nodes of an arena of n a line, from the particle's base node on.
+/// Where a particle's row of line `line` begins, in nodes from its base node, in an arena with n nodes a line.
 template <class Kernel, int D>
 FIRN_INLINE constexpr std::ptrdiff_t line_begin(int line, std::ptrdiff_t n) {
     constexpr int K = Kernel::support;
     return (D == 2 ? line : line / K * n + line % K) * n;
 }
 
-/// Where in the grid a node of a block's arena is, whether the arena is filled or not.
+/// The place in the grid of each node of a block's arena. The arena itself need not exist.
 template <class Kernel, int D>
 class ArenaNodes {
 public:
-    /// Node k of line `line` of those that a particle reaches: its place in the grid, in nodes.
-    /// \param corner  the number, in the arena, of the first number of the particle's base node
+    /// The place in the grid, in nodes, of node k of a particle's row `line`.
+    /// \param neighbours  the blocks around the particle's block. \see SparseGrid::neighbours
+    /// \param corner      the index, in the arena, of the first number of the particle's base node
     FIRN_INLINE static std::size_t in_grid(const std::uint32_t* neighbours, std::ptrdiff_t corner, int line, int k) {
         const Place place = places[std::size_t(corner / node_width + line_begin<Kernel, D>(line, n) + k)];
         return std::size_t(neighbours[place.neighbour]) * std::size_t(block_nodes<D>) + place.node;

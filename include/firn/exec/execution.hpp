@@ -1,4 +1,4 @@
-/// \file How the loops run: the executions of P2G. They differ only in how sums are made.
+/// \file The executions of P2G: how it adds up contributions to a node, and with how many threads.
 #pragma once
 
 #include <concepts>
@@ -7,47 +7,53 @@
 
 namespace firn {
 
-/// One thread, particle after particle, straight to the grid.
+/// One thread adds particle after particle to the grid.
 struct Serial {
     static constexpr const char* name = "serial";
 };
 
-/// Blocks of one colour share no node; colours follow one another. Floating point, no atomics, the same bits for any
-/// number of threads.
+/// Threads work on blocks of one colour, which share no node, colour after colour. Sums are in floating point, without
+/// atomics, and have the same bits for any number of threads.
 struct Coloured {
     static constexpr const char* name = "coloured";
-    int threads = 0;  ///< 0: as many as thread_count() says
+    int threads = 0;  ///< number of threads; 0: thread_count() chooses
 };
 
-/// How fixed-point sums are added up. Integer sums know no order: both give the same bits.
+/// How threads add integers to a node. Both ways give the same bits, because integer sums do not depend on the order.
 enum class Adding {
-    atomic,   ///< every thread adds to the grid with atomics: what WebGPU forces on a GPU
-    coloured  ///< blocks of one colour share no node, as in Coloured: no atomics
+    atomic,   ///< all threads add to the grid with atomics, as WebGPU requires on a GPU
+    coloured  ///< threads work on blocks of one colour, as in Coloured, without atomics
 };
 
-/// Sums in integers: the same bits for any number of threads and any order of the particles.
-/// \tparam Integer  std::int32_t, as on a GPU, or std::int64_t, whose error vanishes beside that of float
+/// Sums are in integers. They have the same bits for any number of threads and any order of the particles.
+///
+/// If a scale is not given, P2G takes the largest for which no sum can overflow. A given scale that could overflow is
+/// refused with an overflow_error.
+/// \tparam Integer  std::int32_t, as on a GPU, or std::int64_t, whose error is negligible beside that of float
+/// \tparam How      how threads add
 template <class Integer = std::int32_t, Adding How = Adding::atomic>
     requires std::same_as<Integer, std::int32_t> || std::same_as<Integer, std::int64_t>
 struct FixedPoint {
     static constexpr const char* name =
         How == Adding::atomic ? (sizeof(Integer) == 4 ? "fixed_point" : "fixed_point_64")
                               : (sizeof(Integer) == 4 ? "coloured_fixed_point" : "coloured_fixed_point_64");
-    int threads = 0;  ///< 0: as many as thread_count() says
-    /// Quanta per kg m/s and per kg, powers of two. Not given: the largest for which no sum can overflow.
-    /// A given scale that could overflow is refused with overflow_error.
-    std::optional<double> momentum_scale{}, mass_scale{};
+    int threads = 0;                         ///< number of threads; 0: thread_count() chooses
+    std::optional<double> momentum_scale{},  ///< Quanta per kg m/s, a power of two; if not given, the largest safe one.
+        mass_scale{};                        ///< Quanta per kg, a power of two; if not given, the largest safe one.
 };
+/// Sums in integers, without atomics.
 template <class Integer = std::int32_t>
 using ColouredFixedPoint = FixedPoint<Integer, Adding::coloured>;
 
-/// What can run the loops.
+/// An execution: Serial, or a type with a number of threads.
 template <class E>
 concept execution_policy = std::same_as<E, Serial> || requires(const E e) {
     { e.threads } -> std::convertible_to<int>;
 };
 
+/// One thread.
 inline int requested_threads(const Serial&) { return 1; }
+/// The number of threads that an execution asks for; 0: thread_count() chooses.
 template <class Execution>
 int requested_threads(const Execution& execution) {
     return execution.threads;

@@ -1,4 +1,4 @@
-/// \file The scale that a fixed-point P2G uses: chosen, or given and checked.
+/// \file The scale of a fixed-point P2G: either chosen, or given by the program and checked.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -26,9 +26,9 @@ S chosen_scale(std::optional<double> given, S largest, const char* what, const c
     return S(*given);
 }
 
-/// Sums of so small numbers that S cannot hold the scale they need. Coarse steps of momentum do no harm where they are
-/// no motion that anybody could see: of matter at rest.
-/// \throws overflow_error
+/// Checks that sums have enough quanta. S cannot hold the scale that very light particles need. Coarse momenta are
+/// accepted if one quantum moves the heaviest particle too slowly to be seen, as in matter at rest.
+/// \throws overflow_error  if sums have too few quanta
 template <class S>
 void check_resolution(const FixedPointLoad<S>& load, const FixedPointBound<S>& bound, const FixedPointScale<S>& scale) {
     constexpr double fewest_quanta = 0x1p24, unseen_velocity = 1e-20;  // [m/s]
@@ -45,8 +45,13 @@ void check_resolution(const FixedPointLoad<S>& load, const FixedPointBound<S>& b
 }
 }  // namespace detail
 
-/// \throws overflow_error  if no scale, or not the given one, keeps every sum in range; or if the largest that S can
-///         hold, 2^120 quanta in float, leaves too few to a sum
+/// The scale of fixed-point sums: the given one, or the largest for which no sum can overflow.
+/// \param momentum  quanta per kg m/s, if given;  \param mass  quanta per kg, if given
+/// \tparam Integer  std::int32_t or std::int64_t
+/// \throws parameter_error  if a given scale is not a power of two
+/// \throws overflow_error   if sums could overflow with the given scale, or with any; or if the largest scale that S
+/// can
+///         hold, 2^120 quanta in float, leaves a sum too few quanta
 template <class Kernel, int D, class Integer, std::floating_point S>
 FixedPointScale<S> fixed_point_scale(const FixedPointLoad<S>& load, std::optional<double> momentum,
                                      std::optional<double> mass) {
@@ -54,8 +59,8 @@ FixedPointScale<S> fixed_point_scale(const FixedPointLoad<S>& load, std::optiona
     const FixedPointBound<S> bound = fixed_point_bound<Kernel, D>(load);
     if (!std::isfinite(bound.momentum) || !std::isfinite(bound.mass))
         throw overflow_error(sentence(
-            "The mass or the momentum that a node may receive is not finite (the largest that a particle has: ",
-            load.mass, " kg, ", load.momentum,
+            "The mass or the momentum that a node can receive is not finite (the largest of a particle: ", load.mass,
+            " kg, ", load.momentum,
             " kg m/s, its stress included). The simulation has blown up: reduce the time step, or look at the "
             "initial state."));
     if (double(bound.contributions) >= integer_max / 2)

@@ -16,15 +16,15 @@
 
 namespace firn {
 
-/// What a G2P saw while it passed over the particles.
+/// What G2P returns about all particles.
 struct G2PReport {
-    double signal_speed = 0;   ///< largest |v| + c [m/s]: bounds the next time step
-    bool sort_needed = false;  ///< some particle may have left the reach of its block: partition before the next P2G
+    double signal_speed = 0;   ///< largest |v| + c [m/s], which bounds the next time step
+    bool sort_needed = false;  ///< a particle may have left the reach of its block: partition before the next P2G
 };
 
 namespace detail {
 
-/// What a pass over the particles saw, and whether all of them are finite and in the domain.
+/// The report of a pass over the particles, and whether all of them are finite and in the domain.
 struct PassReport {
     G2PReport report;
     bool right = true;
@@ -34,8 +34,8 @@ struct PassReport {
     throw particle_error(wrong.text() + " " + cause);
 }
 
-/// Not finite if a number of the stress, or of the state that it comes from, is not. What is not finite in F is so in
-/// the trace; a flow need not be.
+/// A sum that is not finite if a number of the stress, or of the state that it comes from, is not. If F is not finite,
+/// neither is the trace of the stress. If the stress depends on the rate, its other components are summed, too.
 template <class Material, class P, int D>
 FIRN_INLINE P sum_of_stress(const Mat<P, D>& stress) {
     P sum = trace(stress);
@@ -44,13 +44,13 @@ FIRN_INLINE P sum_of_stress(const Mat<P, D>& stress) {
     return sum;
 }
 
-/// What a thread saw of its particles.
+/// The report of one thread.
 struct alignas(64) G2PThreadReport {
     double signal_speed = 0;
     bool sort_needed = false, right = true;
 };
 
-/// G2P of one group after the other: a pack is gathered row by row, then updated in lanes.
+/// G2P of a group: each pack is gathered row by row, then updated in SIMD lanes.
 template <class Kernel, class Transfer, class Force, class Material, class View>
 class GroupUpdate {
     using S = typename View::scalar_type;
@@ -98,7 +98,7 @@ public:
 
 private:
     static constexpr bool blended = blends_velocities<Transfer>;
-    /// In place of what only blending schemes gather.
+    /// Replaces the sums that only blending transfers need.
     struct NoSums {
         struct Lanes {
             Vec<P, D> velocity;
@@ -112,17 +112,18 @@ private:
         mask_t<P> stray = P(1) < P(0);
     };
 
-    /// Calls the particles of the pack that begins at `slot` into the cache, also those numbers that are only written.
+    /// Prefetches the pack that begins at `slot` into the cache, including numbers that are only written.
     FIRN_INLINE void prefetch(std::size_t slot) const {
         view_.template prefetch<Transfer::affine>(slot);
         view_.prefetch_state(slot);
     }
 
+    /// Updates the particles of one register of lanes.
     /// \param block   lower corner of the particle's block [cells];  \param offset  from its centre node [cells]
-    /// \param before  Σ N v_i before forces acted, for schemes that blend
+    /// \param before  Σ N v_i before forces acted, for transfers that blend
     FIRN_INLINE void update(const Slots& slots, const Vec<P, D>& block, const Vec<P, D>& offset,
                             const G2PSums<P, D>& sums, const Vec<P, D>& before, Seen& seen) const {
-        const View view = view_;  // out of reach of every store below: where its numbers lie is worked out once
+        const View view = view_;  // a local copy, which no store can change: addresses are computed once
         const auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_));
         const P mass = view.mass.template load_or_zero<P>(slots, 0);
         const auto real = mass > P(0);
@@ -140,7 +141,7 @@ private:
         if constexpr (Transfer::affine)
             unroll<D * D>([&](auto k) FIRN_LAMBDA { view.affine.store(slots, k, taken.affine.m[k]); });
 
-        // A sum that is finite exactly if all its numbers are (they are far from overflow, or wrong already).
+        // The sum is finite exactly if all its numbers are: numbers near overflow are wrong already.
         const Vec<P, D> lowest = positions_.lowest(block), highest = positions_.highest(block);
         const Vec<P, D> position = load_vector<P, D>(view.position, slots);
         const auto v = velocities(view, slots, taken, before);
@@ -157,7 +158,7 @@ private:
         const P speed = signal_speed(material_, v.velocity, mass, volume, state, P(h_));
         seen.speed = max(seen.speed, speed);
 
-        // Last, since stresses are long chains of operations: what waits for them does not stand in the way of others.
+        // The stress comes last: it is a long chain of operations, and what depends on it does not delay the rest.
         if constexpr (!has_returned_with_stress<Lifted, D>)
             stress = stress_of(material_, state, taken.velocity_gradient);
         store_symmetric(view.stress, slots, stress);
@@ -165,7 +166,7 @@ private:
         seen.rightness = seen.rightness + select(real, sum * P(0), P(0));
     }
 
-    /// What the particles keep, and what moves them.
+    /// The velocity that the particles keep, and the velocity that moves them.
     FIRN_INLINE auto velocities(const View& view, const Slots& slots, const G2PResult<P, D>& taken,
                                 const Vec<P, D>& before) const {
         struct Taken {
@@ -187,7 +188,7 @@ private:
     S h_, dt_, per_velocity_;
 };
 
-/// g2p(), but says instead of throwing that a particle is wrong.
+/// g2p() that reports a wrong particle instead of throwing.
 template <class Kernel, class Transfer, class Force, class Execution, class Material, std::floating_point S, int D,
           class Field, class State>
 PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
@@ -216,7 +217,7 @@ PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, 
     return pass;
 }
 
-/// Not finite exactly if one of the numbers is not (they are far from overflow, or wrong already).
+/// A sum that is finite exactly if all numbers of the state are: numbers near overflow are wrong already.
 template <class P, class State>
 FIRN_INLINE P sum_of_state(State state) {
     constexpr auto members = State::fields();
@@ -230,7 +231,7 @@ FIRN_INLINE P sum_of_state(State state) {
     return sum;
 }
 
-/// update_stress(), but says instead of throwing that a particle is wrong.
+/// update_stress() that reports a wrong particle instead of throwing.
 template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
 PassReport update_stress_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
                               const BlockPartition<D>& partition, const Material& material, double cell_size) {
@@ -284,10 +285,14 @@ PassReport update_stress_pass(const Execution& execution, const ParticleView<S, 
 
 }  // namespace detail
 
-/// Grid to particles: interpolates velocities, moves the particles, updates the material's state and stress.
-/// Particles are kept inside the domain. A transfer that blends needs before_p2g(). \see exec/transfer_passes.hpp
-/// \throws particle_error  if particles are not finite, or would have moved more than a cell beyond the domain: how
-///                         many, and what is known of the one with the lowest id
+/// Grid to particles: interpolates velocities, moves the particles, and updates the material's state and stress.
+/// Particles are kept inside the domain. A transfer that blends velocities needs before_p2g().
+/// \see exec/transfer_passes.hpp
+/// \param dt  time step [s]
+/// \throws parameter_error  if dt is negative or not finite, or a parameter of the material is out of range
+/// \throws usage_error      if the grid was not activated for this partition
+/// \throws particle_error   if particles are not finite, or would have moved more than a cell beyond the domain. The
+///                          message says how many, and describes the one with the lowest id.
 template <class Kernel, class Transfer, class Force, class Execution, class View, class Material, int N,
           std::floating_point S, int D>
 G2PReport g2p(const Execution& execution, const View& view, const BlockPartition<N>& partition,
@@ -309,10 +314,13 @@ G2PReport g2p(const Execution& execution, const View& view, const BlockPartition
     return {};
 }
 
-/// The stress and signal speed of particles as they are: before the first step, and after a state was changed by hand.
-/// A stress that depends on the rate takes C for the velocity gradient, or zero where the view has no C.
-/// \param cell_size  h of the grid to come [m]
-/// \throws particle_error  if particles, or their stresses, are not finite: how many, and the one with the lowest id
+/// Computes stresses and signal speeds from the particles' states. Call it before the first step, and after the program
+/// has changed a state. A stress that depends on the rate takes C as the velocity gradient, or zero if the view has no
+/// C.
+/// \param cell_size  h of the grid [m]
+/// \throws parameter_error  if a parameter of the material is out of range
+/// \throws particle_error   if particles or their stresses are not finite. The message says how many, and describes the
+///                          one with the lowest id.
 template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
 G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Field, State>& view,
                         const BlockPartition<D>& partition, const Material& material, double cell_size) {

@@ -1,4 +1,4 @@
-/// \file The rows of nodes around sixteen particles to their sums.
+/// \file Gather: sums over the rows of nodes around a pack of particles.
 #pragma once
 
 #include <firn/exec/places.hpp>
@@ -6,22 +6,25 @@
 
 namespace firn {
 
-/// Where sixteen particles are among the nodes: what all their sums have in common.
+/// Where the particles of a pack lie among the nodes. All their sums share it.
 template <class Kernel, bool gradients, std::floating_point S, int D>
 struct PackPlaces {
-    using P = native_pack<S>;
+    using P = native_pack<S>;  ///< A register of lanes.
 
-    PackWeights<Kernel, S, D, gradients> weights;
-    alignas(64) S from_centre_node[D][pack_size];  ///< [cells]
+    PackWeights<Kernel, S, D, gradients> weights;  ///< Weights of the nodes.
+    alignas(64) S from_centre_node[D][pack_size];  ///< Positions from the centre nodes [cells].
 
-    /// Sets the particles of the lanes from `lane` on.
-    /// \param position  in their blocks [cells];  \param block  of their blocks in the arena;  \param n  its size
+    /// Sets the particles of one register, from lane `lane` of the pack on.
+    /// \param position  from the lower corners of their blocks [cells]
+    /// \param block     lower corners of their blocks in the arena [cells]
+    /// \param n         nodes along an axis of the arena
     FIRN_INLINE void locate(int lane, const Vec<P, D>& position, const Vec<P, D>& block, int n) {
         const Place<P, D> place = firn::locate<Kernel>(position);
         weights.fill(lane, place, block, n);
         const Vec<P, D> offset = from_centre<Kernel>(place.fraction);
         unroll<D>([&](auto a) FIRN_LAMBDA { offset.v[a].store(from_centre_node[a] + lane); });
     }
+    /// Positions from the centre nodes [cells], of one register from lane `lane` on.
     FIRN_INLINE Vec<P, D> offset(int lane) const {
         Vec<P, D> r;
         unroll<D>([&](auto a) FIRN_LAMBDA { r.v[a] = P::load(from_centre_node[a] + lane); });
@@ -29,22 +32,24 @@ struct PackPlaces {
     }
 };
 
-/// \tparam moments, gradients  which sums are made besides Σ N v
+/// The sums of a pack of particles over their nodes: Σ N v, and two more if needed. \see G2PSums
+/// \tparam moments    whether to compute Σ N v oᵀ
+/// \tparam gradients  whether to compute Σ v ∇Nᵀ
 template <class Kernel, bool moments, bool gradients, std::floating_point S, int D>
 struct PackSums {
+    /// Number of vectors a particle has: Σ N v, the columns of the moment, the columns of the gradient.
     static constexpr int quads = 1 + (moments ? D : 0) + (gradients ? D : 0);
-    static constexpr int K = Kernel::support;
-    using P = native_pack<S>;
+    static constexpr int K = Kernel::support;  ///< Nodes along an axis.
+    using P = native_pack<S>;                  ///< A register of lanes.
 
-    alignas(64) S value[quads][pack_size * 4];
+    alignas(64) S value[quads][pack_size * 4];  ///< The sums: four numbers for each vector and particle.
 
-    /// Sums of all particles over the nodes that they reach.
-    /// \param row_of_line  row_of_line(l, i): the row of line i of the nodes of lane l's particle, in any form.
-    ///                     \see line_begin
+    /// Computes the sums of all particles over the nodes that they reach.
+    /// \param row_of_line  row_of_line(l, i): row i of the nodes of lane l's particle, in any form. \see line_begin
     template <class Weights, class RowOfLine>
     FIRN_INLINE void gather(const Weights& weights, const RowOfLine& row_of_line) {
         using Row = std::remove_cvref_t<decltype(row_of_line(0, std::integral_constant<int, 0>{}))>;
-        // Particles abreast have their quads beside each other.
+        // Particles processed together have their quads beside each other.
         constexpr int abreast = rows_abreast<Row>;
         static_assert(abreast == 1 || quad_offset<P>(pack_size / abreast) == quad_offset<P>(0) + 4);
         for (int l = 0; l < pack_size / abreast; ++l) {
@@ -57,7 +62,7 @@ struct PackSums {
         }
     }
 
-    /// The sums of the lanes from `lane` on.
+    /// The sums of one register, from lane `lane` on.
     FIRN_INLINE G2PSums<P, D> lanes(int lane) const {
         G2PSums<P, D> sums;
         P r[4];
@@ -77,7 +82,7 @@ struct PackSums {
     }
 
 private:
-    /// Along all axes but the last: a row of nodes remains.
+    /// Sums over all axes except the last; a row of nodes remains.
     template <class Weights, class RowOfLine>
     FIRN_INLINE static auto leading_sums(const Weights& weights, int l, const RowOfLine& row_of_line) {
         using Row = std::remove_cvref_t<decltype(row_of_line(std::integral_constant<int, 0>{}))>;
@@ -89,7 +94,7 @@ private:
             unroll<K>([&](auto k) FIRN_LAMBDA {
                 constexpr std::integral_constant<int, line + (D == 3 && a == 0 ? K : 1) * k> next{};
                 if constexpr (a == 0)
-                    parts[k].value = k + 1 < K ? row_of_line(next) : row_of_line(next).held();  // used twice
+                    parts[k].value = k + 1 < K ? row_of_line(next) : row_of_line(next).held();  // is used twice
                 else
                     parts[k] = self(std::integral_constant<int, a - 1>{}, next, self);
                 w[k] = Number::fill(&weights.leading[a][k][l]);
@@ -100,7 +105,7 @@ private:
         return close(std::integral_constant<int, D - 2>{}, std::integral_constant<int, 0>{}, close);
     }
 
-    /// Along the last axis, for the particles whose quads begin at q: rows fall into their nodes.
+    /// Sums over the last axis, for the particles whose quads begin at q: splits rows into nodes.
     template <class Weights, class Row, std::size_t N>
     FIRN_INLINE void close_rows(const Weights& weights, int q,
                                 const std::array<PartialSums<Row, D - 1, moments, gradients>, N>& rows) {
@@ -137,19 +142,20 @@ private:
     }
 };
 
-/// The same with what a transfer and a form of the forces need.
+/// The sums of a pack that a transfer and a force form need.
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D>
 using TransferSums =
     PackSums<Kernel, g2p_needs_moment<Kernel, Transfer>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
 
-/// What a group gathers from: the nodes around it, in one place; or, if it is spray, the grid, where they lie, a
-/// register each.
-/// \tparam Layers  of the grid, its nodes the first
+/// The nodes that a group gathers from. A group that is not spray copies them to an arena. Spray reads them from the
+/// grid, node by node.
+/// \tparam Layers  number of layers of the grid to gather from, its nodes included. \see SparseGrid::layer
 template <class Kernel, std::floating_point S, int D, int Layers>
 class NodesOfGroup {
     using P = native_pack<S>;
 
 public:
+    /// Copies the nodes to an arena, unless the group is spray.
     template <class View>
     FIRN_INLINE NodesOfGroup(const SparseGrid<S, D>& grid, const BlockPartition<D>& partition, const BlockGroup& group,
                              const GroupPlaces<View>& places)
@@ -166,14 +172,14 @@ public:
         }
     }
 
-    /// Where the particles of the pack that begins at `slot` of the group are.
+    /// Locates the particles of the pack that begins at `slot` of the group.
     template <class Pack, class View>
     FIRN_INLINE void locate(Pack& pack, const GroupPlaces<View>& places, std::size_t slot) const {
         const int n = is_spray_ ? arena_size<Kernel> : arena_[0].n;
         for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes, slot += scalar_traits<P>::lanes)
             pack.locate(lane, places.template position<P>(slot), places.template block_in_arena<Kernel, P>(slot, n), n);
     }
-    /// Their sums over the nodes' numbers of a layer.
+    /// Computes the sums of a located pack over the numbers of a layer.
     template <int layer, class Pack, class Sums, class View>
     FIRN_INLINE void gather(const Pack& pack, Sums& sums, const GroupPlaces<View>& places, std::size_t slot) const {
         if (is_spray_)

@@ -1,4 +1,4 @@
-/// \file The grid update over all active nodes: momentum becomes velocity, forces per mass act, boundaries apply.
+/// \file The grid update of all nodes: momentum becomes velocity, accelerations act, boundaries apply.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -16,7 +16,7 @@ namespace firn {
 
 namespace detail {
 
-/// For a register of nodes: a policy is lifted, anything else serves as it is.
+/// The acceleration for a register of nodes. A policy is lifted; anything else is returned unchanged.
 template <class P, class Acceleration>
 FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
     if constexpr (has_parameters<Acceleration>)
@@ -25,8 +25,10 @@ FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
         return acceleration;
 }
 
-/// One block of nodes, a register of nodes at a time. Not part of its caller, so that each kind has all registers.
-/// \param reactions  null, or where to add what each part of the boundary gives to matter
+/// Updates one block, a register of nodes at a time. It is not inlined, so that each kind of block can use all
+/// registers.
+/// \param first      position of the first node [m];  \param h  cell size [m];  \param dt  time step [s]
+/// \param reactions  where to add the impulse of each part of the boundary on matter, or null
 template <std::floating_point S, int D, class Acceleration, class Boundary, class OfParts>
 [[gnu::noinline]] void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
                                     const Boundary& boundary, OfParts reactions) {
@@ -59,7 +61,8 @@ template <std::floating_point S, int D, class Acceleration, class Boundary, clas
     }
 }
 
-/// \param reactions  null: nobody wants them
+/// grid_update(), with or without reactions.
+/// \param reactions  null if they are not wanted
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary, Reactions<D>* reactions) {
@@ -106,10 +109,12 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
 
 }  // namespace detail
 
-/// Turns the momentum of every node into its velocity after dt.
+/// Turns the momentum of every node into its velocity after a step.
+/// \param dt            time step [s]
 /// \param acceleration  Vec<S, D> (or Eigen's) [m/s²]; or a callable of the node's position, Vec<P, D> → Vec<P, D> for
 ///                      any scalar P, or of position, velocity and time step; or a policy of field/ in S
-/// \param boundary      a boundary policy in S; node position and velocity → velocity
+/// \param boundary      a boundary policy in S: node position and velocity → velocity
+/// \throws parameter_error  if dt is negative or not finite, or a parameter of a policy is out of range
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary) {
@@ -118,7 +123,9 @@ void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
                             static_cast<Reactions<D>*>(nullptr));
 }
 
-/// The same, to the bit; and what the boundary gave to matter. \see Reactions
+/// Turns the momentum of every node into its velocity, and adds up what the boundary gives to matter. The velocities
+/// have the same bits as without reactions.
+/// \param reactions  receives impulse and torque of each part of the boundary. \see Reactions
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary, Reactions<D>& reactions) {

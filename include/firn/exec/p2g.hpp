@@ -1,4 +1,4 @@
-/// \file P2G over all particles, in floating point. \see Serial, Coloured
+/// \file P2G of all particles, in floating point. \see Serial, Coloured
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -16,7 +16,8 @@
 
 namespace firn {
 
-/// Calls body(group, thread) for all groups, phase after phase; those of one phase share no node.
+/// Calls body(group, thread) for all groups, phase after phase. The groups of one phase share no node, and run on
+/// several threads.
 template <int D, class Body>
 void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const Body& body) {
     const std::vector<std::size_t>& ends = partition.phase_ends;
@@ -29,8 +30,8 @@ void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const 
 
 namespace detail {
 
-/// Calls body(records, slot, used) for every pack of the group: the particles of lanes 0 to used − 1 of `records`.
-/// \param n  size of the arena
+/// Calls body(records, slot, used) for every pack of the group. Lanes 0 to used − 1 of `records` hold particles.
+/// \param n  nodes along an axis of the arena
 template <class Kernel, class Transfer, class Force, class View, class Sums, class Body>
 FIRN_INLINE void for_packs(const ParticleReader<View>& reader, const GroupPlaces<View>& places, const BlockGroup& group,
                            int n, Sums& sums, const Body& body) {
@@ -42,8 +43,8 @@ FIRN_INLINE void for_packs(const ParticleReader<View>& reader, const GroupPlaces
     }
 }
 
-/// Scatters a group straight to the grid's nodes. Like what follows not part of its caller, so that each has all
-/// registers.
+/// Scatters a group directly to the nodes of the grid. Like the other scatter functions it is not inlined, so that each
+/// can use all registers.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 [[gnu::noinline]] void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
                                         const BlockPartition<D>& partition, const BlockGroup& group,
@@ -71,7 +72,7 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
         });
 }
 
-/// Scatters a group to an arena of the nodes around its cube of blocks, then adds that to the grid.
+/// Scatters a group to an arena of the nodes around its block or cube of blocks, then adds the arena to the grid.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 [[gnu::noinline]] void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
                                         const BlockPartition<D>& partition, const BlockGroup& group,
@@ -83,7 +84,7 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
     if (box.strays) throw_strays();
     GroupArena arena;
     arena.clear(group, box);
-    const int n = arena.n;  // out of reach of the integers that are added to the arena
+    const int n = arena.n;  // a copy, which stores of integers to the arena cannot change
     typename Sums::template Counts<Kernel, D> counts(group, box);
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, n, sums, [&](const auto& records, std::size_t, int used) FIRN_LAMBDA {
@@ -102,7 +103,8 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
     });
 }
 
-/// Scatters spray to an arena, too: what a node gets from a group is one number, whatever came to it before.
+/// Scatters spray to an arena, then adds the arena to the grid. So each node receives one number from the group, which
+/// does not depend on the node's earlier contributions.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 [[gnu::noinline]] void scatter_spray(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
                                      const BlockPartition<D>& partition, const BlockGroup& group,
@@ -120,7 +122,8 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
     arena.add_to_grid(nodes, BlocksAround<D>(grid, partition, group));
 }
 
-/// All groups, phase after phase: no two threads ever add to one node, and every node is added to in one order.
+/// Scatters all groups, phase after phase. No two threads add to one node at the same time, and the order of additions
+/// to a node is always the same.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, double dt, int threads,
                       const Sums& sums, typename Sums::number* nodes) {
@@ -128,17 +131,17 @@ void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid
     const ParticleReader<View> reader(set.view, grid.domain(), dt);
     for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int thread) {
         const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        auto&& mine = sums.of_thread(thread);  // what measures on the way, measures into its own
+        auto&& mine = sums.of_thread(thread);  // MeasuredSums measures for each thread
         if (!group.is_spray())
             scatter_to_arena<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
         else if constexpr (std::floating_point<typename Sums::number>)
             scatter_spray<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
-        else  // integers need no sum of their own
+        else  // integer sums do not depend on the order: no arena is needed
             scatter_to_nodes<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
     });
 }
 
-/// One group straight to the nodes, for a thread that is alone or adds atomically.
+/// Scatters one group directly to the nodes, for a single thread or for atomic sums.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 void scatter_group(const ParticleSet<View>& set, const BlockGroup& group, const SparseGrid<S, D>& grid, double dt,
                    const Sums& sums, typename Sums::number* nodes) {
@@ -148,17 +151,18 @@ void scatter_group(const ParticleSet<View>& set, const BlockGroup& group, const 
                                               set.partition, group, grid, sums, nodes);
 }
 
-/// \throws parameter_error, usage_error  for a step [s] that is not finite or negative, and a grid without nodes
+/// \throws parameter_error  if dt [s] is negative or not finite
+/// \throws usage_error      if the grid was not activated for all sets
 template <std::floating_point S, int D, class... Views>
 void check_p2g(const SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     check_step(dt);
     (grid.require_active(sets.partition), ...);
 }
 
-/// Zeros `per_node` numbers (or others) for each node of the grid.
+/// Zeros `per_node` values of type T for each node of the grid.
 template <class T, std::floating_point S, int D>
 void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
-    // Much at once: memset then writes lines of the cache without reading them first.
+    // Large pieces: memset then writes cache lines without reading them first.
     const std::size_t count = grid.block_count() * std::size_t(block_nodes<D> * per_node), together = 1 << 14;
     const auto clear_some = [&](std::size_t i, int) {
         const std::size_t begin = i * together;
@@ -169,12 +173,17 @@ void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
 
 }  // namespace detail
 
-/// Particles to grid: clears the grid, then adds mass and momentum of all particles, the impulse of the stress over
-/// dt included. Needs: the grid activated for the partitions of all sets, and no particle more than `allowed_drift`
-/// cells from the block it was sorted into. Sets follow one another, so that the same bits come from any number of
+/// Particles to grid: clears the grid, then adds mass and momentum of all particles, including the impulse of the
+/// stress over dt.
+///
+/// The grid must be activated for the partitions of all sets. No particle may lie more than `allowed_drift` cells from
+/// the block it was sorted into. Sets are scattered one after the other, so sums have the same bits for any number of
 /// threads.
-/// \throws parameter_error  unless dt is finite and not negative;  usage_error  if the grid was not activated, or a
-///         particle has drifted further (the grid is then of no use)
+/// \param dt    time step [s]
+/// \param sets  the sets of particles, each with its partition
+/// \throws parameter_error  if dt is negative or not finite
+/// \throws usage_error      if the grid was not activated, or a particle has drifted further; the contents of the grid
+///                          are then undefined
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
 void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
@@ -186,7 +195,7 @@ void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const Par
     });
 }
 
-/// \copydoc p2g
+/// Particles to grid in one thread, with the same requirements and errors as with Coloured.
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
 void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
@@ -198,8 +207,9 @@ void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, const ParticleSet<Vie
     (scatter(sets), ...);
 }
 
-/// \copydoc p2g
-/// One set of particles.
+/// Particles to grid for one set of particles, with any execution.
+/// \param dt  time step [s]
+/// \throws parameter_error, usage_error, overflow_error  as p2g() of several sets
 template <class Kernel, class Transfer, class Force, class Execution, class View, int N, std::floating_point S, int D>
 void p2g(const Execution& execution, const View& view, const BlockPartition<N>& partition, SparseGrid<S, D>& grid,
          double dt) {

@@ -1,4 +1,4 @@
-/// \file P2G over all particles, in fixed point. \see FixedPoint
+/// \file P2G of all particles, in fixed point. \see FixedPoint
 #pragma once
 
 #include <firn/exec/fixed_point.hpp>
@@ -11,22 +11,24 @@ namespace firn {
 
 namespace detail {
 
-/// Integers that one thread at a time adds to, and what the scale must be chosen from, seen on the way. So a scale can
-/// be tried before it is known: it mostly is the last step's, and particles are read once. If it was another, the sums
-/// are worthless, as is any number that did not fit.
+/// Sums in integers that measure the particles while they are scattered.
+///
+/// The right scale depends on all particles, and is mostly that of the last step. So P2G tries the last scale, and
+/// reads particles once if it was right. If the right scale turns out to be another, or a number did not fit, P2G
+/// discards the sums and scatters again.
 template <class Kernel, class Force, class Integer, std::floating_point S>
 struct MeasuredSums : IntegerSums<Integer, S> {
     using P = native_pack<S>;
 
-    /// By one thread.
+    /// What one thread has measured.
     struct alignas(64) Seen {
         FixedPointLoad<P> load;
-        P largest = P(0);  ///< in quanta, of a pack
+        P largest = P(0);  ///< largest contribution of the present pack [quanta]
         std::uint32_t particles = 0;
         bool all_fitted = true;
     };
 
-    /// Counts a group's particles by base node where the counts are in the cache, then in the grid.
+    /// Counts a group's particles by base node: in an arena, which fits into the cache, and then in the grid.
     template <class K, int D>
     class Counts {
     public:
@@ -48,8 +50,8 @@ struct MeasuredSums : IntegerSums<Integer, S> {
     };
 
     Seen* seen;
-    std::uint32_t* counts;  ///< of particles, by base node
-    bool scatters;          ///< or only measures
+    std::uint32_t* counts;  ///< number of particles by base node
+    bool scatters;          ///< whether to scatter; otherwise it only measures
 
     MeasuredSums(const FixedPointScale<S>& quanta_per_unit, Seen* of_threads, std::uint32_t* particles_by_node,
                  bool scatter)
@@ -65,26 +67,26 @@ struct MeasuredSums : IntegerSums<Integer, S> {
         seen->largest = max(seen->largest, max(momentum * P(this->scale.momentum), load.mass * P(this->scale.mass)));
         return IntegerSums<Integer, S>::operator()(record);
     }
-    /// Whether the pack seen last may be scattered.
+    /// Whether the last measured pack may be scattered.
     FIRN_INLINE bool fits() {
         const bool fit = scatters && !any(seen->largest > P(S(std::numeric_limits<Integer>::max() / 2)));
         seen->all_fitted = seen->all_fitted && fit;
         seen->largest = P(0);
         return fit;
     }
-    /// Particles whose base node is this one of the grid.
+    /// Counts particles whose base node is this node of the grid.
     FIRN_INLINE void count(std::size_t node, int particles) { counts[node] += std::uint32_t(particles); }
 };
 
-/// Memory for the sums of all nodes, and for the number of particles that have each as their base node.
+/// Memory for the sums of all nodes, and for the number of particles by base node.
 template <class Integer>
 struct GridIntegers {
     Integer* sums;
     std::uint32_t* counts;
 };
 
-/// Sums lie where the nodes' numbers will, if they are as large. They are cleared, loaded and stored as bytes: memory
-/// of numbers holds them as well.
+/// Integers use the memory of the nodes' numbers if they have the same size, and scratch memory otherwise. They are
+/// cleared, loaded and stored as bytes, so memory of floating-point numbers can hold them.
 template <class Integer, std::floating_point S, int D>
 GridIntegers<Integer> integers_of(SparseGrid<S, D>& grid) {
     if constexpr (sizeof(Integer) == sizeof(S)) {
@@ -97,7 +99,7 @@ GridIntegers<Integer> integers_of(SparseGrid<S, D>& grid) {
     }
 }
 
-/// What all threads have seen.
+/// The load measured by all threads together.
 template <class Seen, std::floating_point S, int D>
 FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* counts, const SparseGrid<S, D>& grid) {
     constexpr std::size_t per_block = std::size_t(block_nodes<D>);
@@ -115,11 +117,12 @@ FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* c
     return load;
 }
 
-/// Sums in quanta to numbers of the grid's nodes, maybe in the same memory; those of too little mass become empty.
+/// Converts sums in quanta to the numbers of the nodes, possibly in the same memory. Nodes of too little mass become
+/// empty. \see fewest_mass_quanta
 template <class Integer, std::floating_point S, int D>
 void to_nodes(const Integer* sums, const FixedPointScale<S>& scale, SparseGrid<S, D>& grid, int threads) {
     constexpr int together = 4 * node_width, m = node_mass;
-    // Scales are powers of two: an integer of 32 bits is rounded once, by the conversion.
+    // Scales are powers of two, so the conversion is the only rounding of a 32-bit integer.
     using Real = std::conditional_t<sizeof(Integer) == 4, S, double>;
     using Integers [[gnu::vector_size(together * sizeof(Integer))]] = Integer;
     using Reals [[gnu::vector_size(together * sizeof(Real))]] = Real;
@@ -141,7 +144,8 @@ void to_nodes(const Integer* sums, const FixedPointScale<S>& scale, SparseGrid<S
     parallel_for(grid.block_count(), threads, convert, 16);
 }
 
-/// P2G as far as the sums in quanta, which are then where integers_of() says. \returns their scale
+/// P2G up to the sums in quanta, stored in the memory of integers_of().
+/// \return their scale
 /// \throws overflow_error  if a sum could leave the range of Integer; the grid is empty then
 template <class Kernel, class Transfer, class Force, class Integer, Adding How, std::floating_point S, int D,
           class... Views>
@@ -153,7 +157,7 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Spar
     clear(sums, node_width, grid, threads);
     clear(integers.counts, 1, grid, threads);
 
-    // The scale that was right the last time, or only a look at the particles.
+    // Tries the last scale, or only measures the particles.
     using Measured = MeasuredSums<Kernel, Force, Integer, S>;
     const bool tries = How == Adding::coloured && grid.last_scale;
     const FixedPointScale<S> tried = tries ? *grid.last_scale : FixedPointScale<S>{S(1), S(1)};
@@ -193,7 +197,7 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Spar
 
 }  // namespace detail
 
-/// \copydoc p2g
+/// Particles to grid in fixed point, with the same requirements and errors as with Coloured.
 /// \throws overflow_error  if a sum could leave the range of Integer; the grid is empty then
 template <class Kernel, class Transfer, class Force, class Integer, Adding How, std::floating_point S, int D,
           class... Views>

@@ -1,4 +1,4 @@
-/// \file Where particles lie among the nodes around their blocks, as the lane loops see them.
+/// \file Where the particles of a group lie among the nodes around their blocks, read in SIMD lanes.
 #pragma once
 
 #include <firn/data/particle_view.hpp>
@@ -14,10 +14,11 @@
 
 namespace firn {
 
-/// The blocks that the slots of a group belong to.
+/// The block of each slot of a group.
 template <std::floating_point S, int D>
 class BlocksOfSlots {
 public:
+    /// Reads the ranges of a group.
     BlocksOfSlots(const BlockPartition<D>& partition, const BlockGroup& group)
         : mask_(group.sparse ? most_slots - 1 : pack_size - 1) {
         std::size_t slot = 0;
@@ -36,45 +37,48 @@ public:
         }
     }
 
-    /// Lower corners, in cells from the domain's, of the blocks of the slots from `slot` of the group on.
+    /// Lower corners of the blocks of a register of slots, from `slot` of the group on [cells from the domain's lower
+    /// corner].
     template <class P>
     FIRN_INLINE Vec<P, D> lower(std::size_t slot) const {
         Vec<P, D> r;
         unroll<D>([&](auto a) FIRN_LAMBDA { r.v[a] = P::load(lower_[a] + (slot & mask_)); });
         return r;
     }
-    /// The same from the lower corner of the group's cube of blocks: 0 or block_size.
+    /// The same, from the lower corner of the group's cube of blocks: 0 or block_size along each axis.
     template <class P>
     FIRN_INLINE Vec<P, D> in_cube(std::size_t slot) const {
         return lower<P>(slot) - cast<P>(origin_);
     }
-    std::uint32_t range(std::size_t slot) const { return range_[slot & mask_]; }
+    std::uint32_t range(std::size_t slot) const { return range_[slot & mask_]; }  ///< Number of a slot's range.
 
 private:
     static constexpr std::size_t most_slots = 256;
     static_assert((sparse_particles << D) + pack_size <= most_slots);
 
-    std::size_t mask_;  // all slots of a dense group belong to one block: the first pack stands for all
+    std::size_t mask_;  // all slots of a dense group belong to one block, so the first pack is stored for all
     Vec<S, D> origin_;
     alignas(64) S lower_[D][most_slots];
     std::uint32_t range_[most_slots];
 };
 
-/// How positions are stored. In firn's own particles: in cells, from the lower corner of the particle's block, so that
-/// they are equally fine everywhere. In a foreign program's arrays: in metres.
+/// How positions are stored. firn's particles store them in cells from the lower corner of the particle's block, so
+/// that their resolution is the same everywhere. The arrays of a foreign program store them in metres.
 template <class View>
 class Positions {
     using S = typename View::scalar_type;
     static constexpr int D = View::dimension;
 
 public:
+    /// Whether positions are stored in cells.
     static constexpr bool in_cells = std::same_as<decltype(View::position), BlockedSpan<S>>;
 
+    /// Positions in this domain.
     explicit Positions(const Domain<D>& domain) : per_cell_(S(1 / domain.cell_size)) {
         for (int a = 0; a < D; ++a) {
             lower_[a] = in_cells ? S(0) : S(domain.lower[a]);
             upper_[a] = in_cells ? extent_in_cells<S>(domain, a) : S(domain.upper[a]);
-            if (domain.periodic[std::size_t(a)]) {  // no step is longer than the domain
+            if (domain.periodic[std::size_t(a)]) {  // a particle may go one extent beyond the domain in a step
                 lower_[a] = -upper_[a];
                 upper_[a] = 2 * upper_[a];
             }
@@ -82,7 +86,8 @@ public:
         cell_ = in_cells ? S(1) : S(domain.cell_size);
     }
 
-    /// In cells, from the lower corner of the block that begins at `block` [cells].
+    /// Stored positions, converted to cells from the lower corner of their block.
+    /// \param block  lower corner of the block [cells from the domain's]
     template <class P>
     FIRN_INLINE Vec<P, D> in_block(const Vec<P, D>& position, const Vec<P, D>& block) const {
         if constexpr (in_cells) {
@@ -94,17 +99,19 @@ public:
             return r;
         }
     }
-    /// The faces of the domain.
+    /// The lower corner of the domain, as the positions in a block are stored. Along a periodic axis, one extent below.
     template <class P>
     FIRN_INLINE Vec<P, D> lowest(const Vec<P, D>& block) const {
         return in_cells ? cast<P>(lower_) - block : cast<P>(lower_);
     }
+    /// The upper corner of the domain, as the positions in a block are stored. Along a periodic axis, one extent above.
     template <class P>
     FIRN_INLINE Vec<P, D> highest(const Vec<P, D>& block) const {
         return in_cells ? cast<P>(upper_) - block : cast<P>(upper_);
     }
-    S cell() const { return cell_; }
-    /// What a velocity [m/s] is multiplied with to move a position by dt.
+    S cell() const { return cell_; }  ///< The cell size in the unit of positions.
+    /// The factor from a velocity [m/s] to the motion of a position in dt.
+    /// \param dt  time step [s];  \param h  cell size [m]
     S per_velocity(double dt, double h) const { return S(in_cells ? dt / h : dt); }
 
 private:
@@ -112,13 +119,14 @@ private:
     S per_cell_, cell_;
 };
 
-/// A particle's place: its base node in the arena, and the fractional position.
+/// A particle's place among the nodes: its base node in the arena of its block, and its position from there.
 template <class P, int D>
 struct Place {
-    Vec<P, D> node;      ///< base node, counted from the arena's first [0, block_size − 1 + 2 drift]
+    Vec<P, D> node;      ///< base node, counted from the arena's first: 0 to block_size − 1 + 2 allowed_drift
     Vec<P, D> fraction;  ///< f = x/h − base, in cells
 };
 
+/// The place of particles. A particle beyond the arena is put at its end.
 /// \param position  in cells, from the lower corner of the particle's block
 template <class Kernel, class P, int D>
 FIRN_INLINE Place<P, D> locate(const Vec<P, D>& position) {
@@ -126,14 +134,14 @@ FIRN_INLINE Place<P, D> locate(const Vec<P, D>& position) {
     Place<P, D> place;
     unroll<D>([&](auto a) FIRN_LAMBDA {
         const P node = base_node<Kernel>(position.v[a]) + P(allowed_drift);
-        // Bounded even if a position were not a number: memory outside the arena is never touched.
+        // Clamped, also for NaN, so that memory outside of the arena is never touched.
         place.node.v[a] = select(node > P(0), select(node < P(last), node, P(last)), P(0));
         place.fraction.v[a] = position.v[a] - (place.node.v[a] - P(allowed_drift));
     });
     return place;
 }
 
-/// The first number of a node, in an arena of n along each axis.
+/// The index of a node's first number in an arena with n nodes along each axis.
 template <class P, int D>
 FIRN_INLINE P first_number(const Vec<P, D>& node, int n) {
     P number = node.v[0];
@@ -141,7 +149,7 @@ FIRN_INLINE P first_number(const Vec<P, D>& node, int n) {
     return number * P(node_width);
 }
 
-/// Which particles lie beyond the reach of their block.
+/// A mask of the particles that lie beyond the reach of their block.
 /// \param position  in cells, from the lower corner of the particle's block
 template <class Kernel, class P, int D>
 FIRN_INLINE mask_t<P> strays(const Vec<P, D>& position) {
@@ -154,7 +162,7 @@ FIRN_INLINE mask_t<P> strays(const Vec<P, D>& position) {
 }
 
 namespace detail {
-/// True, or the compiler says that the particles are others than the grid is for.
+/// True. If precision or dimension of particles, partition and grid differ, the compiler stops with a message.
 template <class View, int N, class S, int D>
 consteval bool require_same_kind() {
     constexpr bool same = View::dimension == D && N == D && std::same_as<typename View::scalar_type, S>;
@@ -164,7 +172,7 @@ consteval bool require_same_kind() {
     return same;
 }
 
-/// True, or the compiler says that the material is of another precision.
+/// True. If the material has another precision, the compiler stops with a message.
 template <class Material, class S>
 consteval bool require_same_precision() {
     constexpr bool same = std::same_as<material_scalar_t<Material>, S>;
@@ -175,6 +183,7 @@ consteval bool require_same_precision() {
 }
 }  // namespace detail
 
+/// \throws usage_error  always: particles have left the reach of their blocks
 [[noreturn, gnu::cold, gnu::noinline]] inline void throw_strays() {
     throw usage_error(
         "P2G is given a partition that is stale: particles have left the reach of the blocks that they were sorted "
@@ -182,13 +191,14 @@ consteval bool require_same_precision() {
         "(or sort_particles()) and grid.activate() before the next p2g().");
 }
 
-/// Where the particles of a group are.
+/// The places of the particles of a group.
 template <class View>
 class GroupPlaces {
 public:
-    using S = typename View::scalar_type;
-    static constexpr int D = View::dimension;
+    using S = typename View::scalar_type;      ///< float or double.
+    static constexpr int D = View::dimension;  ///< 2 or 3.
 
+    /// The places of this group. `view` and `positions` must outlive it.
     GroupPlaces(const View& view, const BlockPartition<D>& partition, const BlockGroup& group,
                 const Positions<View>& positions)
         : view_(view),
@@ -197,22 +207,23 @@ public:
           first_(group.first_slot),
           order_(partition.order.data()) {}
 
-    const BlocksOfSlots<S, D>& blocks() const { return blocks_; }
+    const BlocksOfSlots<S, D>& blocks() const { return blocks_; }  ///< The blocks of the slots.
+    /// A register of slots of the particles, from `slot` of the group on.
     FIRN_INLINE Slots slots(std::size_t slot) const { return {first_ + slot, order_ + first_ + slot}; }
 
-    /// In cells, from the lower corner of each particle's block.
+    /// Positions of a register of particles, in cells from the lower corners of their blocks.
     template <class P>
     FIRN_INLINE Vec<P, D> position(std::size_t slot) const {
         return positions_.in_block(load_vector<P, D>(view_.position, slots(slot)), blocks_.template lower<P>(slot));
     }
 
-    /// Where the particles' blocks begin in an arena of n along each axis.
+    /// Lower corners of the particles' blocks in an arena with n nodes along each axis [cells].
     template <class Kernel, class P>
     FIRN_INLINE Vec<P, D> block_in_arena(std::size_t slot, int n) const {
         return n == arena_size<Kernel> ? Vec<P, D>::zero() : blocks_.template in_cube<P>(slot);
     }
 
-    /// The nodes that the particles of the group reach, in its arena.
+    /// The box of nodes of its arena that the particles of the group reach.
     template <class Kernel>
     FIRN_INLINE ArenaBox<D> box(const BlockGroup& group) const {
         using P = native_pack<S>;
@@ -223,11 +234,11 @@ public:
         const auto see = [&](std::size_t slot, bool look) FIRN_LAMBDA {
             Vec<P, D> x = position<P>(slot);
             if (look) stray = stray | (strays<Kernel>(x) & is_used(group, slot));
-            // Of one block's particles the outermost have the outermost nodes. Not so of several blocks': the sum of a
-            // position and its block's corner may be rounded to the next cell.
+            // In one block the outermost particles have the outermost nodes. With several blocks nodes are compared,
+            // because adding the corner of a block to a position could round it to the next cell.
             if (group.sparse) x = locate<Kernel>(x).node + blocks_.template in_cube<P>(slot);
             unroll<D>([&](auto a) FIRN_LAMBDA {
-                low.v[a] = min(low.v[a], x.v[a]);  // what is not a number is left out: it reaches wrong nodes anyway
+                low.v[a] = min(low.v[a], x.v[a]);  // ignores NaN, which reaches wrong nodes anyway
                 high.v[a] = max(high.v[a], x.v[a]);
             });
         };
@@ -251,7 +262,7 @@ public:
         return box;
     }
 
-    /// Does some particle of the group lie beyond the reach of its block?
+    /// Whether a particle of the group lies beyond the reach of its block.
     template <class Kernel>
     FIRN_INLINE bool has_strays(const BlockGroup& group) const {
         using P = native_pack<S>;
@@ -261,7 +272,9 @@ public:
         return any(stray);
     }
 
-    /// Calls f(corner) for the particles of spray: the first number of the base node in an arena of n along each axis.
+    /// Calls f(corner) for each particle of spray.
+    /// \param n  nodes along an axis of the arena
+    /// \param f  gets the index of the first number of the particle's base node in the arena
     template <class Kernel, class F>
     FIRN_INLINE void for_corners(const BlockGroup& spray, int n, const F& f) const {
         using P = native_pack<S>;
@@ -273,7 +286,7 @@ public:
     }
 
 private:
-    /// Which lanes from `slot` on hold particles, and not padding, which stands for any of them.
+    /// A mask of the lanes from `slot` on that hold particles. The others are padding.
     FIRN_INLINE static auto is_used(const BlockGroup& group, std::size_t slot) {
         using P = native_pack<S>;
         S lane[scalar_traits<P>::lanes];
@@ -288,21 +301,23 @@ private:
     const std::uint32_t* order_;
 };
 
-/// Weights of sixteen particles, laid out for the row kernels: a number an axis and node for the leading axes,
-/// a quad of the nodes' weights for the last axis.
+/// Weights of a pack of particles, laid out for rows of nodes. The leading axes have one number for each axis, node and
+/// particle. The last axis has four numbers for each particle: the weights of its nodes.
 template <class Kernel, std::floating_point S, int D, bool Gradients>
 struct PackWeights {
-    static constexpr int K = Kernel::support;
-    using P = native_pack<S>;
-    using Index = typename P::integer;
+    static constexpr int K = Kernel::support;  ///< Nodes along an axis.
+    using P = native_pack<S>;                  ///< A register of lanes.
+    using Index = typename P::integer;         ///< An integer of the same size as S.
 
-    alignas(64) S leading[D - 1][K][pack_size];
-    alignas(64) S leading_gradient[Gradients ? D - 1 : 1][K][pack_size];
-    alignas(64) S last[pack_size * 4];
-    alignas(64) S last_gradient[Gradients ? pack_size * 4 : 4];
-    alignas(64) Index corner[pack_size];  ///< the base node's first number in the arena
+    alignas(64) S leading[D - 1][K][pack_size];                           ///< Weights along the leading axes.
+    alignas(64) S leading_gradient[Gradients ? D - 1 : 1][K][pack_size];  ///< Their gradients [1/cell].
+    alignas(64) S last[pack_size * 4];                                    ///< Weights along the last axis.
+    alignas(64) S last_gradient[Gradients ? pack_size * 4 : 4];           ///< Their gradients [1/cell].
+    alignas(64) Index corner[pack_size];  ///< Index in the arena of the base node's first number.
 
-    /// \param block  where the particles' blocks begin in the arena;  \param n  the arena's size
+    /// Computes the weights of one register of particles.
+    /// \param lane   the first lane of the pack
+    /// \param block  lower corners of the particles' blocks in the arena;  \param n  nodes along an axis of the arena
     FIRN_INLINE void fill(int lane, const Place<P, D>& place, const Vec<P, D>& block, int n) {
         const Vec<P, D> node = place.node + block;
         first_number(node, n).store(corner + lane);
@@ -328,7 +343,7 @@ private:
     }
 };
 
-/// Where lane l (of sixteen) of a pack has its quad, in numbers.
+/// The index of the first of the four numbers of lane l of a pack.
 template <class P>
 FIRN_INLINE constexpr int quad_offset(int l) {
     constexpr unsigned lanes = scalar_traits<P>::lanes;

@@ -1,4 +1,4 @@
-/// \file What boundaries give to matter in a grid update: impulses and torques, for diagnostics and two-way coupling.
+/// \file Reactions: the impulses and torques of boundaries on matter, for diagnostics and two-way coupling.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -10,14 +10,15 @@
 
 namespace firn {
 
-/// What one part of a boundary gave to matter: Σ m Δv and Σ (x − about) × m Δv over the nodes. The part received the
-/// opposite: over a step of dt, the force −impulse / dt.
+/// The impulse of one part of a boundary on matter, summed over the nodes: Σ m Δv and Σ (x − about) × m Δv. Matter acts
+/// on the part with the opposite impulse: over a step of dt, with the force −impulse / dt.
 template <int D>
 struct Reaction {
-    Vec<double, D> about = Vec<double, D>::zero();          ///< [m]
-    Vec<double, D> impulse = Vec<double, D>::zero();        ///< [N s]
-    Axial<double, D> angular_impulse = Axial<double, D>{};  ///< about `about` [N m s]
+    Vec<double, D> about = Vec<double, D>::zero();          ///< the point that torques are about [m]
+    Vec<double, D> impulse = Vec<double, D>::zero();        ///< Σ m Δv [N s]
+    Axial<double, D> angular_impulse = Axial<double, D>{};  ///< Σ (x − about) × m Δv [N m s]
 
+    /// Adds the impulses of another reaction about the same point.
     Reaction& operator+=(const Reaction& more) {
         impulse += more.impulse;
         angular_impulse += more.angular_impulse;
@@ -25,18 +26,18 @@ struct Reaction {
     }
 };
 
-/// Filled by grid_update(): one Reaction for every part of a boundary (a Together or BoundaryList has several), summed
-/// in double, block after block: the same bits for any number of threads.
+/// The reactions of all parts of a boundary, filled by grid_update(). A Together or BoundaryList has several parts.
+/// They are summed in double, block after block, and have the same bits for any number of threads.
 template <int D>
 struct Reactions {
-    /// What torques are about; not given: the position of each part, or the origin for what has none.
+    /// The point that torques are about [m]. If not given: the position of each part, or the origin if it has none.
     std::optional<Vec<double, D>> about{};
-    std::vector<Reaction<D>> parts{};
+    std::vector<Reaction<D>> parts{};  ///< One reaction for each part.
 };
 
 namespace detail {
 
-/// A boundary whose parts' changes of velocity are added up.
+/// A boundary that adds up the impulses of its parts.
 template <scalar P, int D, class Boundary>
 struct Watched {
     const Boundary& boundary;

@@ -1,21 +1,24 @@
-/// \file Sixteen particles to the rows of nodes around them. What rows are added up in, and where, is named from
-/// outside.
+/// \file Scatter: adds the records of a pack of particles to the rows of nodes around them. The caller chooses the type
+/// and the place of the sums.
 #pragma once
 
 #include <firn/exec/row_sums.hpp>
 
 namespace firn {
 
-/// What a P2G reads of particles.
+/// Reads particles, and makes their records for P2G.
 template <class View>
 class ParticleReader {
 public:
-    using S = typename View::scalar_type;
-    static constexpr int D = View::dimension;
+    using S = typename View::scalar_type;      ///< float or double.
+    static constexpr int D = View::dimension;  ///< 2 or 3.
 
+    /// Reads from `view`, which must outlive it, for a time step of `dt` [s].
     ParticleReader(const View& view, const Domain<D>& domain, double dt)
         : view_(view), h_(S(domain.cell_size)), dt_(S(dt)) {}
 
+    /// The records of a register of particles.
+    /// \param fraction  positions from the base nodes [cells]
     template <class Kernel, class Transfer, class Force, class P>
     FIRN_INLINE P2GRecord<P, D> record(const Slots& slots, const Vec<P, D>& fraction) const {
         P2GParticle<P, D> particle;
@@ -28,7 +31,7 @@ public:
         return make_record<Kernel, Transfer, Force>(particle, from_centre<Kernel>(fraction), P(h_), P(dt_));
     }
 
-    /// Calls into the cache what record() will read of the pack that begins at `slot`.
+    /// Prefetches into the cache what record() reads of the pack that begins at `slot`.
     template <class Transfer>
     FIRN_INLINE void prefetch(std::size_t slot) const {
         view_.template prefetch<Transfer::affine>(slot);
@@ -39,23 +42,26 @@ private:
     S h_, dt_;
 };
 
-/// Sixteen records, a quad for each of p (with the mass), the columns of A, the columns of G.
+/// The records of a pack of particles, with the weights of their nodes. A record has four numbers for each of these: p
+/// with the mass, the columns of A, the columns of G. \see P2GRecord
 template <class Kernel, class Force, std::floating_point S, int D>
 struct PackRecords {
-    static constexpr bool gradients = Force::weight_gradients;
-    static constexpr int quads = 1 + D + (gradients ? D : 0);
-    static constexpr int K = Kernel::support, centre = centre_node<Kernel>;
-    static constexpr int lines = lines_of_particle<Kernel, D>;
-    using P = native_pack<S>;
+    static constexpr bool gradients = Force::weight_gradients;  ///< Whether records have G.
+    static constexpr int quads = 1 + D + (gradients ? D : 0);   ///< Number of vectors of a record.
+    static constexpr int K = Kernel::support,                   ///< Nodes along an axis.
+        centre = centre_node<Kernel>;                           ///< The centre node, counted from the base node.
+    static constexpr int lines = lines_of_particle<Kernel, D>;  ///< Number of rows of a particle.
+    using P = native_pack<S>;                                   ///< A register of lanes.
 
-    PackWeights<Kernel, S, D, gradients> weights;
-    alignas(64) S value[quads][pack_size * 4];
-    alignas(64) S product[lines][pack_size];  ///< of the leading axes' weights; and with one axis's gradient instead:
+    PackWeights<Kernel, S, D, gradients> weights;  ///< Weights along each axis.
+    alignas(64) S value[quads][pack_size * 4];     ///< The records.
+    alignas(64) S product[lines][pack_size];       ///< Products of the leading axes' weights, for each row.
+    /// The same products with the gradient of one axis instead of its weight.
     alignas(64) S gradient_product[gradients ? lines : 1][D - 1][pack_size];
 
-    /// The lane loop: records and weights of one pack of particles, from slot `slot` of a group on.
-    /// \param n     size of the arena
-    /// \param unit  unit(record): in which the record shall be summed
+    /// Computes records and weights of one pack of particles in SIMD lanes, from slot `slot` of a group on.
+    /// \param n     nodes along an axis of the arena
+    /// \param unit  unit(record): the record in the unit of the sums
     template <class Transfer, class Reader, class Places, class Unit>
     FIRN_INLINE void fill(const Reader& reader, const Places& places, std::size_t slot, int n, Unit&& unit) {
         constexpr int lanes = scalar_traits<P>::lanes;
@@ -81,11 +87,11 @@ struct PackRecords {
         }
     }
 
-    /// Adds up the rows that the particles of lanes [first, last) reach.
-    /// \param rows_at  rows_at(corner): where they are added up. \see ArenaRows, GridRows
-    /// \param count    count(corner, particles): told of all of them
-    /// \tparam Held  whether sums are made of each cell's particles before they are stored. The same additions in the
-    ///               same order: it only matters how long sums stay in registers.
+    /// Adds the records of lanes [first, last) to the rows of their particles.
+    /// \param rows_at  rows_at(corner): the place of the sums. \see ArenaRows, GridRows
+    /// \param count    count(corner, particles): called for all particles
+    /// \tparam Held  whether sums stay in registers while consecutive particles have the same base node. The additions
+    ///               and their order are the same either way.
     template <bool Held, class RowsAt, class Count>
     FIRN_INLINE void scatter(int first, int last, const RowsAt& rows_at, const Count& count) const {
         using Row = typename decltype(rows_at(0))::Row;
@@ -109,17 +115,17 @@ struct PackRecords {
             count(corner, l - begin);
         }
     }
-    /// Only counts them.
+    /// Calls count(corner, 1) for the particles of lanes [first, last), and adds nothing.
     template <class Count>
     FIRN_INLINE void count(int first, int last, const Count& count) const {
         for (int l = first; l < last; ++l) count(weights.corner[l], 1);
     }
 
 private:
-    /// Number of a line's node along leading axis a.
+    /// The place of a row along leading axis a.
     FIRN_INLINE static constexpr int along(int a, int line) { return D == 3 && a == 0 ? line / K : line % K; }
 
-    /// The products of line `line` for the lanes from `lane` on.
+    /// Computes the products of row `line` for a register, from lane `lane` on.
     FIRN_INLINE void fill_products(int line, int lane) {
         const auto factor = [&](const auto& table, int a)
                                 FIRN_LAMBDA { return P::load(table[a][along(a, line)] + lane); };
@@ -134,8 +140,8 @@ private:
             });
     }
 
-    /// Calls f(line, record, weight, gradients) for the rows of the particle of lane l: the record, moved there, and
-    /// what it is weighted with.
+    /// Calls f(line, record, weight, gradients) for the rows of lane l's particle. `record` is moved to the row;
+    /// `weight` and `gradients` are the factors for OpenRecord::weighted().
     template <class Row, class F>
     FIRN_INLINE void for_rows(int l, const F& f) const {
         using Number = typename Row::Number;
@@ -168,7 +174,7 @@ private:
         go(std::integral_constant<int, D - 2>{}, std::integral_constant<int, 0>{}, row, go);
     }
 
-    /// Offsets of the nodes of a row from the centre node, four times each.
+    /// Offset of each node of a row from the centre node, four times each.
     alignas(64) static constexpr std::array<S, 16> row_offsets = [] {
         std::array<S, 16> r{};
         for (int i = 0; i < 16; ++i) r[std::size_t(i)] = S(i / 4 - centre);

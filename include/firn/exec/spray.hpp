@@ -1,4 +1,4 @@
-/// \file The sums of spray: in an arena, of which only what particles reach is cleared, and added to the grid.
+/// \file The arena for spray, of which only the nodes that particles reach are cleared and added to the grid.
 #pragma once
 
 #include <firn/exec/arena.hpp>
@@ -8,8 +8,8 @@
 
 namespace firn {
 
-/// The nodes around a cube of blocks, of which some are reached. Those come by the runs that lie in one line and in one
-/// block.
+/// The nodes around a cube of blocks. Particles reach only some of them. It keeps track of runs of nodes: those of one
+/// line in one block.
 template <class Kernel, std::floating_point S, int D>
 class SprayArena {
     static constexpr int K = Kernel::support;
@@ -17,12 +17,12 @@ class SprayArena {
 public:
     static constexpr int n = arena_size<Kernel, cube_blocks>;  ///< nodes along an axis
 
-    /// Zeros the runs that a particle reaches: for all particles, before any is added.
-    /// \param corner  the number, in the arena, of the first number of the particle's base node
+    /// Zeros the runs that a particle reaches. Call it for all particles before the first is added.
+    /// \param corner  index in the arena of the first number of the particle's base node
     FIRN_INLINE void reach(std::size_t corner) {
         const unsigned base = unsigned(corner) / node_width, line = base / n, k = base % n;
         const unsigned first = (k + before) / block_size, last = (k + before + K - 1) / block_size;
-        // Two runs are no more than two blocks' nodes; what is zeroed of others does no harm yet.
+        // Two runs have at most 2 block_size nodes. Zeroing some nodes of other runs is harmless, as nothing was added.
         const unsigned begin = line * n + unsigned(std::max(int(first * block_size) - before, 0));
         S* const run = node + begin * node_width;
         unroll<lines_of_particle<Kernel, D>>([&](auto l) FIRN_LAMBDA {
@@ -35,7 +35,7 @@ public:
         }
     }
 
-    /// Adds what is reached to the grid's nodes.
+    /// Adds the runs that particles reach to the nodes of the grid.
     FIRN_INLINE void add_to_grid(S* nodes, const BlocksAround<D>& around) const {
         unroll<blocks>([&](auto b) FIRN_LAMBDA {
             constexpr int begin = b == 0 ? before : 0, end = std::min(block_size, before + n - b * block_size);
@@ -54,15 +54,15 @@ public:
         });
     }
 
-    /// Zeroing may reach over the end.
+    /// The numbers of the nodes. Zeroing may reach over the end.
     alignas(64) S node[(arena_nodes<D>(n) + 2 * block_size) * node_width];
 
 private:
-    static constexpr int before = block_size - allowed_drift;  // nodes of the first block that the arena leaves out
+    static constexpr int before = block_size - allowed_drift;  // nodes of the first block before the arena
     static constexpr int blocks = cube_blocks + 2, line_count = arena_nodes<D>(n) / n;
     static constexpr int words = line_count <= 64 ? 1 : line_count / 64 + 2;
 
-    /// Of those lines that a particle of the first line reaches, a bit each.
+    /// One bit for each line that a particle of the first line reaches.
     static constexpr std::uint64_t lines_from_0 = [] {
         std::uint64_t bits = 0;
         for (int l = 0; l < lines_of_particle<Kernel, D>; ++l)
@@ -70,7 +70,7 @@ private:
         return bits;
     }();
 
-    /// Where a line is in the grid along the leading axes: block and node.
+    /// The place of a line in the grid along the leading axes: block, and node in it.
     struct Line {
         std::uint8_t block, node;
     };
@@ -85,7 +85,7 @@ private:
         return all;
     }();
 
-    std::uint64_t reached_[blocks][words] = {};  // lines, a bit each
+    std::uint64_t reached_[blocks][words] = {};  // one bit for each line
 };
 
 }  // namespace firn

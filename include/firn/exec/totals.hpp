@@ -1,4 +1,4 @@
-/// \file What a set of particles has in all: mass, momenta, energies.
+/// \file Totals of a set of particles: mass, momenta, energies.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -15,15 +15,16 @@ namespace firn {
 /// Sums over particles, in double.
 template <int D>
 struct Totals {
-    std::size_t particles = 0;
+    std::size_t particles = 0;            ///< number of particles
     double mass = 0;                      ///< [kg]
     Vec<double, D> momentum{};            ///< Σ m v [kg m/s]
     Axial<double, D> angular_momentum{};  ///< about the origin, that of the affine fields included [kg m²/s]
     Vec<double, D> first_moment{};        ///< Σ m x [kg m]; over the mass: the centre of mass
     double kinetic_energy = 0;            ///< Σ ½ m (|v|² + h²/inverse_inertia ‖C‖²) [J]
-    double elastic_energy = 0;            ///< Σ V0 ψ [J]; NaN of a material that offers no energy_density
-    double dissipated_energy = 0;         ///< Σ V0 of what plastic flow took [J]; 0 unless Dissipating<…> keeps it
+    double elastic_energy = 0;            ///< Σ V0 ψ [J]; NaN if the material has no energy_density
+    double dissipated_energy = 0;  ///< Σ V0 × work of plastic flow [J]; 0 unless the material is `Dissipating<…>`
 
+    /// Adds the totals of other particles.
     Totals& operator+=(const Totals& other) {
         particles += other.particles;
         mass += other.mass;
@@ -39,7 +40,7 @@ struct Totals {
 
 namespace detail {
 
-/// 2 ω of the spin (C − Cᵀ)/2.
+/// 2 ω, twice the angular velocity of the spin (C − Cᵀ)/2.
 template <int D>
 Axial<double, D> curl(const Mat<double, D>& C) {
     if constexpr (D == 2)
@@ -48,7 +49,7 @@ Axial<double, D> curl(const Mat<double, D>& C) {
         return {{C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1)}};
 }
 
-/// The same numbers in double.
+/// A state with the same numbers in double.
 template <class To, class From>
 To state_in_double(const From& state) {
     To exact;
@@ -66,9 +67,12 @@ To state_in_double(const From& state) {
 
 }  // namespace detail
 
-/// In the order of ids: the same bits for any number of threads, and any order in memory.
-/// An affine field C carries angular momentum and energy as a body of the inertia h²/inverse_inertia does (Jiang,
-/// Schroeder and Teran 2017); kernels without such a constant are counted without it.
+/// The totals of a set of particles. They are summed in the order of ids, and have the same bits for any number of
+/// threads and any order in memory.
+///
+/// An affine field C carries angular momentum and energy like a body of inertia h²/inverse_inertia (Jiang, Schroeder
+/// and Teran 2017). If the kernel's inertia is not constant, C is not counted.
+/// \param threads  number of threads; 0: thread_count() chooses
 template <class Kernel, class Material, std::floating_point S, int D, class State>
 Totals<D> totals(const Particles<S, D, State>& particles, const Domain<D>& domain, const Material& material,
                  int threads = 0) {

@@ -1,5 +1,5 @@
-/// \file The further passes of transfers that need them: FLIP, AFLIP and ASFLIP before P2G, FMPM after it. They do
-/// nothing for PIC and APIC. A step is
+/// \file Additional passes of some transfers: FLIP, AFLIP and ASFLIP have one before P2G, FMPM has one after it. They
+/// do nothing for PIC and APIC. A step is
 ///
 ///     before_p2g<Kernel, Transfer>(execution, grid, sets...);
 ///     p2g<Kernel, Transfer, Force>(execution, grid, dt, sets...);
@@ -19,15 +19,15 @@
 
 namespace firn {
 
-/// What passes need from step to step: velocities of the particles of each set.
+/// Memory that passes keep from step to step, so that they do not allocate it again.
 template <std::floating_point S>
 struct TransferMemory {
-    std::vector<aligned_vector<S>> velocities;
+    std::vector<aligned_vector<S>> velocities;  ///< Velocities of the particles of each set.
 };
 
 namespace detail {
 
-/// D numbers a particle, reached as a set's velocities are.
+/// A field of D numbers for each particle, in the layout of a set's velocities.
 template <class View>
 auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memory, std::size_t slots, int workers) {
     using S = typename View::scalar_type;
@@ -39,7 +39,7 @@ auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memor
         return StridedSpan<S>::template vectors<D>(memory.data());
 }
 
-/// Σ N v_i for every particle of a set, to `velocity`.
+/// Writes Σ N v_i of every particle of a set to `velocity`.
 template <class Kernel, class View, class Field, std::floating_point S, int D>
 void gather_velocities(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, const Field& velocity) {
     const Positions<View> positions(grid.domain());
@@ -61,14 +61,14 @@ void gather_velocities(const ParticleSet<View>& set, const SparseGrid<S, D>& gri
     });
 }
 
-/// Momentum and mass of particles that move as they do, and nothing acts on; then velocities in place of momenta.
+/// Computes the velocities of the nodes from the particles' velocities, without any force.
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
 void transfer_velocities(const Execution& execution, SparseGrid<S, D>& grid, const ParticleSet<Views>&... sets) {
     p2g<Kernel, Transfer, NoForce>(execution, grid, 0.0, sets...);
     grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
 }
 
-/// For every register of nodes: f(numbers in the grid, number of the first).
+/// Calls f(numbers, index) for every register of nodes: its numbers in the grid, and the index of the first of them.
 template <std::floating_point S, int D, class F>
 void for_nodes(SparseGrid<S, D>& grid, int threads, const F& f) {
     constexpr std::size_t per_block = std::size_t(block_nodes<D> * node_width);
@@ -94,7 +94,7 @@ FIRN_INLINE void store_node_vectors(const Vec<P, D>& v, P (&r)[4], value_type_t<
     store_quads(r, to);
 }
 
-/// The passes of after_p2g() for a transfer of order 2 or more.
+/// after_p2g() for a transfer of order 2 or more.
 template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>
 void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer,
                     TransferMemory<S>& memory, int threads, const ParticleSet<Views>&... sets) {
@@ -133,7 +133,8 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
 
 }  // namespace detail
 
-/// Velocities of the nodes before forces act, in layer 1 of the grid, for transfers that blend with them.
+/// Computes the velocities of the nodes before forces act, and stores them in layer 1 of the grid. Only transfers that
+/// blend with these velocities need it; for others it does nothing.
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
 void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const ParticleSet<Views>&... sets) {
     if constexpr (blends_velocities<Transfer>) {
@@ -145,9 +146,10 @@ void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Partic
     }
 }
 
-/// Momenta of the nodes in place of those that P2G made, for transfers that refine them: m v, v the series of FMPM.
-/// Layers 1 and 2 of the grid are used up.
-/// \throws parameter_error if the order is less than 1
+/// Replaces the momenta of P2G by m v, where v is the series of FMPM. Only transfers that refine momenta need it; for
+/// others it does nothing. It overwrites layers 1 and 2 of the grid.
+/// \param memory  memory for velocities, kept from step to step
+/// \throws parameter_error  if the order of the transfer is less than 1
 template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>
 void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer, TransferMemory<S>& memory,
                const ParticleSet<Views>&... sets) {

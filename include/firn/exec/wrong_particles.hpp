@@ -1,6 +1,8 @@
-/// \file Which particles a step has spoiled. They are looked for once it is known that there are some.
+/// \file Finds particles that are not finite or have left the domain, and describes them. It runs only after a step has
+/// reported that there are some.
 ///
-/// What is known of a particle becomes numbers and text in one template; all that is said of it is compiled once.
+/// One template turns a particle into numbers and text. The code that makes sentences is not a template, and is
+/// compiled once.
 #pragma once
 
 #include <firn/data/check_particles.hpp>
@@ -15,20 +17,20 @@
 
 namespace firn::detail {
 
-/// One particle, with what a sentence can say of it.
+/// The facts about one particle that a sentence can mention.
 struct ParticleFacts {
     std::uint32_t id = 0;
     int dimension = 0;
-    bool has_position = false;  ///< not where the domain of firn's own particles is not known
+    bool has_position = false;  ///< false if positions are in cells and the domain is not known
     double position[3] = {};    ///< [m]
     double velocity[3] = {};    ///< [m/s]
     double volume_ratio = 0;    ///< J, the determinant of the first matrix of the state
     bool has_volume_ratio = false;
-    double signal_speed = 0;  ///< |v| + c [m/s], that the bound of the time step comes from. \see firn::signal_speed
-    double undeformed_speed = 0;  ///< of sound in matter of its density that is not deformed [m/s]
-    std::string not_finite{};     ///< "not finite: its velocity, its stress", or nothing
-    bool at_face = false;         ///< of the domain, where G2P put it
-    bool has_passed = false;      ///< and it moves as if it had passed through the face by a cell
+    double signal_speed = 0;      ///< |v| + c [m/s]. \see firn::signal_speed
+    double undeformed_speed = 0;  ///< speed of sound in undeformed matter of its density [m/s]
+    std::string not_finite{};     ///< "not finite: its velocity, its stress", or empty
+    bool at_face = false;         ///< whether it lies at a face of the domain, where G2P has kept it
+    bool has_passed = false;      ///< whether its velocity would also have moved it a cell beyond the face
 
     double speed() const {  ///< |v| [m/s]
         double square = 0;
@@ -41,7 +43,7 @@ struct ParticleFacts {
                         " with velocity ", point_text(velocity, dimension), " m/s",
                         has_volume_ratio ? sentence(", J = ", volume_ratio) : "");
     }
-    /// Takes note of a field that is not finite.
+    /// Adds the name of a field to `not_finite` if one of its numbers is not finite.
     [[gnu::cold]] void look_at(const char* name, const double* numbers, int components) {
         bool finite = true;
         for (int k = 0; k < components; ++k) finite = finite && std::isfinite(numbers[k]);
@@ -51,7 +53,7 @@ struct ParticleFacts {
     }
 };
 
-/// Takes in particles one after the other.
+/// Receives the facts about particles, one after the other.
 struct FactsReader {
     virtual void see(ParticleFacts& one) = 0;
 
@@ -61,8 +63,8 @@ protected:
 
 /// Particles that are not finite, or would have moved more than a cell beyond the domain.
 struct WrongParticles final : FactsReader {
-    std::size_t count = 0, of = 0;  ///< wrong ones, of how many
-    bool by_velocity = true;        ///< a scheme that blends keeps another velocity than that which moves it
+    std::size_t count = 0, of = 0;  ///< number of wrong particles, and of all
+    bool by_velocity = true;        ///< whether to judge by velocity: transfers that blend move with another one
 
     [[gnu::cold]] void see(ParticleFacts& one) override {
         if (by_velocity ? one.not_finite.empty() && !one.has_passed : !one.at_face) return;
@@ -73,7 +75,7 @@ struct WrongParticles final : FactsReader {
         lowest_[place] = one.id;
         if (place == 0) first_ = std::move(one);
     }
-    /// "3 of 100 particles …", to be followed by a cause.
+    /// A sentence "3 of 100 particles …". The cause should follow.
     [[gnu::cold]] std::string text() const {
         const std::string total = sentence(of, of == 1 ? " particle" : " particles");
         if (count == 0) return sentence("One of ", total, " is not finite, or has left the domain.");
@@ -91,7 +93,7 @@ private:
     ParticleFacts first_;
 };
 
-/// In lanes, in which every model is used; all of them alike.
+/// Computes the speeds of a particle. All lanes hold the same particle, because models are always used in SIMD lanes.
 template <class View, class Material>
 [[gnu::cold]] void find_speeds(const View& view, const Slots& slots, double cell_size, const Material& material,
                                ParticleFacts& facts) {
@@ -114,8 +116,9 @@ template <class View, class Material>
     facts.undeformed_speed = double(lane_value(wave_speed(lifted, mass / volume, initial_state<D>(lifted)), 0));
 }
 
-/// \param domain  null: not known
-/// \param dt      of the step that it came from [s]; 0: of none
+/// Collects the facts about one particle.
+/// \param domain  null if it is not known
+/// \param dt      time step that moved it [s]; 0: no step did
 template <int D, class View, class Material>
 [[gnu::cold]] void find_facts(const View& view, const BlockRange<D>& range, const Slots& slots, const Domain<D>* domain,
                               double cell_size, const Material& material, double dt, ParticleFacts& facts) {
@@ -161,7 +164,7 @@ template <int D, class View, class Material>
     }
 }
 
-/// Shows a reader all particles of a set.
+/// Passes the facts about all particles of a set to a reader.
 template <int D, class View, class Material>
 [[gnu::cold]] void read_facts(const View& view, const BlockPartition<D>& partition, const Domain<D>* domain,
                               double cell_size, const Material& material, double dt, FactsReader& reader) {
@@ -175,9 +178,9 @@ template <int D, class View, class Material>
         }
 }
 
-/// Looks at all particles of a set.
-/// \param domain  null: not known
-/// \param dt      of the step that they come from [s]; 0: of none, they were set so
+/// The wrong particles of a set.
+/// \param domain  null if it is not known
+/// \param dt      time step that moved them [s]; 0: no step did, the program set them
 template <int D, class View, class Material>
 [[gnu::cold]] WrongParticles wrong_particles(const View& view, const BlockPartition<D>& partition,
                                              const Domain<D>* domain, double cell_size, const Material& material,

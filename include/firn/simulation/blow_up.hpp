@@ -1,4 +1,4 @@
-/// \file What is said of a step that has spoiled particles, and why it did, as far as that can be told afterwards.
+/// \file Messages about a failed step: which particles are wrong, and the likely cause.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -23,7 +23,7 @@ void check_acceleration(const Acceleration& acceleration) {
         for_parameters(acceleration, [](const std::string& name, const char* unit, const auto& value) {
             const auto one = [&](double number) {
                 if (!std::isfinite(number))
-                    throw parameter_error(sentence("The ", name, " of the field of acceleration is ", number, " ", unit,
+                    throw parameter_error(sentence("The ", name, " of the acceleration field is ", number, " ", unit,
                                                    "; it must be finite."));
             };
             if constexpr (requires { double(value); })
@@ -41,8 +41,8 @@ void check_acceleration(const Acceleration& acceleration) {
     }
 }
 
-/// A sentence about the first node with mass where the acceleration moves what is at rest by more than `most` [m] in a
-/// step, or is not finite; or nothing.
+/// A sentence about the first node with mass where the acceleration is not finite, or moves matter at rest by more than
+/// `most` [m] in a step; empty if there is none.
 template <std::floating_point S, int D, class Acceleration>
 [[gnu::cold]] std::string wrong_acceleration(const SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                                              double most) {
@@ -72,6 +72,7 @@ template <std::floating_point S, int D, class Acceleration>
     return {};
 }
 
+/// A sentence about the likely cause: the acceleration, a step above the bound, or the state of the particles.
 /// \param bound  of the time step, before the step [s]
 template <std::floating_point S, int D, class Acceleration>
 [[gnu::cold]] std::string likely_cause(const SparseGrid<S, D>& grid, double dt, double bound,
@@ -89,20 +90,20 @@ template <std::floating_point S, int D, class Acceleration>
 /// The particle that sets the bound of the time step: the one with the largest signal speed.
 struct FastestParticle final : FactsReader {
     [[gnu::cold]] void see(ParticleFacts& one) override {
-        if (one.signal_speed <= fastest_) return;  // one that is not a number is taken
+        if (one.signal_speed <= fastest_) return;  // false for NaN, which counts as the fastest
         fastest_ = one.signal_speed;
         facts_ = std::move(one);
     }
-    /// A sentence about it, and the likely cause of its being so fast; or nothing, where there are no particles.
+    /// Sentences about this particle and the likely cause of its speed; empty if there are no particles.
     [[gnu::cold]] std::string text() const {
         if (fastest_ < 0) return {};
-        std::string text =
-            sentence("It is set by ", facts_.text(), ": its velocity and the waves in it come to ", fastest_, " m/s. ");
+        std::string text = sentence("It is set by ", facts_.text(), ": its speed and that of waves in it add up to ",
+                                    fastest_, " m/s. ");
         const double sound = facts_.undeformed_speed;
         if (sound > 0 && fastest_ > 10 * sound)
             text += sentence(
                 "Waves in the material travel at ", sound, " m/s while it is not deformed. ",
-                facts_.speed() > sound ? "Matter that meets faster than that" : "Matter that is deformed so far",
+                facts_.speed() > sound ? "Matter that collides faster than that" : "Matter that is deformed so far",
                 " is squeezed and torn without a limit: take a stiffer material, lower speeds, "
                 "more particles a cell, or a fixed_time_step far below the bound at the start.");
         else
@@ -115,7 +116,7 @@ private:
     ParticleFacts facts_;
 };
 
-/// \see FastestParticle
+/// Sentences about the fastest particle of all sets. \see FastestParticle
 /// \param sets  a tuple of MaterialSet, sorted
 template <class Sets, int D>
 [[gnu::cold]] std::string fastest_particle(Sets& sets, const Domain<D>& domain) {
@@ -127,10 +128,11 @@ template <class Sets, int D>
     return fastest.text();
 }
 
-/// Names particles that are not finite or have left the domain, of the first set that has such.
+/// Throws a particle_error about particles that are not finite or have left the domain: those of the first set that has
+/// any.
 /// \param sets   a tuple of MaterialSet
 /// \param when   begins the sentence;  \param cause  ends it
-/// \param dt     of the step that they come from [s]; 0: of none, they were set so
+/// \param dt     time step that moved them [s]; 0: no step did, the program set them
 template <class Sets, int D>
 [[noreturn, gnu::cold]] void throw_wrong_particles(Sets& sets, const Domain<D>& domain, const std::string& when,
                                                    double dt, const std::string& cause) {

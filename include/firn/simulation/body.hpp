@@ -1,4 +1,4 @@
-/// \file Which particles were added together.
+/// \file A body: the particles that were added together.
 #pragma once
 
 #include <cstdint>
@@ -6,12 +6,14 @@
 
 namespace firn {
 
-/// The ids [first, first + count) that one call of Simulation::add gave out among the particles of its material.
+/// The particles that one call of Simulation::add has added: ids [first, first + count) of their material.
 struct Body {
-    std::uint32_t first = 0, count = 0;
-    double end = std::numeric_limits<double>::infinity();  ///< when its particles are taken out [s]
+    std::uint32_t first = 0,  ///< Id of the first particle.
+        count = 0;            ///< Number of ids; some of their particles may have been taken out.
+    double end = std::numeric_limits<double>::infinity();  ///< When its particles are taken out [s].
 
-    bool holds(std::uint32_t id) const { return id - first < count; }  // what lies below wraps round
+    /// Whether the id is one of the body's.
+    bool holds(std::uint32_t id) const { return id - first < count; }  // an id below `first` wraps round
 };
 
 }  // namespace firn

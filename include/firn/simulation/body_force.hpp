@@ -1,4 +1,4 @@
-/// \file Forces between the particles of a body, beside those of a constitutive model.
+/// \file Forces between the particles of a body, in addition to those of the constitutive model.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -12,8 +12,8 @@
 
 namespace firn::detail {
 
-/// The particles of a body as the points that forces between them see: particle first + i is point i. They are read
-/// once for all forces of the body, in the order of memory, and written through their slots.
+/// The particles of a body as the points that forces act between: particle first + i is point i. All forces of the body
+/// share them. They are read once a step, in the order of memory.
 template <std::floating_point S, int D>
 class JoinedPoints {
 public:
@@ -23,7 +23,7 @@ public:
     PointView<S, D> view(double time) const { return {position_, velocity_, mass_, radius_, time}; }
     std::size_t size() const { return position_.size(); }
 
-    /// Reads all points: where they are, and in which slots.
+    /// Reads all points, and notes their slots.
     void read(const ParticleStore<S, D>& particles, int threads) {
         renew(position_, body_.count, threads);
         renew(velocity_, body_.count, threads);
@@ -32,7 +32,7 @@ public:
         renew(slot_, body_.count, threads);
         for_chunks(body_.count, threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
-                position_[i] = velocity_[i] = Vec<S, D>::zero();  // of what a sink took
+                position_[i] = velocity_[i] = Vec<S, D>::zero();  // stays for particles that were taken out
                 radius_[i] = mass_[i] = 0;
                 slot_[i] = no_particle;
             }
@@ -51,7 +51,7 @@ public:
         lost_ = std::size_t(std::count(slot_.begin(), slot_.end(), no_particle));
     }
 
-    /// Adds the impulses of forces [N] to the particles' own velocities.
+    /// Adds the impulses of the forces [N] to the particles' velocities.
     void push(ParticleStore<S, D>& particles, std::span<const Vec<S, D>> force, double dt, LowestId& wrong,
               int threads) {
         for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
@@ -64,9 +64,9 @@ public:
         });
     }
 
-    /// How many have been taken out.
+    /// Number of points that have been taken out.
     std::size_t lost() const { return lost_; }
-    /// The place of every point; no_particle for what was taken out.
+    /// The number of every point, or no_particle if it has been taken out.
     std::vector<std::uint32_t> places() const {
         std::vector<std::uint32_t> places(size());
         for (std::size_t i = 0; i < size(); ++i) places[i] = slot_[i] == no_particle ? no_particle : std::uint32_t(i);
@@ -81,17 +81,18 @@ private:
     std::size_t lost_ = 0;
 };
 
-/// Springs, membranes, wind: what joins the particles of a body. Their impulses go to the particles' own velocities,
-/// from where P2G takes them to the nodes: Σ w_ip (m_p v_p + dt f_p), the momentum of a Lagrangian mesh (Jiang,
-/// Schroeder, Selle, Teran, Stomakhin 2015, §9). A free mesh's frequencies bound those that the grid lets through: what
-/// nodes carry is heavier.
+/// A force between the particles of a body: springs, membranes, wind.
+///
+/// Its impulses go to the particles' velocities, and P2G takes them to the nodes: Σ w_ip (m_p v_p + dt f_p), the
+/// momentum of a Lagrangian mesh (Jiang, Schroeder, Selle, Teran, Stomakhin 2015, §9). On the grid the mesh's
+/// frequencies are no higher than those of a free mesh, because nodes are heavier. So the bound of a free mesh holds.
 template <std::floating_point S, int D>
 struct BodyForce {
-    std::size_t points;  ///< which of the bodies' points it joins
+    std::size_t points;  ///< number of the JoinedPoints that it acts on
     AnyForce<S, D> between;
-    std::size_t lost = 0;  ///< points that it knows to have been taken out
+    std::size_t lost = 0;  ///< number of points taken out when it was last renumbered
 
-    /// Whatever joined points that a sink took is gone.
+    /// Removes springs and elements whose points have been taken out.
     void drop_lost(const JoinedPoints<S, D>& of) {
         if (lost != of.lost()) between.renumber(of.places());
         lost = of.lost();
@@ -117,7 +118,7 @@ public:
         return forces_.back().between;
     }
 
-    /// Reads the points anew.
+    /// Reads the points, which have moved since the last step.
     double largest_step(const ParticleStore<S, D>& particles, double time, int threads) override {
         read(particles, threads);
         double bound = std::numeric_limits<double>::infinity();
@@ -129,7 +130,7 @@ public:
 
     void forget() override { is_read_ = false; }
 
-    /// Each force sees the velocities that those before it have left.
+    /// The forces act in order: each sees the velocities that the ones before it have left.
     void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) override {
         if (!is_read_) read(particles, threads);
         for (BodyForce<S, D>& force : forces_) {

@@ -1,5 +1,4 @@
-/// \file What the bound of the time step comes from: signals on the grid, the boundary's motion, forces between
-/// particles.
+/// \file The bound of the time step: from signals on the grid, the boundary's motion and forces between particles.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -14,10 +13,11 @@
 
 namespace firn::detail {
 
-/// Part of the largest step of the forces between particles that a step may take: stiffness changes with strain.
+/// A step takes at most this fraction of the largest step for the forces between particles, because their stiffness
+/// changes with strain.
 inline constexpr double force_safety = 0.5;
 
-/// Of all particles, their velocity and the waves in them [m/s]; NaN where one is.
+/// The largest signal speed |v| + c of all particles [m/s]; NaN if one is NaN.
 template <class Sets>
 double fastest_signal(const Sets& sets) {
     double fastest = 0;
@@ -33,7 +33,7 @@ double speed_of_boundary(const Boundary& boundary, const Domain<D>& domain) {
     return 0;
 }
 
-/// Of the time step [s], for the forces between particles.
+/// The bound of the time step for the forces between particles [s].
 template <class Sets>
 double force_bound(Sets& sets, double time, int threads) {
     double bound = std::numeric_limits<double>::infinity();
@@ -44,7 +44,7 @@ double force_bound(Sets& sets, double time, int threads) {
     return bound;
 }
 
-/// A sentence about what the bound comes from.
+/// A sentence about what sets the bound.
 /// \param of_boundary  the largest speed of the boundary [m/s]
 /// \param of_forces    the bound for the forces between particles [s]
 template <class Kernel, class Sets, int D>
@@ -57,6 +57,7 @@ template <class Kernel, class Sets, int D>
     return fastest_particle(sets, domain);
 }
 
+/// \param fastest  the largest signal speed [m/s]: zero, or not finite
 [[noreturn, gnu::cold]] inline void throw_at_rest(double fastest) {
     throw particle_error(
         sentence("The fastest signal among the particles (their speed, plus the material's wave speed) is ", fastest,
@@ -65,8 +66,8 @@ template <class Kernel, class Sets, int D>
 
 [[noreturn, gnu::cold]] inline void throw_spoiled(std::uint64_t step) {
     throw particle_error(sentence("Step ", step,
-                                  " failed and has left particles that are of no use, neither for a step nor for a "
-                                  "state. Go on from the last state that was written: restore()."));
+                                  " failed half-way. Its particles can be used neither for a step nor for a state. "
+                                  "Go on from the last state that was written: restore()."));
 }
 [[noreturn, gnu::cold]] inline void throw_overflow(const overflow_error& failure, std::uint64_t step, double dt,
                                                    double time, double times_the_bound) {
@@ -74,15 +75,15 @@ template <class Kernel, class Sets, int D>
                                   " times the bound of the time step): ", failure.what()));
 }
 
-/// A step that time does not notice.
-/// \param reason  what the step comes from, if it is the bound; empty: it was chosen
+/// Throws because a step is too small to change the time.
+/// \param reason  what sets the bound, if the step is the bound; empty if the program chose the step
 [[noreturn, gnu::cold]] inline void throw_no_step(double dt, double time, std::uint64_t step,
                                                   const std::string& reason) {
-    const std::string nowhere = sentence(" of ", dt, " s leads nowhere from the time of ", time, " s");
+    const std::string nowhere = sentence(" of ", dt, " s is too small to change the time of ", time, " s");
     if (reason.empty())
-        throw parameter_error("A step" + nowhere + ": it must be positive and finite, and not vanish beside the time.");
-    throw particle_error(sentence("At step ", step, " a step", nowhere, ", and larger ones are not stable. ", reason,
-                                  " The simulation cannot go on; what was written before is as it was."));
+        throw parameter_error("A step" + nowhere + ": give a larger one. It must be positive and finite.");
+    throw particle_error(sentence("At step ", step, " the bound", nowhere, ", and larger steps are not stable. ",
+                                  reason, " The simulation cannot go on. States written before are still good."));
 }
 
 }  // namespace firn::detail

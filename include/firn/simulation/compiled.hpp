@@ -1,4 +1,4 @@
-/// \file What a program may leave to another of its files, or to the library firn::compiled.
+/// \file Templates that a program may compile in one of its files, or take from the library firn::compiled.
 #pragma once
 
 #include <firn/simulation.hpp>
@@ -20,8 +20,9 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::add_
 }  // namespace firn
 
 #ifdef FIRN_COMPILED
-/// The common simulations, what they are filled with, and what others share with them. FIRN_COMPILES is the dimension
-/// that a source file of the library compiles; all other files find these there.
+/// The common simulations, the shapes that fill them, and templates that other simulations share with them.
+/// FIRN_COMPILES is the dimension that a source file of the library compiles. All other files declare these templates
+/// `extern`.
 #define FIRN_TEMPLATES(where, D)                                                                                 \
     namespace firn {                                                                                             \
     where template class ParticleStore<float, D>;                                                                \
@@ -38,8 +39,8 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::add_
                                                                    double, std::uint64_t, double, int);          \
     }
 namespace firn::detail {
-/// Defined by the library for the target it is compiled for. Where a program is compiled for another, the linker
-/// misses it: give both the same options.
+/// The library defines this for its own target. If a program is compiled for another target, the linker does not find
+/// it. Compile both with the same options.
 template <std::size_t register_bytes, bool openmp>
 void firn_compiled_has_the_same_march_and_openmp();
 #ifdef _OPENMP

@@ -1,4 +1,4 @@
-/// \file Forces that a program puts on the particles of a body.
+/// \file Loads: forces that a program puts on the particles of a body.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -11,11 +11,13 @@
 
 namespace firn {
 
-/// A force on every particle of a body: a traction [Pa] on a face comes to traction × area / particles of the face.
+/// A force on every particle of a body. For a traction [Pa] on a face, give each of the face's particles the force
+/// traction × area of the face / number of its particles.
 template <int D>
 struct Load {
-    Body body;
-    std::function<Vec<double, D>(const Vec<double, D>& position, double time)> force;  ///< of [m] and [s], in N
+    Body body;  ///< The particles that it acts on.
+    /// The force [N] on one particle, from its position [m] and the time [s].
+    std::function<Vec<double, D>(const Vec<double, D>& position, double time)> force;
 };
 
 namespace detail {

@@ -1,4 +1,4 @@
-/// \file The materials of a simulation, each with particles of its own.
+/// \file The materials of a simulation, and the set of particles that each of them has.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -23,14 +23,14 @@
 
 namespace firn {
 
-/// Several constitutive models in one simulation, all of one precision: Simulation<3, Materials<Snow<float>,
-/// Sand<float>>>. Each has particles of its own, with its own state; all meet on one grid.
+/// Several constitutive models of one precision in one simulation: `Simulation<3, Materials<Snow<float>,
+/// Sand<float>>>`. Each has its own set of particles, with its own state. All sets meet on one grid.
 template <class... M>
 struct Materials {
-    std::tuple<M...> models;
+    std::tuple<M...> models;  ///< The models.
 
     Materials() = default;
-    Materials(const M&... each) : models(each...) {}
+    Materials(const M&... each) : models(each...) {}  ///< A list of these models.
 };
 
 namespace detail {
@@ -54,7 +54,7 @@ struct precision_of<Materials<First, Rest...>> {
 template <class Material>
 using precision_of_t = typename precision_of<typename listed<Material>::type>::type;
 
-/// True, or the compiler says why a simulation cannot have these materials.
+/// True. If a simulation cannot have these materials, the compiler stops with a message.
 template <int D, class First, class... Rest>
 consteval bool require_materials(std::type_identity<Materials<First, Rest...>>) {
     if constexpr ((require_material<First, D>() && ... && require_material<Rest, D>())) {
@@ -66,7 +66,7 @@ consteval bool require_materials(std::type_identity<Materials<First, Rest...>>) 
         return false;
     }
 }
-/// The materials; or where they cannot be used one that can, so that the compiler says why, and no more.
+/// The list of materials. If it cannot be used, a list that can: then the compiler prints one message only.
 template <class Material, int D>
 using material_list = std::conditional_t<require_materials<D>(std::type_identity<typename listed<Material>::type>{}),
                                          typename listed<Material>::type, Materials<NoStress<float>>>;
@@ -75,7 +75,7 @@ using material_list = std::conditional_t<require_materials<D>(std::type_identity
 namespace detail {
 inline constexpr std::size_t unnamed_material = std::size_t(-1);
 
-/// The place in the list of the material that was named; of several one must be.
+/// The place in the list of the material that the program named. If there are several, it must name one.
 template <std::size_t I, std::size_t Count>
 constexpr std::size_t named_material() {
     static_assert(I != unnamed_material || Count == 1,
@@ -85,26 +85,30 @@ constexpr std::size_t named_material() {
 }
 }  // namespace detail
 
-/// A material's particles and what is known of them.
+/// The set of particles of one material, with their blocks, bodies, sources, sinks and forces.
 template <int D, class Material>
 struct MaterialSet {
-    using S = material_scalar_t<Material>;
+    using S = material_scalar_t<Material>;  ///< float or double.
 
-    Material material;
-    Particles<S, D, material_state_t<Material, D>> particles;
-    BlockPartition<D> partition{};
-    std::vector<Body> bodies{};
-    G2PReport report{};  ///< of the last G2P
-    Readiness readiness{};
-    std::optional<Moment> restored{};  ///< to which moment, if no step was made since
-    std::vector<Source<D>> sources{};
-    std::vector<Sink<D>> sinks{};
-    detail::MaybePush<S, D> loads{}, forces{};
-    std::vector<Facet<D>> facets{};  ///< of the nets, by ids of particles
+    Material material;                                         ///< The constitutive model.
+    Particles<S, D, material_state_t<Material, D>> particles;  ///< The particles.
+    BlockPartition<D> partition{};                             ///< The blocks that the particles are sorted into.
+    std::vector<Body> bodies{};                                ///< The bodies, in the order of their ids.
+    G2PReport report{};                                        ///< Report of the last G2P.
+    Readiness readiness{};                                     ///< How far the set is ready for a step.
+    std::optional<Moment> restored{};                          ///< Moment of the restored state, until the next step.
+    std::vector<Source<D>> sources{};                          ///< The sources.
+    std::vector<Sink<D>> sinks{};                              ///< The sinks.
+    detail::MaybePush<S, D> loads{},                           ///< Loads on bodies.
+        forces{};                                              ///< Forces between the particles of bodies.
+    std::vector<Facet<D>> facets{};                            ///< Facets of the nets, by ids of particles.
 
-    /// Adds a body of uniform density [kg/m³; kg/m² in 2D] and velocity [m/s].
-    /// \throws parameter_error, particle_error (nothing is added)
-    /// \param threads  that will work on them. \see Particles::reserve
+    /// Adds a body of uniform density and velocity.
+    /// \param density   [kg/m³; kg/m² in 2D]
+    /// \param velocity  [m/s]
+    /// \param threads   number of workers that will use the particles. \see Particles::reserve
+    /// \throws parameter_error  if the density, the volume or the velocity is out of range
+    /// \throws particle_error   if a position is not finite or not in the domain. Nothing is added then.
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads) {
         if (!(density > 0) || !std::isfinite(density))
             throw parameter_error(
@@ -121,8 +125,12 @@ struct MaterialSet {
         return add_all(samples.positions, velocity, volume, [&](std::size_t) { return mass; }, threads);
     }
 
-    /// Adds the points of a net as particles that carry mass [kg] and no volume.
-    /// \throws parameter_error, particle_error (nothing is added)
+    /// Adds the points of a net as particles that have mass and no volume.
+    /// \param masses    of each point [kg]
+    /// \param velocity  [m/s]
+    /// \param threads   number of workers that will use the particles. \see Particles::reserve
+    /// \throws parameter_error  if a mass, the velocity or a corner of a facet is out of range
+    /// \throws particle_error   if a position is not finite or not in the domain. Nothing is added then.
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity, int threads) {
         static_assert(std::same_as<Material, NoStress<S>>,
                       "firn: the points of a net carry mass only; add them to the material NoStress.");
@@ -146,18 +154,20 @@ struct MaterialSet {
         return body;
     }
 
-    /// \see SetAccess::add_source
+    /// Adds a source. \see SetAccess::add_source
     void add(Source<D> source, const Moment& now) {
         if (now.steps > 0) source.skip(now.time);
         sources.push_back(std::move(source));
     }
-    /// \see SetAccess::add_load
+    /// Adds a load. \see SetAccess::add_load
+    /// \throws parameter_error  if its force is an empty function, or there is no such body
     void add(Load<D> load) {
         if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
         check_body(load.body);
         loads.template made<detail::Loads<S, D>>().add(std::move(load));
     }
-    /// \see SetAccess::add_force
+    /// Adds a force between the particles of a body. \see SetAccess::add_force
+    /// \throws parameter_error  if there is no such body
     template <class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
         check_body(body);
@@ -166,23 +176,24 @@ struct MaterialSet {
             .template as<BetweenPoints>();
     }
 
-    /// Which of the bodies, which lie in the order of their ids, a particle is of; bodies.size(): of none.
+    /// The place in `bodies` of the body that holds an id; bodies.size() if no body does.
     std::size_t body_of(std::uint32_t id) const {
         const auto next = std::upper_bound(bodies.begin(), bodies.end(), id,
                                            [](std::uint32_t wanted, const Body& body) { return wanted < body.first; });
         return next == bodies.begin() ? bodies.size() : std::size_t(next - bodies.begin()) - 1;
     }
 
-    /// \throws parameter_error  if ids of the body have not been given out
+    /// Checks that a body belongs to this set.
+    /// \throws parameter_error  if some of its ids have not been given out
     void check_body(const Body& body) const {
         if (std::uint64_t(body.first) + body.count > particles.next_id())
             throw parameter_error(sentence("There is no body of the particles ", body.first, " to ",
                                            std::uint64_t(body.first) + body.count - 1, ": ", particles.next_id(),
-                                           " ids of this material have been given out, counted from 0. Give what add() "
-                                           "has returned for it."));
+                                           " ids of this material have been given out, counted from 0. Give the body "
+                                           "that add() has returned for this material."));
     }
 
-    /// Takes the particles and bodies of a stored moment; what acts on them stays as it is.
+    /// Replaces particles and bodies by those of a stored set. Sources, sinks, loads, forces and facets stay.
     void restore(MaterialSet&& stored, const Moment& moment) {
         stored.sources = std::move(sources);
         stored.sinks = std::move(sinks);
@@ -195,8 +206,8 @@ struct MaterialSet {
         for (Source<D>& source : sources) source.skip(moment.time);
     }
 
-    /// Once for particles that were added or changed by hand.
-    /// \throws particle_error  naming what is not finite or not in the domain
+    /// Checks the positions of particles that were changed since the last check.
+    /// \throws particle_error  naming the first that is not finite or not in the domain
     void check_positions() {
         if (!readiness.is(Readiness::inside))
             firn::check_positions<double, D>(
@@ -206,7 +217,7 @@ struct MaterialSet {
         readiness.check();
     }
 
-    /// change(position [m], state) for the body's particles; their stress is computed anew before the next step.
+    /// Calls change(position [m], state) for the body's particles. The next step computes their stress from the state.
     /// \throws parameter_error  if there is no such body
     template <class Change>
     void change_states(const Body& body, const Change& change) {
@@ -220,7 +231,8 @@ struct MaterialSet {
         }
     }
 
-    /// Takes out the particles for which wanted(position [m], id) says so. \return how many that were
+    /// Takes out the particles for which wanted(position [m], id) is true.
+    /// \return their number
     template <class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
         const std::size_t before = particles.size();
@@ -231,8 +243,8 @@ struct MaterialSet {
         return before - particles.size();
     }
 
-    /// The bursts that are due.
-    /// \throws parameter_error  if they are of more particles than there are ids left
+    /// Adds the bursts of sources that are due at `time` [s].
+    /// \throws parameter_error  if they have more particles than there are ids left
     void give(double time, int threads) {
         for (Source<D>& source : sources) {
             source.require_ids(time, no_particle - particles.next_id());
@@ -245,7 +257,7 @@ struct MaterialSet {
             }
         }
     }
-    /// What has reached its end, or a sink.
+    /// Takes out particles that lie in a sink, and bodies whose end has come at `time` [s].
     void take(double time) {
         if (!sinks.empty())
             remove_if([&](const Vec<double, D>& x, std::uint32_t) {
@@ -260,7 +272,7 @@ struct MaterialSet {
         for (Body& body : bodies)
             if (has_ended(body)) body.count = 0;
     }
-    /// When the next particles come [s]; infinite: never.
+    /// The time of the next burst of a source [s]; infinite if there is none.
     double next_burst() const {
         double next = std::numeric_limits<double>::infinity();
         for (const Source<D>& source : sources)
@@ -268,8 +280,8 @@ struct MaterialSet {
         return next;
     }
 
-    /// The impulses of loads and forces, to the particles' own velocities.
-    /// \throws particle_error  naming the first of those that would get a velocity that is not finite
+    /// Adds the impulses of loads and forces over a step of `dt` [s] to the particles' velocities.
+    /// \throws particle_error  if a velocity is not finite then, naming the first such particle
     void push(const Moment& now, double dt, int threads) {
         if (!loads && !forces) return;
         readiness.spoil();  // until the step has ended
@@ -285,7 +297,7 @@ private:
         for (int a = 0; a < D; ++a)
             if (!std::isfinite(S(velocity[a])))
                 throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a],
-                                               " m/s; it must be finite, in the simulation's precision, too."));
+                                               " m/s; it must be finite in the simulation's precision."));
         firn::check_positions<double, D>(x.size(), particles.domain(), [&](std::size_t i, int a) { return x[i][a]; });
         const Body body{particles.next_id(), std::uint32_t(x.size())};
         particles.reserve(particles.size() + x.size(), threads);
@@ -306,7 +318,8 @@ template <int D, class... M>
 struct material_sets<D, Materials<M...>> {
     using type = std::tuple<MaterialSet<D, M>...>;
 
-    /// \param materials  a list of them, or the only one
+    /// A set without particles for each material.
+    /// \param given  the materials: a list, or the only one
     template <class Given>
     static type make(const Given& given, const Domain<D>& domain) {
         Materials<M...> materials;
@@ -317,12 +330,12 @@ struct material_sets<D, Materials<M...>> {
             },
             materials.models);
     }
-    /// Of a material in the list.
+    /// The place of a material in the list.
     template <class Wanted>
     static constexpr std::size_t place() {
         static_assert(
             (std::size_t(std::same_as<Wanted, M>) + ...) == 1,
-            "firn: name one of the simulation's materials; one that is there twice, by its place in the list.");
+            "firn: name one of the simulation's materials. If it is in the list twice, give its place: set<1>().");
         std::size_t i = 0, found = 0;
         ((std::same_as<Wanted, M> ? void(found = i) : void(), ++i), ...);
         return found;

@@ -1,4 +1,4 @@
-/// \file Which policies a simulation has, when its program names only those that it chooses.
+/// \file The policies of a simulation: those that a program chooses, and defaults for the others.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -20,7 +20,8 @@ class Simulation;
 
 namespace detail {
 
-// What is told of a type, so that one that lacks something is still known for what it is meant to be, and is told so.
+// The kind of a policy is recognised by one characteristic member. So a policy that lacks another member gets a message
+// about that member.
 
 template <class P>
 struct is_transfer : std::bool_constant<has_affine_flag<P>> {};
@@ -35,7 +36,7 @@ struct is_execution : std::bool_constant<execution_policy<P>> {};
 template <class P>
 struct is_boundary : std::bool_constant<says_where<P, 2> || says_where<P, 3>> {};
 
-/// The first of the policies that is of a kind; or the default.
+/// The first policy of a kind, or the default.
 template <template <class> class Kind, class Default, class... Policies>
 struct first_of_kind : std::type_identity<Default> {};
 template <template <class> class Kind, class Default, class First, class... Rest>
@@ -45,7 +46,7 @@ struct first_of_kind<Kind, Default, First, Rest...>
 template <template <class> class Kind, class... Policies>
 inline constexpr int how_many = (0 + ... + int(Kind<Policies>::value));
 
-/// True, or the compiler says which policies cannot be told apart.
+/// True. If a type is no policy, or a kind is there twice, the compiler stops with a message.
 template <class... Policies>
 consteval bool require_policies() {
     constexpr bool known = ((is_transfer<Policies>::value || is_force<Policies>::value || is_kernel<Policies>::value ||
@@ -54,7 +55,7 @@ consteval bool require_policies() {
     static_assert(
         known,
         "firn: what is given to a simulation after its material are policies: a boundary, a transfer, a "
-        "force form, a kernel or an execution. One of these is none of them. (A boundary has "
+        "force form, a kernel or an execution. One argument is none of these. (A boundary has "
         "velocity(x, v) and reaches(lower, upper), see firn/boundary/concept.hpp; several materials are given as "
         "firn::Materials{snow, sand}.)");
     constexpr bool once = how_many<is_transfer, Policies...> <= 1 && how_many<is_force, Policies...> <= 1 &&
@@ -62,15 +63,15 @@ consteval bool require_policies() {
     static_assert(once, "firn: a simulation has one transfer, force form, kernel and execution.");
     constexpr bool one_boundary = how_many<is_boundary, Policies...> <= 1;
     static_assert(one_boundary,
-                  "firn: a simulation has one boundary; several become one by firn::Together(walls, collider).");
+                  "firn: a simulation has one boundary; join several with firn::Together(walls, collider).");
     return known && once && one_boundary;
 }
 
-/// The policies named, the others as Simulation has them by default.
+/// The given policies, and the defaults of Simulation for the others.
 /// \tparam Policies  in any order
 template <int D, class Material, class... Policies>
 struct chosen {
-    static_assert(require_policies<Policies...>() || true);  // it speaks for itself
+    static_assert(require_policies<Policies...>() || true);  // has its own messages
     using transfer = typename first_of_kind<is_transfer, Apic, Policies...>::type;
     using force = typename first_of_kind<is_force, MlsForce, Policies...>::type;
     using kernel = typename first_of_kind<is_kernel, QuadraticBSpline, Policies...>::type;
@@ -79,7 +80,7 @@ struct chosen {
     using simulation = Simulation<D, Material, transfer, force, kernel, execution, boundary>;
 };
 
-/// Is each of the policies one of `All`?
+/// Whether each of the policies is one of `All`.
 template <class... All>
 struct among {
     template <class One>
@@ -88,7 +89,7 @@ struct among {
     static constexpr bool are_all = (is_one<Policies> && ...);
 };
 
-/// The one of `given` that is of the type, or `otherwise()`.
+/// The argument of type Wanted, or `otherwise()` if none is.
 template <class Wanted, class Otherwise, class... Given>
 Wanted one_of(const Otherwise& otherwise, const Given&... given) {
     const Wanted* found = nullptr;
@@ -99,8 +100,9 @@ Wanted one_of(const Otherwise& otherwise, const Given&... given) {
     return found ? *found : otherwise();
 }
 
-/// Walls on all faces of the domain that let go, none across periodic axes; of another boundary its default.
-/// \throws parameter_error  as check()
+/// Walls on all faces of the domain that matter can leave, none across periodic axes. Another boundary is
+/// default-constructed.
+/// \throws parameter_error  if the domain is not valid. \see check
 template <class Boundary, class S, int D>
 Boundary default_boundary(const Domain<D>& domain) {
     check(domain);
@@ -116,9 +118,10 @@ Boundary default_boundary(const Domain<D>& domain) {
 
 }  // namespace detail
 
-/// A simulation with the policies named, in any order; the others are those that Simulation has by default:
-/// SimulationWith<3, Snow<float>, Together<Walls<float, 3>, Collider<Sphere<float, 3>>>>,
-/// SimulationWith<2, Sand<double>, CubicBSpline, WeightGradientForce>.
+/// The type of a simulation with the named policies, in any order, and the defaults of Simulation for the others:
+///
+///     firn::SimulationWith<3, Snow<float>, Together<Walls<float, 3>, Collider<Sphere<float, 3>>>>
+///     firn::SimulationWith<2, Sand<double>, CubicBSpline, WeightGradientForce>
 template <int D, class Material, class... Policies>
 using SimulationWith = typename detail::chosen<D, Material, Policies...>::simulation;
 

@@ -1,5 +1,6 @@
-/// \file What pushes a set's particles in every step. It is made when a program adds the first such: a program that
-/// adds none does not compile it.
+/// \file The base of loads and of forces between particles, which push the particles of a set in every step.
+///
+/// The first call that adds one creates the object. A program that adds none does not compile them.
 #pragma once
 
 #include <firn/core/stepper.hpp>
@@ -10,7 +11,7 @@
 
 namespace firn::detail {
 
-/// The lowest of the ids that any thread has seen.
+/// The lowest id that any worker has seen, and the number of ids seen.
 class LowestId {
 public:
     void see(std::uint32_t id) {
@@ -18,7 +19,7 @@ public:
         for (std::uint32_t known = lowest_; id < known && !lowest_.compare_exchange_weak(known, id);) {
         }
     }
-    /// \throws particle_error  if one was seen
+    /// \throws particle_error  if an id was seen
     void refuse(const char* what, const Moment& now, double dt) const {
         if (count_ > 0)
             throw particle_error(sentence("At step ", now.steps, ", at ", now.time, " s, ", what, " gives ", count_,
@@ -38,20 +39,20 @@ class Push {
 public:
     virtual ~Push() = default;
     virtual std::unique_ptr<Push> copy() const = 0;
-    /// Does something of the user's open parallel regions of its own?
+    /// Whether a force that the user wrote may open parallel regions.
     virtual bool may_open_regions() const { return false; }
-    /// Above it [s] an explicit step lets what is pushed fly apart.
+    /// The largest stable step [s] of explicit integration.
     virtual double largest_step(const ParticleStore<S, D>&, double /* time */, int /* threads */) {
         return std::numeric_limits<double>::infinity();
     }
-    /// Particles have moved to other slots, or something else has changed their velocities.
+    /// Must be called when particles have moved to other slots, or something else has changed their velocities.
     virtual void forget() {}
-    /// Adds the impulses of a step of dt [s] to the particles' own velocities, from where P2G takes them to the nodes.
-    /// \throws particle_error  naming the first of the particles that would get a velocity that is not finite
+    /// Adds the impulses of a step of dt [s] to the particles' velocities. P2G takes them to the nodes.
+    /// \throws particle_error  if a velocity is not finite then, naming the first such particle
     virtual void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) = 0;
 };
 
-/// A push, or none yet.
+/// An optional Push that can be copied.
 template <std::floating_point S, int D>
 class MaybePush {
 public:
@@ -65,7 +66,8 @@ public:
 
     explicit operator bool() const { return held_ != nullptr; }
     Push<S, D>* operator->() const { return held_.get(); }
-    /// The one that is held, made now if it is the first. \tparam Which  always the same
+    /// The Push, created if there is none yet.
+    /// \tparam Which  its type, the same in each call
     template <class Which>
     Which& made() {
         if (!held_) held_ = std::make_unique<Which>();

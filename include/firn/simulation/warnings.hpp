@@ -1,4 +1,4 @@
-/// \file What a run is warned of, each once: what can hardly be meant, but is no error.
+/// \file Warnings of a simulation: input that is valid, but hardly intended. Each is given once.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -28,18 +28,18 @@ std::string text_of(const Vec<double, D>& x) {
     return point_text(x.v, D);
 }
 
-/// A sentence about samples that lie further apart than a cell; or nothing.
+/// A sentence about samples that lie further apart than a cell; empty if they do not.
 template <int D>
 std::string wide_spacing(const Samples<D>& samples, double cell_size) {
     const double spacing = std::pow(samples.volume, 1.0 / D);
     if (!(spacing > cell_size * (1 + 1e-9)) || samples.positions.size() < 2) return {};
     return sentence("the particles of a body lie ", spacing, " m apart, further than a cell of ", cell_size,
-                    " m: cells without particles part it, and it falls to pieces. Sample it with the spacing "
+                    " m: empty cells divide it, and it falls to pieces. Sample it with the spacing "
                     "particle_spacing<",
                     D, ">(cell_size, ", 1 << D, ") = ", particle_spacing<D>(cell_size, 1 << D), " m.");
 }
 
-/// A sentence about walls that are not the faces of the domain; or nothing.
+/// A sentence about walls that are not the faces of the domain; empty if they are.
 template <class Boundary, int D>
 std::string other_walls(const Boundary& boundary, const Domain<D>& domain) {
     if constexpr (requires { boundary.at_lower[D - 1], Vec<double, D>(cast<double>(boundary.lower)); }) {
@@ -52,8 +52,8 @@ std::string other_walls(const Boundary& boundary, const Domain<D>& domain) {
         if (same) return {};
         return sentence("the walls reach from ", text_of(lower), " m to ", text_of(upper), " m, the domain from ",
                         text_of(domain.lower), " m to ", text_of(domain.upper),
-                        " m: nothing holds matter outside the walls, and what reaches the end of the domain first "
-                        "stops the run. Give both the same corners.");
+                        " m: nothing holds matter outside the walls, and matter that reaches the end of the domain "
+                        "before a wall stops the run. Give both the same corners.");
     } else if constexpr (requires { boundary.parts; }) {
         std::string text;
         std::apply(
@@ -70,7 +70,7 @@ void for_sets(const Sets& sets, const F& f) {
     std::apply([&](const auto&... set) { (f(set), ...); }, sets);
 }
 
-/// What is asked of a particle of a body.
+/// A particle of a body, as far as warnings need it.
 template <int D>
 struct ParticleOfBody {
     std::size_t body;  ///< its number among the bodies of all sets
@@ -78,7 +78,7 @@ struct ParticleOfBody {
     double volume;       ///< [m^D]
     Vec<double, D> x{};  ///< [m]
 };
-/// Calls see(particle) for every particle of a body. Compiled once for a simulation's sets, whoever asks.
+/// Calls see(particle) for every particle of every body. It is compiled once for the sets, because `see` has one type.
 template <int D, class Sets>
 [[gnu::cold]] void for_particles(const Sets& sets, const std::function<void(const ParticleOfBody<D>&)>& see) {
     std::size_t first = 0;
@@ -94,7 +94,7 @@ template <int D, class Sets>
     });
 }
 
-/// A sentence about particles of bodies that are in a solid, more than a tenth of a cell deep; or nothing.
+/// A sentence about particles of bodies that lie in a solid, more than a tenth of a cell deep; empty if there are none.
 template <class Sets, class Boundary, int D>
 [[gnu::cold]] std::string matter_in_solids(const Sets& sets, const Domain<D>& domain, const Boundary& boundary) {
     using S = typename std::tuple_element_t<0, Sets>::S;
@@ -117,12 +117,12 @@ template <class Sets, class Boundary, int D>
         if (inside == 0) return {};
         return sentence(inside, " of ", all, " particles lie inside a solid of the boundary, particle ", where.id,
                         " at ", text_of(where.x), " m the deepest, by ", deepest,
-                        " m: they are held there and do not come out. Move the body or the solid, or leave out such "
-                        "positions before you add them.");
+                        " m: the solid holds them, and they do not come out. Move the body or the solid, or leave out "
+                        "such positions before you add them.");
     }
 }
 
-/// What a body is compared by.
+/// A body with what is needed to find out whether it overlaps others.
 template <int D>
 struct BodyPoints {
     std::size_t material;
@@ -131,16 +131,16 @@ struct BodyPoints {
     Vec<double, D> lower = Vec<double, D>::filled(std::numeric_limits<double>::infinity());
     Vec<double, D> upper = Vec<double, D>::filled(-std::numeric_limits<double>::infinity());
     bool has_neighbours = false;
-    std::vector<Vec<double, D>> points{};  ///< of those that have neighbours [m]
+    std::vector<Vec<double, D>> points{};  ///< positions of its particles, if it has neighbours [m]
 
     bool meets(const BodyPoints& other) const {
         bool meets = spacing > 0 && other.spacing > 0;
         for (int a = 0; a < D; ++a) meets = meets && lower[a] < other.upper[a] && other.lower[a] < upper[a];
         return meets;
     }
-    double edge() const { return 4 * spacing; }  ///< of the cubes in which bodies are compared [m]
+    double edge() const { return 4 * spacing; }  ///< edge of the boxes in which bodies are compared [m]
 
-    /// Keys of the cubes of this body's lattice that the points of a body fill by six tenths at least, in order.
+    /// Keys of the boxes of this body's lattice in which the points of a body fill at least six tenths, in order.
     [[gnu::cold]] std::vector<std::uint64_t> cubes_filled_by(const BodyPoints& of) const {
         RadixSort<std::uint64_t> cubes;
         for (const Vec<double, D>& x : of.points) {
@@ -161,7 +161,8 @@ struct BodyPoints {
         }
         return filled;
     }
-    /// Do both fill the same cube, as lattices that lie against each other do not? Then the first that is so.
+    /// Whether both bodies fill the same box. Bodies that only touch do not.
+    /// \param where  set to a place in the first such box [m]
     bool overlaps(const BodyPoints& other, Vec<double, D>& where) const {
         const std::vector<std::uint64_t> mine = cubes_filled_by(*this), its = cubes_filled_by(other);
         for (std::size_t i = 0, j = 0; i < mine.size() && j < its.size(); (mine[i] < its[j] ? i : j) += 1)
@@ -178,7 +179,7 @@ struct BodyPoints {
     }
 };
 
-/// A sentence about two bodies that overlap; or nothing.
+/// A sentence about two bodies that overlap; empty if there are none.
 template <int D, class Sets>
 [[gnu::cold]] std::string overlapping_bodies(const Sets& sets) {
     std::vector<BodyPoints<D>> all;
@@ -208,12 +209,12 @@ template <int D, class Sets>
             if (Vec<double, D> where{}; all[i].meets(all[j]) && all[i].overlaps(all[j], where))
                 return sentence("two bodies overlap around ", text_of(where), " m, ", all[j].name(), " and ",
                                 all[i].name(),
-                                ": their matter is there twice, and will burst apart. Move one of them, or leave out "
-                                "the positions that lie in both.");
+                                ": the place holds matter twice, which will burst apart. Move one of them, or leave "
+                                "out the positions that lie in both.");
     return {};
 }
 
-/// Do walls hold matter at every face of the domain that is not periodic?
+/// Whether walls hold matter at every face of the domain that is not periodic.
 template <class Boundary, int D>
 bool has_all_walls(const Boundary& boundary, const Domain<D>& domain) {
     bool has = false;
@@ -228,7 +229,7 @@ bool has_all_walls(const Boundary& boundary, const Domain<D>& domain) {
     return has;
 }
 
-/// A sentence about a particle that has come to the end of the domain; or nothing.
+/// A sentence about a particle that has reached a face of the domain; empty if none has.
 template <class Sets, int D>
 [[gnu::cold]] std::string matter_at_the_end(const Sets& sets, const Domain<D>& domain) {
     std::string text;
@@ -241,17 +242,17 @@ template <class Sets, int D>
         if (outside && text.empty())
             text = sentence("particle ", one.id, " has come to the end of the domain, at ", text_of(one.x),
                             " m, where the boundary holds nothing: it stays there and gathers momentum. A boundary "
-                            "that is given takes the place of the walls; to have both, give "
-                            "firn::Together(firn::Walls<…>::all(…), …). What is to leave, takes out a sink.");
+                            "that you give replaces the default walls; to have both, give "
+                            "firn::Together(firn::Walls<…>::all(…), …). To let matter leave, add a sink.");
     });
     return text;
 }
 
-/// What a run has been warned of.
+/// The warnings of a run. Remembers which were given.
 class Warnings {
 public:
-    /// Of the bound of the time step [s]: that it has fallen far, or is very small; or nothing.
-    /// \param reason  reason(): what the bound comes from, in a sentence
+    /// A warning if the bound of the time step [s] has fallen far, or is very small; otherwise empty.
+    /// \param reason  reason(): a sentence about what sets the bound
     template <class Reason>
     std::string of_bound(double bound, std::uint64_t step, double time, const Reason& reason) {
         largest_ = std::max(largest_, bound);
@@ -259,7 +260,7 @@ public:
         return of_small_bound(bound, step, time, reason);
     }
 
-    /// Of a fixed time step [s] above the bound; nothing where it has been of about that ratio.
+    /// A warning if the fixed time step [s] is above the bound; empty if the last warning was of about the same ratio.
     template <class Warn>
     std::string of_step(double fixed, double bound, std::uint64_t step, const Warn& warn) {
         const double ratio = fixed / bound;
@@ -269,7 +270,7 @@ public:
         return sentence("the fixed time step of ", fixed, " s is ", ratio, " times the bound of ", bound, " s at step ",
                         step, "; the simulation may become unstable.");
     }
-    /// Of matter at an end of the domain that no wall holds, looked for every 32 steps.
+    /// A warning if matter has reached a face of the domain without a wall; otherwise empty. Checks every 32 steps.
     template <class Sets, int D, class Boundary>
     std::string of_the_end(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, std::uint64_t step) {
         if (end_said_ || step % 32 != 0 || has_all_walls(boundary, domain)) return {};
@@ -277,8 +278,8 @@ public:
         end_said_ = !text.empty();
         return text;
     }
-    /// Of samples, when they are added.
-    /// \param warn  takes the warning; may be empty
+    /// Warns of wide samples when they are added.
+    /// \param warn  receives the warning; may be empty
     template <int D, class Warn>
     void of_spacing(const Samples<D>& samples, const Domain<D>& domain, const Warn& warn) {
         if (!warn || spacing_said_) return;
@@ -286,7 +287,7 @@ public:
         spacing_said_ = !text.empty();
         if (!text.empty()) warn(text);
     }
-    /// Of bodies and walls, before the first step.
+    /// Warns of bodies and walls before the first step.
     template <class Sets, int D, class Boundary, class Warn>
     void of_start(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, const Warn& warn) {
         if (!warn || started_) return;

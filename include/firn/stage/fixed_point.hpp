@@ -1,11 +1,12 @@
-/// \file The scale of fixed-point sums, from a bound of what any node can receive.
+/// \file The scale of fixed-point sums, from an upper bound of what any node can receive.
 ///
 /// A particle gives node i at most N_i q + |∇N_i| g in any component a, with q = |p_a| + (max |o|) Σ_b |A_ab| and
-/// g = Σ_b |G_ab|. Let n be the most particles that have one base node, K the kernel's support, γ its largest gradient,
-/// W the sum of the largest weights of its nodes. Then a node's mass is at most Wᴰ n max m, and its momentum at most
+/// g = Σ_b |G_ab|. Let n be the largest number of particles with the same base node, K the kernel's support, γ its
+/// largest gradient, W the sum of the largest weights of its nodes. Then a node's mass is at most Wᴰ n max m, and its
+/// momentum at most
 ///     Wᴰ n max q  +  D K γ Wᴰ⁻¹ n max g
-/// At most Kᴰ n particles reach a node: with B the bound, a scale of 2^⌊log2((max − Kᴰ n)/B)⌋ makes every sum of
-/// rounded numbers fit.
+/// At most Kᴰ n particles reach a node. If B is the bound, every sum of rounded numbers fits with the scale
+/// 2^⌊log2((max − Kᴰ n)/B)⌋.
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -17,37 +18,38 @@
 
 namespace firn {
 
-/// What the particles are, as far as the bound needs it. Maxima and counts: the same for any order.
+/// The properties of the particles that the bound needs. They are maxima, so they do not depend on any order.
 template <class S>
 struct FixedPointLoad {
     S momentum = S(0);   ///< max q [kg m/s]
     S gradient = S(0);   ///< max g [kg m/s]
     S mass = S(0);       ///< max m [kg]
-    S particles = S(0);  ///< n
+    S particles = S(0);  ///< n, the largest number of particles with the same base node
 };
 
+/// The larger of each number.
 template <class S>
 FIRN_INLINE FixedPointLoad<S> larger(const FixedPointLoad<S>& a, const FixedPointLoad<S>& b) {
     return {max(a.momentum, b.momentum), max(a.gradient, b.gradient), max(a.mass, b.mass),
             max(a.particles, b.particles)};
 }
 
-/// What a node may receive.
+/// Upper bounds of what a node can receive.
 template <class S>
 struct FixedPointBound {
     S momentum;       ///< [kg m/s]
     S mass;           ///< [kg]
-    S contributions;  ///< n, each of them rounded
+    S contributions;  ///< number of particles that reach a node, at most Kᴰ n; each contribution is rounded
 };
 
-/// A node with less mass than this counts as empty: its velocity would be made of rounding errors.
+/// A node with less mass than this [quanta] counts as empty, because rounding errors would dominate its velocity.
 inline constexpr int fewest_mass_quanta = 64;
 
-/// The largest |o|: how far a node of the support lies from the centre node, in cells.
+/// The largest |o|: the distance of the farthest node of the support from the centre node [cells].
 template <class Kernel>
 inline constexpr int largest_offset = Kernel::support - 1 - centre_node<Kernel>;
 
-/// max q, max g and m of one particle; nothing without mass. What is not a number becomes infinite.
+/// The largest q and g over the axes, and m, of one particle; zero for a particle without mass. NaN becomes infinite.
 template <class Kernel, class Force, scalar S, int D>
 FIRN_INLINE FixedPointLoad<S> load_of(const P2GRecord<S, D>& record) {
     const auto real = !(record.mass <= S(0));
@@ -57,7 +59,7 @@ FIRN_INLINE FixedPointLoad<S> load_of(const P2GRecord<S, D>& record) {
         unroll<D - 1>([&](auto a) FIRN_LAMBDA {
             const S other = of_axis(std::integral_constant<int, a + 1>{});
             most = max(most, other);
-            sum = sum + other;  // tells if one of them is not a number
+            sum = sum + other;  // NaN if one of them is
         });
         return select(real, select(sum <= infinite, most, infinite), S(0));
     };
@@ -77,8 +79,8 @@ FIRN_INLINE FixedPointLoad<S> load_of(const P2GRecord<S, D>& record) {
     return load;
 }
 
-/// The record in quanta. Scales are powers of two: what a node receives is the same whether its record was scaled or
-/// itself.
+/// The record in quanta. Scales are powers of two, so scaling the record or scaling its value at a node gives the same
+/// bits.
 template <scalar S, int D>
 FIRN_INLINE P2GRecord<S, D> in_quanta(const P2GRecord<S, D>& record, const FixedPointScale<S>& scale) {
     return {record.mass * scale.mass, record.momentum * scale.momentum, record.affine * scale.momentum,
@@ -89,6 +91,7 @@ namespace detail {
 constexpr double power(double x, int n) { return n == 0 ? 1 : x * power(x, n - 1); }
 }  // namespace detail
 
+/// The upper bounds for these particles, by the formulas in the description of this file.
 template <class Kernel, int D, scalar S>
 FIRN_INLINE FixedPointBound<S> fixed_point_bound(const FixedPointLoad<S>& load) {
     constexpr double W = [] {
@@ -103,13 +106,14 @@ FIRN_INLINE FixedPointBound<S> fixed_point_bound(const FixedPointLoad<S>& load) 
             S(detail::power(Kernel::support, D)) * n};
 }
 
-/// The largest scales for which every sum stays below `integer_max`, for a finite bound; 1 where there is nothing.
+/// The largest powers of two with which every sum stays below `integer_max`; 1 if the bound is zero. The bound must be
+/// finite.
 template <scalar S>
 FIRN_INLINE FixedPointScale<S> largest_scale(const FixedPointBound<S>& bound, double integer_max) {
     const S room = S(integer_max) - bound.contributions;
     const auto largest = [&](const S& most) FIRN_LAMBDA {
         const auto is_none = most == S(0);
-        const S rounded_up = most * S(1 + 0x1p-16);  // the contributions are rounded, and so is this
+        const S rounded_up = most * S(1 + 0x1p-16);  // covers rounding errors of the bound and of the contributions
         const S quanta = room / select(is_none, S(1), rounded_up);
         constexpr int highest = sizeof(value_type_t<S>) == 4 ? 120 : 1000;
         return select(is_none, S(1), power_of_two(min(exponent_of(quanta), S(highest))));

@@ -1,4 +1,4 @@
-/// \file What one particle takes from the grid.
+/// \file G2P of one particle: its velocity, affine field and velocity gradient, from sums over nodes.
 #pragma once
 
 #include <firn/stage/offset.hpp>
@@ -13,13 +13,14 @@ struct G2PSums {
     Mat<S, D> gradient;  ///< Σ v_i ∇Nᵀ, ∇N per cell [m/s]; where weight gradients are needed
 };
 
-/// Does G2P need Σ N v_i oᵀ ?  Does it need Σ v_i ∇Nᵀ ?
+/// Whether G2P needs the sum Σ N v_i oᵀ.
 template <class Kernel, class Transfer>
 inline constexpr bool g2p_needs_moment = Transfer::affine && has_inertia<Kernel>;
+/// Whether G2P needs the sum Σ v_i ∇Nᵀ.
 template <class Kernel, class Transfer, class Force>
 inline constexpr bool g2p_needs_gradient = Force::weight_gradients || !g2p_needs_moment<Kernel, Transfer>;
 
-/// What G2P gives back to a particle.
+/// What a particle receives from the grid.
 template <class S, int D>
 struct G2PResult {
     Vec<S, D> velocity;           ///< v [m/s]
@@ -27,8 +28,9 @@ struct G2PResult {
     Mat<S, D> velocity_gradient;  ///< ∇v, which moves F [1/s]
 };
 
+/// A particle's velocity, C and velocity gradient from its sums. If the transfer is affine and MLS forces act, which
+/// are dual to C (Hu et al. 2018, §4), the velocity gradient is C. Otherwise it is Σ v_i ⊗ ∇N_i.
 /// \param d  the particle's position from its centre node, in cells;  \param h  cell size [m]
-/// The velocity gradient is C where the MLS forces are its dual (Hu et al. 2018, §4), else Σ v_i ⊗ ∇N_i.
 template <class Kernel, class Transfer, class Force, scalar S, int D>
 FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<S, D>& d, const S& h) {
     G2PResult<S, D> result;
@@ -47,14 +49,15 @@ FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<
     return result;
 }
 
-/// Where a particle is after dt: moved with its velocity and kept between two corners; and how far it would have gone
-/// beyond them, along any axis.
+/// Where a particle is after a step.
 template <class S, int D>
 struct G2PMove {
-    Vec<S, D> position;
-    S outside;  ///< not positive for a particle that stays inside
+    Vec<S, D> position;  ///< the new position, kept between two corners
+    S outside;           ///< how far it would have gone beyond them along any axis; not positive if it stays inside
 };
-/// \param per_velocity  what a velocity [m/s] is multiplied with to move a position by dt
+/// Moves a particle by its velocity, and keeps it between two corners.
+/// \param per_velocity  the factor from a velocity [m/s] to the motion in dt, in units of the position
+/// \param lowest, highest  the corners, in units of the position
 template <scalar S, int D>
 FIRN_INLINE G2PMove<S, D> moved_by(const Vec<S, D>& velocity, const S& per_velocity, const Vec<S, D>& position,
                                    const Vec<S, D>& lowest, const Vec<S, D>& highest) {
@@ -68,23 +71,27 @@ FIRN_INLINE G2PMove<S, D> moved_by(const Vec<S, D>& velocity, const S& per_veloc
     return move;
 }
 
-/// Sums over some axes; the dual of OpenRecord. V holds the velocity of a node, or of a row of nodes.
+/// Sums over the nodes along some of the axes; the dual of OpenRecord.
+/// \tparam V       the velocity of a node, or of a row of nodes
+/// \tparam Closed  the number of axes summed over
 template <class V, int Closed, bool Moments, bool Gradients>
 struct PartialSums {
     V value;                                                        ///< Σ N v
-    std::array<V, std::size_t(Moments ? Closed : 0)> moment{};      ///< Σ N v o, an axis each
-    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient{};  ///< Σ ∂N v, an axis each
+    std::array<V, std::size_t(Moments ? Closed : 0)> moment{};      ///< Σ N v o, one for each axis
+    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient{};  ///< Σ ∂N v, one for each axis
 };
 
-/// Sums over one more axis: `parts[k]` are the sums of the nodes at offset k − centre, where the kernel has weight w[k]
-/// and gradient g[k].
+/// Sums over one more axis.
+/// \tparam Centre  the place of the centre node in `parts`
+/// \param parts  the sums of the nodes at offsets k − Centre
+/// \param w      the kernel's weight at each of these offsets;  \param g  its gradient
 template <int Centre, class V, int Closed, bool Moments, bool Gradients, class W, std::size_t K>
 FIRN_INLINE PartialSums<V, Closed + 1, Moments, Gradients> sum_axis(
     const std::array<PartialSums<V, Closed, Moments, Gradients>, K>& parts, const std::array<W, K>& w,
     const std::array<W, K>& g) {
     PartialSums<V, Closed + 1, Moments, Gradients> sums;
-    // Products that the moment along this axis needs, too, are made once; but not that of offset 1, which costs nothing
-    // where a target multiplies and adds in one operation.
+    // The moment along this axis needs some of the products, too: they are computed once. The product of offset 1 is
+    // not shared, because it is free on targets that multiply and add in one operation.
     constexpr auto is_shared = [](int k) { return k == 0 || (Moments && (k < Centre || k > Centre + 1)); };
     std::array<V, K> weighted;
     unroll<int(K)>([&](auto k) FIRN_LAMBDA {
@@ -104,7 +111,7 @@ FIRN_INLINE PartialSums<V, Closed + 1, Moments, Gradients> sum_axis(
                 sums.moment[a] = plus_times(sums.moment[a], parts[k + 1].moment[a], w[k + 1]);
             });
         });
-        // Offsets 1 and −1; the others follow, 0 gives nothing.
+        // Offsets 1 and −1 first, then the others. Offset 0 adds nothing.
         if constexpr (Centre == 0)
             sums.moment[Closed] = parts[Centre + 1].value * w[Centre + 1];
         else

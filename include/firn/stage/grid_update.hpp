@@ -1,4 +1,4 @@
-/// \file What happens to one node between P2G and G2P.
+/// \file The grid update of one node, between P2G and G2P: momentum becomes velocity, forces act, the boundary applies.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -8,7 +8,7 @@
 namespace firn {
 
 namespace detail {
-/// A constant vector of another library as firn's; all else as it is.
+/// Converts a constant vector of another library to firn's Vec. Anything else is returned unchanged.
 template <int D, class Acceleration>
 decltype(auto) own_acceleration(const Acceleration& acceleration) {
     if constexpr (holds_numbers<Acceleration, D, 1>)
@@ -18,8 +18,10 @@ decltype(auto) own_acceleration(const Acceleration& acceleration) {
 }
 }  // namespace detail
 
-/// The acceleration of a node: a constant vector; a field f(position), written for any scalar; or a field
-/// f(position, velocity, dt), which is given the velocity before.
+/// The acceleration of a node [m/s²].
+/// \param field     a constant vector; or a field f(position), written for any scalar; or a field
+///                  f(position, velocity, dt), which gets the velocity before the step
+/// \param position  of the node [m];  \param velocity  before the step [m/s];  \param dt  time step [s]
 template <scalar S, int D, class Field>
 FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& position, const Vec<S, D>& velocity,
                                       const S& dt) {
@@ -32,11 +34,14 @@ FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& posit
         return cast<S>(field);
 }
 
-/// The new velocity of a node: momentum over mass, accelerated for dt, then the boundary.
-/// A node without mass has no velocity: zero. Neither has one whose mass is not a normal number: its inverse would not
-/// be finite. (A force per mass [m/s²] is added to the velocity, not to the momentum: for nodes with very little mass
-/// that is the more accurate order.)
+/// The new velocity of a node: momentum over mass, accelerated for dt, then changed by the boundary.
+///
+/// A node without mass gets the velocity zero. So does a node whose mass is below the smallest normal number, because
+/// 1 / mass would not be finite. The acceleration is added to the velocity, not to the momentum, which is more accurate
+/// for nodes with very little mass.
+/// \param momentum  [kg m/s];  \param mass  [kg];  \param position  [m];  \param dt  time step [s]
 /// \param acceleration  as acceleration_at() takes it
+/// \param boundary      a boundary policy
 template <scalar S, int D, class Acceleration = Vec<S, D>, class Boundary>
 FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, const Vec<S, D>& position,
                                     const Acceleration& acceleration, const S& dt, const Boundary& boundary) {
@@ -47,18 +52,21 @@ FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, co
     return select(filled, detail::in_own_terms(boundary.velocity(position, v)), Vec<S, D>::zero());
 }
 
-/// For nodes that no boundary reaches, and for passes in which none acts.
+/// The boundary for nodes that no wall or collider reaches, and for passes in which none acts.
 struct NoBoundary {
     static constexpr const char* name = "no_boundary";
 
+    /// The velocity v, unchanged.
     template <class S, int D>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>&, const Vec<S, D>& v) const {
         return v;
     }
+    /// False: it reaches no box.
     template <int D>
     bool reaches(const Vec<double, D>&, const Vec<double, D>&) const {
         return false;
     }
+    /// Shows no surface.
     template <class S, int D, class Seen>
     FIRN_INLINE void surfaces(const Vec<S, D>&, const Seen&) const {}
 };

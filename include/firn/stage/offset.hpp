@@ -1,4 +1,4 @@
-/// \file Offsets from the centre node, a particle's, and the nodes', which are −1, 0, 1 or 2; and their inertia.
+/// \file Offsets of particles and nodes from the centre node, in cells. The offsets of nodes are −1, 0, 1 or 2.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -6,13 +6,14 @@
 
 namespace firn {
 
-/// The position from the base node becomes the position from the centre node. \param fraction  f = x/h − base, in cells
+/// A particle's position from its centre node [cells].
+/// \param fraction  f = x/h − base, its position from the base node [cells]
 template <class Kernel, class S, int D>
 FIRN_INLINE Vec<S, D> from_centre(const Vec<S, D>& fraction) {
     return fraction - Vec<S, D>::filled(S(centre_node<Kernel>));
 }
 
-/// True, or the compiler says why these forces cannot be had with this kernel.
+/// True. If these forces need a kernel of constant inertia and this is none, the compiler stops with a message.
 template <class Kernel, class Force>
 consteval bool require_inertia() {
     static_assert(
@@ -22,7 +23,8 @@ consteval bool require_inertia() {
     return true;
 }
 
-/// D⁻¹ [1/m²]; nobody asks for it where the kernel has none.
+/// D⁻¹ [1/m²]: the kernel's inverse inertia over h²; 0 if its inertia is not constant. \see kernel/concept.hpp
+/// \param h  cell size [m]
 template <class Kernel, class S>
 FIRN_INLINE S inverse_inertia(const S& h) {
     if constexpr (has_inertia<Kernel>)
@@ -31,11 +33,12 @@ FIRN_INLINE S inverse_inertia(const S& h) {
         return S(0);
 }
 
-/// a + b o, without a multiplication where o is −1, 0 or 1.
+/// a + b o
 template <class V, class O>
 FIRN_INLINE V plus_times(const V& a, const V& b, const O& o) {
     return a + b * o;
 }
+/// a + b o for an offset known at compile time, without a multiplication.
 template <class V, int o>
 FIRN_INLINE V plus_times(const V& a, const V& b, std::integral_constant<int, o>) {
     if constexpr (o == 0)

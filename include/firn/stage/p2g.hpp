@@ -1,15 +1,15 @@
-/// \file What one particle gives to the grid: its record, and the record's value at a node.
+/// \file P2G of one particle: its record, and the value of the record at a node.
 ///
 /// A node at offset o (whole cells from the particle's centre node) receives
 ///     N (p + A o) + G ∇N      momentum [kg m/s]        and        N m      mass [kg]
-/// where p, A come from the transfer and the MLS form of the forces, G from the weight-gradient form.
+/// where p and A come from the transfer and the MLS form of the forces, and G from the weight-gradient form.
 #pragma once
 
 #include <firn/stage/offset.hpp>
 
 namespace firn {
 
-/// A particle as P2G sees it.
+/// What P2G reads of a particle.
 template <class S, int D>
 struct P2GParticle {
     S mass;              ///< m [kg]
@@ -19,7 +19,7 @@ struct P2GParticle {
     Mat<S, D> stress;    ///< Kirchhoff stress τ [Pa]
 };
 
-/// What P2G scatters.
+/// What P2G scatters to the nodes around a particle.
 template <class S, int D>
 struct P2GRecord {
     S mass;              ///< m [kg]
@@ -28,6 +28,7 @@ struct P2GRecord {
     Mat<S, D> gradient;  ///< G [kg m/s]; zero unless the force form uses weight gradients
 };
 
+/// The record of a particle: its momentum, its affine field and the impulse of its stress.
 /// \param d  the particle's position from its centre node, in cells
 /// \param h  cell size [m];  \param dt  time step [s]
 template <class Kernel, class Transfer, class Force, scalar S, int D>
@@ -41,12 +42,17 @@ FIRN_INLINE P2GRecord<S, D> make_record(const P2GParticle<S, D>& particle, const
     return {particle.mass, particle.velocity * particle.mass - A * d, A, Force::gradient_part(impulse, h)};
 }
 
-/// A record whose leading axes are still open: V holds momentum and mass of a node, or of a row of nodes.
-/// Either contract() closes one axis after the other, and `value` is then what the node receives. Or, in fewer
-/// operations where many nodes share products of weights, moved() goes along each axis and weighted() weighs the sum.
+/// A record along its path to a node. The node's offset is chosen axis by axis; an axis without an offset is open.
+///
+/// There are two ways. contract() closes one axis after the other; after the last one, `value` is what the node
+/// receives. Or moved() goes along each axis, and weighted() weights the result: this needs fewer operations if many
+/// nodes share products of weights.
+/// \tparam V          momentum and mass of a node, or of a row of nodes
+/// \tparam Open       the number of open axes, which are the leading ones
+/// \tparam Gradients  whether the force form uses weight gradients
 template <class V, int Open, bool Gradients>
 struct OpenRecord {
-    V value;
+    V value;                                                      ///< momentum and mass at the present offset
     std::array<V, std::size_t(Open)> column;                      ///< columns of A
     std::array<V, std::size_t(Gradients ? Open : 0)> gradient{};  ///< columns of G
 
@@ -63,14 +69,14 @@ struct OpenRecord {
         return rest;
     }
 
-    /// Goes to offset o along open axis a.
+    /// The record at offset o along open axis a.
     template <class O>
     FIRN_INLINE OpenRecord moved(int a, const O& o) const {
         OpenRecord there = *this;
         there.value = plus_times(value, column[std::size_t(a)], o);
         return there;
     }
-    /// What the node receives that has been moved to along all open axes.
+    /// What a node receives, after moved() was called for all open axes.
     /// \param weight     product of these axes' weights
     /// \param gradients  for each axis, the same product with its gradient in place of its weight
     template <class W>
