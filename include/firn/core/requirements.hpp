@@ -7,7 +7,7 @@
 // AppleClang counts differently: its 17 is LLVM's 19.
 #if __cplusplus < 202002L || (!defined(__clang__) && !defined(__GNUC__)) ||              \
     (defined(__apple_build_version__) && __clang_major__ < 17) ||                        \
-    (defined(__clang__) && !defined(__apple_build_version__) && __clang_major__ < 19) || \
+    (defined(__clang__) && !defined(__apple_build_version__) && __clang_major__ < 16) || \
     (defined(__GNUC__) && !defined(__clang__) && __GNUC__ < 12)
 #if __cplusplus < 202002L && (defined(__clang__) || defined(__GNUC__))
 #error "firn needs C++20: compile with -std=c++20, or in CMake target_compile_features(NAME PRIVATE cxx_std_20)."

@@ -12,5 +12,8 @@ struct ParticleSet {
     View view;                                         ///< the particles' arrays
     const BlockPartition<View::dimension>& partition;  ///< their blocks
 };
+/// Before version 17, clang deduces nothing for aggregates.
+template <class View>
+ParticleSet(const View&, const BlockPartition<View::dimension>&) -> ParticleSet<View>;
 
 }  // namespace firn

@@ -109,10 +109,11 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
     const Waves<D> waves(cubes);
     for (std::size_t c = 0; c < cubes.size(); ++c) by_phase.items[c].key = waves.phase(cubes[c]);
     by_phase.sort();
-    for (const auto& [phase, first] : by_phase.items) {
+    for (const auto& cube : by_phase.items) {
+        const std::size_t first = cube.number;
         std::size_t last = first;
         while (last < by_cube.size() && by_cube[last].key == by_cube[first].key) ++last;
-        add_to_phase(phase, add_group(last - first, true, [&](std::size_t k) { return by_cube[first + k].number; }));
+        add_to_phase(cube.key, add_group(last - first, true, [&](std::size_t k) { return by_cube[first + k].number; }));
     }
     grow(partition.order, slots, no_particle, thread_count(threads));
     return partition;
