@@ -142,7 +142,7 @@ def layout(file):
 
 def version():
     text = (root / "include/firn/version.hpp").read_text()
-    return ".".join(re.search(rf"version_{part} = (\d+)", text).group(1) for part in ("major", "minor", "patch"))
+    return ".".join(re.search(rf"_{part} (\d+)", text).group(1) for part in ("MAJOR", "MINOR", "PATCH"))
 
 
 def warnings(log, source):

@@ -3,13 +3,24 @@
 
 #include <string>
 
+/// Major, minor and patch number of the version, for the preprocessor.
+/// @{
+#define FIRN_VERSION_MAJOR 0
+#define FIRN_VERSION_MINOR 2
+#define FIRN_VERSION_PATCH 0
+/// @}
+
+/// The version as one number, 10000 major + 100 minor + patch: `#if FIRN_VERSION >= 200`.
+#define FIRN_VERSION (10000 * FIRN_VERSION_MAJOR + 100 * FIRN_VERSION_MINOR + FIRN_VERSION_PATCH)
+
 namespace firn {
 
-/// Major, minor and patch number of the version.
+/// Major, minor and patch number of the version. While the major number is 0, a new minor number may change the
+/// interface and the bits of results; a new patch number changes neither.
 /// @{
-inline constexpr int version_major = 0;
-inline constexpr int version_minor = 2;
-inline constexpr int version_patch = 0;
+inline constexpr int version_major = FIRN_VERSION_MAJOR;
+inline constexpr int version_minor = FIRN_VERSION_MINOR;
+inline constexpr int version_patch = FIRN_VERSION_PATCH;
 /// @}
 
 /// Returns the version as text, e.g. "0.2.0".

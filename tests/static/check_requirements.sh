@@ -21,7 +21,7 @@ try() { # TEXT HEADER OPTION...: expects TEXT; nothing expected: no complaint
 
 # Macros of a compiler, as an older one has them.
 if "$compiler" --version | grep -q clang; then
-    older=(-U__clang_major__ -D__clang_major__=18)
+    older=(-U__clang_major__ -D__clang_major__=15)
     apple=(-D__apple_build_version__=16000000 -U__clang_major__)
     try '' core/requirements -std=c++20 "${apple[@]}" -D__clang_major__=17
     try 'or AppleClang 17' core/requirements -std=c++20 "${apple[@]}" -D__clang_major__=16
@@ -29,9 +29,12 @@ else
     older=(-U__GNUC__ -D__GNUC__=11)
 fi
 try '' core/requirements -std=c++20
+# MSVC, as far as its macros go: it defines neither __GNUC__ nor __clang__, and __cplusplus is that of C++98.
+try 'firn does not compile with MSVC, which has no vector types' core/requirements -std=c++20 -D_MSC_VER=1940 \
+    -U__GNUC__ -U__clang__ -U__cplusplus -D__cplusplus=199711L
 for header in firn simulation lagrangian core/eigen wgsl/program; do
     try 'firn needs C++20: compile with -std=c++20' "$header" -std=c++17
-    try 'firn needs g++ 12, clang 19 or AppleClang 17' "$header" -std=c++20 "${older[@]}"
+    try 'firn needs g++ 12, clang 16 or AppleClang 17' "$header" -std=c++20 "${older[@]}"
 done
 
 # Where hdf5.h lies among the compiler's own headers, nothing is amiss.

@@ -76,9 +76,9 @@ FIRN_INLINE G2PMove<S, D> moved_by(const Vec<S, D>& velocity, const S& per_veloc
 /// \tparam Closed  the number of axes summed over
 template <class V, int Closed, bool Moments, bool Gradients>
 struct PartialSums {
-    V value;                                                        ///< Σ N v
-    std::array<V, std::size_t(Moments ? Closed : 0)> moment{};      ///< Σ N v o, one for each axis
-    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient{};  ///< Σ ∂N v, one for each axis
+    V value;                                                      ///< Σ N v
+    std::array<V, std::size_t(Moments ? Closed : 0)> moment;      ///< Σ N v o, one for each axis
+    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient;  ///< Σ ∂N v, one for each axis
 };
 
 /// Sums over one more axis.
