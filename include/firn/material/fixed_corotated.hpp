@@ -46,6 +46,7 @@ struct FixedCorotated {
         return {S(mu), S(lambda)};
     }
 
+    /// Checks the parameters.
     /// \throws parameter_error unless the moduli are those of a stable solid, as check_lame()
     void check() const
         requires std::floating_point<S>

@@ -75,6 +75,7 @@ struct Fluid {
         return {S(fluid.bulk), S(fluid.gamma), S(fluid.viscosity), S(fluid.tension)};
     }
 
+    /// Checks the parameters.
     /// \throws parameter_error as from_properties()
     void check() const
         requires std::floating_point<S>

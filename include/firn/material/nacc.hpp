@@ -90,6 +90,7 @@ struct Nacc {
         model.first_log_volume = S(-std::asinh(clay.consolidation / kappa) / clay.hardening);
         return model;
     }
+    /// Checks the parameters.
     /// \throws parameter_error unless the moduli are those of a stable solid with μ > 0, 0 ≤ sin φ < 1, β ≥ 0, ξ > 0,
     /// and first_log_volume is finite and not positive
     void check() const

@@ -37,6 +37,7 @@ struct NeoHookean {
         return {S(lame.mu), S(lame.lambda)};
     }
 
+    /// Checks the parameters.
     /// \throws parameter_error unless the moduli are those of a stable solid, as check_lame()
     void check() const
         requires std::floating_point<S>

@@ -94,6 +94,7 @@ struct Sand {
         model.initial_loss = S(sand.initial_loss.in_radians());
         return model;
     }
+    /// Checks the parameters.
     /// \throws parameter_error unless the moduli are those of a stable solid with μ > 0, 0 ≤ h₀ < π/2, h₁, h₂ ≥ 0,
     /// h₂ > 0 if h₁ > 0, and h₃ is finite
     void check() const

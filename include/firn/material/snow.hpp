@@ -85,6 +85,7 @@ struct Snow {
         model.hardening = S(snow.hardening);
         return model;
     }
+    /// Checks the parameters.
     /// \throws parameter_error unless the moduli are those of a stable solid, 0 < lowest_stretch ≤ 1 ≤ highest_stretch,
     /// and `hardening` and `largest_exponent` are finite and not negative
     void check() const

@@ -59,6 +59,7 @@ struct VonMises {
         check_flow(solid.yield_stress, solid.hardening);
         return {elastic.mu, elastic.lambda, S(solid.yield_stress), S(solid.hardening)};
     }
+    /// Checks the parameters.
     /// \throws parameter_error unless the moduli are those of a stable solid with μ > 0, σ_Y > 0 and H ≥ 0
     void check() const
         requires std::floating_point<S>

@@ -105,8 +105,8 @@ namespace detail {
 /// starts at the bound √(3 I_b) and descends to the largest.
 ///
 /// A step turns the error e into K e³, with K ≤ 36/λ² where left_stretch() uses the root (f′ = 8Δ ≥ λ³), and K near
-/// 3.4/λ² for a rotation. So if the last of the first steps is shorter than ∛ε λ / 5, the error is below ε λ / 3. This
-/// holds for strains up to 0.45. Lanes with a longer last step take two more steps.
+/// 3.4/λ² for a rotation. So if the last of the first steps is shorter than ∛ε λ / 5, the error is below ε λ / 3. For
+/// strains up to 0.45 the first steps are enough. Lanes with a longer last step take two more.
 template <class S>
 FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
     constexpr bool single = sizeof(value_type_t<S>) == 4;

@@ -94,9 +94,7 @@ FIRN_INLINE LeftSingular<dual<T>, D> left_singular_of_dual(const Mat<dual<T>, D>
 
 }  // namespace detail
 
-/// \name Left singular vectors and singular values with their derivatives
-/// @{
-/// As left_singular() of F, with the derivatives of U and σ.
+/// As left_singular() in 2D, with the derivatives of U and σ.
 ///
 /// dσ is right wherever it exists and σ ≠ 0. dU does not exist if two singular values are equal, and loses digits as
 /// they come close; its part between these two is then 0.
@@ -104,11 +102,11 @@ template <scalar T>
 FIRN_INLINE LeftSingular<dual<T>, 2> left_singular(const Mat<dual<T>, 2>& F) {
     return detail::left_singular_of_dual(F);
 }
+/// As left_singular() in 3D, with the derivatives of U and σ, under the same conditions as in 2D.
 template <scalar T>
 FIRN_INLINE LeftSingular<dual<T>, 3> left_singular(const Mat<dual<T>, 3>& F) {
     return detail::left_singular_of_dual(F);
 }
-/// @}
 
 /// Principal stretches of F and their directions in space.
 template <class S, int D>

@@ -23,6 +23,7 @@ struct Aflip {
 
     S ratio = S(0.95);  ///< α: 0 (APIC) to 1 [1]
 
+    /// Checks the parameters.
     /// \throws parameter_error unless 0 ≤ α ≤ 1
     void check() const { check_share(ratio, name, "ratio"); }
     static constexpr auto parameters() { return std::tuple{parameter{"ratio", "1", &Aflip::ratio}}; }
@@ -65,6 +66,7 @@ struct Asflip {
     S separation = S(1);  ///< β where matter expands: 0 to 1 [1]
     S approach = S(0);    ///< β where matter is compressed: 0 to 1 [1]
 
+    /// Checks the parameters.
     /// \throws parameter_error unless all three are from 0 to 1
     void check() const {
         check_share(ratio, name, "ratio");

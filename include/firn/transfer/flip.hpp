@@ -24,6 +24,7 @@ struct Flip {
 
     S ratio = S(0.95);  ///< α: 0 (PIC) to 1 [1]
 
+    /// Checks the parameters.
     /// \throws parameter_error unless 0 ≤ α ≤ 1
     void check() const { check_share(ratio, name, "ratio"); }
     static constexpr auto parameters() { return std::tuple{parameter{"ratio", "1", &Flip::ratio}}; }

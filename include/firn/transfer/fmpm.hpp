@@ -33,6 +33,7 @@ struct Fmpm {
 
     int order = 2;  ///< number of terms of the series, 1 or more [1]
 
+    /// Checks the parameters.
     /// \throws parameter_error if the order is less than 1
     void check() const {
         if (order < 1)
