@@ -125,7 +125,7 @@ private:
         unroll<D>([&](auto a) FIRN_LAMBDA {
             const S from_lower = x.v[a] - S(of.lower[a]), spacing = S(of.spacing);
             const int last = of.nodes[a] - 1;
-            const S place = from_lower / spacing, within = min(S(last), max(S(0), place));  // NaN: 0
+            const S place = from_lower / spacing, within = min(S(last), max(S(0), place));  // NaN gives 0
             const S node = min(S(last - 1), floor(within));
             cell.fraction.v[a] = within - node;
             cell.beyond.v[a] = select(within == place, S(0), from_lower - within * spacing);

@@ -122,7 +122,7 @@ private:
     struct Position {
         Vec<S, D> beyond;        ///< from the nearest point of the box, zero inside
         Vec<S, D> nearest_face;  ///< outward normal of the face that is nearest to a point inside
-        S depth;                 ///< signed distance of that face
+        S depth;                 ///< signed distance from that face [m]
         mask_t<S> is_outside;
     };
     FIRN_INLINE Position locate(const Vec<S, D>& x) const {

@@ -43,6 +43,7 @@ struct Together {
 
     std::tuple<B...> parts;  ///< The boundaries, in the order in which they act.
 
+    /// Makes each part with its default values.
     constexpr Together() = default;
     /// Makes one boundary of these.
     constexpr Together(const B&... each) : parts(each...) {}

@@ -107,7 +107,7 @@ struct Updated {
     }
 };
 
-/// The class that declares a member function.
+/// The class that declares a member function, as a type_identity.
 template <class M, class Result, class... Arguments>
 std::type_identity<M> owner(Result (M::*)(Arguments...) const);
 }  // namespace detail

@@ -115,7 +115,7 @@ struct Fluid {
     /// Beyond the J at which p = −tension, ψ grows by tension times the increase of J: without tension it stays 0.
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& fluid) const {
-        // p = −tension at this J, or nowhere
+        // The J at which p = −tension; largest_J if p stays above that for every J.
         const S remaining = S(1) - tension * gamma / bulk;
         const S parting = select(S(0) < remaining, pow(max(remaining, S(1e-30)), S(-1) / gamma), S(largest_J));
         const S J = min(fluid.J, max(S(1), parting));
