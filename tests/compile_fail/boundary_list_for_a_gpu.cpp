@@ -1,5 +1,5 @@
 // How many boundaries a list has is known only while the program runs.
-// expect: firn: a BoundaryList has as many boundaries as its program has while it runs
+// expect: firn: a BoundaryList gets its length at run time
 #include <firn/boundary/boundary_list.hpp>
 #include <firn/boundary/collider.hpp>
 #include <firn/boundary/shapes.hpp>

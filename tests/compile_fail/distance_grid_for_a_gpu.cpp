@@ -1,5 +1,5 @@
 // A shape whose distances lie in memory cannot become part of a program's text.
-// expect: firn: a DistanceGrid looks its distances up in memory that a GPU's program does not have
+// expect: firn: a DistanceGrid reads its distances from memory that a program for a GPU does not have
 #include <firn/boundary/collider.hpp>
 #include <firn/boundary/distance_grid.hpp>
 #include <firn/boundary/shapes.hpp>

@@ -1,4 +1,4 @@
-/// \file Any number of boundaries of one type, decided at run time. For the CPU; a GPU's program takes a Together.
+/// \file A list of boundaries of one type, with a length chosen at run time.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -17,34 +17,44 @@ struct named_list {
 };
 }  // namespace detail
 
-/// They act on a node one after another, in the order of `all`.
+/// Any number of boundaries of one type, as one boundary: `BoundaryList<Collider<Sphere<float, 3>>>`.
+///
+/// They act on a node one after another, in the order of `all`: where two touch a node, the later one decides. A face
+/// that another boundary covers has no effect there, as in Together.
+///
+/// Take it for many colliders of one shape, or where their number is known only at run time. It runs on the CPU only; a
+/// program for a GPU takes a Together.
+/// \tparam B  a boundary
 template <class B>
 struct BoundaryList {
-    std::vector<B> all;
+    std::vector<B> all;  ///< The boundaries, in the order in which they act.
 
+    /// The list of the same boundaries with scalar T.
     template <class T>
     using with_scalar = BoundaryList<with_scalar_t<B, T>>;
 
     static constexpr const char* name = detail::joined_names<B, detail::named_list>::text;
 
-    /// Once a step, before any node is touched. \throws what the boundaries throw
+    /// The list with every boundary lifted to the scalar T. Called once a step, before any node changes.
+    /// \throws what the boundaries' checks throw
     template <class T>
     with_scalar<T> lifted() const {
-        static_assert(
-            has_lanes<T>,
-            "firn: a BoundaryList has as many boundaries as its program has while it runs; the text of a GPU's "
-            "program must know them. Use Together<...>.");
+        static_assert(has_lanes<T>,
+                      "firn: a BoundaryList gets its length at run time; a program for a GPU must know the number of "
+                      "boundaries when it is written. Use Together<...>.");
         with_scalar<T> other;
         other.all.reserve(all.size());
         for (const B& one : all) other.all.push_back(lift<T>(one));
         return other;
     }
 
-    /// \throws what the boundaries throw
+    /// Checks each boundary.
+    /// \throws what the boundaries' checks throw
     void check() const {
         for (const B& one : all) check_boundary(one);
     }
 
+    /// The boundaries dt [s] later.
     BoundaryList advanced(double dt) const {
         BoundaryList later;
         later.all.reserve(all.size());
@@ -52,7 +62,7 @@ struct BoundaryList {
         return later;
     }
 
-    /// On the nodes of a grid with cells of side h [m].
+    /// The boundaries for a grid with cells of side h [m].
     BoundaryList on_grid(double h) const {
         BoundaryList there;
         there.all.reserve(all.size());
@@ -60,29 +70,33 @@ struct BoundaryList {
         return there;
     }
 
+    /// The velocity [m/s] of a node at x [m] after all boundaries have acted on its velocity v [m/s].
     template <class S, int D>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
         return velocity_among(x, v, NoOthers{}, AnySurface{}, 0);
     }
 
-    /// Of all, in their order. \see has_surfaces
+    /// The surfaces of all boundaries, in their order. \see has_surfaces
     template <class S, int D, class Seen>
         requires has_surfaces<B, S, D>
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         for (const B& one : all) one.surfaces(x, seen);
     }
 
+    /// Can one of the boundaries change nodes of the box [lower, upper] [m]?
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
         const auto part = [&](int k, const auto& f) { f(all[std::size_t(k)]); };
         return reach_together(int(all.size()), part, lower, upper);
     }
+    /// How far a boundary looks for others, at most [m]. \see firn::looks_around
     double looks_around() const {
         double farthest = 0;
         for (const B& one : all) farthest = std::max(farthest, firn::looks_around(one));
         return farthest;
     }
 
+    /// The largest speed [m/s] of a boundary in the box [lower, upper] [m]. \see firn::largest_speed
     template <int D>
     double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
         double largest = 0;
@@ -90,7 +104,9 @@ struct BoundaryList {
         return largest;
     }
 
+    /// The number of boundaries in the list.
     int part_count() const { return int(all.size()); }
+    /// As velocity(), beside others, and tells `seen` what each boundary did. \see firn::velocity_among
     template <class S, int D, class Others, class Seen>
     FIRN_INLINE Vec<S, D> velocity_among(const Vec<S, D>& x, Vec<S, D> v, const Others& others, const Seen& seen,
                                          int first) const {
@@ -105,12 +121,13 @@ struct BoundaryList {
         }
         return v;
     }
+    /// The point [m] about which the torque on boundary k is taken. \see firn::part_centre
     template <int D>
     Vec<double, D> centre_of_part(int k) const {
         return part_centre<D>(all[std::size_t(k)], 0);
     }
 
-    /// What they say of themselves, for files.
+    /// The boundaries' descriptions, separated by "; ", for files.
     std::string description() const {
         std::string text;
         if constexpr (requires(const B one) { one.description(); })

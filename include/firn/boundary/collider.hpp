@@ -1,4 +1,4 @@
-/// \file A solid that moves as it is told: a shape with a place, a rotation and their rates.
+/// \file A rigid solid with a given motion: a shape with a position, a rotation and their rates.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -20,39 +20,50 @@ struct named_collider {
 };
 }  // namespace detail
 
-/// Nodes in the solid, and in a layer around it, follow its contact with the velocity of its surface, V + ω × (x − c).
-/// What moves matter by an explicit velocity is such a solid, too: contact stick.
+/// A rigid solid with a given motion: a floor, a ball, a wheel, a shovel, a container.
 ///
-/// The layer keeps matter out. A particle on the surface of the solid takes its velocity from nodes up to 1.5 cells
-/// away, the radius of the quadratic spline; if all of them are held, it does not move in, wherever the surface lies
-/// between nodes. Without a layer, matter gets in by up to 1.5 cells; with one, it comes to rest up to a cell before
-/// the surface.
+/// Nodes in the solid, and in a layer around it, get the velocity that its contact gives against the velocity of its
+/// surface,
 ///
-/// Beside other solids (in a Together or a BoundaryList), a face that another solid covers is no nearest face. What
-/// stands on a floor would else push up and down there and let matter through sideways. So a node in another solid, or
-/// within two cells of it, is given the normal of the point that lies two cells off that solid.
+///     V + ω × (x − c)       [m/s]
 ///
-/// It is where it is said to be: `advanced(dt)` gives the collider dt later. Place and rates are held in double, so
-/// that the smallest of steps count.
+/// Matter does not push it: the motion is as given. advanced() gives the collider a time later, and a simulation calls
+/// it in every step. Simulation::reactions gives the forces on it. To move matter at a chosen velocity, use a collider
+/// with contact `stick`.
+///
+/// The layer keeps matter out. A particle on the surface takes its velocity from nodes up to 1.5 cells away, the radius
+/// of the quadratic spline; if all of them are held, the particle does not move in, wherever the surface lies between
+/// nodes. Without a layer, matter gets in by up to 1.5 cells. With the default layer, it comes to rest up to one cell
+/// before the surface.
+///
+/// Other solids (in a Together or a BoundaryList) can cover a face of this one, as a floor covers the lower face of a
+/// box that stands on it. If nodes there took the normal of the covered face, the box would push them up and down and
+/// let matter through sideways. So a node in another solid, or within two cells of it, takes the normal at the point
+/// two cells outside that solid.
+///
+/// Position and rates are held in double, so that small steps add up. The contact is by Stomakhin et al. 2013, §8, as
+/// in velocity_after_contact().
+/// \tparam Shape  a shape, see boundary/shape.hpp: `Sphere<float, 3>`
 template <class Shape>
 struct Collider {
-    using S = typename shape_facts<Shape>::scalar_type;
-    static constexpr int D = shape_facts<Shape>::dimension;
-    /// Of place and motion: double for float and double, the scalar itself for lanes and the like.
+    using S = typename shape_facts<Shape>::scalar_type;      ///< The scalar of the shape.
+    static constexpr int D = shape_facts<Shape>::dimension;  ///< The number of dimensions of space: 2 or 3.
+    /// The scalar of position and motion: double if S is float or double, else S.
     using P = std::conditional_t<std::floating_point<S>, double, S>;
+    /// The collider of the same shape with scalar T.
     template <class T>
     using with_scalar = Collider<with_scalar_t<Shape, T>>;
 
-    Shape shape{};
-    Contact contact = Contact::separate;
+    Shape shape{};                                   ///< The shape, in its own coordinates.
+    Contact contact = Contact::separate;             ///< How matter meets the surface.
     P friction = P(0);                               ///< Coulomb's coefficient μ [1]
-    P thickness = P(0);                              ///< of the layer around the solid [m]; beside it
-    P thickness_in_cells = P(1.5);                   ///< the same in cells, for the nodes of a grid [1]
-    Vec<P, D> position = Vec<P, D>::zero();          ///< c: of the shape's origin [m]
-    Rotor<P, D> rotation = no_rotation<P, D>();      ///< from the shape's axes to the world's; see rotor()
-    Vec<P, D> linear_velocity = Vec<P, D>::zero();   ///< V: of the origin [m/s]
-    Axial<P, D> angular_velocity = no_spin<P, D>();  ///< ω: about the origin [rad/s]; in the plane counter-clockwise
-    P cell_size = P(0);                              ///< of the grid that it acts on [m], set by on_grid()
+    P thickness = P(0);                              ///< thickness of the layer [m], added to that in cells
+    P thickness_in_cells = P(1.5);                   ///< thickness of the layer in cells of the grid [1]
+    Vec<P, D> position = Vec<P, D>::zero();          ///< c: the shape's origin in space [m]
+    Rotor<P, D> rotation = no_rotation<P, D>();      ///< from the shape's axes to those of space; make it with rotor()
+    Vec<P, D> linear_velocity = Vec<P, D>::zero();   ///< V: velocity of the origin [m/s]
+    Axial<P, D> angular_velocity = no_spin<P, D>();  ///< ω: about the origin [rad/s]; in 2D counter-clockwise
+    P cell_size = P(0);                              ///< cell size of the grid [m], set by on_grid()
 
     static constexpr const char* name = detail::joined_names<detail::named_collider, Shape>::text;
     static constexpr auto parameters() {
@@ -66,8 +77,9 @@ struct Collider {
                           parameter{"angular_velocity", "rad/s", &Collider::angular_velocity}};
     }
 
-    /// \throws parameter_error for a place or motion that is not finite, a rotor whose length is not 1 to 1e-6,
-    /// negative friction or thickness, and as the shape's check
+    /// Checks the numbers of the collider and of its shape.
+    /// \throws parameter_error if position or motion is not finite, if the rotor's length is not 1 to 1e-6, if friction
+    /// or thickness is negative or not finite, and as the shape's check
     void check() const
         requires std::floating_point<S>
     {
@@ -91,7 +103,7 @@ struct Collider {
             refuse("rotation", sentence("a quaternion of length ", length), "of length 1: make it with rotor()");
     }
 
-    /// Once a step, before any node is touched. \throws parameter_error, as check()
+    /// The collider with scalar T. Called once a step, before any node changes. \throws parameter_error as check()
     template <class T>
     with_scalar<T> lifted() const {
         if constexpr (std::floating_point<S>) check();
@@ -108,16 +120,17 @@ struct Collider {
                 Q(cell_size)};
     }
 
-    /// On the nodes of a grid with cells of side h [m].
+    /// The collider for a grid with cells of side h [m].
     FIRN_INLINE Collider on_grid(const P& h) const {
         Collider there = *this;
         there.cell_size = h;
         return there;
     }
-    /// Of the layer [m].
+    /// The thickness of the layer around the solid [m].
     FIRN_INLINE P layer() const { return thickness + thickness_in_cells * cell_size; }
 
-    /// The collider dt [s] later, moved and turned by its constant rates: exactly, but for rounding in double.
+    /// The collider dt [s] later, moved and turned by its rates. Exact for constant rates, except for rounding in
+    /// double.
     Collider advanced(double dt) const
         requires std::floating_point<S>
     {
@@ -127,6 +140,7 @@ struct Collider {
         return later;
     }
 
+    /// The largest speed [m/s] of the solid in the box [lower, upper] [m]. \see firn::largest_speed
     double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const
         requires std::floating_point<S>
     {
@@ -139,15 +153,16 @@ struct Collider {
         return norm(linear_velocity) + std::sqrt(squared_norm(skew(angular_velocity)) / 2) * radius;
     }
 
-    /// The velocity of the solid at x [m/s].
+    /// The velocity of the solid at x [m]: V + ω × (x − c) [m/s].
     FIRN_INLINE Vec<S, D> surface_velocity(const Vec<S, D>& x) const {
         return cast<S>(linear_velocity) + skew(cast_axial<S, D>(angular_velocity)) * (x - cast<S>(position));
     }
 
+    /// The velocity [m/s] of a node at x [m] after contact, from its velocity v [m/s].
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
         return velocity_beside(NoOthers{}, x, v);
     }
-    /// \see velocity_among
+    /// As velocity(), beside other solids. \see velocity_among
     template <class Others>
     FIRN_INLINE Vec<S, D> velocity_beside(const Others& others, const Vec<S, D>& x, const Vec<S, D>& v) const {
         const Mat<S, D> R = matrix_of(cast<S>(rotation));
@@ -166,7 +181,7 @@ struct Collider {
         return select(touched, surface + velocity_after_contact(v - surface, normal, contact, S(friction)), v);
     }
 
-    /// The layer's surface. \see has_surfaces
+    /// Calls `seen` for the outer surface of the layer. \see has_surfaces
     template <class Seen>
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         const Mat<S, D> R = matrix_of(cast<S>(rotation));
@@ -175,6 +190,7 @@ struct Collider {
              S(friction));
     }
 
+    /// Can the solid or its layer change nodes of the box [lower, upper] [m]?
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const
         requires std::floating_point<S>
     {
@@ -183,35 +199,35 @@ struct Collider {
         const Vec<double, D> middle = (lower + upper) * 0.5, half = (upper - lower) * 0.5;
         const Vec<double, D> local = transpose(R) * (middle - position);
         const double distance = exact.signed_distance(local);
-        double farthest = norm(half);  // by which the distance changes at most, from the middle of the box
+        double farthest = norm(half);  // the most by which the distance in the box differs from that at its middle
         if constexpr (is_flat<Shape>) {
             const Vec<double, D> normal = R * normal_of(exact, local);
             farthest = 0;
             for (int a = 0; a < D; ++a) farthest += std::abs(normal[a]) * half[a];
         }
         if constexpr (requires { exact.uncertainty(); }) farthest += exact.uncertainty();
-        // velocity() sees nodes rounded to S.
+        // velocity() gets positions rounded to S.
         const double rounding = 32 * double(std::numeric_limits<S>::epsilon()) *
                                 (norm(middle) + norm(half) + norm(position) + std::abs(distance));
         return distance <= farthest + layer() + rounding;
     }
 
-    /// \see firn::looks_around
+    /// How far a node is from other solids, at most [m], for its normal to depend on them. \see firn::looks_around
     double looks_around() const
         requires std::floating_point<S>
     {
         return is_flat<Shape> ? 0 : sight() * cell_size * (1 + 1e-6);
     }
 
-    /// "collider_sphere: separate, friction 0.3", for files.
+    /// A description for files: "collider_sphere: separate, friction 0.3".
     std::string description() const { return sentence(name, ": ", firn::name_of(contact), ", friction ", friction); }
 
 private:
-    static constexpr double off_others = 2, farthest_off = 4;  ///< [cells], along each axis
+    static constexpr double off_others = 2, farthest_off = 4;  ///< in cells, along each axis
     /// How far a node is moved off other solids, at most [cells].
     static double sight() { return farthest_off * std::sqrt(double(D)); }
 
-    /// From x to where no other solid is within two cells, unless that is far.
+    /// The way [m] from x out of other solids, to two cells outside of them; at most `farthest_off` along each axis.
     template <class Others>
     FIRN_INLINE Vec<S, D> way_out_of(const Others& others, const Vec<S, D>& x) const {
         const S cell = S(cell_size), off = S(off_others) * cell, most = S(farthest_off) * cell;

@@ -1,4 +1,18 @@
-/// \file What a boundary is: from a node's position [m] and velocity [m/s] to its velocity. A pure function.
+/// \file What a boundary is: a pure function from a node's position [m] and velocity [m/s] to its new velocity [m/s].
+///
+/// A boundary must have
+///
+///     Vec velocity(x, v)                 the velocity [m/s] of a node at x [m] after the boundary has acted on v
+///     bool reaches(lower, upper)         can it change nodes of that box [m]? Whole blocks of nodes are skipped by it
+///
+/// and may have
+///
+///     void check()                       throws parameter_error if a number is impossible
+///     advanced(dt)                       the boundary dt [s] later, if it moves
+///     on_grid(h)                         the boundary for cells of side h [m], if it depends on h
+///     double largest_speed(lower, upper) the largest speed [m/s] that it gives to nodes of a box
+///     void surfaces(x, seen)             calls seen(distance, normal, velocity, contact, friction) for each surface
+///     std::string description()          a text for files
 #pragma once
 
 #include <firn/core/parameters.hpp>
@@ -9,17 +23,19 @@
 
 namespace firn {
 
+/// Has B `velocity(position, velocity)`? It returns a node's velocity [m/s] after the boundary has acted.
 template <class B, class S, int D>
 concept changes_velocity = requires(const B b, const Vec<S, D> v) {
     { detail::in_own_terms(b.velocity(v, v)) } -> std::same_as<Vec<S, D>>;  ///< velocity(position, velocity)
 };
-/// May nodes of the box [lower, upper] be changed? Whole blocks of nodes are skipped by it.
+/// Has B `reaches(lower, upper)`? It returns whether the boundary can change nodes of that box [m]. Whole blocks of
+/// nodes are skipped by it.
 template <class B, int D>
 concept says_where = requires(const B b, const Vec<double, D> x) {
     { b.reaches(x, x) } -> std::same_as<bool>;
 };
 
-/// B is given with the scalar S.
+/// A boundary in D dimensions with scalar S.
 template <class B, class S, int D>
 concept boundary = changes_velocity<B, S, D> && says_where<B, D>;
 
@@ -29,7 +45,7 @@ struct precision_and_dimension {
     using S = T;
     static constexpr int D = N;
 };
-/// Which S and D a boundary is made for; of one that does not say, nothing.
+/// The S and D of a boundary's type; empty if the type does not tell.
 template <class B>
 struct made_for {};
 template <template <class, int> class B, class S, int D>
@@ -41,7 +57,7 @@ template <class B>
     }
 struct made_for<B> : precision_and_dimension<typename B::S, B::D> {};
 template <class... B>
-struct made_for_first {};  // of the first that says so
+struct made_for_first {};  // those of the first type that tells
 template <class First, class... Rest>
 struct made_for_first<First, Rest...> : made_for_first<Rest...> {};
 template <class First, class... Rest>
@@ -52,7 +68,7 @@ template <template <class...> class All, class First, class... Rest>  // a Toget
         requires(All<First, Rest...> all) { all.parts; } || requires(All<First, Rest...> all) { all.all; })
 struct made_for<All<First, Rest...>> : made_for_first<First, Rest...> {};
 
-/// Is B made for nodes in S and D? True where it is not known.
+/// Is B made for nodes with scalar S in D dimensions? True if the type does not tell.
 template <class B, class S, int D>
 struct boundary_fits : std::true_type {};
 template <class B, class S, int D>
@@ -64,23 +80,24 @@ template <template <class...> class All, class... B, class S, int D>
         (requires(All<B...> all) { all.parts; } || requires(All<B...> all) { all.all; }))
 struct boundary_fits<All<B...>, S, D> : std::conjunction<boundary_fits<B, S, D>...> {};
 
-/// True, or the compiler says that B is made for others.
+/// Stops the compilation with a message if B has another scalar or dimension; else returns true.
 template <class B, class S, int D>
 consteval bool require_fitting_boundary() {
     static_assert(boundary_fits<B, S, D>::value,
-                  "firn: the boundary is of another precision or dimension than the particles and the grid: with "
-                  "FixedCorotated<float> in 3D go Walls<float, 3> and Collider<Sphere<float, 3>>.");
+                  "firn: the boundary is of another precision or dimension than the particles and the grid. With "
+                  "FixedCorotated<float> in 3D, use Walls<float, 3> and Collider<Sphere<float, 3>>.");
     return boundary_fits<B, S, D>::value;
 }
 }  // namespace detail
 
-/// \throws what the boundary's own check throws, if it has one
+/// Calls the boundary's check(), if it has one.
+/// \throws what that check throws
 template <class B>
 void check_boundary(const B& boundary) {
     if constexpr (requires { boundary.check(); }) boundary.check();
 }
 
-/// The boundary dt [s] later: what `advanced(dt)` of a boundary that moves says; others stay as they are.
+/// The boundary dt [s] later: its advanced(dt) if it has one, else the same boundary.
 template <class B>
 B advanced(const B& boundary, double dt) {
     if constexpr (requires { boundary.advanced(dt); })
@@ -89,8 +106,8 @@ B advanced(const B& boundary, double dt) {
         return boundary;
 }
 
-/// The largest speed [m/s] that the boundary can give to nodes of the box [lower, upper], beyond what they have: for
-/// the bound of the time step. Zero for what does not move.
+/// The largest speed [m/s] that a moving boundary can give to nodes of the box [lower, upper] [m]; it limits the time
+/// step. Zero for a boundary without largest_speed().
 template <class B, int D>
 double largest_speed(const B& boundary, const Vec<double, D>& lower, const Vec<double, D>& upper) {
     if constexpr (requires { boundary.largest_speed(lower, upper); })
@@ -99,8 +116,7 @@ double largest_speed(const B& boundary, const Vec<double, D>& lower, const Vec<d
         return 0;
 }
 
-/// The boundary on the nodes of a grid with cells of side h [m]: what `on_grid(h)` of one that has to know h says;
-/// others stay as they are.
+/// The boundary for a grid with cells of side h [m]: its on_grid(h) if it has one, else the same boundary.
 template <class B, class H>
 FIRN_INLINE B on_grid(const B& boundary, const H& h) {
     if constexpr (requires { boundary.on_grid(h); })
@@ -109,13 +125,14 @@ FIRN_INLINE B on_grid(const B& boundary, const H& h) {
         return boundary;
 }
 
-// A boundary may be made of parts, which act one after another and whose reactions are told apart. It then offers
+// A boundary may have parts, which act one after another and whose reactions are kept apart. It then offers
 // part_count(), template centre_of_part<D>(k), and velocity_among(x, v, others, seen, first), which calls
-// seen(first + k, before, after) for each in turn.
+// seen(first + k, before, after) for each part in turn.
 //
-// A part may look at the surfaces of the solids beside it: others(x, seen) calls seen for each as surfaces(x, seen)
-// does, below. A part that wants to know offers velocity_beside(others, x, v).
+// A part may depend on the surfaces of the solids beside it. It then offers velocity_beside(others, x, v), where
+// others(x, seen) calls seen for each of those surfaces, as surfaces(x, seen) below.
 
+/// The number of a boundary's parts; 1 for a boundary without part_count().
 template <class B>
 int part_count(const B& boundary) {
     if constexpr (requires { boundary.part_count(); })
@@ -124,7 +141,7 @@ int part_count(const B& boundary) {
         return 1;
 }
 
-/// The point that the torque on part k is about: the position of what has one [m], else the origin.
+/// The point [m] about which the torque on part k is taken: the part's position if it has one, else the origin.
 template <int D, class B>
 Vec<double, D> part_centre(const B& boundary, int k) {
     if constexpr (requires { boundary.template centre_of_part<D>(k); })
@@ -135,13 +152,19 @@ Vec<double, D> part_centre(const B& boundary, int k) {
         return Vec<double, D>::zero();
 }
 
-/// Beside a boundary that stands alone.
+/// The other solids of a boundary that stands alone: none.
 struct NoOthers {
+    /// Calls `seen` for no surface.
     template <class X, class Seen>
     FIRN_INLINE void operator()(const X&, const Seen&) const {}
 };
 
-/// boundary.velocity(x, v) beside others, and seen(first + k, velocity before, velocity after) for every part k.
+/// The velocity [m/s] of a node at x [m] after all parts of a boundary have acted, one after another.
+/// \param x       the node's position [m]
+/// \param v       its velocity before [m/s]
+/// \param others  others(x, seen) calls seen for each surface of the other solids
+/// \param seen    called as seen(first + k, velocity before, velocity after) for every part k
+/// \param first   the number of the boundary's first part
 template <class B, class S, int D, class Others, class Seen>
 FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Others& others,
                                      const Seen& seen, int first = 0) {
@@ -160,8 +183,8 @@ FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, cons
     }
 }
 
-/// How far [m] a boundary's parts look for others: it may change nodes that far from where it reaches, if others are
-/// there.
+/// How far [m] a boundary's parts look for other solids. If others are there, the boundary may change nodes that are
+/// this far from where it reaches alone. Zero for a boundary without looks_around().
 template <class B>
 double looks_around(const B& boundary) {
     if constexpr (requires { boundary.looks_around(); })
@@ -170,8 +193,8 @@ double looks_around(const B& boundary) {
         return 0;
 }
 
-/// May nodes of the box [lower, upper] be changed by one of several, `count` of them, which look at one another?
-/// \param part  part(k, f) calls f(the k-th)
+/// Can one of `count` boundaries that look at one another change nodes of the box [lower, upper] [m]?
+/// \param part  part(k, f) calls f with the k-th boundary
 template <int D, class Part>
 bool reach_together(int count, const Part& part, const Vec<double, D>& lower, const Vec<double, D>& upper) {
     bool reached = false;
@@ -189,19 +212,21 @@ bool reach_together(int count, const Part& part, const Vec<double, D>& lower, co
     return near == 2;
 }
 
-// For points that are not nodes, a boundary says where its surfaces are: surfaces(x, seen) calls
-//
-//     seen(distance, normal, velocity, contact, friction)
-//
-// for each: the distance of x from it [m], negative in the solid; its unit normal into free space; the velocity of the
-// solid at x [m/s]; a Contact; and Coulomb's coefficient [1].
-
-/// What is called for a surface, as the concepts try it.
+/// A function that takes any surface, or any part's change of velocity, and does nothing.
 struct AnySurface {
+    /// Does nothing.
     template <class... Of>
     constexpr void operator()(const Of&...) const {}
 };
 
+/// Has B `surfaces(x, seen)`? It tells where the boundary's surfaces are, for points that are not nodes.
+///
+/// It calls, for each surface,
+///
+///     seen(distance, normal, velocity, contact, friction)
+///
+/// with the distance of x from the surface [m], negative in the solid; the surface's unit normal into free space; the
+/// velocity of the solid at x [m/s]; a Contact; and Coulomb's coefficient [1].
 template <class B, class S, int D>
 concept has_surfaces = requires(const B b, const Vec<S, D> x) { b.surfaces(x, AnySurface{}); };
 

@@ -1,24 +1,35 @@
-/// \file How matter meets a surface: stick, slip, or slip and let go, with Coulomb friction.
+/// \file How matter meets a surface: stick, slip, or slip and separate, with Coulomb friction.
 #pragma once
 
 #include <firn/core/tensor.hpp>
 
 namespace firn {
 
+/// How matter moves at a surface, relative to the surface.
 enum class Contact {
-    stick,     ///< no motion at the surface
-    slip,      ///< no motion through or away from the surface
-    separate,  ///< no motion into the surface; free to leave
-    none       ///< there is no surface
+    stick,     ///< It does not move; the friction coefficient plays no part.
+    slip,      ///< It moves along the surface only, with friction: it neither enters nor leaves.
+    separate,  ///< It does not enter, moves along with friction, and may leave.
+    none       ///< There is no surface.
 };
 
+/// The name of a contact: "stick", "slip", "separate" or "none".
 constexpr const char* name_of(Contact contact) {
     constexpr const char* names[] = {"stick", "slip", "separate", "none"};
     return names[int(contact)];
 }
 
-/// The velocity, relative to the surface, after contact. `normal` is of unit length and points into free space.
-/// Friction takes at most μ times the normal impulse from the tangential velocity (Stomakhin et al. 2013, §8).
+/// The velocity after contact [m/s], relative to the surface.
+///
+/// With vₙ = v · n and vₜ = v − vₙ n, the tangential velocity becomes
+///
+///     vₜ max(0, 1 + μ min(vₙ, 0)/‖vₜ‖)
+///
+/// so friction takes at most μ times the normal impulse. The normal velocity becomes 0 for `slip` and max(vₙ, 0) for
+/// `separate`. Stomakhin et al. 2013, "A material point method for snow simulation", §8.
+/// \param v         velocity before contact, relative to the surface [m/s]
+/// \param normal    n: unit normal of the surface, into free space [1]
+/// \param friction  Coulomb's coefficient μ [1]
 template <scalar S, int D>
 FIRN_INLINE Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>& normal, Contact contact,
                                              const S& friction) {
@@ -27,7 +38,8 @@ FIRN_INLINE Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>
     const S outward = named("outward", dot(v, normal));
     const S into = min(outward, S(0));
     const Vec<S, D> tangential = v - normal * outward;
-    // Not zero, so that derivatives exist at rest: below 1e-15 m/s, friction stops and its absence keeps.
+    // The speed is at least 1e-15 m/s, so that derivatives exist at rest. Below that speed friction stops the motion,
+    // and without friction it goes on.
     const S speed = named("speed", sqrt(max(dot(tangential, tangential), S(1e-30))));
     const S kept = named("kept", max(speed + friction * into, S(0)) / speed);
     const Vec<S, D> after = tangential * kept;

@@ -1,6 +1,4 @@
-/// \file A shape from numbers: signed distances at the nodes of a box, interpolated. For the CPU.
-///
-/// data/mesh_distance.hpp makes them from a closed triangle mesh.
+/// \file A shape given by signed distances at the nodes of a grid, such as those of a mesh.
 #pragma once
 
 #include <firn/boundary/shape.hpp>
@@ -15,65 +13,76 @@
 
 namespace firn {
 
-/// Signed distances at nodes `spacing` apart, in the shape's own coordinates.
+/// Signed distances at the nodes of a regular grid, in the shape's own coordinates.
 template <class Number, int D>
 struct DistanceNumbers {
-    Vec<double, D> lower{};                   ///< the first node [m]
-    double spacing = 0;                       ///< [m]
-    std::array<int, std::size_t(D)> nodes{};  ///< along each axis, two at least
-    std::vector<Number> values;               ///< [m], negative inside; the last axis fastest
+    Vec<double, D> lower{};                   ///< position of the first node [m]
+    double spacing = 0;                       ///< distance between neighbouring nodes [m]
+    std::array<int, std::size_t(D)> nodes{};  ///< number of nodes along each axis, at least two
+    std::vector<Number> values;  ///< signed distances [m], one per node, negative inside; last axis fastest
 
-    /// \throws parameter_error unless there is a number for each node and they lie apart
+    /// Checks the grid and the number of its values.
+    /// \throws parameter_error unless each axis has at least two nodes, `lower` is finite, `spacing` is positive and
+    /// finite, and there is one value per node
     void check() const {
-        double all = 1;  // of so many as to leave the whole numbers, too
+        double all = 1;  // a double, since the product may exceed the range of int
         for (std::size_t a = 0; a < std::size_t(D); ++a) {
             if (nodes[a] < 2 || !std::isfinite(lower[int(a)]))
                 throw parameter_error(sentence("A grid of distances has ", nodes[a], " nodes along axis ", a,
                                                ", the first at ", lower[int(a)],
-                                               " m; it needs two at least, at finite positions."));
+                                               " m; it needs at least two, at finite positions."));
             all *= nodes[a];
         }
         if (double(values.size()) != all)
             throw parameter_error(sentence("A grid of distances has ", all, " nodes but ", values.size(),
-                                           " numbers; give one for each."));
+                                           " values; give one value per node."));
         if (!(spacing > 0) || !std::isfinite(spacing))
-            throw parameter_error(sentence("The nodes of a grid of distances are ", spacing,
-                                           " m apart; that must be positive and finite."));
+            throw parameter_error(
+                sentence("The spacing of a grid of distances is ", spacing, " m; it must be positive and finite."));
     }
 };
 
-/// Interpolated linearly along each axis; beyond the box, the distance to the box is added to that at its face. The
-/// normal is the direction of the interpolant's gradient. Copies share the numbers.
-/// \tparam Number  float or double, whatever S is
+/// A shape given by signed distances at the nodes of a grid.
+///
+/// In the box of the grid, the distance is interpolated linearly along each axis. Outside of it, it is the distance at
+/// the nearest point of the box plus the distance from there. The normal is the direction of the interpolant's
+/// gradient.
+///
+/// Take it for solids without a formula: mesh_distance() makes the numbers from a closed triangle mesh. It runs on the
+/// CPU only. Copies share the numbers.
+/// \tparam Number  type of the stored distances, float or double, independent of S
 template <scalar S, int D, class Number = float>
 struct DistanceGrid {
-    std::shared_ptr<const DistanceNumbers<Number, D>> numbers;
+    std::shared_ptr<const DistanceNumbers<Number, D>> numbers;  ///< The grid and its distances; must be set.
 
     using scalar_type = S;
     static constexpr int dimension = D;
+    /// The same shape with scalar T.
     template <class T>
     using with_scalar = DistanceGrid<T, D, Number>;
 
     static constexpr const char* name = "distance_grid";
     static constexpr auto parameters() { return std::tuple{}; }
 
-    /// \throws parameter_error for no numbers, and as theirs
+    /// Checks the numbers.
+    /// \throws parameter_error if `numbers` is null, and as DistanceNumbers::check()
     void check() const {
         if (!numbers)
-            throw parameter_error("A grid of distances holds no numbers; give it some, mesh_distance() of a mesh say.");
+            throw parameter_error("A grid of distances holds no numbers; set them, for example by mesh_distance().");
         numbers->check();
     }
+    /// The shape with scalar T, which shares the numbers.
     template <class T>
     with_scalar<T> lifted() const {
         static_assert(has_lanes<T>,
-                      "firn: a DistanceGrid looks its distances up in memory that a GPU's program does not have; use a "
-                      "shape with a formula there.");
+                      "firn: a DistanceGrid reads its distances from memory that a program for a GPU does not have; "
+                      "use a shape with a formula there.");
         return {numbers};
     }
-    /// Of the interpolation of two distances, each √D/2 spacings.
+    /// The error of the difference of two interpolated distances: √D spacings [m], half of it for each distance.
     double uncertainty() const { return std::sqrt(double(D)) * numbers->spacing; }
 
-    /// To the farthest corner of the box of numbers, which the solid is within.
+    /// The distance [m] from the origin to the farthest corner of the grid; the solid lies within the grid.
     double extent() const {
         Vec<double, D> farthest{};
         for (int a = 0; a < D; ++a) {
@@ -83,12 +92,14 @@ struct DistanceGrid {
         return norm(farthest);
     }
 
+    /// The signed distance of x from the surface [m], negative inside.
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const {
         const Cell cell = locate(x);
         const S square = dot(cell.beyond, cell.beyond);
         const auto is_beyond = S(0) < square;
         return reduced(cell, -1) + select(is_beyond, sqrt(select(is_beyond, square, S(1))), S(0));
     }
+    /// The outward unit normal at x [1].
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const {
         const Cell cell = locate(x);
         Vec<S, D> gradient{};
@@ -100,9 +111,9 @@ struct DistanceGrid {
 private:
     static constexpr int corners = 1 << D;
     struct Cell {
-        S at[corners];       ///< the distances at its corners, the last axis fastest
-        Vec<S, D> fraction;  ///< where the point is in it, 0 to 1
-        Vec<S, D> beyond;    ///< from the box to the point [m]
+        S at[corners];       ///< distances at its corners, last axis fastest [m]
+        Vec<S, D> fraction;  ///< position of the point in the cell, 0 to 1
+        Vec<S, D> beyond;    ///< from the nearest point of the grid to the point [m]
     };
 
     FIRN_INLINE Cell locate(const Vec<S, D>& x) const {
@@ -114,7 +125,7 @@ private:
         unroll<D>([&](auto a) FIRN_LAMBDA {
             const S from_lower = x.v[a] - S(of.lower[a]), spacing = S(of.spacing);
             const int last = of.nodes[a] - 1;
-            const S place = from_lower / spacing, within = min(S(last), max(S(0), place));  // NaN: 0
+            const S place = from_lower / spacing, within = min(S(last), max(S(0), place));  // NaN gives 0
             const S node = min(S(last - 1), floor(within));
             cell.fraction.v[a] = within - node;
             cell.beyond.v[a] = select(within == place, S(0), from_lower - within * spacing);
@@ -127,7 +138,7 @@ private:
         }
         return cell;
     }
-    /// Interpolated along all axes but `along`, where it is the difference over one spacing.
+    /// The distance interpolated along all axes. Along axis `along`, if there is one, it is the difference instead.
     FIRN_INLINE S reduced(const Cell& cell, int along) const {
         S left[corners];
         for (int i = 0; i < corners; ++i) left[i] = cell.at[i];

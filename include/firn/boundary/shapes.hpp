@@ -1,4 +1,4 @@
-/// \file Shapes whose signed distance is known exactly, centred on their own origin.
+/// \file Shapes with an exact signed distance: half-space, sphere, box, capsule, and the outside of a shape.
 #pragma once
 
 #include <firn/boundary/shape.hpp>
@@ -11,7 +11,7 @@ namespace firn {
 
 namespace detail {
 
-/// \throws parameter_error unless it is positive and finite
+/// \throws parameter_error unless the length [m] is positive and finite
 inline void check_length(double length, const char* what, const char* shape) {
     if (!(length > 0) || !std::isfinite(length))
         throw parameter_error(
@@ -24,15 +24,16 @@ struct named_outside {
 
 }  // namespace detail
 
-/// All that lies below the plane through the origin: a floor, a slope.
+/// Everything below a plane through the origin: a floor, a slope, a wall.
 template <scalar S, int D>
 struct HalfSpace {
-    Vec<S, D> outward = up();  ///< unit vector [1] out of the solid; the second axis
+    Vec<S, D> outward = up();  ///< unit vector out of the solid [1]; by default the second axis
 
     static constexpr const char* name = "half_space";
-    static constexpr bool flat = true;
+    static constexpr bool flat = true;  ///< The normal is the same everywhere.
     static constexpr auto parameters() { return std::tuple{parameter{"outward", "1", &HalfSpace::outward}}; }
 
+    /// Checks the direction.
     /// \throws parameter_error unless |outward| = 1 to 1e-5
     void check() const
         requires std::floating_point<S>
@@ -43,7 +44,9 @@ struct HalfSpace {
                                            "; it must be 1. Divide it by its length."));
     }
 
+    /// The signed distance of x from the plane [m], negative in the solid.
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const { return dot(outward, x); }
+    /// The outward unit normal [1].
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>&) const { return outward; }
 
 private:
@@ -54,54 +57,62 @@ private:
     }
 };
 
-/// In the plane a disc.
+/// A sphere about the origin; in 2D a disc.
 template <scalar S, int D>
 struct Sphere {
-    S radius = S(0.1);  ///< [m]
+    S radius = S(0.1);  ///< radius [m]
 
     static constexpr const char* name = "sphere";
     static constexpr auto parameters() { return std::tuple{parameter{"radius", "m", &Sphere::radius}}; }
 
+    /// Checks the radius.
     /// \throws parameter_error unless the radius is positive and finite
     void check() const
         requires std::floating_point<S>
     {
         detail::check_length(double(radius), "radius", name);
     }
+    /// The largest distance of a point of the shape from the origin [m].
     double extent() const
         requires std::floating_point<S>
     {
         return double(radius);
     }
 
+    /// The signed distance of x from the surface [m], negative inside.
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const { return norm(x) - radius; }
+    /// The outward unit normal at x [1]; at the centre, the second axis.
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const { return direction_or_up(x); }
 };
 
-/// A cuboid (in the plane a rectangle) along the axes; its collider's rotation turns it.
+/// A cuboid about the origin, along the axes; in 2D a rectangle. The rotation of its collider turns it.
 template <scalar S, int D>
 struct Box {
-    Vec<S, D> half_extents = Vec<S, D>::filled(S(0.1));  ///< from the centre to the faces [m]
+    Vec<S, D> half_extents = Vec<S, D>::filled(S(0.1));  ///< distances from the centre to the faces [m]
 
     static constexpr const char* name = "box";
     static constexpr auto parameters() { return std::tuple{parameter{"half_extents", "m", &Box::half_extents}}; }
 
-    /// \throws parameter_error unless all of them are positive and finite
+    /// Checks the half extents.
+    /// \throws parameter_error unless all half extents are positive and finite
     void check() const
         requires std::floating_point<S>
     {
         for (int a = 0; a < D; ++a) detail::check_length(double(half_extents[a]), "half extent", name);
     }
+    /// The largest distance of a point of the shape from the origin [m].
     double extent() const
         requires std::floating_point<S>
     {
         return norm(cast<double>(half_extents));
     }
 
+    /// The signed distance of x from the surface [m], negative inside.
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const {
         const Position at = locate(x);
         return select(at.is_outside, sqrt(select(at.is_outside, dot(at.beyond, at.beyond), S(1))), at.depth);
     }
+    /// The outward unit normal at x [1]; inside, that of the nearest face.
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const {
         const Position at = locate(x);
         return select(at.is_outside, direction_or_up(at.beyond), at.nearest_face);
@@ -109,9 +120,9 @@ struct Box {
 
 private:
     struct Position {
-        Vec<S, D> beyond;        ///< from the nearest point of the box, outside of it
-        Vec<S, D> nearest_face;  ///< outward normal of the face that is nearest from inside
-        S depth;                 ///< signed distance of that face
+        Vec<S, D> beyond;        ///< from the nearest point of the box, zero inside
+        Vec<S, D> nearest_face;  ///< outward normal of the face that is nearest to a point inside
+        S depth;                 ///< signed distance from that face [m]
         mask_t<S> is_outside;
     };
     FIRN_INLINE Position locate(const Vec<S, D>& x) const {
@@ -134,11 +145,11 @@ private:
     }
 };
 
-/// All within a radius of a segment along the second axis: a cylinder with rounded ends.
+/// A cylinder along the second axis with rounded ends, about the origin: all points within a radius of a segment.
 template <scalar S, int D>
 struct Capsule {
-    S half_length = S(0.1);  ///< of the segment [m]
-    S radius = S(0.05);      ///< [m]
+    S half_length = S(0.1);  ///< half the length of the segment [m]
+    S radius = S(0.05);      ///< radius [m]
 
     static constexpr const char* name = "capsule";
     static constexpr auto parameters() {
@@ -146,6 +157,7 @@ struct Capsule {
                           parameter{"radius", "m", &Capsule::radius}};
     }
 
+    /// Checks both lengths.
     /// \throws parameter_error unless both are positive and finite
     void check() const
         requires std::floating_point<S>
@@ -153,14 +165,16 @@ struct Capsule {
         detail::check_length(double(half_length), "half length", name);
         detail::check_length(double(radius), "radius", name);
     }
+    /// The largest distance of a point of the shape from the origin [m].
     double extent() const
         requires std::floating_point<S>
     {
         return double(half_length) + double(radius);
     }
 
+    /// The signed distance of x from the surface [m], negative inside.
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const { return norm(from_segment(x)) - radius; }
-    /// On the segment itself, where there is none, the direction of the second axis.
+    /// The outward unit normal at x [1]; on the segment, the second axis.
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const { return direction_or_up(from_segment(x)); }
 
 private:
@@ -170,39 +184,46 @@ private:
     }
 };
 
-/// The outside of a shape, solid: a container.
+/// Everything outside of a shape: a container, with matter in the shape.
+/// \tparam Shape  a shape: `Complement<Sphere<float, 3>>`
 template <class Shape>
 struct Complement {
-    Shape hollow{};  ///< what is free
+    Shape hollow{};  ///< The free space.
 
     using scalar_type = typename shape_facts<Shape>::scalar_type;
     static constexpr int dimension = shape_facts<Shape>::dimension;
+    /// The same shape with scalar T.
     template <class T>
     using with_scalar = Complement<with_scalar_t<Shape, T>>;
 
     static constexpr const char* name = detail::joined_names<detail::named_outside, Shape>::text;
-    static constexpr bool flat = is_flat<Shape>;
+    static constexpr bool flat = is_flat<Shape>;  ///< Is the normal the same everywhere?
     static constexpr auto parameters() { return std::tuple{parameter{"hollow", "", &Complement::hollow}}; }
+    /// The shape with scalar T.
     template <class T>
     with_scalar<T> lifted() const {
         return {lift<T>(hollow)};
     }
 
-    /// \throws parameter_error, as the shape's
+    /// Checks the hollow shape.
+    /// \throws parameter_error as the check of `Shape`
     void check() const
         requires requires(const Shape s) { s.check(); }
     {
         hollow.check();
     }
+    /// By how much [m] the distance may change from point to point beyond their distance, as that of `hollow`.
     double uncertainty() const
         requires requires(const Shape s) { s.uncertainty(); }
     {
         return hollow.uncertainty();
     }
 
+    /// The signed distance of x from the surface [m], negative outside of `hollow`.
     FIRN_INLINE scalar_type signed_distance(const Vec<scalar_type, dimension>& x) const {
         return -hollow.signed_distance(x);
     }
+    /// The unit normal at x [1], into `hollow`.
     FIRN_INLINE Vec<scalar_type, dimension> normal(const Vec<scalar_type, dimension>& x) const {
         return -normal_of(hollow, x);
     }

@@ -1,4 +1,4 @@
-/// \file The faces of the simulation box. Nodes on a face and the ghost nodes beyond it follow its condition.
+/// \file Walls on the faces of a box.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -11,21 +11,28 @@ namespace firn {
 
 /// One face of the box.
 struct Wall {
-    Contact contact = Contact::separate;
-    double friction = 0;  ///< Coulomb's coefficient μ [1]
+    Contact contact = Contact::separate;  ///< How matter meets the face.
+    double friction = 0;                  ///< Coulomb's coefficient μ [1]
 };
 
-/// A wall that slips without friction is a plane of symmetry: half a body against it moves as the whole would, but for
-/// the two cells next to it. The nodes behind it are held like those on it, and do not move as mirror images would, so
-/// that splines see too small a velocity gradient at the wall: stresses there are off by a fifth, and no finer cells
-/// mend that.
+/// Walls on the faces of a box, with matter inside: the default boundary of a simulation.
+///
+/// Nodes on a face, and the ghost nodes beyond it, get the velocity that the face's contact gives. Each face has its
+/// own contact and friction; a face with Contact::none is open.
+///
+/// A wall that slips without friction is a plane of symmetry: half a body against it moves as the whole body would,
+/// except in the two cells next to the wall. There the stresses are off by a fifth, and finer cells do not help: nodes
+/// behind the wall are held like those on it, where mirror images would move, so splines see too small a velocity
+/// gradient.
 template <scalar S, int D>
 struct Walls {
     Vec<S, D> lower{};  ///< lower corner of the box [m]
-    Vec<S, D> upper{};  ///< upper corner [m]
-    std::array<Wall, D> at_lower{}, at_upper{};
+    Vec<S, D> upper{};  ///< upper corner of the box [m]
+    /// Faces at the lower ends of the axes, one per axis.
+    std::array<Wall, D> at_lower{}, at_upper{};  ///< Faces at the upper ends of the axes, one per axis.
 
-    /// \throws parameter_error, as check()
+    /// The same wall on all faces of the box [lower, upper] [m].
+    /// \throws parameter_error as check()
     static Walls all(const Vec<S, D>& lower, const Vec<S, D>& upper, Wall wall) {
         Walls walls{lower, upper, {}, {}};
         walls.at_lower.fill(wall);
@@ -34,7 +41,8 @@ struct Walls {
         return walls;
     }
 
-    /// \throws parameter_error unless lower < upper, and friction ≥ 0 and finite on every face
+    /// Checks the corners and the friction of every face.
+    /// \throws parameter_error unless lower \< upper and both are finite, and friction ≥ 0 and finite on every face
     void check() const
         requires std::floating_point<S>
     {
@@ -49,7 +57,7 @@ struct Walls {
         }
     }
 
-    /// "lower face of axis 0: separate, friction 0; …", for files.
+    /// A description for files: "lower face of axis 0: separate, friction 0; …".
     std::string description() const {
         std::string text;
         for (std::size_t a = 0; a < std::size_t(D); ++a) {
@@ -66,13 +74,14 @@ struct Walls {
     static constexpr auto parameters() {
         return std::tuple{parameter{"lower", "m", &Walls::lower}, parameter{"upper", "m", &Walls::upper}};
     }
-    /// Once a step, before any node is touched. \throws parameter_error, as check()
+    /// The walls with scalar T. Called once a step, before any node changes. \throws parameter_error as check()
     template <class T>
     Walls<T, D> lifted() const {
         if constexpr (std::floating_point<S>) check();
         return {cast<T>(lower), cast<T>(upper), at_lower, at_upper};
     }
 
+    /// The velocity [m/s] of a node at x [m] after contact, from its velocity v [m/s].
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v) const {
         unroll<D>([&](auto axis) FIRN_LAMBDA {
             Vec<S, D> inward = Vec<S, D>::zero();
@@ -87,7 +96,7 @@ struct Walls {
         return v;
     }
 
-    /// The faces, with matter on their inner side. \see has_surfaces
+    /// Calls `seen` for every face, with matter on its inner side. \see has_surfaces
     template <class Seen>
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         const Vec<S, D> at_rest = Vec<S, D>::zero();
@@ -100,6 +109,7 @@ struct Walls {
         });
     }
 
+    /// Are there nodes of the box [low, high] [m] on or beyond a face?
     bool reaches(const Vec<double, D>& low, const Vec<double, D>& high) const
         requires std::floating_point<S>
     {
@@ -112,7 +122,8 @@ struct Walls {
     }
 
 private:
-    /// A node on a face can miss it by rounding: lower + i h against upper is off by up to 3 ε (|lower| + |upper|).
+    /// How near a node must be to a face to be on it. A node's position lower + i h misses the face at upper by up to
+    /// 3 ε (|lower| + |upper|), by rounding.
     FIRN_INLINE S slack(int axis) const {
         return S(4 * double(std::numeric_limits<value_type_t<S>>::epsilon())) *
                (abs(lower.v[axis]) + abs(upper.v[axis]));

@@ -1,4 +1,4 @@
-/// \file Gravity, and a pull towards a point or a line (or a push away): what a user does with a pointer.
+/// \file Gravity with a pull towards a point or a line, or a push away from it.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -8,13 +8,17 @@
 
 namespace firn {
 
-/// g + s (1 − r/R) e within the radius R, where r is the distance from the centre, or from the line through it, and e
-/// points there.
+/// Gravity with a pull towards a point or a line, or a push away from it.
+///
+///     g + s max(0, 1 − r/R) e       [m/s²]
+///
+/// r is the distance from the centre, or from the line through the centre, and the unit vector e points there. Beyond
+/// the radius R there is only gravity. Take it for a user's pointer: the line is then the ray through the pointer.
 template <scalar S, int D>
 struct Attraction {
-    Vec<S, D> gravity{};    ///< [m/s²]
-    Vec<S, D> centre{};     ///< [m]
-    Vec<S, D> direction{};  ///< of the line, of unit length [1]; zero: there is only the point
+    Vec<S, D> gravity{};    ///< g [m/s²]
+    Vec<S, D> centre{};     ///< the point, or a point of the line [m]
+    Vec<S, D> direction{};  ///< unit vector along the line [1]; zero for a point
     S radius = S(0.1);      ///< R [m], positive
     S strength = S(0);      ///< s [m/s²]: positive attracts, negative repels
 
@@ -26,8 +30,9 @@ struct Attraction {
             parameter{"strength", "m/s^2", &Attraction::strength}};
     }
 
-    /// \throws parameter_error unless the radius is positive, the direction of length 1 (to 1e-5) or 0, and all is
-    /// finite
+    /// Checks the numbers.
+    /// \throws parameter_error unless the radius is positive, the direction's length is 1 (to 1e-5) or 0, and all
+    /// numbers are finite
     void check() const
         requires std::floating_point<S>
     {
@@ -37,11 +42,12 @@ struct Attraction {
         const double length = norm(cast<double>(direction));
         if (!(length == 0 || std::abs(length - 1) < 1e-5))
             throw parameter_error(sentence("The direction of an attraction has the length ", length,
-                                           "; it must be 1, or 0 where there is no line."));
+                                           "; it must be 1, or 0 for an attraction to a point."));
         if (!std::isfinite(norm(cast<double>(gravity)) + norm(cast<double>(centre))))
             throw parameter_error("The gravity and the centre of an attraction must be finite.");
     }
 
+    /// The acceleration at x [m] [m/s²].
     FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x) const {
         const Vec<S, D> to_centre = centre - x;
         const Vec<S, D> there = to_centre - direction * dot(to_centre, direction);

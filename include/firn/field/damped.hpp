@@ -1,4 +1,4 @@
-/// \file Viscous damping in proportion to mass: a field that slows matter down.
+/// \file Viscous damping in proportion to mass, on top of another acceleration field.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -15,16 +15,23 @@ struct named_damped {
 };
 }  // namespace detail
 
-/// dv/dt = f(x) − c v, implicit in v: (f − c v) / (1 + c dt). A node's velocity falls by the factor 1 / (1 + c dt) a
-/// step where f is zero, and to f/c in time; no rate is too large for the step.
-/// It takes its part of what a step gives to nodes at a boundary, too: Reactions are smaller by that. What a floor
-/// bears is read from a step of rate 0.
-/// \tparam Field  what else accelerates: a field that is called with a position
+/// Viscous damping in proportion to mass, on top of another acceleration field.
+///
+///     dv/dt = f(x) − c v       as the acceleration (f − c v) / (1 + c dt)       [m/s²]
+///
+/// The damping is implicit in v, so no rate is too large for the time step. Where f is zero, a node's velocity is
+/// multiplied by 1 / (1 + c dt) in each step; else it tends to f/c. Take it to bring matter to rest, for example under
+/// gravity, or as a crude drag.
+///
+/// Damping also acts on nodes at a boundary, so Simulation::reactions are smaller by that part. To measure the load on
+/// a floor, make one step with rate 0.
+/// \tparam Field  the other acceleration field, called with a position only
 template <scalar S, int D, template <class, int> class Field = Gravity>
 struct Damped {
-    Field<S, D> field{};
-    S rate = S(0);  ///< c [1/s]
+    Field<S, D> field{};  ///< f: the other acceleration field.
+    S rate = S(0);        ///< c: rate of damping [1/s]
 
+    /// The same field with scalar T.
     template <class T>
     using with_scalar = Damped<T, D, Field>;
 
@@ -33,6 +40,7 @@ struct Damped {
         return std::tuple{parameter{"field", "", &Damped::field}, parameter{"rate", "1/s", &Damped::rate}};
     }
 
+    /// Checks the rate.
     /// \throws parameter_error unless the rate is finite and not negative
     void check() const
         requires std::floating_point<S>
@@ -41,13 +49,14 @@ struct Damped {
             throw parameter_error(
                 sentence("The rate of damping is ", rate, " /s; it must be finite and not negative."));
     }
-    /// Once a step, before any node is touched. \throws parameter_error, as check()
+    /// The field with scalar T. Called once a step, before any node changes. \throws parameter_error as check()
     template <class T>
     with_scalar<T> lifted() const {
         if constexpr (std::floating_point<S>) check();
         return {lift<T>(field), T(rate)};
     }
 
+    /// The acceleration [m/s²] at x [m] of a node with velocity v [m/s], for a time step dt [s].
     FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x, const Vec<S, D>& v, const S& dt) const {
         return (field(x) - v * rate) * (S(1) / (S(1) + rate * dt));
     }

@@ -1,20 +1,32 @@
-/// \file Forces by the gradient of the weights: f_i = −V0 τ ∇N_i. Sulsky et al. 1995; Stomakhin et al. 2013, eq. (6).
+/// \file Forces by the gradients of the weights, the classical form.
 #pragma once
 
 #include <firn/force/concept.hpp>
 
 namespace firn {
 
+/// Forces by the gradients of the weights, the classical form.
+///
+///     f_i = −V0 τ ∇N_i       [N]
+///
+/// The velocity gradient that moves F is Σ v_i ⊗ ∇N_i. Take it with the Linear kernel, with transfers that carry no
+/// affine field (Pic, Flip, Fmpm), and for comparison with classical MPM; it works with every kernel.
+///
+/// Sulsky, Zhou and Schreyer 1995, "Application of a particle-in-cell method to solid mechanics"; Stomakhin et al.
+/// 2013, "A material point method for snow simulation", eq. (6).
 struct WeightGradientForce {
     static constexpr const char* name = "weight_gradient";
-    static constexpr bool weight_gradients = true;
-    static constexpr bool needs_inertia = false;
+    static constexpr bool weight_gradients = true;  ///< It needs ∇N.
+    static constexpr bool needs_inertia = false;    ///< Any kernel will do.
 
+    /// A = 0.
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> affine_part(const Mat<S, D>&, const S&, const S&) {
         return Mat<S, D>::zero();
     }
     /// G = −dt V0 τ / h [kg m/s], with ∇N per cell.
+    /// \param impulse  −dt V0 τ [J s]
+    /// \param h        cell size [m]
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> gradient_part(const Mat<S, D>& impulse, const S& h) {
         return impulse * (S(1) / h);

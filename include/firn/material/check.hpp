@@ -1,4 +1,4 @@
-/// \file Whether a constitutive model is one that a simulation can use: asked once, before the first step.
+/// \file The check of a constitutive model, made once, before the first step.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -12,8 +12,11 @@
 
 namespace firn {
 
-/// \throws parameter_error  naming a parameter that is not a number; as the model's check(), if it offers one; or if
-///                          the speed of waves in a particle as it begins, of density 1, is not finite
+/// Checks that a simulation can use the model: every parameter is a number, the model's own check() passes, and waves
+/// in an undeformed particle have a finite speed.
+/// \tparam D  the number of dimensions
+/// \throws parameter_error  if a parameter is NaN (the message names it), if the wave speed in a particle's initial
+///                          state at density 1 kg/m³ is negative, infinite or NaN, and what the model's check() throws
 template <int D, class M>
 void check_material(const M& model) {
     using S = material_scalar_t<M>;
@@ -29,7 +32,7 @@ void check_material(const M& model) {
             one(double(value));
     });
     if constexpr (requires { model.check(); }) model.check();
-    using P = native_pack<S>;  // in which every model is used
+    using P = native_pack<S>;  // simulations use every model with this scalar
     const auto lifted = lift<P>(model);
     const S speed = lane_value(wave_speed(lifted, P(1), initial_state<D>(lifted)), 0);
     if (!(speed >= S(0)) || !std::isfinite(speed))

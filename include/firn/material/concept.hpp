@@ -1,19 +1,21 @@
-/// \file What a constitutive model is. The least a user writes: `kirchhoff_stress(F)` and `wave_speed(density, F)`.
+/// \file What a material (a constitutive model) is: the members that firn asks for, and those that it may have.
 ///
-/// Its functions may be written in Eigen's terms, with core/eigen.hpp: Eigen::Matrix<S, D, D> in place of Mat<S, D>.
+/// A material must have its parameters(), `kirchhoff_stress(F)` [Pa] and `wave_speed(density, F)` [m/s]; F is the
+/// deformation gradient. A model that keeps more than F declares a struct template `state<D>` with its fields(); its
+/// functions then take that state instead of F. Models may use Eigen::Matrix<S, D, D> instead of Mat<S, D> if
+/// core/eigen.hpp is included.
 ///
-/// A model that keeps more than F has a struct template `state<D>` of its own, with its fields(), and takes that in the
-/// place of F. What else a model may offer, each a member that costs nothing where it is not there:
+/// Optional members:
 ///
 ///     energy_density(F or state)             elastic energy [J/m³ of undeformed volume]
-///     returned(trial)                        the state<D> of a trial state: a plastic return mapping, after F has
-///                                            followed the flow
-///     returned_with_stress(trial)            returned(trial) and its Kirchhoff stress, a StateAndStress, where the two
-///                                            are cheaper together
-///     updated(state, velocity_gradient, dt)  in place of F following the flow and returned()
-///     kirchhoff_stress(state, velocity_gradient)  a stress [Pa] that depends on the rate, too
-///     diffusivity(density, state)            of momentum by viscosity [m²/s], for the bound of the time step
-///     initial_state<D>()                     what a particle begins with, if that is not state<D>{}
+///     returned(trial)                        plastic return mapping: the state<D> that replaces the trial state, whose
+///                                            F has followed the flow
+///     returned_with_stress(trial)            returned(trial) and its Kirchhoff stress, as a StateAndStress; for models
+///                                            that compute both together at less cost
+///     updated(state, velocity_gradient, dt)  the model's own update; replaces the update of F and returned()
+///     kirchhoff_stress(state, velocity_gradient)  stress [Pa] that also depends on the rate of deformation
+///     diffusivity(density, state)            diffusivity of momentum by viscosity [m²/s]; limits the time step
+///     initial_state<D>()                     a particle's first state, if it is not state<D>{}
 #pragma once
 
 #include <firn/core/parameters.hpp>
@@ -23,7 +25,7 @@
 
 namespace firn {
 
-/// The state of a particle of a model that needs nothing but the deformation gradient.
+/// The state of a particle whose model needs only the deformation gradient.
 template <class S, int D>
 struct ElasticState {
     Mat<S, D> F = Mat<S, D>::identity();  ///< deformation gradient [1]
@@ -40,14 +42,16 @@ struct first_argument<M<S>> {
 };
 }  // namespace detail
 
-/// The scalar that a model's parameters are made of: its template argument, or what it says itself.
+/// The scalar of a model's parameters, as `type`: the model's template argument.
 template <class M>
 struct material_scalar : detail::first_argument<M> {};
+/// The scalar of a model that declares `scalar_type`.
 template <class M>
     requires requires { typename M::scalar_type; }
 struct material_scalar<M> {
-    using type = typename M::scalar_type;
+    using type = typename M::scalar_type;  ///< The declared scalar.
 };
+/// The scalar of a model's parameters: its `scalar_type` if it declares one, else its template argument.
 template <class M>
 using material_scalar_t = typename material_scalar<M>::type;
 
@@ -63,20 +67,20 @@ struct material_state<M, D> {
 };
 }  // namespace detail
 
-/// A particle's state, and the Kirchhoff stress in it.
+/// A particle's state and its Kirchhoff stress.
 template <class State, class S, int D>
 struct StateAndStress {
-    State state;
-    Mat<S, D> stress;  ///< τ [Pa]
+    State state;       ///< The state after the return mapping.
+    Mat<S, D> stress;  ///< Kirchhoff stress τ in that state [Pa]
 };
 
-/// What a particle of material M keeps: ElasticState, or M::state<D> where the model has one of its own.
+/// The state of a particle of material M: M::state<D> if the model declares it, else ElasticState.
 template <class M, int D>
 using material_state_t = typename detail::material_state<M, D>::type;
 
 namespace detail {
 
-// A model's functions of matrices, to be called with firn's or with another library's. \see detail::call
+// A model's functions, for detail::call: it passes firn's matrices, or Eigen's if the model takes those.
 
 struct KirchhoffStress {
     template <class M, class... A>
@@ -103,13 +107,13 @@ struct Updated {
     }
 };
 
-/// The class that declares a member function.
+/// The class that declares a member function, as a type_identity.
 template <class M, class Result, class... Arguments>
 std::type_identity<M> owner(Result (M::*)(Arguments...) const);
 }  // namespace detail
 
 // clang-format off
-/// τ = J σ [Pa] from the deformation gradient, or from the model's own state.
+/// Has M `kirchhoff_stress(F)` or `kirchhoff_stress(state)`? It returns the Kirchhoff stress τ = J σ [Pa], a Mat<S, D>.
 template <class M, int D>
 concept has_kirchhoff_stress =
     requires(const M m, const Mat<material_scalar_t<M>, D> F) {
@@ -118,7 +122,7 @@ concept has_kirchhoff_stress =
     requires(const M m, const material_state_t<M, D> state) {
         { detail::call(detail::KirchhoffStress{}, m, state) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
     };
-/// τ [Pa] from the model's own state and the velocity gradient [1/s].
+/// Has M `kirchhoff_stress(state, velocity_gradient)`? It returns τ [Pa]; the velocity gradient is in [1/s].
 template <class M, int D>
 concept has_rate_dependent_stress =
     requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient) {
@@ -126,7 +130,8 @@ concept has_rate_dependent_stress =
             detail::call(detail::KirchhoffStress{}, m, state, velocity_gradient)
         } -> std::same_as<Mat<material_scalar_t<M>, D>>;
     };
-/// A bound of the speed of sound [m/s] from the density at rest [kg/m³] and the deformation gradient or state.
+/// Has M `wave_speed(density, F)` or `wave_speed(density, state)`? It returns an upper bound of the speed of elastic
+/// waves [m/s]. `density` is that of the undeformed material [kg/m³].
 template <class M, int D>
 concept has_wave_speed =
     requires(const M m, const material_scalar_t<M> density, const Mat<material_scalar_t<M>, D> F) {
@@ -135,7 +140,7 @@ concept has_wave_speed =
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
         { detail::call(detail::WaveSpeed{}, m, density, state) } -> std::same_as<material_scalar_t<M>>;
     };
-/// Elastic energy [J/m³ of undeformed volume] of the deformation gradient or state.
+/// Has M `energy_density(F)` or `energy_density(state)`? It returns the elastic energy [J/m³ of undeformed volume].
 template <class M, int D>
 concept has_energy_density =
     requires(const M m, const Mat<material_scalar_t<M>, D> F) {
@@ -144,22 +149,24 @@ concept has_energy_density =
     requires(const M m, const material_state_t<M, D> state) {
         { detail::call(detail::EnergyDensity{}, m, state) } -> std::same_as<material_scalar_t<M>>;
     };
-/// Diffusivity of momentum [m²/s] from the density at rest [kg/m³].
+/// Has M `diffusivity(density, state)`? It returns the diffusivity of momentum by viscosity [m²/s]. `density` is that
+/// of the undeformed material [kg/m³].
 template <class M, int D>
 concept has_diffusivity =
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
         { m.diffusivity(density, state) } -> std::same_as<material_scalar_t<M>>;
     };
-/// The state after a step in a flow of that velocity gradient [1/s], the model's own way.
+/// Has M `updated(state, velocity_gradient, dt)`? It returns the state after dt [s] in a flow of that velocity gradient
+/// [1/s], and replaces the update of F and the return mapping.
 template <class M, int D>
 concept has_updated =
     requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient,
              const material_scalar_t<M> dt) { detail::call(detail::Updated{}, m, state, velocity_gradient, dt); };
-/// A plastic return mapping.
+/// Has M a plastic return mapping, `returned(trial)`?
 template <class M, int D>
 concept has_returned = requires(const M m, const material_state_t<M, D> trial) { m.returned(trial); };
-/// The state after a return mapping and its stress from one member function, of the model itself: one that inherits it
-/// may have another stress.
+/// Has M `returned_with_stress(trial)`, which returns the state after the return mapping and its stress? A function
+/// that M inherits does not count, since M may have another stress than its base.
 template <class M, int D>
 concept has_returned_with_stress =
     requires {
@@ -167,15 +174,16 @@ concept has_returned_with_stress =
     } && !has_updated<M, D>;
 // clang-format on
 
-/// A constitutive model in D dimensions.
+/// A material in D dimensions: it has a scalar, parameters, a Kirchhoff stress and a wave speed.
 template <class M, int D>
 concept material =
     scalar<material_scalar_t<M>> && has_parameters<M> && has_kirchhoff_stress<M, D> && has_wave_speed<M, D>;
 
+/// Is M a template over its scalar, or does it declare `scalar_type`?
 template <class M>
 concept has_material_scalar = requires { typename material_scalar_t<M>; } && scalar<material_scalar_t<M>>;
 
-/// True, or the compiler says that M has no scalar.
+/// Stops the compilation with a message if M has no scalar; else returns true.
 template <class M>
 consteval bool require_material_scalar() {
     static_assert(
@@ -186,7 +194,7 @@ consteval bool require_material_scalar() {
     return has_material_scalar<M>;
 }
 
-/// True, or the compiler says what M lacks.
+/// Stops the compilation with a message if M is not a material in D dimensions; else returns true.
 template <class M, int D>
 consteval bool require_material() {
     if constexpr (require_material_scalar<M>()) {
@@ -203,9 +211,10 @@ consteval bool require_material() {
     return material<M, D>;
 }
 
-// A model is asked through these. What is written for one model, found beside it, goes before them.
+// firn calls a model through these functions. An overload for one model, found by argument-dependent lookup, takes
+// precedence.
 
-/// What a particle begins with: what the model says, or undeformed.
+/// A particle's first state: the model's initial_state<D>() if it has one, else the undeformed state.
 template <int D, class M>
 material_state_t<M, D> initial_state(const M& model) {
     if constexpr (requires { model.template initial_state<D>(); })
@@ -214,13 +223,13 @@ material_state_t<M, D> initial_state(const M& model) {
         return {};
 }
 
-/// The trial state: F has followed the flow.
+/// The trial state after dt [s] in a flow of velocity gradient ∇v [1/s]: F ← (I + dt ∇v) F. Other fields stay.
 template <class State, scalar S, int D>
 FIRN_INLINE State followed(State state, const Mat<S, D>& velocity_gradient, const S& dt) {
     state.F = state.F + (velocity_gradient * state.F) * dt;
     return state;
 }
-/// What the model's return mapping makes of a trial state; the same where it has none.
+/// The state that the model's return mapping makes of a trial state. A model without one keeps the trial state.
 template <class M, class State>
 FIRN_INLINE State returned_by(const M& model, const State& trial) {
     if constexpr (requires { model.returned(trial); })
@@ -229,7 +238,8 @@ FIRN_INLINE State returned_by(const M& model, const State& trial) {
         return trial;
 }
 
-/// The state after dt [s] in a flow of velocity gradient ∇v [1/s]: F ← (I + dt ∇v) F, and the model's return mapping.
+/// The state after dt [s] in a flow of velocity gradient ∇v [1/s]: by the model's updated() if it has one, else
+/// F ← (I + dt ∇v) F and the return mapping.
 template <class M, class State, scalar S, int D>
 FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& velocity_gradient, const S& dt) {
     if constexpr (detail::takes<detail::Updated, M, State, Mat<S, D>, S>) {
@@ -239,7 +249,7 @@ FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& v
     }
 }
 
-/// The same and the stress in that state, where the model gives both at once.
+/// The state after dt [s], as updated(), and the stress in it. For models that compute both together.
 template <class M, class State, scalar S, int D>
     requires has_returned_with_stress<M, D>
 FIRN_INLINE StateAndStress<State, S, D> updated_with_stress(const M& model, const State& state,
@@ -247,7 +257,7 @@ FIRN_INLINE StateAndStress<State, S, D> updated_with_stress(const M& model, cons
     return model.returned_with_stress(followed(state, velocity_gradient, dt));
 }
 
-/// τ [Pa]; of a rate-dependent model the part of a body at rest.
+/// The Kirchhoff stress τ [Pa]. For a rate-dependent model, the stress at rest.
 template <class M, class State>
 FIRN_INLINE auto kirchhoff_stress(const M& model, const State& state) {
     if constexpr (detail::takes<detail::KirchhoffStress, M, State>)
@@ -255,7 +265,7 @@ FIRN_INLINE auto kirchhoff_stress(const M& model, const State& state) {
     else
         return detail::call(detail::KirchhoffStress{}, model, state.F);
 }
-/// τ [Pa] in a flow of velocity gradient ∇v [1/s].
+/// The Kirchhoff stress τ [Pa] in a flow of velocity gradient ∇v [1/s]. Models without a rate ignore ∇v.
 template <class M, class State, scalar S, int D>
 FIRN_INLINE Mat<S, D> stress_of(const M& model, const State& state, const Mat<S, D>& velocity_gradient) {
     if constexpr (detail::takes<detail::KirchhoffStress, M, State, Mat<S, D>>)
@@ -264,7 +274,7 @@ FIRN_INLINE Mat<S, D> stress_of(const M& model, const State& state, const Mat<S,
         return kirchhoff_stress(model, state);
 }
 
-/// A bound of the speed of sound [m/s].
+/// An upper bound of the speed of elastic waves [m/s]. `density` is that of the undeformed material [kg/m³].
 template <class M, scalar S, class State>
 FIRN_INLINE S wave_speed(const M& model, const S& density, const State& state) {
     if constexpr (detail::takes<detail::WaveSpeed, M, S, State>)
@@ -273,7 +283,7 @@ FIRN_INLINE S wave_speed(const M& model, const S& density, const State& state) {
         return detail::call(detail::WaveSpeed{}, model, density, state.F);
 }
 
-/// ψ [J/m³ of undeformed volume], the elastic part. \see has_energy_density
+/// The elastic energy ψ [J/m³ of undeformed volume]. \see has_energy_density
 template <class M, class State>
 FIRN_INLINE auto energy_density(const M& model, const State& state) {
     if constexpr (detail::takes<detail::EnergyDensity, M, State>)

@@ -1,4 +1,4 @@
-/// \file Any model, and how much energy its plastic flow takes.
+/// \file Any plastic model, with a record of the energy that its plastic flow takes.
 #pragma once
 
 #include <firn/core/names.hpp>
@@ -12,23 +12,31 @@ struct named_dissipating {
 };
 }  // namespace detail
 
-/// Keeps a number more a particle: the elastic energy that the return mapping took out, Σ ψ(trial) − ψ(returned)
-/// [J/m³ of undeformed volume]. Where a model hardens while it yields, what hardening puts into ψ counts against it.
-/// \tparam Model  offers energy_density
+/// Records the elastic energy that a model's return mapping removes, one more field per particle.
+///
+/// The field `dissipated_energy` [J/m³ of undeformed volume] grows in each step by
+///
+///     ψ(trial) − ψ(returned)
+///
+/// If the model hardens while it yields, the energy that hardening adds to ψ is subtracted. All else is as in the
+/// model. Take it to see where plastic flow happens, or to close the balance of energy: Dissipating<Sand<float>>.
+/// \tparam Model  a material with a return mapping and energy_density()
 template <class Model>
 struct Dissipating : Model {
     using scalar_type = material_scalar_t<Model>;
-    using S = scalar_type;
+    using S = scalar_type;  ///< The type of the numbers it computes with.
+    /// The same wrapper around the model with scalar T.
     template <class T>
     using with_scalar = Dissipating<with_scalar_t<Model, T>>;
 
     static constexpr const char* name = detail::joined_names<detail::named_dissipating, Model>::text;
 
+    /// The model's state and the dissipated energy.
     template <int D>
     struct state : material_state_t<Model, D> {
         static_assert(!has_updated<Model, D>, "firn: Dissipating takes models with a return mapping");
 
-        S dissipated = S(0);  ///< [J/m³]
+        S dissipated = S(0);  ///< energy taken by plastic flow so far [J/m³ of undeformed volume]
 
         static constexpr auto fields() {
             return std::tuple_cat(material_state_t<Model, D>::fields(),
@@ -36,14 +44,17 @@ struct Dissipating : Model {
         }
     };
 
+    /// The model's first state, with no energy dissipated.
     template <int D>
     state<D> initial_state() const {
         return {firn::initial_state<D>(static_cast<const Model&>(*this)), S(0)};
     }
+    /// The model's return mapping, with the energy that it removes added to the record.
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         return loss(trial, returned_by(static_cast<const Model&>(*this), base(trial)));
     }
+    /// The same and the Kirchhoff stress [Pa], if the model computes both together.
     template <int D>
         requires has_returned_with_stress<Model, D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
@@ -58,7 +69,7 @@ private:
     FIRN_INLINE static const Base<D>& base(const state<D>& particle) {
         return particle;
     }
-    /// The state after the return mapping, and what it took.
+    /// The state after the return mapping, with the lost energy added.
     template <int D>
     FIRN_INLINE state<D> loss(const state<D>& trial, const Base<D>& after) const {
         const Model& model = *this;

@@ -1,5 +1,4 @@
-/// \file Fixed corotated elasticity. Stomakhin et al. 2012, "Energetically consistent invertible elasticity", §3;
-/// Jiang et al. 2016, §6.3.
+/// \file Fixed corotated elasticity: jelly and other soft solids.
 #pragma once
 
 #include <firn/material/concept.hpp>
@@ -9,8 +8,19 @@
 
 namespace firn {
 
-/// ψ = μ ‖F − R‖² + λ/2 (J − 1)² [J/m³], with F = V R: in terms of V = √(FFᵀ), no rotation is needed.
-/// In 2D the same lines with 2 × 2 matrices: plane strain.
+/// An elastic solid that returns to its shape: jelly, rubber, soft tissue.
+///
+///     ψ = μ ‖F − R‖² + λ/2 (J − 1)²                [J/m³ of undeformed volume]
+///     τ = 2μ (F − R) Fᵀ + λ (J − 1) J I             [Pa]
+///
+/// with J = det F and F = V R, R the rotation nearest to F. The formulas are computed from V = √(FFᵀ), without R.
+/// In 2D the formulas are the same with 2 × 2 matrices: plane strain.
+///
+/// It is the usual choice for elastic bodies: energy and stress are finite for every F, so matter that is crushed flat
+/// or turned inside out recovers. Take NeoHookean where the stress must grow without bound as the volume goes to zero.
+///
+/// Stomakhin et al. 2012, "Energetically consistent invertible elasticity", §3; Jiang et al. 2016, "The Material Point
+/// Method for Simulating Continuum Materials", §6.3.
 template <scalar S = float>
 struct FixedCorotated {
     S mu = S(5e4 / 1.3);              ///< shear modulus [Pa]
@@ -22,41 +32,46 @@ struct FixedCorotated {
                           parameter{"lambda", "Pa", &FixedCorotated::lambda}};
     }
 
-    /// \throws parameter_error unless E > 0 [Pa] and −1 < ν < ½
+    /// The solid of Young's modulus E = `young` [Pa] and Poisson's ratio ν = `poisson` [1].
+    /// \throws parameter_error unless E > 0 and −1 < ν < ½
     static FixedCorotated from_young_poisson(double young, double poisson) {
         const Lame lame = lame_from_young_poisson(young, poisson);
         return from_lame(lame.mu, lame.lambda);
     }
-    /// \throws parameter_error unless the moduli are those of a stable solid [Pa]
+    /// The solid of Lamé parameters μ and λ [Pa].
+    /// \throws parameter_error unless the moduli are those of a stable solid, as check_lame()
     static FixedCorotated from_lame(double mu, double lambda) {
         using T = value_type_t<S>;
-        check_lame(double(T(mu)), double(T(lambda)));  // as they will be used: a float overflows at 3e38
+        check_lame(double(T(mu)), double(T(lambda)));  // in the precision that is used: a float overflows at 3e38
         return {S(mu), S(lambda)};
     }
 
-    /// \throws parameter_error unless the moduli are those of a stable solid
+    /// Checks the parameters.
+    /// \throws parameter_error unless the moduli are those of a stable solid, as check_lame()
     void check() const
         requires std::floating_point<S>
     {
         check_lame(double(mu), double(lambda));
     }
 
-    /// τ = 2μ (F − R) Fᵀ + λ (J − 1) J I = 2μ (FFᵀ − V) + λ (J − 1) J I  [Pa]
+    /// Kirchhoff stress τ = 2μ (F − R) Fᵀ + λ (J − 1) J I = 2μ (FFᵀ − V) + λ (J − 1) J I  [Pa].
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
         const S J = named("J", determinant(F));
         return (F * transpose(F) - left_stretch(F)) * (mu + mu) + Mat<S, D>::diagonal(lambda * (J - S(1)) * J);
     }
 
-    /// ψ = μ (tr FFᵀ − 2 tr V + D) + λ/2 (J − 1)²  [J/m³ of undeformed volume]
+    /// Elastic energy ψ = μ (tr FFᵀ − 2 tr V + D) + λ/2 (J − 1)²  [J/m³ of undeformed volume].
     template <int D>
     FIRN_INLINE S energy_density(const Mat<S, D>& F) const {
         const S change = determinant(F) - S(1);
         return mu * (squared_norm(F) - S(2) * trace(left_stretch(F)) + S(D)) + S(0.5) * lambda * change * change;
     }
 
-    /// ρ0 c² ≤ 2μ σ_max² + λ J²: the acoustic tensor F F : ∂²ψ/∂F² for n ⊗ n, whose rotation part only lowers it;
-    /// equal to λ + 2μ at rest.  [m/s]
+    /// Upper bound c of the wave speed [m/s] at an undeformed density ρ0 [kg/m³]: ρ0 c² = 2μ σ_max² + λ J².
+    ///
+    /// It bounds the acoustic tensor F F : ∂²ψ/∂F² for n ⊗ n, in which the part of the rotation is negative. At rest it
+    /// is exact, λ + 2μ. squared_stretch_bound() bounds σ_max².
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
         const S J = named("J", determinant(F));

@@ -1,4 +1,4 @@
-/// \file The friction angle of granular matter, and the slope of its cone.
+/// \file The friction angle of granular matter, and the slope of its yield cone.
 #pragma once
 
 #include <firn/core/angle.hpp>
@@ -10,9 +10,13 @@
 
 namespace firn {
 
-/// α of the Drucker–Prager cone ‖dev τ‖ + α tr τ ≤ 0 from sin φ. In 3D √(2/3) 2 sin φ / (3 − sin φ), which meets Mohr
-/// and Coulomb's pyramid in triaxial compression (Klár et al. 2016, §4.3); in 2D sin φ / √2, where cone and pyramid
+/// The slope α of the Drucker–Prager cone ‖dev τ‖ + α tr τ ≤ 0 [1], from sin φ.
+///
+/// In 3D α = √(2/3) 2 sin φ / (3 − sin φ): the cone touches Mohr and Coulomb's pyramid in triaxial compression (Klár
+/// et al. 2016, "Drucker-Prager elastoplasticity for sand animation", §4.3). In 2D α = sin φ / √2: cone and pyramid
 /// are the same.
+/// \tparam D  the number of dimensions
+/// \param sine  sin φ of the friction angle φ [1]
 template <int D, scalar S>
 FIRN_INLINE S friction_slope(const S& sine) {
     if constexpr (D == 3)
@@ -21,7 +25,8 @@ FIRN_INLINE S friction_slope(const S& sine) {
         return S(1 / std::numbers::sqrt2) * sine;
 }
 
-/// \throws parameter_error unless 0° ≤ φ < 90°; returns φ
+/// Checks a friction angle φ and returns it.
+/// \throws parameter_error unless 0° ≤ φ < 90°
 inline Angle check_friction_angle(Angle angle) {
     if (!(angle >= degrees(0) && angle < degrees(90)))
         throw parameter_error(sentence("The friction angle is ", angle.in_degrees(),

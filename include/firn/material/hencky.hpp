@@ -1,6 +1,4 @@
-/// \file Hencky elasticity: quadratic in the logarithms of the principal stretches. Xu, Sin, Zhu and Barbič 2015,
-/// "Nonlinear material design using principal stretches"; Klár et al. 2016, §6; the elasticity of the plastic models
-/// whose return mapping is exact in these logarithms.
+/// \file Hencky elasticity: an energy that is quadratic in the logarithmic strain.
 #pragma once
 
 #include <firn/material/concept.hpp>
@@ -11,13 +9,14 @@
 
 namespace firn {
 
-/// Logarithmic strain εᵢ = ln σᵢ and the directions of the principal stretches.
+/// Logarithmic strain εᵢ = ln σᵢ along the directions of the principal stretches σᵢ.
 template <class S, int D>
 struct HenckyStrain {
-    Mat<S, D> directions;  ///< U, a rotation; its columns
-    Vec<S, D> strain;      ///< ε [1], falling
+    Mat<S, D> directions;  ///< U, a rotation; its columns are the directions
+    Vec<S, D> strain;      ///< ε [1], in descending order
 };
-/// Stretches below 1e-6, negative ones included, count as 1e-6: matter that is inverted resists as if it were crushed.
+/// The logarithmic strain of a deformation gradient F. Stretches below 1e-6, negative ones included, count as 1e-6, so
+/// inverted matter resists as if it were crushed.
 template <scalar S, int D>
 FIRN_INLINE HenckyStrain<S, D> hencky_strain(const Mat<S, D>& F) {
     const Principal<S, D> p = principal_stretches(F);
@@ -27,7 +26,7 @@ FIRN_INLINE HenckyStrain<S, D> hencky_strain(const Mat<S, D>& F) {
     return hencky;
 }
 
-/// Σ aᵢ
+/// The sum Σ aᵢ of a vector's components.
 template <class S, int D>
 FIRN_INLINE S sum_of(const Vec<S, D>& a) {
     S sum = a.v[0];
@@ -35,7 +34,9 @@ FIRN_INLINE S sum_of(const Vec<S, D>& a) {
     return sum;
 }
 
-/// F after a return mapping from strain ε to ε′ along the same directions: U diag(exp(ε′ − ε)) Uᵀ F.
+/// F after a return mapping from strain ε to ε′ along the same directions U: U diag(exp(ε′ − ε)) Uᵀ F.
+/// \param from  ε and U of F
+/// \param to    ε′
 template <scalar S, int D>
 FIRN_INLINE Mat<S, D> returned_to(const Mat<S, D>& F, const HenckyStrain<S, D>& from, const Vec<S, D>& to) {
     Vec<S, D> ratio;
@@ -43,8 +44,18 @@ FIRN_INLINE Mat<S, D> returned_to(const Mat<S, D>& F, const HenckyStrain<S, D>& 
     return spectral(from.directions, ratio) * F;
 }
 
-/// ψ = μ Σ εᵢ² + λ/2 (Σ εᵢ)² [J/m³], τᵢ = 2 μ εᵢ + λ Σ ε along the principal directions. In 2D the same with two
-/// stretches: plane strain.
+/// An elastic solid whose stress is linear in the logarithmic strain.
+///
+///     ψ = μ Σ εᵢ² + λ/2 (Σ εᵢ)²      [J/m³ of undeformed volume]
+///     τᵢ = 2μ εᵢ + λ Σ ε              [Pa], along the principal directions
+///
+/// with εᵢ = ln σᵢ, σᵢ the principal stretches of F. In 2D there are two stretches: plane strain.
+///
+/// It is the elasticity of Sand and VonMises, whose return mappings are exact in logarithmic strain. By itself, take it
+/// to compare with them; FixedCorotated costs less.
+///
+/// Xu, Sin, Zhu and Barbič 2015, "Nonlinear material design using principal stretches"; Klár et al. 2016,
+/// "Drucker-Prager elastoplasticity for sand animation", §6.
 template <scalar S = float>
 struct Hencky {
     S mu = S(5e4 / 1.3);              ///< shear modulus [Pa]
@@ -55,30 +66,33 @@ struct Hencky {
         return std::tuple{parameter{"mu", "Pa", &Hencky::mu}, parameter{"lambda", "Pa", &Hencky::lambda}};
     }
 
-    /// \throws parameter_error unless E > 0 [Pa] and −1 < ν < ½
+    /// The solid of Young's modulus E = `young` [Pa] and Poisson's ratio ν = `poisson` [1].
+    /// \throws parameter_error unless E > 0 and −1 < ν < ½
     static Hencky from_young_poisson(double young, double poisson) {
         const Lame lame = lame_in<value_type_t<S>>(young, poisson);
         return {S(lame.mu), S(lame.lambda)};
     }
 
-    /// \throws parameter_error unless the moduli are those of a stable solid
+    /// Checks the parameters.
+    /// \throws parameter_error unless the moduli are those of a stable solid, as check_lame()
     void check() const
         requires std::floating_point<S>
     {
         check_lame(double(mu), double(lambda));
     }
 
-    /// τ [Pa]
+    /// Kirchhoff stress τ [Pa].
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
         return stress_of_strain(hencky_strain(F));
     }
+    /// Kirchhoff stress τ [Pa] of a logarithmic strain.
     template <int D>
     FIRN_INLINE Mat<S, D> stress_of_strain(const HenckyStrain<S, D>& hencky) const {
         const S pressure = lambda * sum_of(hencky.strain);
         return spectral(hencky.directions, hencky.strain * (mu + mu) + Vec<S, D>::filled(pressure));
     }
-    /// ψ [J/m³ of undeformed volume]
+    /// Elastic energy ψ [J/m³ of undeformed volume].
     template <int D>
     FIRN_INLINE S energy_density(const Mat<S, D>& F) const {
         const Vec<S, D> strain = hencky_strain(F).strain;
@@ -86,9 +100,13 @@ struct Hencky {
         return mu * dot(strain, strain) + S(0.5) * lambda * volumetric * volumetric;
     }
 
-    /// ρ0 c² ≤ λ + 2μ (1 + Δ) − min(0, τ_min), Δ = ε_max − ε_min: along a principal axis the pressure wave has
-    /// λ + 2μ − τᵢ, the shear wave μ 2Δ / (1 − e^{−2Δ}) ≤ μ (1 + 2Δ). The largest strain is bounded by FFᵀ, the
-    /// smallest then by ln J; both bounds are exact at rest.  [m/s]
+    /// Upper bound c of the wave speed [m/s] at an undeformed density ρ0 [kg/m³].
+    ///
+    ///     ρ0 c² = λ + 2μ (1 + Δ) − min(0, τ_min),       Δ = ε_max − ε_min
+    ///
+    /// Along a principal axis, ρ0 c² is λ + 2μ − τᵢ for the pressure wave and μ 2Δ / (1 − e^{−2Δ}) ≤ μ (1 + 2Δ) for
+    /// the shear wave. FFᵀ bounds ε_max (squared_stretch_bound()), and ln J then bounds ε_min; both bounds are exact
+    /// at rest.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
         const S volumetric = log(max(determinant(F), S(1e-18)));

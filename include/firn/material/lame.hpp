@@ -1,4 +1,4 @@
-/// \file Elastic moduli: from Young's modulus and Poisson's ratio to the Lamé parameters.
+/// \file The Lamé parameters of an elastic solid, from Young's modulus and Poisson's ratio.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -8,13 +8,16 @@
 
 namespace firn {
 
+/// The Lamé parameters of an isotropic elastic solid.
 struct Lame {
     double mu;      ///< shear modulus [Pa]
     double lambda;  ///< first Lamé parameter [Pa]
 };
 
-/// μ = E / (2 (1 + ν)), λ = E ν / ((1 + ν)(1 − 2 ν)); the same in 2D (plane strain).
-/// \throws parameter_error unless E > 0 [Pa] and −1 < ν < ½
+/// The Lamé parameters of a solid: μ = E / (2 (1 + ν)), λ = E ν / ((1 + ν)(1 − 2 ν)). The same in 2D (plane strain).
+/// \param young    Young's modulus E [Pa]
+/// \param poisson  Poisson's ratio ν [1]
+/// \throws parameter_error unless E > 0 and −1 < ν < ½
 inline Lame lame_from_young_poisson(double young, double poisson) {
     if (!(young > 0) || !std::isfinite(young))
         throw parameter_error(sentence("Young's modulus is ", young, " Pa; it must be positive and finite."));
@@ -25,22 +28,24 @@ inline Lame lame_from_young_poisson(double young, double poisson) {
     return {young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))};
 }
 
-/// \throws parameter_error unless μ ≥ 0 and λ + 2 μ/3 > 0 [Pa]
+/// Checks that the Lamé parameters are those of a stable solid.
+/// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0 [Pa], and both are finite
 inline void check_lame(double mu, double lambda) {
     if (!(mu >= 0) || !std::isfinite(mu) || !std::isfinite(lambda) || !(lambda + 2 * mu / 3 > 0))
         throw parameter_error(sentence("Lamé parameters μ = ", mu, " Pa, λ = ", lambda,
                                        " Pa: μ must not be negative and the bulk modulus λ + 2μ/3 must be positive."));
 }
 
-/// \throws parameter_error  as check_lame(); and unless μ > 0: plastic flow is measured against it
+/// Checks the Lamé parameters of a plastic solid, whose return mapping divides by μ.
+/// \throws parameter_error as check_lame(), and unless μ > 0
 inline void check_lame_of_plastic(double mu, double lambda) {
     check_lame(mu, lambda);
     if (!(mu > 0))
-        throw parameter_error("The shear modulus is 0 Pa; what flows plastically needs a positive one. Take Fluid.");
+        throw parameter_error("The shear modulus is 0 Pa; a plastic solid needs a positive one. A fluid is Fluid.");
 }
 
-/// As numbers of T, in which they must still be those of a stable solid.
-/// \throws parameter_error, as lame_from_young_poisson() and check_lame()
+/// The Lamé parameters of Young's modulus [Pa] and Poisson's ratio [1], rounded to T and checked after rounding.
+/// \throws parameter_error as lame_from_young_poisson() and check_lame()
 template <std::floating_point T>
 Lame lame_in(double young, double poisson) {
     const Lame exact = lame_from_young_poisson(young, poisson);

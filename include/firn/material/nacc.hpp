@@ -1,5 +1,4 @@
-/// \file Non-associated Cam clay: bread, mud, chocolate, soft rock that tears. Wolper et al. 2019, "CD-MPM: Continuum
-/// damage material point methods for dynamic fracture animation", §4; hardening by the plastic volume.
+/// \file Non-associated Cam clay: bread, mud, chocolate, soft rock that tears.
 #pragma once
 
 #include <firn/core/repeat.hpp>
@@ -8,27 +7,41 @@
 
 namespace firn {
 
-/// Cam clay in terms that can be measured.
+/// Cam clay by measurable properties, for Nacc::from_properties().
 struct NaccProperties {
     double young = 1e6;                  ///< Young's modulus [Pa]
     double poisson = 0.3;                ///< Poisson's ratio [1]
-    Angle friction_angle = degrees(45);  ///< φ of the critical state
-    double cohesion = 0.5;               ///< β: what it bears in tension, as a part of the consolidation pressure [1]
-    double consolidation = 2e4;          ///< p₀ before any flow, the pressure that crushes it [Pa]
-    double hardening = 3;                ///< ξ [1]
+    Angle friction_angle = degrees(45);  ///< friction angle φ of the critical state
+    double cohesion = 0.5;               ///< β: the largest tension over the consolidation pressure [1]
+    double consolidation = 2e4;          ///< p₀ before any flow: the pressure that crushes it [Pa]
+    double hardening = 3;                ///< ξ: how fast p₀ grows with compaction [1]
 };
 
-/// Elastic: ψ = μ/2 (tr b̂ − D) + κ/2 ((J² − 1)/2 − ln J), b̂ = J^{−2/D} FFᵀ, κ = λ + 2μ/D (in 2D plane strain, at small
-/// strain). With p = −κ/2 (J² − 1) and q = √((6 − D)/2) ‖μ dev b̂‖ it yields where
-///     (1 + 2β) q² + M² (p + β p₀)(p − p₀) > 0,      p₀ = κ (1e-5 + sinh(ξ max(−α, 0))),
-/// α the logarithm of the plastic volume.
+/// Non-associated Cam clay: a solid that hardens as it is compacted, and softens and tears as it is pulled apart.
+///
+/// Elasticity, with b̂ = J^{−2/D} FFᵀ and κ = λ + 2μ/D (in 2D this is plane strain at small strain):
+///
+///     ψ = μ/2 (tr b̂ − D) + κ/2 ((J² − 1)/2 − ln J)      [J/m³ of undeformed volume]
+///     τ = μ dev b̂ + κ/2 (J² − 1) I                       [Pa]
+///
+/// It yields outside of an ellipse in p = −κ/2 (J² − 1) and q = √((6 − D)/2) ‖μ dev b̂‖:
+///
+///     (1 + 2β) q² + M² (p + β p₀)(p − p₀) > 0,      p₀ = κ (1e-5 + sinh(ξ max(−α, 0)))
+///
+/// where α is the logarithm of the plastic volume and M = critical_slope() comes from the friction angle.
+///
+/// Take it for bread, mud, chocolate and soft rock: with a larger β it bears more tension, with a larger ξ it hardens
+/// and softens faster. For metal, or clay that keeps its volume, take VonMises; for grains without cohesion, Sand.
+///
+/// Wolper et al. 2019, "CD-MPM: Continuum damage material point methods for dynamic fracture animation", §4, with
+/// hardening by the plastic volume.
 template <scalar S = float>
 struct Nacc {
     S mu = S(1e6 / 2.6);                          ///< shear modulus [Pa]
     S lambda = S(3e5 / (1.3 * 0.4));              ///< first Lamé parameter [Pa]
-    S friction_sine = S(0.70710678118654752440);  ///< sin φ [1]
-    S cohesion = S(0.5);                          ///< β [1]
-    S hardening = S(3);                           ///< ξ [1]
+    S friction_sine = S(0.70710678118654752440);  ///< sin φ of the friction angle [1]
+    S cohesion = S(0.5);                          ///< β: the largest tension over p₀ [1]
+    S hardening = S(3);                           ///< ξ: how fast p₀ grows with compaction [1]
     S first_log_volume = S(-0.0079992322);        ///< α before any flow [1]
 
     static constexpr const char* name = "nacc";
@@ -41,10 +54,11 @@ struct Nacc {
                           parameter{"first_log_volume", "1", &Nacc::first_log_volume}};
     }
 
+    /// The state of a particle.
     template <int D>
     struct state {
         Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
-        S log_volume = S(0);                  ///< what α has changed by [1]
+        S log_volume = S(0);                  ///< change of α by plastic flow [1]
 
         static constexpr auto fields() {
             return std::tuple{parameter{"deformation_gradient", "1", &state::F},
@@ -52,7 +66,8 @@ struct Nacc {
         }
     };
 
-    /// \throws parameter_error unless E > 0, −1 < ν < ½, 0 ≤ φ < 90°, β ≥ 0, ξ > 0 and 0 < p₀ < κ/2 of 3D
+    /// The clay of these properties. p₀ is converted to α with the κ of 3D.
+    /// \throws parameter_error unless E > 0, −1 < ν < ½, 0 ≤ φ < 90°, β ≥ 0, ξ > 0, and 0 < p₀ < κ/2 with the κ of 3D
     static Nacc from_properties(const NaccProperties& clay) {
         const Hencky<S> elastic = Hencky<S>::from_young_poisson(clay.young, clay.poisson);
         const double kappa = clay.young / (3 * (1 - 2 * clay.poisson));
@@ -75,35 +90,36 @@ struct Nacc {
         model.first_log_volume = S(-std::asinh(clay.consolidation / kappa) / clay.hardening);
         return model;
     }
-    /// \throws parameter_error unless the moduli are those of a stable solid, 0 ≤ sin φ < 1, β ≥ 0, ξ > 0, and α is
-    /// finite and not positive before any flow
+    /// Checks the parameters.
+    /// \throws parameter_error unless the moduli are those of a stable solid with μ > 0, 0 ≤ sin φ < 1, β ≥ 0, ξ > 0,
+    /// and first_log_volume is finite and not positive
     void check() const
         requires std::floating_point<S>
     {
         check_lame_of_plastic(double(mu), double(lambda));
         if (!(friction_sine >= 0 && friction_sine < 1) || !(cohesion >= 0) || !(hardening > 0) ||
             !(first_log_volume <= 0) || !std::isfinite(cohesion + hardening + first_log_volume))
-            throw parameter_error(sentence("Cam clay of sin φ = ", friction_sine, ", cohesion ", cohesion,
-                                           ", hardening ", hardening, " and a first logarithm of the volume of ",
-                                           first_log_volume,
-                                           ": the sine must be at least 0 and below 1, the cohesion not negative, the "
-                                           "hardening positive, the logarithm not positive, all finite."));
+            throw parameter_error(sentence("Cam clay has sin φ = ", friction_sine, ", cohesion ", cohesion,
+                                           ", hardening ", hardening, " and first_log_volume ", first_log_volume,
+                                           "; the sine must be at least 0 and below 1, the cohesion not negative, the "
+                                           "hardening positive, first_log_volume not positive, and all finite."));
     }
 
-    /// κ [Pa]
+    /// The bulk modulus κ = λ + 2μ/D [Pa].
     template <int D>
     FIRN_INLINE S bulk() const {
         return lambda + S(2. / D) * mu;
     }
-    /// M, the slope q/p of the critical state. [1]
+    /// M, the slope q/p of the critical state [1].
     template <int D>
     FIRN_INLINE S critical_slope() const {
         return friction_slope<D>(friction_sine) * S(D) * sqrt(S((6 - D) * 0.5));
     }
-    /// p₀/κ of a state. Above ½ it has no effect, as no pressure reaches κ/2. [1]
+    /// p₀/κ of a state [1]. Values above ½ have no effect, since no pressure reaches κ/2.
+    /// \param log_volume  the state's `log_volume` [1]
     FIRN_INLINE S consolidation(const S& log_volume) const {
         const S x = min(S(2), hardening * max(-(first_log_volume + log_volume), S(0)));
-        const S xx = x * x;  // sinh by its series: no digits are lost next to 0, error 1e-9 at 2
+        const S xx = x * x;  // the series of sinh loses no digits near 0; its error is 1e-9 at 2
         S sum = S(1);
         unroll<7>([&](auto k) FIRN_LAMBDA {
             constexpr int n = 14 - 2 * int(k);
@@ -112,7 +128,7 @@ struct Nacc {
         return named("consolidation", S(1e-5) + x * sum);
     }
 
-    /// τ = μ dev b̂ + κ/2 (J² − 1) I  [Pa]
+    /// Kirchhoff stress τ = μ dev b̂ + κ/2 (J² − 1) I  [Pa].
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& clay) const {
         const S J = named("J", determinant(clay.F));
@@ -121,15 +137,19 @@ struct Nacc {
         const S pressure = S(0.5) * bulk<D>() * (J * J - S(1)) - shear * trace(b) * S(1. / D);
         return b * shear + Mat<S, D>::diagonal(pressure);
     }
-    /// ψ [J/m³ of undeformed volume]
+    /// Elastic energy ψ [J/m³ of undeformed volume].
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& clay) const {
         const S J = determinant(clay.F);
         const S volumetric = S(0.5) * (J * J - S(1)) - log(max(J, S(1e-18)));
         return S(0.5) * mu * (squared_norm(clay.F) * isochoric<D>(J) - S(D)) + S(0.5) * bulk<D>() * volumetric;
     }
-    /// ρ0 c² ≤ μ J^{−2/D} (σ_max² + (1 + 2/D) tr b/D) + κ/2 (J² + 1): the acoustic tensor is
-    /// μ J^{−2/D} [(n·bn) I − 2/D (bn ⊗ n + n ⊗ bn) + (1 + 2/D)(tr b/D) n ⊗ n] + κ/2 (J² + 1) n ⊗ n.  [m/s]
+    /// Upper bound c of the wave speed [m/s] at an undeformed density ρ0 [kg/m³]:
+    ///
+    ///     ρ0 c² = μ J^{−2/D} (σ_max² + (1 + 2/D) tr b/D) + κ/2 (J² + 1)
+    ///
+    /// The acoustic tensor, with b = FFᵀ, is
+    /// μ J^{−2/D} [(n·bn) I − 2/D (bn ⊗ n + n ⊗ bn) + (1 + 2/D)(tr b/D) n ⊗ n] + κ/2 (J² + 1) n ⊗ n.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& clay) const {
         const S J = determinant(clay.F);
@@ -137,12 +157,20 @@ struct Nacc {
         return sqrt((mu * isochoric<D>(J) * shape + S(0.5) * bulk<D>() * (J * J + S(1))) / density);
     }
 
-    /// Above p₀, to that pressure without shear; below −β p₀, to that; else, where it yields, at the same J to the
-    /// ellipse by a smaller deviator. α changes by ln J − ln J×, J× at the pressure that is come to, in the third case
-    /// at that where the line to the middle of the ellipse meets it. Where it does not yield nothing changes, to the
-    /// bit. p₀ is that of the trial: what softens may lie outside its new ellipse until the next step.
+    /// The plastic return mapping, in three cases:
     ///
-    /// The third case sets b̂′ = t I + s′/μ; the paper keeps t, and J with it only nearly. Here det b̂′ = 1 gives t.
+    ///     p > p₀           to the pressure p₀, without shear stress
+    ///     p < −β p₀        to the pressure −β p₀, without shear stress
+    ///     else, if yields  to the ellipse at the same J, by a smaller deviator
+    ///
+    /// α changes by ln J − ln J×. In the first two cases J× is the J of the new pressure; in the third it is that of
+    /// the point where the line from (p, q) to the middle of the ellipse meets the ellipse.
+    ///
+    /// A particle that does not yield keeps its state to the bit. p₀ is that of the trial state, so a particle that
+    /// softens may lie outside its new ellipse until the next step.
+    ///
+    /// The third case sets b̂′ = t I + s′/μ, with t from det b̂′ = 1. The paper keeps the old t, and J then changes a
+    /// little.
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         const HenckyStrain<S, D> hencky = hencky_strain(trial.F);
@@ -153,7 +181,7 @@ struct Nacc {
         const Vec<S, D> deviator = shape - Vec<S, D>::filled(mean);
         const S squared = dot(deviator, deviator);
 
-        // All pressures over κ.
+        // All pressures are divided by κ.
         const S J = exp(log_J);
         const S p = named("p", S(0.5) * (S(1) - J * J));
         const S p0 = consolidation(trial.log_volume);
@@ -196,8 +224,9 @@ private:
     FIRN_INLINE S isochoric(const S& J) const {
         return exp(S(-2. / D) * log(max(J, S(1e-18))));
     }
-    /// t with Π (t + eᵢ) = 1 for Σ e = 0: in closed form in 2D; in 3D by Newton from above, where t³ − a t + Π e − 1 is
-    /// convex. \param above  no less than t
+    /// Solves Π (t + eᵢ) = 1 for t, where Σ e = 0: in closed form in 2D, in 3D by Newton's method from above, where
+    /// t³ − a t + Π e − 1 is convex.
+    /// \param above  an upper bound of t
     template <int D>
     FIRN_INLINE static S unit_mean(const Vec<S, D>& e, const S& above) {
         const S a = S(0.5) * dot(e, e);

@@ -1,5 +1,4 @@
-/// \file Compressible neo-Hookean elasticity. Bonet and Wood 2008, "Nonlinear Continuum Mechanics for Finite Element
-/// Analysis", §6.4.3.
+/// \file Compressible neo-Hookean elasticity: rubber.
 #pragma once
 
 #include <firn/material/concept.hpp>
@@ -9,8 +8,18 @@
 
 namespace firn {
 
-/// ψ = μ/2 (tr FFᵀ − D) − μ ln J + λ/2 ln² J  [J/m³]. In 2D the same lines with 2 × 2 matrices: plane strain.
-/// J must stay positive; where it is not, stress and wave speed are NaN, and G2P names the particle.
+/// An elastic solid for large strains: rubber.
+///
+///     ψ = μ/2 (tr FFᵀ − D) − μ ln J + λ/2 ln² J     [J/m³ of undeformed volume]
+///     τ = μ (FFᵀ − I) + λ ln J I                     [Pa]
+///
+/// In 2D the formulas are the same with 2 × 2 matrices: plane strain.
+///
+/// Take it for comparison with finite elements and with closed-form solutions, and where the stress must grow without
+/// bound as the volume goes to zero. J = det F must stay positive: otherwise stress and wave speed are NaN, and G2P
+/// reports the particle. FixedCorotated has no such limit.
+///
+/// Bonet and Wood 2008, "Nonlinear Continuum Mechanics for Finite Element Analysis", §6.4.3.
 template <scalar S = float>
 struct NeoHookean {
     S mu = S(5e4 / 1.3);              ///< shear modulus [Pa]
@@ -21,35 +30,41 @@ struct NeoHookean {
         return std::tuple{parameter{"mu", "Pa", &NeoHookean::mu}, parameter{"lambda", "Pa", &NeoHookean::lambda}};
     }
 
-    /// \throws parameter_error unless E > 0 [Pa] and −1 < ν < ½
+    /// The solid of Young's modulus E = `young` [Pa] and Poisson's ratio ν = `poisson` [1].
+    /// \throws parameter_error unless E > 0 and −1 < ν < ½
     static NeoHookean from_young_poisson(double young, double poisson) {
         const Lame lame = lame_in<value_type_t<S>>(young, poisson);
         return {S(lame.mu), S(lame.lambda)};
     }
 
-    /// \throws parameter_error unless the moduli are those of a stable solid
+    /// Checks the parameters.
+    /// \throws parameter_error unless the moduli are those of a stable solid, as check_lame()
     void check() const
         requires std::floating_point<S>
     {
         check_lame(double(mu), double(lambda));
     }
 
-    /// τ = μ (FFᵀ − I) + λ ln J I  [Pa]
+    /// Kirchhoff stress τ = μ (FFᵀ − I) + λ ln J I  [Pa].
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
         const S pressure = lambda * log(determinant(F)) - mu;
         return F * transpose(F) * mu + Mat<S, D>::diagonal(pressure);
     }
 
-    /// ψ [J/m³ of undeformed volume]
+    /// Elastic energy ψ [J/m³ of undeformed volume].
     template <int D>
     FIRN_INLINE S energy_density(const Mat<S, D>& F) const {
         const S log_J = log(determinant(F));
         return S(0.5) * mu * (squared_norm(F) - S(D)) - mu * log_J + S(0.5) * lambda * log_J * log_J;
     }
 
-    /// ρ0 c² ≤ μ (σ_max² + 1) + λ (1 − ln J): the acoustic tensor is μ (n·FFᵀn) I + (μ + λ (1 − ln J)) n ⊗ n.
-    /// No less than the shear wave's where the second part is negative.  [m/s]
+    /// Upper bound c of the wave speed [m/s] at an undeformed density ρ0 [kg/m³]:
+    ///
+    ///     ρ0 c² = μ (σ_max² + 1) + λ (1 − ln J)
+    ///
+    /// The acoustic tensor is μ (n·FFᵀn) I + (μ + λ (1 − ln J)) n ⊗ n. Where its second part is negative, the bound is
+    /// that of the shear wave, μ σ_max².
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
         const S shear = mu * squared_stretch_bound(F);

@@ -1,34 +1,41 @@
-/// \file Particles that carry mass and nothing else: the points of cloth and ropes, which springs and membranes join.
+/// \file A material without stress: particles that only carry mass.
 #pragma once
 
 #include <firn/material/concept.hpp>
 
 namespace firn {
 
-/// No stress, no state, no waves. What joins the particles is told to the simulation, which also bounds the step by it:
-/// \see Simulation::add_force
+/// Particles that carry mass and nothing else: no stress, no state, no waves.
+///
+/// Take it for the points of cloth and ropes. Springs and membranes between them are added to the simulation, which
+/// also limits the time step by them. \see SetAccess::add_force
 template <scalar S = float>
 struct NoStress {
     static constexpr const char* name = "no_stress";
     static constexpr auto parameters() { return std::tuple<>{}; }
 
+    /// The empty state.
     template <int D>
     struct state {
         static constexpr auto fields() { return std::tuple<>{}; }
     };
 
+    /// The same empty state.
     template <int D>
     FIRN_INLINE state<D> updated(const state<D>& same, const Mat<S, D>&, const S&) const {
         return same;
     }
+    /// Kirchhoff stress: zero [Pa].
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>&) const {
         return Mat<S, D>::zero();
     }
+    /// Elastic energy: zero [J/m³].
     template <int D>
     FIRN_INLINE S energy_density(const state<D>&) const {
         return S(0);
     }
+    /// Wave speed: zero [m/s].
     template <int D>
     FIRN_INLINE S wave_speed(const S&, const state<D>&) const {
         return S(0);

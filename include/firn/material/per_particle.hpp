@@ -1,4 +1,4 @@
-/// \file Any model, with some of its parameters given for each particle: fields in place of constants.
+/// \file Any model, with some of its parameters given per particle.
 #pragma once
 
 #include <firn/core/names.hpp>
@@ -10,12 +10,14 @@
 
 namespace firn {
 
-/// The name of a parameter as a template argument.
+/// The name of a parameter as a template argument: a string literal converts to it.
 template <std::size_t N>
 struct ParameterName {
-    char text[N];
+    char text[N];  ///< The characters, with the final zero.
+    /// Copies a string literal.
     consteval ParameterName(const char (&name)[N]) { std::copy_n(name, N, text); }
     constexpr bool operator==(const ParameterName&) const = default;
+    /// The name without the final zero.
     constexpr std::string_view view() const { return {text, N - 1}; }
 };
 
@@ -23,20 +25,27 @@ namespace detail {
 struct named_per_particle {
     static constexpr const char* name = "per_particle";
 };
-/// A parameter of one particle.
+/// One parameter of a particle.
 template <class S, ParameterName Name>
 struct OfParticle {
     S value = S(1);
 };
 }  // namespace detail
 
-/// Snow whose stiffness varies: PerParticle<Snow<float>, "mu", "lambda">. The named parameters are fields of the state,
-/// as long as those of the model itself unless they are set (Simulation::set_states, by `of<"mu">(state)`), are written
-/// with it, and cost their memory. Those that are not named stay constants.
+/// A model whose named parameters vary from particle to particle: `PerParticle<Snow<float>, "mu", "lambda">`.
+///
+/// Each named parameter becomes a field of the particle's state, with the parameter's unit. It costs memory and is
+/// written to files with the state. It begins with the model's own value; set_states() changes it, by
+/// `of<"mu">(state) = 1e5`. Parameters that are not named stay constants of the model.
+///
+/// Take it for matter whose stiffness, strength or friction is not the same everywhere.
+/// \tparam Model  a material
+/// \tparam Names  names of its parameters, as in Model::parameters()
 template <class Model, ParameterName... Names>
 struct PerParticle : Model {
     using scalar_type = material_scalar_t<Model>;
-    using S = scalar_type;
+    using S = scalar_type;  ///< The type of the numbers it computes with.
+    /// The same wrapper around the model with scalar T.
     template <class T>
     using with_scalar = PerParticle<with_scalar_t<Model, T>, Names...>;
 
@@ -45,7 +54,7 @@ struct PerParticle : Model {
 private:
     static constexpr auto of_model = Model::parameters();
 
-    /// Where a parameter stands in the model's list; after its end, where it has none of that name.
+    /// The index of a parameter in the model's list; the length of the list if no parameter has that name.
     template <ParameterName Name>
     static consteval std::size_t place() {
         return std::apply(
@@ -57,7 +66,7 @@ private:
             of_model);
     }
     static_assert(((place<Names>() < std::tuple_size_v<decltype(of_model)>) && ...),
-                  "firn: PerParticle names parameters of the model, as in its parameters()");
+                  "firn: a name given to PerParticle is not the name of a parameter in the model's parameters()");
 
     template <ParameterName Name>
     FIRN_INLINE static S& named_parameter(Model& model) {
@@ -65,6 +74,7 @@ private:
     }
 
 public:
+    /// The model's state and the named parameters.
     template <int D>
     struct state : material_state_t<Model, D>, detail::OfParticle<S, Names>... {
         static constexpr auto fields() {
@@ -74,13 +84,14 @@ public:
         }
     };
 
+    /// The model's first state, with the model's own values of the named parameters.
     template <int D>
     state<D> initial_state() const {
         Model model = *this;
         return {firn::initial_state<D>(model), {named_parameter<Names>(model)}...};
     }
 
-    /// The model that a particle obeys.
+    /// The model with the parameters of one particle.
     template <int D>
     FIRN_INLINE Model of(const state<D>& particle) const {
         Model model = *this;
@@ -88,6 +99,9 @@ public:
         return model;
     }
 
+    // The model's functions, each with the particle's parameters.
+
+    /// The state after dt [s] in a flow of velocity gradient ∇v [1/s].
     template <int D>
         requires has_updated<Model, D>
     FIRN_INLINE state<D> updated(const state<D>& before, const Mat<S, D>& velocity_gradient, const S& dt) const {
@@ -95,6 +109,7 @@ public:
         static_cast<Base<D>&>(after) = firn::updated(of(before), base(before), velocity_gradient, dt);
         return after;
     }
+    /// The state after the return mapping.
     template <int D>
         requires has_returned<Model, D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
@@ -102,6 +117,7 @@ public:
         static_cast<Base<D>&>(after) = of(trial).returned(base(trial));
         return after;
     }
+    /// The state after the return mapping and its Kirchhoff stress [Pa].
     template <int D>
         requires has_returned_with_stress<Model, D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
@@ -110,24 +126,29 @@ public:
         static_cast<Base<D>&>(after.state) = mapped.state;
         return after;
     }
+    /// Kirchhoff stress τ [Pa].
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& particle) const {
         return firn::kirchhoff_stress(of(particle), base(particle));
     }
+    /// Kirchhoff stress τ [Pa] in a flow of velocity gradient ∇v [1/s].
     template <int D>
         requires has_rate_dependent_stress<Model, D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& particle, const Mat<S, D>& velocity_gradient) const {
         return firn::stress_of(of(particle), base(particle), velocity_gradient);
     }
+    /// Upper bound of the wave speed [m/s] at an undeformed density [kg/m³].
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& particle) const {
         return firn::wave_speed(of(particle), density, base(particle));
     }
+    /// Elastic energy ψ [J/m³ of undeformed volume].
     template <int D>
         requires has_energy_density<Model, D>
     FIRN_INLINE S energy_density(const state<D>& particle) const {
         return firn::energy_density(of(particle), base(particle));
     }
+    /// Diffusivity of momentum [m²/s].
     template <int D>
         requires has_diffusivity<Model, D>
     FIRN_INLINE S diffusivity(const S& density, const state<D>& particle) const {
@@ -143,11 +164,12 @@ private:
     }
 };
 
-/// A particle's parameter of that name: of<"mu">(state) = 1e5.
+/// The parameter of that name in the state of a PerParticle model: `of<"mu">(state) = 1e5`.
 template <ParameterName Name, class S>
 S& of(detail::OfParticle<S, Name>& state) {
     return state.value;
 }
+/// The parameter of that name in the state of a PerParticle model.
 template <ParameterName Name, class S>
 const S& of(const detail::OfParticle<S, Name>& state) {
     return state.value;

@@ -1,6 +1,4 @@
-/// \file Sand: Hencky elasticity under a cone of Drucker and Prager, without dilation of its flow. Klár et al. 2016,
-/// "Drucker-Prager elastoplasticity for sand animation"; the volume correction of Tampubolon et al. 2017,
-/// "Multi-species simulation of porous sand and water mixtures", §4.3.
+/// \file Sand and other grains: Drucker–Prager plasticity.
 #pragma once
 
 #include <firn/material/friction_angle.hpp>
@@ -9,28 +7,42 @@
 
 namespace firn {
 
-/// Sand in terms that can be measured. Klár et al. harden from 35° − 10° by 9° a unit of plastic strain with a decay of
-/// 0.2: `{.friction_angle = degrees(35), .hardening = degrees(9), .hardening_decay = 0.2, .initial_loss =
-/// degrees(10)}`.
+/// Sand by measurable properties, for Sand::from_properties().
+///
+/// The sand of Klár et al. 2016 begins at 35° − 10° and hardens by 9° per unit of plastic strain with a decay of 0.2:
+/// `{.friction_angle = degrees(35), .hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)}`.
 struct SandProperties {
     double young = 3.537e5;              ///< Young's modulus [Pa]
     double poisson = 0.3;                ///< Poisson's ratio [1]
-    Angle friction_angle = degrees(35);  ///< φ, after all hardening
-    Angle hardening = degrees(0);        ///< h₁, for a unit of plastic strain
-    double hardening_decay = 0;          ///< h₂ [1]
-    Angle initial_loss = degrees(0);     ///< h₃, what φ lacks before any flow
+    Angle friction_angle = degrees(35);  ///< h₀: friction angle φ after all hardening
+    Angle hardening = degrees(0);        ///< h₁: increase of φ per unit of plastic strain
+    double hardening_decay = 0;          ///< h₂: decay of the hardening with plastic strain [1]
+    Angle initial_loss = degrees(0);     ///< h₃: by how much φ is smaller before any flow
 };
 
-/// Yields where ‖dev τ‖ + α tr τ > 0, α from the friction angle φ = h₀ + (h₁ q − h₃) e^{−h₂ q} (friction_slope()).
-/// In 2D the deviator is that of two dimensions: no plastic flow out of the plane.
+/// Grains without cohesion: sand, gravel, grain. They flow down a slope, pile up, and fly apart under tension.
+///
+/// Hencky elasticity, with plastic flow where the shear stress exceeds friction:
+///
+///     ‖dev τ‖ + α tr τ > 0
+///     φ = h₀ + (h₁ q − h₃) e^{−h₂ q}
+///
+/// α = friction_slope(sin φ) is the slope of the Drucker–Prager cone, φ the friction angle, q the plastic strain. The
+/// flow keeps the volume (no dilation). In 2D the deviator is that of two dimensions: no plastic flow out of the plane.
+///
+/// Take it for dry grains; the friction angle is near the angle of repose, 30° to 40° for sand. For grains that stick
+/// together, take Nacc.
+///
+/// Klár et al. 2016, "Drucker-Prager elastoplasticity for sand animation"; the volume correction of Tampubolon et al.
+/// 2017, "Multi-species simulation of porous sand and water mixtures", §4.3.
 template <scalar S = float>
 struct Sand {
     S mu = S(3.537e5 / 2.6);                       ///< shear modulus [Pa]
     S lambda = S(1.0611e5 / (1.3 * 0.4));          ///< first Lamé parameter [Pa]
-    S friction_angle = S(0.61086523819801535192);  ///< h₀ [rad]
-    S hardening = S(0);                            ///< h₁ [rad]
-    S hardening_decay = S(0);                      ///< h₂ [1]
-    S initial_loss = S(0);                         ///< h₃ [rad]
+    S friction_angle = S(0.61086523819801535192);  ///< h₀: friction angle after all hardening [rad]
+    S hardening = S(0);                            ///< h₁: increase per unit of plastic strain [rad]
+    S hardening_decay = S(0);                      ///< h₂: decay of the hardening [1]
+    S initial_loss = S(0);                         ///< h₃: by how much the angle is smaller before any flow [rad]
 
     static constexpr const char* name = "sand";
     static constexpr auto parameters() {
@@ -42,11 +54,12 @@ struct Sand {
                           parameter{"initial_loss", "rad", &Sand::initial_loss}};
     }
 
+    /// The state of a particle.
     template <int D>
     struct state {
         Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
-        S volume_gain = S(0);                 ///< v_c, logarithm of the volume that opened under no stress [1]
-        S plastic_strain = S(0);              ///< q, what has flowed [1]
+        S volume_gain = S(0);                 ///< v_c: logarithm of the volume gained while grains were apart [1]
+        S plastic_strain = S(0);              ///< q: plastic strain so far [1]
 
         static constexpr auto fields() {
             return std::tuple{parameter{"deformation_gradient", "1", &state::F},
@@ -55,8 +68,9 @@ struct Sand {
         }
     };
 
-    /// \throws parameter_error unless E > 0, −1 < ν < ½, φ lies between 0° and 90° from the first to the last, and
-    /// h₁, h₂ ≥ 0
+    /// The sand of these properties.
+    /// \throws parameter_error unless E > 0, −1 < ν < ½, h₁, h₂ ≥ 0, h₂ > 0 if h₁ > 0, and 0° ≤ φ < 90° before, during
+    /// and after hardening
     static Sand from_properties(const SandProperties& sand) {
         const Hencky<S> elastic = Hencky<S>::from_young_poisson(sand.young, sand.poisson);
         const double hardening = sand.hardening.in_radians();
@@ -66,8 +80,8 @@ struct Sand {
             throw parameter_error(
                 sentence("The friction of sand hardens by ", sand.hardening.in_degrees(), " degrees with a decay of ",
                          sand.hardening_decay,
-                         "; both must be finite and not negative, and what hardens must decay, as the "
-                         "angle would grow without a bound."));
+                         "; both must be finite and not negative, and with hardening the decay must be "
+                         "positive, or the angle would grow without bound."));
         const double most = hardening > 0 ? hardening / sand.hardening_decay / std::numbers::e : 0;
         Sand model;
         model.mu = elastic.mu;
@@ -80,8 +94,9 @@ struct Sand {
         model.initial_loss = S(sand.initial_loss.in_radians());
         return model;
     }
-    /// \throws parameter_error unless the moduli are those of a stable solid, 0 ≤ h₀ < π/2, h₁, h₂ ≥ 0, h₃ is finite,
-    /// and what hardens decays
+    /// Checks the parameters.
+    /// \throws parameter_error unless the moduli are those of a stable solid with μ > 0, 0 ≤ h₀ < π/2, h₁, h₂ ≥ 0,
+    /// h₂ > 0 if h₁ > 0, and h₃ is finite
     void check() const
         requires std::floating_point<S>
     {
@@ -92,37 +107,42 @@ struct Sand {
             throw parameter_error(
                 sentence("The friction of sand hardens by ", hardening, " rad with a decay of ", hardening_decay,
                          " from a loss of ", initial_loss,
-                         " rad; all must be finite, the first two not negative, and what hardens must "
-                         "decay."));
+                         " rad; all must be finite, the first two not negative, and with hardening the decay "
+                         "must be positive."));
     }
 
+    /// The elastic solid of the same moduli.
     FIRN_INLINE Hencky<S> elastic() const { return {mu, lambda}; }
-    /// α after a plastic strain q. [1]
+    /// The slope α of the cone after a plastic strain q [1].
     template <int D>
     FIRN_INLINE S slope(const S& plastic_strain) const {
         const S change = (hardening * plastic_strain - initial_loss) * exp(-(hardening_decay * plastic_strain));
         return named("slope", friction_slope<D>(sin(friction_angle + change)));
     }
 
-    /// τ [Pa]
+    /// Kirchhoff stress τ [Pa] of the elastic part.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& sand) const {
         return elastic().kirchhoff_stress(sand.F);
     }
-    /// ψ [J/m³ of undeformed volume]
+    /// Elastic energy ψ [J/m³ of undeformed volume].
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& sand) const {
         return elastic().energy_density(sand.F);
     }
-    /// [m/s]
+    /// Upper bound of the wave speed [m/s] at an undeformed density [kg/m³], as Hencky's.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& sand) const {
         return elastic().wave_speed(density, sand.F);
     }
 
-    /// With ε = ln σ + v_c/D of the trial: to ε = 0 where Σ ε > 0, the tip of the cone, and v_c = Σ ε; else along the
-    /// deviator onto the cone, by δγ = ‖dev ε‖ + α (D λ + 2 μ)/(2 μ) Σ ε if that is positive, and v_c = 0. What opened
-    /// at the tip must close before sand bears pressure again. Nothing changes, to the bit, where v_c = 0 and δγ ≤ 0.
+    /// The plastic return mapping and the stress after it. With ε = ln σ + v_c/D of the trial state:
+    ///
+    ///     Σ ε > 0   the grains are apart: to the tip of the cone, ε = 0, and v_c = Σ ε
+    ///     else      if δγ = ‖dev ε‖ + α (D λ + 2 μ)/(2 μ) Σ ε is positive, ‖dev ε‖ falls by δγ, onto the cone; v_c = 0
+    ///
+    /// The volume v_c gained at the tip must close before the sand bears pressure again. Where v_c = 0 and δγ ≤ 0, the
+    /// state is kept to the bit.
     template <int D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
         const HenckyStrain<S, D> hencky = hencky_strain(trial.F);
@@ -147,6 +167,7 @@ struct Sand {
         return {sand, elastic().stress_of_strain(
                           HenckyStrain<S, D>{hencky.directions, select(returns, after, hencky.strain)})};
     }
+    /// The state after the plastic return mapping.
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         return returned_with_stress(trial).state;

@@ -1,5 +1,4 @@
-/// \file Snow: fixed corotated elasticity whose stretches are limited, hardening under compression. Stomakhin et al.
-/// 2013, "A material point method for snow simulation", §5.
+/// \file Snow: an elastic solid that is crushed and broken, and hardens as it is compacted.
 #pragma once
 
 #include <firn/material/fixed_corotated.hpp>
@@ -8,28 +7,40 @@
 
 namespace firn {
 
-/// Snow in terms that can be measured. The defaults are those of the paper, table 2, for a density of 400 kg/m³.
+/// Snow by measurable properties, for Snow::from_properties(). The defaults are those of Stomakhin et al. 2013, table
+/// 2, for a density of 400 kg/m³.
 struct SnowProperties {
     double young = 1.4e5;                  ///< Young's modulus before hardening [Pa]
     double poisson = 0.2;                  ///< Poisson's ratio [1]
-    double critical_compression = 2.5e-2;  ///< θc, where snow begins to be crushed [1]
-    double critical_stretch = 7.5e-3;      ///< θs, where it begins to break [1]
-    double hardening = 10;                 ///< ξ [1]
+    double critical_compression = 2.5e-2;  ///< θc: compression at which snow begins to be crushed [1]
+    double critical_stretch = 7.5e-3;      ///< θs: stretch at which snow begins to break [1]
+    double hardening = 10;                 ///< ξ: how fast snow stiffens as it is compacted [1]
 };
 
-/// μ = μ0 e^{ξ (1 − J_P)}, λ = λ0 e^{ξ (1 − J_P)}; singular values of the elastic F stay in [1 − θc, 1 + θs], and what
-/// is cut off changes the plastic volume J_P. In 2D the same with two singular values: plane strain.
+/// Snow: it holds together, is crushed and breaks, and hardens as it is compacted.
 ///
-/// The exponent is at most largest_exponent (4, where snow is 55 times as stiff as before): the paper sets no bound,
-/// and then neither moduli nor time step have one.
+/// The elasticity is that of FixedCorotated, with moduli that follow the plastic volume J_P:
+///
+///     μ = μ0 e^{ξ (1 − J_P)}         λ = λ0 e^{ξ (1 − J_P)}       [Pa]
+///
+/// The singular values of the elastic F stay in [1 − θc, 1 + θs]; the rest of the deformation is plastic and changes
+/// J_P. In 2D there are two singular values: plane strain.
+///
+/// The exponent ξ (1 − J_P) is at most `largest_exponent`, 4, at which snow is 55 times as stiff as at first. The paper
+/// sets no bound; moduli and wave speed could then grow without limit, and the time step shrink.
+///
+/// Take it for dry and wet snow: smaller θc and θs make it more powdery, larger ones more chunky, a larger ξ more
+/// brittle.
+///
+/// Stomakhin et al. 2013, "A material point method for snow simulation", §5.
 template <scalar S = float>
 struct Snow {
     S mu = S(1.4e5 / 2.4);              ///< shear modulus before hardening, μ0 [Pa]
     S lambda = S(2.8e4 / (1.2 * 0.6));  ///< first Lamé parameter before hardening, λ0 [Pa]
-    S lowest_stretch = S(1 - 2.5e-2);   ///< 1 − θc [1]
-    S highest_stretch = S(1 + 7.5e-3);  ///< 1 + θs [1]
-    S hardening = S(10);                ///< ξ [1]
-    S largest_exponent = S(4);          ///< bound of ξ (1 − J_P) [1]
+    S lowest_stretch = S(1 - 2.5e-2);   ///< smallest elastic stretch, 1 − θc [1]
+    S highest_stretch = S(1 + 7.5e-3);  ///< largest elastic stretch, 1 + θs [1]
+    S hardening = S(10);                ///< ξ: how fast snow stiffens as it is compacted [1]
+    S largest_exponent = S(4);          ///< upper bound of ξ (1 − J_P) [1]
 
     static constexpr const char* name = "snow";
     static constexpr auto parameters() {
@@ -41,10 +52,11 @@ struct Snow {
                           parameter{"largest_exponent", "1", &Snow::largest_exponent}};
     }
 
+    /// The state of a particle.
     template <int D>
     struct state {
         Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
-        S plastic_volume = S(1);              ///< J_P = det F_P [1]
+        S plastic_volume = S(1);              ///< plastic volume ratio J_P = det F_P [1]
 
         static constexpr auto fields() {
             return std::tuple{parameter{"deformation_gradient", "1", &state::F},
@@ -52,6 +64,7 @@ struct Snow {
         }
     };
 
+    /// The snow of these properties.
     /// \throws parameter_error unless E > 0, −1 < ν < ½, 0 < θc < 1, θs > 0 and ξ ≥ 0
     static Snow from_properties(const SnowProperties& snow) {
         const auto elastic = FixedCorotated<S>::from_young_poisson(snow.young, snow.poisson);
@@ -72,8 +85,9 @@ struct Snow {
         model.hardening = S(snow.hardening);
         return model;
     }
-    /// \throws parameter_error unless the moduli are those of a stable solid, stretches may lie on either side of 1,
-    /// and hardening and its bound are finite and not negative
+    /// Checks the parameters.
+    /// \throws parameter_error unless the moduli are those of a stable solid, 0 < lowest_stretch ≤ 1 ≤ highest_stretch,
+    /// and `hardening` and `largest_exponent` are finite and not negative
     void check() const
         requires std::floating_point<S>
     {
@@ -89,31 +103,34 @@ struct Snow {
                                            "; both must be finite and not negative."));
     }
 
-    /// The elastic solid that snow of plastic volume J_P is.
+    /// The elastic solid with the moduli of snow of plastic volume J_P.
     FIRN_INLINE FixedCorotated<S> hardened(const S& plastic_volume) const {
         const S exponent = hardening * (S(1) - plastic_volume);
         const S factor = named("hardened", exp(min(exponent, largest_exponent)));
         return {mu * factor, lambda * factor};
     }
 
-    /// τ [Pa]
+    /// Kirchhoff stress τ [Pa], as FixedCorotated's with the hardened moduli.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& snow) const {
         return hardened(snow.plastic_volume).kirchhoff_stress(snow.F);
     }
-    /// ψ of the elastic part [J/m³ of undeformed volume]
+    /// Elastic energy ψ [J/m³ of undeformed volume], as FixedCorotated's with the hardened moduli.
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& snow) const {
         return hardened(snow.plastic_volume).energy_density(snow.F);
     }
-    /// [m/s]
+    /// Upper bound of the wave speed [m/s] at an undeformed density [kg/m³], as FixedCorotated's.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& snow) const {
         return hardened(snow.plastic_volume).wave_speed(density, snow.F);
     }
 
-    /// F = U diag(σ′/σ) Uᵀ F_trial with σ′ = clamp(σ), J_P = J_P Π σ/σ′; where no σ leaves its bounds, nothing changes,
-    /// to the bit. An inverted F is turned back. J_P is kept in [0, 2^20].
+    /// The plastic return mapping: singular values are clamped, σ′ = clamp(σ, 1 − θc, 1 + θs), then
+    ///
+    ///     F ← U diag(σ′/σ) Uᵀ F         J_P ← J_P Π σ/σ′
+    ///
+    /// If no σ exceeds its bounds, the state is kept to the bit. An inverted F is turned back. J_P stays in [0, 2^20].
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         const StretchRange<S> squared = squared_stretch_range(trial.F);

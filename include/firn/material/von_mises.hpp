@@ -1,27 +1,37 @@
-/// \file Metal and clay: Hencky elasticity with the yield condition of von Mises and linear isotropic hardening. Exact
-/// radial return in logarithmic strain: Simo and Hughes 1998, "Computational Inelasticity", §3.3 and §9.2.
+/// \file Metal and clay: von Mises plasticity with linear hardening.
 #pragma once
 
 #include <firn/material/hencky.hpp>
 
 namespace firn {
 
-/// The defaults are those of a soft clay.
+/// A plastic solid by measurable properties, for VonMises::from_properties(). The defaults are those of a soft clay.
 struct VonMisesProperties {
     double young = 1e6;         ///< Young's modulus [Pa]
     double poisson = 0.4;       ///< Poisson's ratio [1]
-    double yield_stress = 2e4;  ///< σ_Y, in uniaxial tension [Pa]
-    double hardening = 0;       ///< H = dσ_Y/dα, α the equivalent plastic strain [Pa]
+    double yield_stress = 2e4;  ///< yield stress σ_Y in uniaxial tension [Pa]
+    double hardening = 0;       ///< hardening modulus H = dσ_Y/dα, α the equivalent plastic strain [Pa]
 };
 
-/// Yields where ‖dev τ‖ > √⅔ (σ_Y + H α). In 2D the deviator is that of two dimensions, as in plane strain once the
-/// elastic strain is small against the plastic one: no plastic flow out of the plane.
+/// A solid that flows under shear and keeps its volume: metal, clay, plasticine.
+///
+/// Hencky elasticity, with plastic flow where
+///
+///     ‖dev τ‖ > √⅔ (σ_Y + H α)
+///
+/// α is the equivalent plastic strain; H > 0 hardens the solid as it flows, H = 0 is perfect plasticity. In 2D the
+/// deviator is that of two dimensions, as in plane strain when the elastic strain is small against the plastic strain:
+/// no plastic flow out of the plane.
+///
+/// Take it where strength does not depend on pressure. Where it does, take Sand or Nacc.
+///
+/// The radial return is exact in logarithmic strain: Simo and Hughes 1998, "Computational Inelasticity", §3.3 and §9.2.
 template <scalar S = float>
 struct VonMises {
     S mu = S(1e6 / 2.8);              ///< shear modulus [Pa]
     S lambda = S(4e5 / (1.4 * 0.2));  ///< first Lamé parameter [Pa]
-    S yield_stress = S(2e4);          ///< σ_Y [Pa]
-    S hardening = S(0);               ///< H [Pa]
+    S yield_stress = S(2e4);          ///< yield stress σ_Y in uniaxial tension [Pa]
+    S hardening = S(0);               ///< hardening modulus H [Pa]
 
     static constexpr const char* name = "von_mises";
     static constexpr auto parameters() {
@@ -30,6 +40,7 @@ struct VonMises {
                           parameter{"hardening", "Pa", &VonMises::hardening}};
     }
 
+    /// The state of a particle.
     template <int D>
     struct state {
         Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
@@ -41,13 +52,15 @@ struct VonMises {
         }
     };
 
+    /// The solid of these properties.
     /// \throws parameter_error unless E > 0, −1 < ν < ½, σ_Y > 0 and H ≥ 0
     static VonMises from_properties(const VonMisesProperties& solid) {
         const Hencky<S> elastic = Hencky<S>::from_young_poisson(solid.young, solid.poisson);
         check_flow(solid.yield_stress, solid.hardening);
         return {elastic.mu, elastic.lambda, S(solid.yield_stress), S(solid.hardening)};
     }
-    /// \throws parameter_error unless the moduli are those of a stable solid, σ_Y > 0 and H ≥ 0
+    /// Checks the parameters.
+    /// \throws parameter_error unless the moduli are those of a stable solid with μ > 0, σ_Y > 0 and H ≥ 0
     void check() const
         requires std::floating_point<S>
     {
@@ -55,26 +68,30 @@ struct VonMises {
         check_flow(double(yield_stress), double(hardening));
     }
 
+    /// The elastic solid of the same moduli.
     FIRN_INLINE Hencky<S> elastic() const { return {mu, lambda}; }
 
-    /// τ [Pa]
+    /// Kirchhoff stress τ [Pa] of the elastic part.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& solid) const {
         return elastic().kirchhoff_stress(solid.F);
     }
-    /// ψ of the elastic part [J/m³ of undeformed volume]
+    /// Elastic energy ψ [J/m³ of undeformed volume].
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& solid) const {
         return elastic().energy_density(solid.F);
     }
-    /// [m/s]
+    /// Upper bound of the wave speed [m/s] at an undeformed density [kg/m³], as Hencky's.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& solid) const {
         return elastic().wave_speed(density, solid.F);
     }
 
-    /// dev ε′ = dev ε (1 − Δγ/‖dev ε‖), Δγ = f / (2μ + ⅔ H), f = 2μ ‖dev ε‖ − √⅔ (σ_Y + H α); α′ = α + √⅔ Δγ.
-    /// Volume is kept. Where f ≤ 0 nothing changes, to the bit.
+    /// The plastic return mapping and the stress after it, with f = 2μ ‖dev ε‖ − √⅔ (σ_Y + H α):
+    ///
+    ///     dev ε′ = dev ε (1 − Δγ/‖dev ε‖)         α′ = α + √⅔ Δγ         Δγ = f / (2μ + ⅔ H)
+    ///
+    /// The volume is kept. Where f ≤ 0 the state is kept to the bit.
     template <int D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
         constexpr double root_two_thirds = 0.81649658092772603273;
@@ -95,6 +112,7 @@ struct VonMises {
         return {solid, elastic().stress_of_strain(
                            HenckyStrain<S, D>{hencky.directions, select(yields, after, hencky.strain)})};
     }
+    /// The state after the plastic return mapping.
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         return returned_with_stress(trial).state;
@@ -104,7 +122,8 @@ private:
     static void check_flow(double yield, double harder) {
         if (!(yield > 0) || !std::isfinite(yield))
             throw parameter_error(sentence("The yield stress is ", yield,
-                                           " Pa; it must be positive and finite. What never yields is Hencky."));
+                                           " Pa; it must be positive and finite. For a solid that never yields, take "
+                                           "Hencky."));
         if (!(harder >= 0) || !std::isfinite(harder))
             throw parameter_error(
                 sentence("The hardening modulus is ", harder, " Pa; it must be finite and not negative."));

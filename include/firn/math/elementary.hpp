@@ -1,8 +1,9 @@
-/// \file exp, log, pow, sin and cos for every scalar; why they are not those of <cmath>.
+/// \file exp, log, pow, sin and cos for every scalar.
 ///
-/// No compiler of ours vectorises std::exp, and two standard libraries differ in its last digit. These are made of
-/// + − × ÷, comparisons and exact steps on binary digits, so lanes cost a lane's share and bits do not depend on the
-/// platform. Call them unqualified: a scalar that has such a function as a builtin provides its own overload.
+/// The functions of the standard library do not run in SIMD lanes, and standard libraries differ in their last digit.
+/// These consist of + − × ÷, comparisons and exact operations on binary digits, so they run in all lanes at once, and
+/// their bits do not depend on the platform. Call them without `firn::`: a scalar with such a function built in has its
+/// own overload.
 #pragma once
 
 #include <firn/math/exp_log.hpp>

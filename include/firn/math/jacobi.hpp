@@ -1,9 +1,10 @@
 /// \file Left singular vectors and signed singular values of a 3 × 3 matrix by one-sided Jacobi rotations.
 ///
-/// Slow (some thirty times the work of the closed form in left_stretch.hpp) but sure for every finite matrix.
-/// Hestenes, J. SIAM 6 (1958): rotate pairs of columns until all are orthogonal; they are then σ u. The matrix is never
-/// squared, so that the sign of det F survives down to singular values of a few ε ‖F‖. The larger column of a pair
-/// goes first (de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989)), which sorts and speeds up convergence.
+/// The method works for every finite matrix, at some thirty times the cost of the closed form in left_stretch.hpp.
+///
+/// Hestenes, J. SIAM 6 (1958): pairs of columns are rotated until all are orthogonal; they are then σ u. The matrix is
+/// never squared, so the sign of det F is right down to singular values of a few ε ‖F‖. The longer column of a pair
+/// comes first (de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989)), which sorts the values and speeds up convergence.
 #pragma once
 
 #include <firn/core/repeat.hpp>
@@ -13,20 +14,22 @@
 
 namespace firn {
 
-/// F = scale · U diag(σ) Qᵀ with rotations U and Q: σ₀ ≥ σ₁ ≥ |σ₂|, and σ₂ carries the sign of det F.
-/// Columns of U that belong to σ = 0 are zero if two or three singular values vanish.
+/// The part U, σ of a decomposition F = scale · U diag(σ) Qᵀ with rotations U and Q.
+///
+/// The singular values are sorted, σ₀ ≥ σ₁ ≥ |σ₂|, and the last one has the sign of det F. If two or three of them are
+/// zero, the columns of U that belong to them are zero.
 template <scalar S, int D = 3>
 struct LeftSingular {
-    Mat<S, D> vectors;
-    Vec<S, D> values;
-    S scale;  ///< largest |Fᵢⱼ|, or 1 for F = 0
+    Mat<S, D> vectors;  ///< U; its columns are the left singular vectors
+    Vec<S, D> values;   ///< σ, in units of `scale`
+    S scale;            ///< the largest |Fᵢⱼ|, or 1 for F = 0
 };
 
 namespace detail {
 
-/// Rotates columns p and q of W until orthogonal, the longer first: tan 2θ = 2 p·q / (|p|² − |q|²). Lanes where they
-/// are so already are left alone to the bit. Returns where something was done. Columns after the third are turned
-/// along.
+/// Rotates columns p and q of W so that they are orthogonal, the longer first: tan 2θ = 2 p·q / (|p|² − |q|²). Columns
+/// p + 3 and q + 3, if there are any, get the same rotation. Lanes where the columns are orthogonal and sorted already
+/// keep their bits. Returns a mask of the lanes that changed.
 template <int p, int q, class S, std::size_t N>
 FIRN_INLINE mask_t<S> orthogonalise(std::array<Vec<S, 3>, N>& w) {
     constexpr auto epsilon = std::numeric_limits<value_type_t<S>>::epsilon();
@@ -34,7 +37,7 @@ FIRN_INLINE mask_t<S> orthogonalise(std::array<Vec<S, 3>, N>& w) {
     const S qq = dot(w[q], w[q]);
     const mask_t<S> swap = pp < qq;
     const Vec<S, 3> longer = select(swap, w[q], w[p]);
-    const Vec<S, 3> shorter = select(swap, -w[p], w[q]);  // a quarter turn keeps the sign of the determinant
+    const Vec<S, 3> shorter = select(swap, -w[p], w[q]);  // the minus keeps the sign of the determinant
     const S difference = abs(pp - qq);
     const S twice = S(2) * dot(longer, shorter);
     const mask_t<S> turn = S(epsilon * epsilon) * pp * qq < twice * twice;
@@ -53,7 +56,7 @@ FIRN_INLINE mask_t<S> orthogonalise(std::array<Vec<S, 3>, N>& w) {
     return turn | swap;
 }
 
-/// The columns after all rotations: σ u, sorted.
+/// The columns after all rotations: σ u, in descending order of σ.
 template <class S, std::size_t N>
 FIRN_INLINE std::array<Vec<S, 3>, N> orthogonal_columns(const std::array<Vec<S, 3>, N>& w) {
     constexpr int most_sweeps = sizeof(value_type_t<S>) == 4 ? 6 : 7;
@@ -82,6 +85,7 @@ FIRN_INLINE Vec<S, 3> normalised_or_zero(const Vec<S, 3>& a, const S& length) {
 
 }  // namespace detail
 
+/// Left singular vectors and singular values of a 3 × 3 matrix, by Jacobi rotations. For every finite F.
 template <scalar S>
 FIRN_INLINE LeftSingular<S> left_singular(const Mat<S, 3>& F) {
     const S largest = detail::largest_or_one(F);

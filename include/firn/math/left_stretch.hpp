@@ -1,7 +1,7 @@
-/// \file The left stretch V = √(FFᵀ) of a deformation gradient, without its rotation; and the rotation in 2D.
+/// \file The left stretch V = √(FFᵀ) of a deformation gradient, and its rotation in 2D.
 ///
-/// V is symmetric, V² = FFᵀ, and its smallest eigenvalue carries the sign of det F, so det V = det F and F = V R with
-/// R a proper rotation, inverted elements included (Irving et al., SCA 2004).
+/// V is symmetric, V² = FFᵀ, and its smallest eigenvalue has the sign of det F. So det V = det F, and F = V R with a
+/// proper rotation R, also for inverted elements (Irving, Teran and Fedkiw, SCA 2004).
 #pragma once
 
 #include <firn/core/dual.hpp>
@@ -12,7 +12,7 @@ namespace firn {
 
 namespace detail {
 
-/// A symmetric matrix from a function of (row ≤ column), equal across the diagonal to the bit.
+/// A symmetric matrix from a function of row and column, row ≤ column. Mirrored entries have the same bits.
 template <class S, int D, class F>
 FIRN_INLINE Mat<S, D> symmetric(F&& entry) {
     Mat<S, D> r{};
@@ -26,7 +26,7 @@ FIRN_INLINE Mat<S, D> symmetric(F&& entry) {
     return r;
 }
 
-/// The path that serves every finite F, see jacobi.hpp.
+/// V by Jacobi rotations, for every finite F; see jacobi.hpp.
 template <class S>
 [[gnu::noinline]] void left_stretch_by_jacobi(const Mat<S, 3>& F, Mat<S, 3>& V) {
     const LeftSingular<S> f = left_singular(F);
@@ -38,8 +38,9 @@ template <class S>
     });
 }
 
-/// Its derivative solves V dV + dV V = dF Fᵀ + F dFᵀ: divided by σᵢ + σⱼ in the basis of V. Differentiating the
-/// rotations instead would fail for equal singular values. Where σᵢ + σⱼ = 0 there is no derivative; that part is 0.
+/// V and its derivative. dV solves V dV + dV V = dF Fᵀ + F dFᵀ: in the basis of V, by division by σᵢ + σⱼ. Where
+/// σᵢ + σⱼ = 0 there is no derivative; that part is set to 0. (Derivatives of the rotations would fail for equal
+/// singular values.)
 template <class T>
 [[gnu::noinline]] void left_stretch_by_jacobi(const Mat<dual<T>, 3>& F, Mat<dual<T>, 3>& V) {
     Mat<T, 3> value{}, change{}, stretch{};
@@ -65,11 +66,11 @@ template <class T>
 
 }  // namespace detail
 
-/// The rotation R nearest to F, with F = V R: by the angle θ, tan θ = (F₁₀ − F₀₁) / (F₀₀ + F₁₁). R = I where every
-/// rotation is equally near (σ₁ = −σ₀, F = 0). Error a few ε for every finite F.
+/// The rotation R nearest to F, with F = V R, in 2D: its angle θ has tan θ = (F₁₀ − F₀₁) / (F₀₀ + F₁₁). R = I if every
+/// rotation is equally near (σ₁ = −σ₀, or F = 0). The error is a few ε for every finite F.
 template <scalar S>
 FIRN_INLINE Mat<S, 2> polar_rotation(const Mat<S, 2>& F) {
-    const S x = S(0.5) * F(0, 0) + S(0.5) * F(1, 1);  // halves, against overflow
+    const S x = S(0.5) * F(0, 0) + S(0.5) * F(1, 1);  // the halves prevent overflow
     const S y = S(0.5) * F(1, 0) - S(0.5) * F(0, 1);
     const S largest = max(abs(x), abs(y));
     const auto turns = S(0) < largest;
@@ -91,7 +92,7 @@ FIRN_INLINE Mat<S, 2> turned_back(const Mat<S, 2>& F, const Mat<S, 2>& R) {
 }
 }  // namespace detail
 
-/// V = F Rᵀ in 2D, symmetric to the bit, ‖V² − FFᵀ‖ ≤ 10 ε ‖F‖² for every finite F.
+/// The left stretch V = F Rᵀ in 2D, symmetric to the bit, with ‖V² − FFᵀ‖ ≤ 10 ε ‖F‖² for every finite F.
 template <scalar S>
 FIRN_INLINE Mat<S, 2> left_stretch(const Mat<S, 2>& F) {
     return detail::turned_back(F, polar_rotation(F));
@@ -99,13 +100,13 @@ FIRN_INLINE Mat<S, 2> left_stretch(const Mat<S, 2>& F) {
 
 namespace detail {
 
-/// tr V: the largest root λ of λ⁴ − 2 I_b λ² − 8 J λ + I_b² − 4 II_b = 0, which is II_V² = II_b + 2 J λ with
-/// II_V = (λ² − I_b)/2. All four roots are real, ±σ₀ ±σ₁ ±σ₂ with an even number of minus signs; Halley's iteration
-/// comes down to the largest from its bound √(3 I_b).
+/// tr V, the largest root λ of λ⁴ − 2 I_b λ² − 8 J λ + I_b² − 4 II_b = 0. (This is II_V² = II_b + 2 J λ with
+/// II_V = (λ² − I_b)/2.) All four roots are real: ±σ₀ ±σ₁ ±σ₂ with an even number of minus signs. Halley's iteration
+/// starts at the bound √(3 I_b) and descends to the largest.
 ///
-/// Its error e becomes K e³, K ≤ 36/λ² where left_stretch() uses the root (f′ = 8Δ ≥ λ³), and near 3.4/λ² for a
-/// rotation. So where the last of the first steps was shorter than ∛ε λ / 5, the error is below ε λ / 3: that is enough
-/// for strains up to 0.45. Lanes that come from farther take two steps more.
+/// A step turns the error e into K e³, with K ≤ 36/λ² where left_stretch() uses the root (f′ = 8Δ ≥ λ³), and K near
+/// 3.4/λ² for a rotation. So if the last of the first steps is shorter than ∛ε λ / 5, the error is below ε λ / 3. For
+/// strains up to 0.45 the first steps are enough. Lanes with a longer last step take two more.
 template <class S>
 FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
     constexpr bool single = sizeof(value_type_t<S>) == 4;
@@ -132,17 +133,22 @@ FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
 
 }  // namespace detail
 
-/// V in 3D. For every finite F: symmetric to the bit, ‖V² − FFᵀ‖ ≤ 100 ε ‖F‖² (measured: ≤ 30 ε), and the sign of
-/// det F on the smallest eigenvalue wherever that exceeds 50 ε ‖F‖. V must be representable: |Fᵢⱼ| < max / 3.
+/// The left stretch V in 3D.
 ///
-/// Ordinary lanes take a closed form by invariants (Hoger & Carlson, Q. Appl. Math. 42 (1984)): with b = FFᵀ,
-/// J = det F, λ = tr V and II = (λ² − tr b)/2,
-///     V = [λ J I + (λ² − II) b − b²] / (λ II − J).
-/// The denominator is Δ = (σ₀+σ₁)(σ₁+σ₂)(σ₂+σ₀), and so is f′(λ)/8: where it is small (two small singular values,
-/// σ₂ ≈ −σ₁), neither λ nor V can be had. Δ/λ³ is 0.3 for a rotation; the error grows as (Δ/λ³)⁻². Lanes with
-/// Δ < 0.125 λ³, or so large or small that λ⁷ could leave the range of a float (‖F‖ outside 1e-3 … 3e3; double:
-/// 1e-30 … 1e30), are served by Jacobi rotations: right, but some twenty times slower.
-/// What a lane gets depends on nothing but that lane.
+/// For every finite F, V is symmetric to the bit, ‖V² − FFᵀ‖ ≤ 100 ε ‖F‖² (measured: ≤ 30 ε), and the smallest
+/// eigenvalue has the sign of det F if it exceeds 50 ε ‖F‖. V must be representable: |Fᵢⱼ| < max / 3.
+///
+/// Ordinary lanes take a closed form by invariants (Hoger & Carlson, Q. Appl. Math. 42 (1984)), with b = FFᵀ,
+/// J = det F, λ = tr V and II = (λ² − tr b)/2:
+///
+///     V = [λ J I + (λ² − II) b − b²] / (λ II − J)
+///
+/// The denominator is Δ = (σ₀+σ₁)(σ₁+σ₂)(σ₂+σ₀), which is also f′(λ)/8. If it is small (two small singular values, or
+/// σ₂ ≈ −σ₁), neither λ nor V can be computed this way. Δ/λ³ is 0.3 for a rotation; the error grows as (Δ/λ³)⁻².
+///
+/// Other lanes take Jacobi rotations, which are some twenty times slower: those with Δ < 0.125 λ³, and those so large
+/// or small that λ⁷ could leave the range of the scalar (‖F‖ outside 1e-3 … 3e3 in float, 1e-30 … 1e30 in double). The
+/// result of a lane depends on that lane only.
 ///
 /// With dual numbers dV is right in both paths (to about 200 ε ‖dF‖ in the closed form), except where V has no
 /// derivative: σᵢ + σⱼ = 0.
@@ -171,11 +177,11 @@ FIRN_INLINE Mat<S, 3> left_stretch(const Mat<S, 3>& F) {
 
     constexpr bool single = sizeof(value_type_t<S>) == 4;
     const mask_t<S> apart = S(0.125) * (lambda * lambda * lambda) < denominator;
-    // Without these, slope² of trace_of_stretch could underflow while its result still looks sane.
+    // Beyond these bounds, slope² in trace_of_stretch() could underflow and give a plausible but wrong result.
     const mask_t<S> not_small = S(single ? 1e-6 : 1e-60) < Ib;
     const mask_t<S> not_large = Ib < S(single ? 1e7 : 1e60);
     const mask_t<S> ordinary = apart & not_small & not_large;
-    const mask_t<S> rare = !ordinary;  // so that a NaN is rare, too
+    const mask_t<S> rare = !ordinary;  // includes lanes with NaN
     if (any(rare)) [[unlikely]] {
         Mat<S, 3> sure;
         detail::left_stretch_by_jacobi(F, sure);

@@ -1,8 +1,10 @@
-/// \file pow for every scalar, free of branches: xʸ = exp(y log x) with the logarithm carried in two parts, as its
-/// error is multiplied by y log x. Error 1.3 ulp over the whole range (measured), subnormal results included.
+/// \file pow for every scalar, without branches.
 ///
-/// x ≥ 0: a negative x gives NaN, for whole y too (as on a GPU). pow(x, 0) = pow(1, y) = 1; 0 and ∞ as in the C
-/// standard, with −0 taken as 0. NaN gives NaN always.
+/// xʸ = exp(y log x). The logarithm is computed in two parts, because its error is multiplied by y log x. The error of
+/// pow is 1.3 ulp over the whole range (measured), subnormal results included.
+///
+/// x must not be negative: a negative x gives NaN, also for whole y (as on a GPU). pow(x, 0) = pow(1, y) = 1. 0 and ∞
+/// are as in the C standard, with −0 taken as 0. NaN gives NaN, also in pow(NaN, 0).
 #pragma once
 
 #include <firn/math/exp_log.hpp>
@@ -11,8 +13,8 @@ namespace firn {
 
 namespace detail {
 
-/// log x for finite x > 0, relative error about ε / 100. All products whose error would matter are of halves and
-/// exact, so that fused multiply-adds change nothing.
+/// log x for finite x > 0, with a relative error of about ε / 100. All products whose error would matter are products
+/// of leading halves and exact, so fused multiply-adds change nothing.
 template <class S>
 FIRN_INLINE Pair<S> log_pair(const S& x) {
     const auto [m, e] = split(x);
@@ -51,6 +53,7 @@ FIRN_INLINE Pair<S> log_pair(const S& x) {
 
 }  // namespace detail
 
+/// xʸ for x ≥ 0; NaN for negative x. Error 1.3 ulp.
 template <scalar S>
 FIRN_INLINE S pow(const S& x, const std::type_identity_t<S>& y) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -78,7 +81,8 @@ FIRN_INLINE S pow(const S& x, const std::type_identity_t<S>& y) {
     return select((x == x) & (y == y), r, x + y);
 }
 
-/// d(xʸ) = y xʸ⁻¹ dx + xʸ log x dy; the part of a constant x or y is 0, also where its factor is infinite.
+/// xʸ and its derivative, d(xʸ) = y xʸ⁻¹ dx + xʸ log x dy. The part of a constant x or y is 0, even if its factor is
+/// infinite.
 template <scalar T>
 FIRN_INLINE dual<T> pow(const dual<T>& x, const std::type_identity_t<dual<T>>& y) {
     const T value = pow(x.value, y.value);

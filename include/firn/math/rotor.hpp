@@ -1,4 +1,4 @@
-/// \file Rotations of the plane and of space from the same lines: unit quaternions, and what turns about an axis.
+/// \file Rotations in 2D and 3D by the same code: unit quaternions, and quantities about an axis.
 #pragma once
 
 #include <firn/core/angle.hpp>
@@ -9,15 +9,16 @@
 
 namespace firn {
 
-/// A rotation: the unit quaternion (w, x, y, z) = (cos φ/2, n sin φ/2) for the angle φ about n; in the plane, where n
-/// is z, its (w, z).
+/// A rotation by an angle φ about a unit vector n: the unit quaternion (w, x, y, z) = (cos φ/2, n sin φ/2). In 2D,
+/// where n is the z axis, its (w, z).
 template <class S, int D>
 using Rotor = Vec<S, D == 2 ? 2 : 4>;
 
-/// An angular velocity, a torque: a number in the plane, a vector in space.
+/// A quantity about an axis, such as an angular velocity or a torque: a number in 2D, a vector in 3D.
 template <class S, int D>
 using Axial = std::conditional_t<D == 2, S, Vec<S, 3>>;
 
+/// The rotation by the angle 0.
 template <class S, int D>
 FIRN_INLINE constexpr Rotor<S, D> no_rotation() {
     Rotor<S, D> q = Rotor<S, D>::zero();
@@ -25,6 +26,7 @@ FIRN_INLINE constexpr Rotor<S, D> no_rotation() {
     return q;
 }
 
+/// The angular velocity 0.
 template <class S, int D>
 FIRN_INLINE constexpr Axial<S, D> no_spin() {
     if constexpr (D == 2)
@@ -33,7 +35,7 @@ FIRN_INLINE constexpr Axial<S, D> no_spin() {
         return Vec<S, 3>::zero();
 }
 
-/// a × b
+/// The cross product a × b; in 2D its z component.
 template <class S, int D>
 FIRN_INLINE constexpr Axial<S, D> axial_product(const Vec<S, D>& a, const Vec<S, D>& b) {
     if constexpr (D == 2)
@@ -42,17 +44,18 @@ FIRN_INLINE constexpr Axial<S, D> axial_product(const Vec<S, D>& a, const Vec<S,
         return cross(a, b);
 }
 
-/// The matrix of r ↦ ω × r.
+/// The matrix of r ↦ ω × r in 2D, for ω about the z axis.
 template <scalar S>
 FIRN_INLINE constexpr Mat<S, 2> skew(const S& w) {
     return Mat<S, 2>::rows(S(0), -w, w, S(0));
 }
+/// The matrix of r ↦ ω × r in 3D.
 template <scalar S>
 FIRN_INLINE constexpr Mat<S, 3> skew(const Vec<S, 3>& w) {
     return Mat<S, 3>::rows(S(0), -w.v[2], w.v[1], w.v[2], S(0), -w.v[0], -w.v[1], w.v[0], S(0));
 }
 
-/// The same as another scalar.
+/// The same quantity with scalar T.
 template <class T, int D, class S>
 FIRN_INLINE constexpr Axial<T, D> cast_axial(const S& w) {
     if constexpr (D == 2)
@@ -61,7 +64,7 @@ FIRN_INLINE constexpr Axial<T, D> cast_axial(const S& w) {
         return cast<T>(w);
 }
 
-/// The part of a rotor beside its first number.
+/// The part of a rotor after its first number: n sin φ/2.
 template <class S, int N>
 FIRN_INLINE constexpr Axial<S, N == 2 ? 2 : 3> axial_part(const Vec<S, N>& q) {
     if constexpr (N == 2)
@@ -70,7 +73,7 @@ FIRN_INLINE constexpr Axial<S, N == 2 ? 2 : 3> axial_part(const Vec<S, N>& q) {
         return Vec<S, 3>{q.v[1], q.v[2], q.v[3]};
 }
 
-/// Its matrix, after Rodrigues: R = I + 2 w K + 2 K² with K r = (x, y, z) × r.
+/// The matrix of a rotation, by Rodrigues' formula: R = I + 2 w K + 2 K² with K r = (x, y, z) × r.
 template <class S, int N>
 FIRN_INLINE constexpr Mat<S, N == 2 ? 2 : 3> matrix_of(const Vec<S, N>& q) {
     using M = Mat<S, N == 2 ? 2 : 3>;
@@ -78,11 +81,11 @@ FIRN_INLINE constexpr Mat<S, N == 2 ? 2 : 3> matrix_of(const Vec<S, N>& q) {
     return M::identity() + (K * q.v[0] + K * K) * S(2);
 }
 
-/// The rotation q, then by the vector of rotation `turn` [rad]: its length is the angle, its direction the axis.
-/// Of unit length again.
+/// The rotation q followed by a turn, normalised to unit length.
+/// \param turn  rotation vector [rad]: its length is the angle, its direction the axis
 template <std::floating_point S, int N>
 Vec<S, N> turned(const Vec<S, N>& q, const Axial<S, N == 2 ? 2 : 3>& turn) {
-    Vec<S, 3> about{}, part{};  // in the plane along z
+    Vec<S, 3> about{}, part{};  // in 2D along z
     if constexpr (N == 2) {
         about[2] = turn;
         part[2] = q[1];
@@ -100,10 +103,11 @@ Vec<S, N> turned(const Vec<S, N>& q, const Axial<S, N == 2 ? 2 : 3>& turn) {
     return product * (1 / norm(product));
 }
 
-/// The rotation of the plane by an angle, counter-clockwise: rotor(degrees(30)).
+/// The rotation by an angle in 2D, counter-clockwise: rotor(degrees(30)).
 inline Rotor<double, 2> rotor(Angle angle) { return turned(no_rotation<double, 2>(), angle.in_radians()); }
 
-/// The rotation by an angle about `axis` (any length but 0), by the right hand.
+/// The rotation by an angle about an axis in 3D, by the right-hand rule.
+/// \param axis  of any length except 0
 inline Rotor<double, 3> rotor(const Vec<double, 3>& axis, Angle angle) {
     return turned(no_rotation<double, 3>(), axis * (angle.in_radians() / norm(axis)));
 }

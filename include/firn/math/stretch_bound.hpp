@@ -1,11 +1,11 @@
-/// \file Cheap bounds of the stretches, for wave speeds and for what is surely elastic.
+/// \file Cheap bounds of the principal stretches, for wave speeds and to skip return mappings.
 #pragma once
 
 #include <firn/core/tensor.hpp>
 
 namespace firn {
 
-/// σ_max(F)² or a little more: the largest row sum of |FFᵀ| (Gershgorin), exact for a diagonal FFᵀ. [1]
+/// An upper bound of σ_max(F)² [1]: the largest row sum of |FFᵀ| (Gershgorin). It is exact if FFᵀ is diagonal.
 template <scalar S, int D>
 FIRN_INLINE S squared_stretch_bound(const Mat<S, D>& F) {
     const Mat<S, D> b = F * transpose(F);
@@ -18,12 +18,13 @@ FIRN_INLINE S squared_stretch_bound(const Mat<S, D>& F) {
     return largest;
 }
 
-/// Between these lie the squares of all singular values. [1]
+/// Bounds of the squares of all singular values [1].
 template <class S>
 struct StretchRange {
-    S lowest, highest;
+    /// No square is smaller.
+    S lowest, highest;  ///< No square is larger.
 };
-/// Gershgorin's discs of FFᵀ; nothing but their ends for a diagonal FFᵀ.
+/// Bounds of the squares of F's singular values, from Gershgorin's discs of FFᵀ. They are exact if FFᵀ is diagonal.
 template <scalar S, int D>
 FIRN_INLINE StretchRange<S> squared_stretch_range(const Mat<S, D>& F) {
     const Mat<S, D> b = F * transpose(F);

@@ -1,18 +1,19 @@
-/// \file Singular value decomposition F = U Σ Vᵀ of 2 × 2 and 3 × 3 matrices with proper rotations U and V: the
-/// smallest singular value carries the sign of det F (Irving et al., SCA 2004). Free of branches.
+/// \file Singular value decomposition F = U Σ Vᵀ of 2 × 2 and 3 × 3 matrices, without branches.
 ///
-/// For every finite F: ‖F − U Σ Vᵀ‖ ≤ 10 ε ‖F‖, ‖UUᵀ − I‖ ≤ 10 ε, ‖VVᵀ − I‖ ≤ 20 ε (measured: 7, 6 and 11). In 3D by
-/// Jacobi rotations (jacobi.hpp), at most six sweeps in float and seven in double; in 2D in closed form.
+/// U and V are proper rotations; the smallest singular value has the sign of det F (Irving, Teran and Fedkiw, SCA
+/// 2004). For every finite F: ‖F − U Σ Vᵀ‖ ≤ 10 ε ‖F‖, ‖UUᵀ − I‖ ≤ 10 ε, ‖VVᵀ − I‖ ≤ 20 ε (measured: 7, 6 and 11). In
+/// 3D it is computed by Jacobi rotations (jacobi.hpp), at most six sweeps in float and seven in double; in 2D in closed
+/// form.
 ///
-/// A return mapping needs no V: with new singular values σ′, F′ = U diag(σ′/σ) Uᵀ F, and an isotropic stress is
-/// U diag(τ̂) Uᵀ. So left_singular() and spectral() do.
+/// A return mapping does not need V: with new singular values σ′, F′ = U diag(σ′/σ) Uᵀ F, and an isotropic stress is
+/// U diag(τ̂) Uᵀ. left_singular() and spectral() are enough for it.
 #pragma once
 
 #include <firn/math/left_stretch.hpp>
 
 namespace firn {
 
-/// U diag(d) Uᵀ, symmetric to the bit.
+/// The matrix U diag(d) Uᵀ, symmetric to the bit.
 template <scalar S, int D>
 FIRN_INLINE Mat<S, D> spectral(const Mat<S, D>& U, const Vec<S, D>& d) {
     return detail::symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
@@ -24,18 +25,18 @@ FIRN_INLINE Mat<S, D> spectral(const Mat<S, D>& U, const Vec<S, D>& d) {
 
 namespace detail {
 
-/// U and σ of V = F Rᵀ, R = polar_rotation(F), by the one Jacobi rotation that makes V diagonal.
+/// U and σ of V = F Rᵀ, R = polar_rotation(F), by the Jacobi rotation that makes V diagonal.
 template <class S>
 FIRN_INLINE LeftSingular<S, 2> left_singular_of_stretch(const Mat<S, 2>& V, const S& scale) {
-    // tan θ = 2 V₀₁ / (d ± √(d² + 4 V₀₁²)), d = V₀₀ − V₁₁, from the side where nothing cancels.
+    // tan θ = 2 V₀₁ / (d ± √(d² + 4 V₀₁²)), d = V₀₀ − V₁₁, with the sign for which nothing cancels.
     const S difference = V(0, 0) - V(1, 1);
     const S twice = S(2) * V(0, 1);
     const S root = sqrt(difference * difference + twice * twice);
-    const auto round = root == S(0);  // a multiple of I: any θ will do
+    const auto round = root == S(0);  // V is a multiple of I: any θ is right
     const S tangent = select(round, S(0), twice) / (abs(difference) + select(round, S(1), root));
     const S c = S(1) / sqrt(S(1) + tangent * tangent);
     const S s = c * tangent;
-    const auto turned = difference < S(0);  // the larger one lies nearer to the second axis: a quarter turn
+    const auto turned = difference < S(0);  // the larger stretch is nearer to the second axis: a quarter turn
     const S cosine = select(turned, s, c);
     const S sine = select(turned, c, s);
     const S mean = S(0.5) * (V(0, 0) + V(1, 1));
@@ -51,7 +52,8 @@ FIRN_INLINE Mat<S, D> divided(const Mat<S, D>& a, const S& by) {
 
 }  // namespace detail
 
-/// F = scale · U diag(σ) Qᵀ in 2D, σ₀ ≥ |σ₁|, in closed form. U is a rotation always.
+/// Left singular vectors and singular values of a 2 × 2 matrix, in closed form: F = scale · U diag(σ) Qᵀ with
+/// σ₀ ≥ |σ₁|. U is always a rotation.
 template <scalar S>
 FIRN_INLINE LeftSingular<S, 2> left_singular(const Mat<S, 2>& F) {
     const S scale = detail::largest_or_one(F);
@@ -60,7 +62,7 @@ FIRN_INLINE LeftSingular<S, 2> left_singular(const Mat<S, 2>& F) {
 
 namespace detail {
 
-/// Derivatives of σ and U from those of F: dU = U Ω with Ωᵢⱼ = (Uᵀ d(FFᵀ) U)ᵢⱼ / (σⱼ² − σᵢ²).
+/// σ and U with their derivatives: dU = U Ω with Ωᵢⱼ = (Uᵀ d(FFᵀ) U)ᵢⱼ / (σⱼ² − σᵢ²).
 template <class T, int D>
 FIRN_INLINE LeftSingular<dual<T>, D> left_singular_of_dual(const Mat<dual<T>, D>& F) {
     Mat<T, D> value, change;
@@ -92,12 +94,15 @@ FIRN_INLINE LeftSingular<dual<T>, D> left_singular_of_dual(const Mat<dual<T>, D>
 
 }  // namespace detail
 
-// With dual numbers: dσ is right wherever it exists and σ ≠ 0. dU does not exist where two singular values are equal,
-// and loses digits as they come near: what is made of it there lacks the change between these two.
+/// As left_singular() in 2D, with the derivatives of U and σ.
+///
+/// dσ is right wherever it exists and σ ≠ 0. dU does not exist if two singular values are equal, and loses digits as
+/// they come close; its part between these two is then 0.
 template <scalar T>
 FIRN_INLINE LeftSingular<dual<T>, 2> left_singular(const Mat<dual<T>, 2>& F) {
     return detail::left_singular_of_dual(F);
 }
+/// As left_singular() in 3D, with the derivatives of U and σ, under the same conditions as in 2D.
 template <scalar T>
 FIRN_INLINE LeftSingular<dual<T>, 3> left_singular(const Mat<dual<T>, 3>& F) {
     return detail::left_singular_of_dual(F);
@@ -106,24 +111,26 @@ FIRN_INLINE LeftSingular<dual<T>, 3> left_singular(const Mat<dual<T>, 3>& F) {
 /// Principal stretches of F and their directions in space.
 template <class S, int D>
 struct Principal {
-    Mat<S, D> directions;  ///< U, a rotation; its columns
-    Vec<S, D> stretches;   ///< σ [1], sorted, the last one signed
+    Mat<S, D> directions;  ///< U, a rotation; its columns are the directions
+    Vec<S, D> stretches;   ///< σ [1], in descending order; the last one has the sign of det F
 };
+/// The principal stretches of a deformation gradient F, and their directions.
 template <scalar S, int D>
 FIRN_INLINE Principal<S, D> principal_stretches(const Mat<S, D>& F) {
     const LeftSingular<S, D> f = left_singular(F);
     return {f.vectors, f.values * f.scale};
 }
 
-/// F = U diag(σ) Vᵀ, σ sorted but for their rounding. Of a dual number only the value is right.
+/// The decomposition F = U diag(σ) Vᵀ. σ is in descending order, except for rounding. With dual numbers only the values
+/// are right, not the derivatives.
 template <scalar S, int D>
 struct Svd {
-    Mat<S, D> U;
-    Vec<S, D> values;
-    Mat<S, D> V;
+    Mat<S, D> U;       ///< left singular vectors, in columns; a rotation
+    Vec<S, D> values;  ///< σ; the last one has the sign of det F
+    Mat<S, D> V;       ///< right singular vectors, in columns; a rotation
 };
 
-/// The decomposition of a 2 × 2 matrix: U and σ of its left stretch, V = RᵀU.
+/// The singular value decomposition of a 2 × 2 matrix: U and σ of its left stretch, V = RᵀU.
 template <scalar S>
 FIRN_INLINE Svd<S, 2> svd(const Mat<S, 2>& F) {
     const S scale = detail::largest_or_one(F);
@@ -133,8 +140,8 @@ FIRN_INLINE Svd<S, 2> svd(const Mat<S, 2>& F) {
     return {f.vectors, f.values * scale, transpose(R) * f.vectors};
 }
 
-/// The decomposition of a 3 × 3 matrix. Directions that belong to singular values below 1e-3 ε ‖F‖ are any that
-/// complete a rotation.
+/// The singular value decomposition of a 3 × 3 matrix. Directions of singular values below 1e-3 ε ‖F‖ are arbitrary,
+/// such that U and V are rotations.
 template <scalar S>
 FIRN_INLINE Svd<S, 3> svd(const Mat<S, 3>& F) {
     constexpr double negligible = 1e-3 * double(std::numeric_limits<value_type_t<S>>::epsilon());
@@ -150,7 +157,7 @@ FIRN_INLINE Svd<S, 3> svd(const Mat<S, 3>& F) {
     const auto zero = first == S(0);
     const Vec<S, 3> axis{{S(1), S(0), S(0)}};
     const Vec<S, 3> u0 = select(zero, axis, w[0] * (S(1) / select(zero, S(1), first)));
-    // Any direction across u0, from the axis that u0 is farther from.
+    // A direction across u0, from the first or second axis, whichever is farther from u0.
     const Vec<S, 3> across = cross(select(u0.v[0] * u0.v[0] < S(0.5), axis, Vec<S, 3>{{S(0), S(1), S(0)}}), u0);
     const auto vanishes = norm(w[1]) < S(negligible);
     const Vec<S, 3> second = select(vanishes, across, w[1]);

@@ -1,15 +1,24 @@
-/// \file APIC, the affine particle-in-cell method: keeps angular momentum. Jiang et al. 2015.
+/// \file APIC, the affine particle-in-cell method.
 #pragma once
 
 #include <firn/transfer/concept.hpp>
 
 namespace firn {
 
+/// APIC, the default transfer: a particle carries a velocity and an affine field around it.
+///
+///     v ← Σ N v_i
+///     C ← B D⁻¹,        B = Σ N v_i (x_i − x_p)ᵀ
+///
+/// It conserves momentum and angular momentum, and is stable and free of noise. Take it unless motion is damped too
+/// much; Aflip and Fmpm damp less.
+///
+/// Jiang, Schroeder, Selle, Teran and Stomakhin 2015, "The Affine Particle-In-Cell Method".
 struct Apic {
     static constexpr const char* name = "apic";
-    static constexpr bool affine = true;
+    static constexpr bool affine = true;  ///< Particles carry C.
 
-    /// All of C = B D⁻¹ [1/s]. Jiang et al. 2015, eq. (8).
+    /// The affine field that a particle keeps: all of C = B D⁻¹ [1/s]. Jiang et al. 2015, eq. (8).
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> affine_field(const Mat<S, D>& C) {
         return C;

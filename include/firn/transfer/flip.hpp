@@ -1,29 +1,43 @@
-/// \file FLIP, the fluid-implicit-particle method, blended with PIC. Brackbill and Ruppel 1986; Zhu and Bridson 2005;
-/// for MPM Stomakhin et al. 2013, §4.1, step 8.
+/// \file FLIP, the fluid-implicit-particle method, blended with PIC.
 #pragma once
 
 #include <firn/transfer/concept.hpp>
 
 namespace firn {
 
-/// A particle keeps its velocity and takes the change that the grid saw,
-///     v ← α (v + Σ N (v_i' − v_i)) + (1 − α) Σ N v_i',
-/// v_i the nodes' velocities before forces acted, v_i' after the step. It moves with Σ N v_i'. α = 1 loses nothing, but
-/// keeps noise that the grid does not see for good; α = 0 is PIC.
+/// FLIP blended with PIC: a particle keeps its velocity and adds the change of the grid's velocity.
+///
+///     v ← α (v + Σ N (v_i' − v_i)) + (1 − α) Σ N v_i'
+///
+/// v_i are the nodes' velocities before forces acted, v_i' those after the step. The particle moves with Σ N v_i'.
+///
+/// α = 1 loses no motion, but also keeps for good any noise that the grid cannot see; α = 0 is PIC. Take it for
+/// comparison with other programs; Aflip is less noisy.
+///
+/// Brackbill and Ruppel 1986, "FLIP: A method for adaptively zoned, particle-in-cell calculations of fluid flows in two
+/// dimensions"; Zhu and Bridson 2005, "Animating sand as a fluid"; for MPM Stomakhin et al. 2013, "A material point
+/// method for snow simulation", §4.1, step 8.
 template <scalar S = float>
 struct Flip {
     static constexpr const char* name = "flip";
-    static constexpr bool affine = false;
+    static constexpr bool affine = false;  ///< Particles carry no C.
 
-    S ratio = S(0.95);  ///< α, 0 to 1
+    S ratio = S(0.95);  ///< α: 0 (PIC) to 1 [1]
 
+    /// Checks the parameters.
+    /// \throws parameter_error unless 0 ≤ α ≤ 1
     void check() const { check_share(ratio, name, "ratio"); }
     static constexpr auto parameters() { return std::tuple{parameter{"ratio", "1", &Flip::ratio}}; }
 
+    /// The affine field that a particle keeps: none, C = 0.
     template <class T, int D>
     FIRN_INLINE static Mat<T, D> affine_field(const Mat<T, D>&) {
         return Mat<T, D>::zero();
     }
+    /// The particle's velocities after the step.
+    /// \param taken   Σ N v_i', after the step [m/s]
+    /// \param before  Σ N v_i, before forces acted [m/s]
+    /// \param own     the particle's velocity before the step [m/s]
     template <class T, int D>
     FIRN_INLINE ParticleVelocity<T, D> blended(const Vec<T, D>& taken, const Vec<T, D>& before, const Vec<T, D>& own,
                                                const Mat<T, D>&) const {

@@ -1,26 +1,39 @@
-/// \file FMPM, PIC with an approximate inverse of the full mass matrix. Nairn and Hammerquist 2021; the series is that
-/// of XPIC, Hammerquist and Nairn 2017.
+/// \file FMPM, PIC with an approximate inverse of the full mass matrix.
 #pragma once
 
 #include <firn/transfer/concept.hpp>
 
 namespace firn {
 
-/// With A the way from nodes to particles (Σ N v_i) and back (Σ m N v_p / m_i), a node's velocity is the series
-///     v = Σ_{k < order} (1 − A)^k p/m,     v_1 = p/m,   v_{j+1} = v_1 + v_j − A v_j,
-/// which tends to the inverse of the mass matrix times p. Particles take Σ N v_i, as in PIC: order 1 is PIC, and the
-/// higher the order, the less is lost of what the grid can represent, while noise that it cannot represent still goes.
-/// Each order above 1 costs a P2G and a gather of velocities more. The boundary acts on the sum.
+/// FMPM: PIC with an approximate inverse of the full mass matrix, which damps less the higher its order.
+///
+/// A node's velocity is a series, with p and m the node's momentum and mass and A the operator from nodes to particles
+/// (Σ N v_i) and back (Σ m N v_p / m_i):
+///
+///     v = Σ_{k < order} (1 − A)^k p/m
+///     v_1 = p/m,      v_{j+1} = v_1 + v_j − A v_j
+///
+/// The series tends to the inverse of the mass matrix times p. Particles take Σ N v_i, as in PIC. Order 1 is PIC. With
+/// a higher order, less is lost of the motion that the grid can represent, and noise that it cannot represent is still
+/// removed. The boundary acts on the sum of the series.
+///
+/// Take order 2 to 8 for low damping without FLIP's noise. Each order above 1 costs one more P2G of velocities and one
+/// more gather.
 ///
 /// The series makes the stiffest motions of the nodes stiffer: with quadratic splines, in matter without gaps,
-/// symplectic Euler is stable up to 1.63 h/c for order 1, but to 1.24, 0.96, 0.77, 0.67 h/c for orders 2, 4, 8, 16. The
-/// bound of the time step does not know of that: above order 8 take half of it.
+/// symplectic Euler is stable up to 1.63 h/c for order 1, and up to 1.24, 0.96, 0.77, 0.67 h/c for orders 2, 4, 8, 16.
+/// The bound of the time step does not include this: above order 8, take half of it.
+///
+/// Nairn and Hammerquist 2021, "Material point method simulations using an approximate full mass matrix inverse"; the
+/// series is that of XPIC, Hammerquist and Nairn 2017, "A new method for material point method particle updates that
+/// reduces noise and enhances stability".
 struct Fmpm {
     static constexpr const char* name = "fmpm";
-    static constexpr bool affine = false;
+    static constexpr bool affine = false;  ///< Particles carry no C.
 
-    int order = 2;  ///< 1 or more
+    int order = 2;  ///< number of terms of the series, 1 or more [1]
 
+    /// Checks the parameters.
     /// \throws parameter_error if the order is less than 1
     void check() const {
         if (order < 1)
@@ -29,12 +42,14 @@ struct Fmpm {
     }
     static constexpr auto parameters() { return std::tuple{parameter{"order", "1", &Fmpm::order}}; }
 
+    /// The affine field that a particle keeps: none, C = 0.
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> affine_field(const Mat<S, D>&) {
         return Mat<S, D>::zero();
     }
 
-    /// v_{j+1}. \param there_and_back  A v_j
+    /// The next sum of the series, v_{j+1} = v_1 + v_j − A v_j [m/s].
+    /// \param there_and_back  A v_j [m/s]
     template <scalar S, int D>
     FIRN_INLINE static Vec<S, D> next(const Vec<S, D>& v_1, const Vec<S, D>& v_j, const Vec<S, D>& there_and_back) {
         return v_1 + (v_j - there_and_back);
