@@ -25,3 +25,16 @@ write_basic_package_version_file(
     ARCH_INDEPENDENT)
 install(FILES "${PROJECT_BINARY_DIR}/firnConfig.cmake" "${PROJECT_BINARY_DIR}/firnConfigVersion.cmake"
               "${PROJECT_SOURCE_DIR}/cmake/firnDependencies.cmake" DESTINATION "${firn_package_dir}")
+
+# For builds without CMake: pkg-config --cflags --libs firn, or firn-hdf5. Which compiler will read them is not known, so
+# that they have the option of g++ 12 (see ../CMakeLists.txt), which later ones take, too.
+file(RELATIVE_PATH firn_prefix_from_pc "/prefix/${CMAKE_INSTALL_DATADIR}/pkgconfig" "/prefix")
+string(REGEX REPLACE "/$" "" firn_prefix_from_pc "${firn_prefix_from_pc}")
+set(firn_pc_openmp "")
+if(FIRN_OPENMP)
+    set(firn_pc_openmp "-fopenmp ")
+endif()
+foreach(package IN ITEMS firn firn-hdf5)
+    configure_file("${CMAKE_CURRENT_LIST_DIR}/${package}.pc.in" "${PROJECT_BINARY_DIR}/${package}.pc" @ONLY)
+    install(FILES "${PROJECT_BINARY_DIR}/${package}.pc" DESTINATION "${CMAKE_INSTALL_DATADIR}/pkgconfig")
+endforeach()
