@@ -70,3 +70,7 @@ endif()
 if(FIRN_BUILD_VERIFICATION)
     add_subdirectory(benchmarks/verification)
 endif()
+
+# The site, reference and guide: build/docs/html/index.html.
+add_custom_target(firn_docs COMMAND python3 "${PROJECT_SOURCE_DIR}/cmake/docs/build.py" --output
+                                    "${PROJECT_BINARY_DIR}/docs" USES_TERMINAL VERBATIM)

@@ -19,6 +19,11 @@ arm_compiler g++-aarch64-linux-gnu command:aarch64-linux-gnu-g++
 arm_machine  qemu-user-static  command:qemu-aarch64-static
 node         nodejs            command:node
 npm          npm               command:npm
+python       python3           command:python3
+doxygen      doxygen           command:doxygen
+doxygen_theme doxygen-awesome-css file:/usr/share/doxygen-awesome-css/doxygen-awesome.css
+python_venv  python3-venv      command:conan python:ensurepip
+pkg_config   pkgconf           command:pkg-config
 clang_rt     libclang-rt-19-dev file:/usr/lib/llvm-19/lib/clang/19/lib/linux/libclang_rt.tsan-x86_64.a
 '
 
@@ -50,6 +55,7 @@ firn_probe() { # PROBE
         compiler) firn_choose_compiler ;;
         command:*) command -v "${1#*:}" >/dev/null ;;
         file:*) [[ -e ${1#*:} ]] ;;
+        python:*) python3 -c "import ${1#*:}" 2>/dev/null ;;
         header:*)
             for root in /usr /usr/local /opt/homebrew /opt/local "${CONDA_PREFIX:-}" "${CMAKE_PREFIX_PATH:-}"; do
                 [[ ! -e $root/include/${1#*:} ]] || return 0

@@ -21,9 +21,14 @@ for argument in "$@"; do
     esac
 done
 
-passed=0 failed=0
+passed=0 failed=0 skipped=0
 jobs=$(firn_jobs)
 export OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-passive} # tests run in parallel, so waiting threads must not spin
+
+skip() { # TEXT
+    printf '\n== skipped: %s\n' "$1"
+    skipped=$((skipped + 1))
+}
 
 # stage TITLE FOLDER TARGETS LABEL CMAKE_OPTION...: configures and builds in build/FOLDER, runs the tests with LABEL,
 # and adds to passed and failed. A failed build counts as one failure; the tests that were built still run.
@@ -61,8 +66,11 @@ test_stage() {
     fi
     # Count a failure of CTest itself, too.
     if ((status != 0 && bad == 0)); then bad=1 all=$((all + 1)); fi
-    passed=$((passed + all - bad))
+    local without
+    without=$(grep -c '^[[:space:]]*[0-9][0-9]* - .* (Skipped)$' "$build/ctest.log" || true)
+    passed=$((passed + all - bad - without))
     failed=$((failed + bad))
+    skipped=$((skipped + without))
 }
 
 # logged NAME COMMAND...: runs the command and writes its output to build/wgsl/NAME.log.
@@ -104,7 +112,7 @@ wgsl_stage() { # FOLDER CASES_OPTION...
     if [[ $full == yes ]]; then validate=--validate; fi
     printf '\n== WGSL on a software GPU\n'
     if ! firn_webgpu; then
-        printf '== skipped: WGSL, which needs the packages above\n'
+        skip 'WGSL, which needs the packages above'
         return
     fi
     rm -rf "$build" && mkdir -p "$build"
@@ -151,6 +159,7 @@ wgsl_lane() { # NAME...; uses the variables of wgsl_stage
 }
 
 firn_install compiler cmake ninja eigen hdf5 catch2 cli11 png boost
+for need in python python_venv doxygen doxygen_theme pkg_config; do firn_install_if_offered "$need" || true; done
 clang=no
 if firn_install_if_offered clang clang_openmp clang_rt; then clang=yes; fi
 with_clang=(-DCMAKE_C_COMPILER=clang-19 -DCMAKE_CXX_COMPILER=clang++-19)
@@ -164,7 +173,7 @@ webgpu=() # paths of the C interface, for the host in C++
 if firn_webgpu_c; then
     webgpu=("-DFIRN_WEBGPU_HEADER_DIR=$FIRN_WEBGPU_HEADER_DIR" "-DFIRN_WEBGPU_LIBRARY=$FIRN_WEBGPU_LIBRARY")
 else
-    printf '\n== skipped: the WebGPU host in C++\n'
+    skip 'the WebGPU host in C++'
 fi
 
 # Each compiler builds what it compiles faster: clang, if installed, builds sanitized and unoptimised code.
@@ -175,7 +184,7 @@ if [[ $clang == yes ]]; then
     sanitized+=' firn_fuzzers' labels+='|fuzz'
     fuzzers=(-DFIRN_BUILD_FUZZERS=ON "-DFIRN_FUZZ_RUNS=$([[ $full == yes ]] && echo 10000 || echo 500)")
 else
-    printf '\n== skipped: clang 19, which is not installed and not offered by apt\n'
+    skip 'clang 19, which is not installed and not offered by apt'
 fi
 if [[ $full == yes ]]; then
     stage 'all tests' tests-release all all "${release[@]}" ${webgpu[@]+"${webgpu[@]}"} -DFIRN_TEST_PART=all \
@@ -213,5 +222,5 @@ if [[ $full == yes ]]; then
         -DFIRN_BUILD_EXAMPLES=OFF -DFIRN_BUILD_BENCHMARKS=ON
 fi
 
-printf '\n%d s in all\n%d passed, %d failed\n' "$SECONDS" "$passed" "$failed"
+printf '\n%d s in all\n%d skipped\n%d passed, %d failed\n' "$SECONDS" "$skipped" "$passed" "$failed"
 ((failed == 0))

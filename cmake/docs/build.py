@@ -224,6 +224,9 @@ def main():
     parser.add_argument("--output", type=Path, default=root / "build/docs")
     parser.add_argument("--only", default="")
     options = parser.parse_args()
+    if not shutil.which("doxygen"):
+        print("skipped: the site, which needs Doxygen (Debian, Ubuntu: doxygen, doxygen-awesome-css)")
+        return 77
     output = options.output.resolve()
     output.mkdir(parents=True, exist_ok=True)
     source = prepare(output)
