@@ -85,28 +85,28 @@ def page_name(path):
     return "guide_" + re.sub(r"^\d+_", "", path.stem)
 
 
-def page(path):
-    """A page in Doxygen's Markdown, from a program or a text. `\\program FILE` shows a program, `\\picture FILE CAPTION` a
-    picture that an example has drawn."""
+def guide_pages():
+    return sorted(path for path in (root / "examples/guide").glob("[0-9][0-9]_*") if path.suffix in (".cpp", ".md"))
+
+
+def page(path, link="@ref"):
+    """A page in Doxygen's Markdown, from a program or a text. A line that only links to a program shows the program."""
     text = woven(path) if path.suffix == ".cpp" else path.read_text()
-    text = re.sub(r"^\\program (.*)$",
-                  lambda found: fenced((path.parent / found.group(1)).resolve().read_text(), "cpp"), text, flags=re.M)
-    text = re.sub(r"^\\picture (\S+) (.*)$", r"![\2](\1)", text, flags=re.M)
-    return text
+    text = re.sub(r"!\[(.*)\]\(\S*?([^/\s]+\.png)\)", r"![\1](\2)", text)  # a picture by its name alone
+    of_guide = "|".join(re.escape(each.name) for each in guide_pages())
+    text = re.sub(rf"\[([^\]]*)\]\(\S*?({of_guide})\)", lambda found: f'{link} {page_name(Path(found[2]))} "{found[1]}"',
+                  text)
+    return re.sub(r"^\[[^\]]*\]\((\S+[ch]pp)\)$", lambda found: fenced((path.parent / found[1]).read_text(), "cpp"), text,
+                  flags=re.M)
 
 
 def prepare_guide(source):
-    pages = sorted(path for path in (root / "examples/guide").iterdir() if path.suffix in (".cpp", ".md"))
-    titles = {}
-    for path in pages:
+    for path in guide_pages():
         title, text = page(path).lstrip("\n").split("\n", 1)
-        titles[page_name(path)] = title.removeprefix("# ")
         (source / f"{page_name(path)}.md").write_text(f"{title} {{#{page_name(path)}}}\n{text}")
-    contents = "".join(f"{number}. @subpage {name}\n" for number, name in enumerate(titles, 1))
-    (source / "guide.md").write_text(f"# Guide {{#guide}}\n\nEach page is a program: compile it, run it, change it. "
-                                     f"They lie in `examples/guide`.\n\n{contents}")
+    title, text = page(root / "examples/guide/README.md", "@subpage").split("\n", 1)
+    (source / "guide.md").write_text(f"{title} {{#guide}}\n{text}")
     front = page(docs / "front.md")
-    front = front.replace("\\guide", "".join(f"- @ref {name}\n" for name in titles))
     front = front.replace("\\rooms", "".join(f"- @ref {room} \"{title}\"\n" for room, title in rooms.items()))
     (source / "front.md").write_text(front)
 

@@ -74,7 +74,7 @@ int main() {
 //! ```
 //!
 //! A parameter that differs from particle to particle becomes a field with firn::PerParticle; firn::Dissipating adds
-//! the energy that plastic flow takes. @ref guide_several_materials shows several on one grid, @ref guide_own_material
-//! how to write one.
+//! the energy that plastic flow takes. Next: [Your own material](03_own_material.cpp), and
+//! [several materials](05_several_materials.cpp) on one grid.
 //!
-//! \picture four_materials.png Jelly, water, sand, snow and a rigid bunny on one grid: examples/08_four_materials
+//! ![Jelly, water, sand, snow and a rigid bunny on one grid: examples/08_four_materials](../images/four_materials.png)

@@ -27,7 +27,7 @@
 //!
 //! ## The struct
 //!
-//! \program ../own_material.hpp
+//! [own_material.hpp](../own_material.hpp)
 //!
 //! - Write `firn::sqrt`, `firn::abs`, `firn::exp`, `firn::log`, `firn::pow`, `firn::min`, `firn::max`. `std::sqrt`
 //! knows

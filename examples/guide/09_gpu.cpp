@@ -54,6 +54,6 @@ int main() {
     //!
     //! `06_emit_wgsl --list` names every combination that can be written; `--all FOLDER` writes them.
     //!
-    //! \picture web.png Two elastic cubes in the browser: examples/web
+    //! ![Two elastic cubes in the browser: examples/web](../images/web.png)
     return program.code.size() > 1000 ? 0 : 1;
 }

@@ -37,6 +37,6 @@ int main() {
     //! - **On the grid**: the points of a net are particles of a Simulation (material firn::NoStress), with the same
     //!   forces between them. So cloth meets snow, sand and water: `examples/12_cloth_and_snow.cpp`.
     //!
-    //! \picture cloth_bodies_fountain.png A cloth over a ball, a pile of soft bodies, a fountain: examples/09 to 11
+    //! ![A cloth over a ball, a pile of soft bodies, a fountain: examples/09 to 11](../images/cloth_bodies_fountain.png)
     return lowest < 0.3 && std::abs(double(system.points.position[0][1]) - 1) < 1e-6 ? 0 : 1;
 }

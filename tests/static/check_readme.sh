@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # check_readme.sh ROOT COMPILER: a block of the README below <!-- FILE --> is that file, the first examples/01_hello.cpp,
-# at most 25 lines; and the command of the README that compiles a program without CMake compiles that one, with states.
-# COMPILER is no compiler of the command's (g++): the command is left out.
+# at most 25 lines; links to files lead somewhere; and the command of the README that compiles a program without CMake
+# compiles that one, with states. If COMPILER is not the command's (g++), the command is left out.
 set -euo pipefail
 
 root=$(cd "$1" && pwd) compiler=$2
@@ -11,10 +11,20 @@ for file in "${files[@]}"; do
     awk -v mark="<!-- $file -->" '$0 == mark { wanted = 1; next } /^```/ { if (inside) exit; inside = wanted; next } inside' \
         "$root/README.md" | diff -u - "$root/$file" || mistakes=$((mistakes + 1))
 done
-[[ ${files[0]} == examples/01_hello.cpp && ${#files[@]} -ge 3 ]] ||
-    { echo "the README shows ${files[*]}"; mistakes=$((mistakes + 1)); }
+[[ ${files[0]:-} == examples/01_hello.cpp ]] || { echo "the README shows ${files[*]}"; mistakes=$((mistakes + 1)); }
 lines=$(wc -l <"$root/examples/01_hello.cpp")
 ((lines <= 25)) || { echo "01_hello.cpp has $lines lines, at most 25 are allowed"; mistakes=$((mistakes + 1)); }
+
+# Links of our own texts to files of ours.
+shopt -s nullglob
+for text in "$root"/README.md "$root"/.github/*.md "$root"/examples/guide/* "$root"/benchmarks/README.md \
+    "$root"/benchmarks/verification/README.md "$root"/cmake/docs/front.md; do
+    while read -r link; do
+        [[ $link == http* || $link == \#* || -e $(dirname "$text")/${link%%#*} ]] && continue
+        echo "${text#"$root"/} links to $link, which is not there"
+        mistakes=$((mistakes + 1))
+    done < <(grep -oE '\]\([A-Za-z./#][^() ]*\.(md|[ch]pp|png)\)|\]\(https?:[^() ]*\)' "$text" | sed 's/^](//; s/)$//')
+done
 
 if "$compiler" --version | grep -q 'Free Software Foundation' && pkg-config --exists hdf5; then
     folder=$(mktemp -d)
