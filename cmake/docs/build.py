@@ -31,14 +31,27 @@ agreed = [
 ]
 agreed = [(re.compile(r"( *)(\[\[\w+\]\] )?(" + pattern + ")"), sentence) for pattern, sentence in agreed]
 
-# The rooms of firn, in the order in which a reader meets them.
+# The folders of firn, in the order in which a reader meets them.
 rooms = {
-    "simulation": "Simulation", "material": "Materials", "boundary": "Boundaries", "kernel": "Kernels",
-    "transfer": "Transfers", "force": "Force forms", "field": "Acceleration fields",
-    "lagrangian": "Particles, soft bodies and cloth", "io": "States and files", "data": "Particles, grids and shapes",
-    "core": "Vectors, errors, threads", "math": "Mathematics", "stage": "Stages: formulas",
-    "exec": "Stages: loops", "wgsl": "Programs for a GPU", "webgpu": "Running on a GPU", "sort": "Engine room: sorting",
-    "simd": "Engine room: SIMD lanes",
+    "simulation": ("Simulation", "A domain, materials and policies, and the steps that move particles."),
+    "material": ("Materials", "The stress that a deformation causes: elastic solids, sand, snow, fluids, and yours."),
+    "boundary": ("Boundaries", "Walls, moving solids and meshes, and how matter meets their surface."),
+    "kernel": ("Kernels", "The weights with which a particle reaches the nodes around it."),
+    "transfer": ("Transfers", "What particles give to nodes and take back: PIC, APIC, FLIP and their kin."),
+    "force": ("Force forms", "How a particle's stress becomes forces on nodes."),
+    "field": ("Acceleration fields", "Gravity, attraction, damping."),
+    "lagrangian": ("Particles, soft bodies and cloth", "Points, nets of springs, constraints and collisions, without a "
+                   "grid or on it."),
+    "io": ("States and files", "States in HDF5, restart, OBJ and PLY."),
+    "data": ("Particles, grids and shapes", "Particles and grids in memory; meshes, and shapes filled with particles."),
+    "core": ("Vectors, errors, threads", "What all else is made of: numbers, vectors, SIMD lanes, errors, threads."),
+    "math": ("Mathematics", "Functions of numbers, lanes and small matrices."),
+    "stage": ("Stages: formulas", "P2G, grid update and G2P of one particle or node, for any scalar."),
+    "exec": ("Stages: loops", "P2G, grid update and G2P over all particles and nodes, on all threads."),
+    "wgsl": ("Programs for a GPU", "From policies to a complete WGSL program and what a host needs to run it."),
+    "webgpu": ("Running on a GPU", "WGSL programs of firn, run through WebGPU's C interface."),
+    "sort": ("Engine room: sorting", "Finds blocks of particles, their order, and what may be scattered side by side."),
+    "simd": ("Engine room: SIMD lanes", "Rows of nodes in registers."),
 }
 
 
@@ -48,7 +61,7 @@ def prepared(text, room):
     match = re.search(r"^/// \\file ", text, re.M)
     if match:
         text = text[: match.start()] + "/// " + text[match.end():]
-        text = text.replace("#pragma once", "/// \\file\n#pragma once", 1)
+    text = text.replace("#pragma once", f"/// \\file\n#pragma once\n\n/// \\addtogroup {room}\n/// @{{\n", 1)
     lines = []
     for line in text.split("\n"):
         if not (lines and lines[-1].lstrip().startswith("///")) and "///<" not in line:
@@ -58,7 +71,7 @@ def prepared(text, room):
                     lines.append(f"{found.group(1)}/// {sentence}")
                     break
         lines.append(line)
-    return f"/// \\addtogroup {room}\n/// @{{\n" + "\n".join(lines) + "\n/// @}\n"
+    return "\n".join(lines) + "\n/// @}\n"
 
 
 def fenced(text, language):
@@ -107,7 +120,7 @@ def prepare_guide(source):
     title, text = page(root / "examples/guide/README.md", "@subpage").split("\n", 1)
     (source / "guide.md").write_text(f"{title} {{#guide}}\n{text}")
     front = page(docs / "front.md")
-    front = front.replace("\\rooms", "".join(f"- @ref {room} \"{title}\"\n" for room, title in rooms.items()))
+    front = front.replace("\\rooms", "".join(f"- @ref {room} \"{title}\": {about}\n" for room, (title, about) in rooms.items()))
     (source / "front.md").write_text(front)
 
 
@@ -121,7 +134,7 @@ def prepare(output):
         room = path.parts[1] if len(path.parts) > 2 else "simulation"
         (source / path).parent.mkdir(parents=True, exist_ok=True)
         (source / path).write_text(prepared(header.read_text(), room))
-    groups = "".join(f"/// \\defgroup {room} {title}\n" for room, title in rooms.items())
+    groups = "".join(f"/// \\defgroup {room} {title}\n/// {about}\n\n" for room, (title, about) in rooms.items())
     (source / "rooms.dox").write_text(groups)
     prepare_guide(source)
     return source

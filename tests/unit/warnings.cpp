@@ -76,6 +76,20 @@ TEST_CASE("a bound that needs more than a million steps a second is warned of on
     }
 }
 
+TEST_CASE("a time step so far above the bound that no number says how far is warned of once, and ends the run") {
+    Simulation<2> simulation({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 32});
+    std::vector<std::string> said;
+    simulation.add(block<2>(0.4, 0.6), 1000);
+    simulation.fixed_time_step = 1e306;  // the bound is some ms: the ratio overflows
+    simulation.warn = [&](const std::string& text) {
+        said.push_back(text);
+        if (said.size() > 10) throw std::runtime_error("warned again and again");
+    };
+    CHECK_THROWS_AS(simulation.step(), particle_error);
+    REQUIRE(said.size() == 1);
+    CHECK(holds(said[0], "s is inf times the bound"));
+}
+
 TEST_CASE("what else sets the bound is named, too") {
     Simulation simulation(Domain<2>{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 32}, FixedCorotated<float>{}, Coloured{},
                           Collider<Sphere<float, 2>>{.linear_velocity = {2e5, 0.0}});

@@ -264,7 +264,7 @@ public:
     template <class Warn>
     std::string of_step(double fixed, double bound, std::uint64_t step, const Warn& warn) {
         const double ratio = fixed / bound;
-        if (ratio < 1.2 * said_ratio_) return {};
+        if (ratio < 1.2 * said_ratio_ || std::isinf(said_ratio_)) return {};
         said_ratio_ = ratio;
         if (!warn) return {};
         return sentence("the fixed time step of ", fixed, " s is ", ratio, " times the bound of ", bound, " s at step ",
