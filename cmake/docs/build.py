@@ -56,12 +56,12 @@ rooms = {
 
 
 def prepared(text, room):
-    """The header as Doxygen is to see it: the comment of the file under \\file, agreed members with their sentences,
-    everything in the group of its room."""
+    """The header as Doxygen is to see it: the comment of the file under \\file, agreed members with their sentences, and
+    what is in a public namespace in the group of its folder."""
     match = re.search(r"^/// \\file ", text, re.M)
     if match:
         text = text[: match.start()] + "/// " + text[match.end():]
-    text = text.replace("#pragma once", f"/// \\file\n#pragma once\n\n/// \\addtogroup {room}\n/// @{{\n", 1)
+    text = text.replace("#pragma once", "/// \\file\n#pragma once", 1)
     lines = []
     for line in text.split("\n"):
         if not (lines and lines[-1].lstrip().startswith("///")) and "///<" not in line:
@@ -70,8 +70,13 @@ def prepared(text, room):
                 if found:
                     lines.append(f"{found.group(1)}/// {sentence}")
                     break
+        public = re.match(r"(})?(  // )?namespace firn(?!.*detail)", line)
+        if public and public[1]:
+            lines += ["/// @}", ""]
         lines.append(line)
-    return "\n".join(lines) + "\n/// @}\n"
+        if public and not public[1]:
+            lines += ["", f"/// \\addtogroup {room}", "/// @{", ""]
+    return "\n".join(lines)
 
 
 def fenced(text, language):
@@ -141,16 +146,22 @@ def prepare(output):
 
 
 def layout(file):
-    """Doxygen's own order of things, but for a class what it is before the list of its members."""
+    """Doxygen's own order of things, but for a class what it is before the list of its members, and for a group its
+    concepts after its classes and functions."""
     subprocess.run(["doxygen", "-l", file], check=True)
     text = file.read_text()
-    first, rest = text.split("<class>", 1)
-    of_class, last = rest.split("</class>", 1)
-    description = '<detaileddescription title=""/>'
-    of_class = of_class.replace(description, "").replace("<memberdecl>", f"{description}\n    <memberdecl>", 1)
-    of_class = of_class.replace('<briefdescription visible="yes"/>', '<briefdescription visible="no"/>')
-    first = first.replace('<tab type="modules" visible="yes" title=""', '<tab type="modules" visible="yes" title="Reference"')
-    file.write_text(f"{first}<class>{of_class}</class>{last}")
+
+    def moved(text, part, line, before):
+        """In a part of the layout, the line comes before another."""
+        start, end = text.index(f"<{part}>"), text.index(f"</{part}>")
+        inside = text[start:end].replace(line, "").replace(before, f"{line}\n    {before}", 1)
+        return text[:start] + inside + text[end:]
+
+    text = moved(text, "class", '<detaileddescription title=""/>', "<memberdecl>")
+    text = moved(text, "group", '<concepts visible="yes" title=""/>', '<membergroups visible="yes"/>')
+    text = text.replace('<briefdescription visible="yes"/>', '<briefdescription visible="no"/>', 1)  # of a class
+    text = text.replace('<tab type="modules" visible="yes" title=""', '<tab type="modules" visible="yes" title="Reference"')
+    file.write_text(text)
 
 
 def version():
