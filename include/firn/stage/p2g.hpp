@@ -52,9 +52,9 @@ FIRN_INLINE P2GRecord<S, D> make_record(const P2GParticle<S, D>& particle, const
 /// \tparam Gradients  whether the force form uses weight gradients
 template <class V, int Open, bool Gradients>
 struct OpenRecord {
-    V value;                                                      ///< momentum and mass at the present offset
-    std::array<V, std::size_t(Open)> column;                      ///< columns of A
-    std::array<V, std::size_t(Gradients ? Open : 0)> gradient{};  ///< columns of G
+    V value;                                                    ///< momentum and mass at the present offset
+    std::array<V, std::size_t(Open)> column;                    ///< columns of A
+    std::array<V, std::size_t(Gradients ? Open : 0)> gradient;  ///< columns of G
 
     /// Closes the last open axis at offset o, where the kernel has weight w and gradient g.
     template <class O, class W>
