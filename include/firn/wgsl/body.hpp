@@ -10,10 +10,10 @@
 
 namespace firn::wgsl {
 
-/// Writes a number as an f32 literal that reads back as the same bits.
+/// Returns an f32 literal of WGSL that has exactly the bits of `value`.
 ///
-/// The literal ends in f, because WGSL adds up literals without it in higher precision. Infinities and NaN become calls
-/// of `from_bits`, because WGSL does not allow them as constants.
+/// The literal ends in f, because WGSL computes with literals without an f in higher precision. For an infinity or NaN,
+/// which WGSL does not allow as constants, the result is a call of the program's function `from_bits`.
 inline std::string literal(float value) {
     if (!std::isfinite(value)) {
         return "from_bits(" + std::to_string(std::bit_cast<std::uint32_t>(value)) + "u)";
@@ -25,15 +25,17 @@ inline std::string literal(float value) {
     return text + "f";
 }
 
-/// Writes the statements that compute the outputs of a graph.
+/// The WGSL statements that compute some nodes of a graph, the outputs.
 ///
-/// A result that only one operation uses becomes part of that operation's expression; any other result gets a name. An
-/// `if` encloses work whose results are used only where a guard holds (see Graph::guards). Loops stay loops.
+/// A node that only one operation uses becomes part of that operation's expression; any other node becomes a named
+/// value. Nodes whose values matter only where a mask of Graph::guards is true are written inside an `if`. Loops stay
+/// loops.
 class Body {
 public:
     /// Writes the statements that compute `outputs`.
-    /// \param outputs  nodes of the graph
-    /// \param taken    names that the function already uses, such as its parameters
+    /// \param graph    the recorded operations; used until this object is destroyed
+    /// \param outputs  numbers of the nodes to compute
+    /// \param taken    names that are already in use in the WGSL function, such as those of its parameters
     Body(const Graph& graph, const std::vector<int>& outputs, std::vector<std::string> taken = {})
         : graph_(graph), taken_(std::move(taken)) {
         const std::size_t count = graph.nodes.size();
@@ -50,14 +52,14 @@ public:
         write_block(nothing, nothing, 1);
     }
 
-    /// Returns the statements, a line each, indented by one level.
+    /// Returns the statements, one per line, indented by one level.
     const std::string& statements() const { return out_; }
-    /// Returns the expression of an output. It refers to names in statements().
+    /// Returns the WGSL expression of an output. The expression uses names that statements() defines.
     std::string text(int node) const { return expression(node).text; }
 
 private:
     static constexpr std::size_t longest_expression = 72;
-    static constexpr int outside = -2;  // a user that is not a node: an output, or the end of a pass
+    static constexpr int outside = -2;  // a user outside of the region: the end of a pass, or an output
 
     const Node& node(int i) const { return graph_.nodes[std::size_t(i)]; }
     int region(int i) const { return graph_.region[std::size_t(i)]; }
@@ -73,10 +75,11 @@ private:
         }
     }
 
-    /// The user of k within k's own region. Users in the body of a loop count as that loop.
+    /// Returns the node in the same region as node k that stands for `user`, a user of k: `user` itself, or the loop
+    /// that contains `user`. Returns `outside` if the region of k contains neither.
     int user_in_region(int user, int k) const {
         while (region(user) != region(k)) {
-            if (region(user) == nothing) return outside;  // a loop that reads from its own body
+            if (region(user) == nothing) return outside;  // the user is not in the loop that contains k
             user = loop_node_[std::size_t(region(user))];
         }
         return user;
@@ -91,8 +94,8 @@ private:
         for (const int k : outputs) users_[std::size_t(k)].push_back(outside);
     }
 
-    /// Finds the runs. A run is a sequence of selections by the same guard, with the nodes that are needed only
-    /// where the guard holds. It becomes one `if`.
+    /// Finds the runs. A run is a sequence of Op::select nodes with the same guard as mask, together with the nodes
+    /// whose values are used only if that guard is true. A run is written as one `if`.
     void find_runs() {
         for (int i = 0; i < int(live_.size()); ++i) {
             const Node& n = node(i);
@@ -127,12 +130,12 @@ private:
         return std::binary_search(selection_of_run_.begin(), selection_of_run_.end(), i);
     }
 
-    /// Whether node i needs no statement: its text is repeated at each use.
+    /// Returns whether node i needs no statement, because its text is repeated at each use.
     bool is_atom(int i) const {
         const Op op = node(i).op;
         return op == Op::constant || op == Op::truth || op == Op::input || op == Op::loop_value;
     }
-    /// Whether node i is part of the expression of the only operation that uses it.
+    /// Returns whether node i is written as part of the expression of the only operation that uses node i.
     bool is_inlined(int i) const {
         const std::vector<int>& users = users_[std::size_t(i)];
         if (users.size() != 1 || graph_.names.count(i) || is_selection_of_run(i) || node(i).op == Op::loop_result)
@@ -144,15 +147,15 @@ private:
 
     struct Expression {
         std::string text;
-        int level;  // precedence: 0 comparison or logic, 1 sum, 2 product, 3 anything that binds closer
+        int level;  // precedence: 0 comparison or logic, 1 sum, 2 product, 3 anything that binds more strongly
     };
-    /// The text, in brackets if its precedence is lower than `level`.
+    /// Returns the expression's text, in brackets if the precedence of the expression is lower than `level`.
     static std::string within(const Expression& e, int level) { return e.level >= level ? e.text : "(" + e.text + ")"; }
     Expression expression(int i) const {
         if (!written_[std::size_t(i)].text.empty()) return written_[std::size_t(i)];
         const Node& n = node(i);
         const auto call = [&](const char* name) { return Expression{name + ("(" + expression(n.a).text + ")"), 3}; };
-        const auto two = [&](const char* sign, int level) {  // left-associative: the second operand must bind closer
+        const auto two = [&](const char* sign, int level) {  // left-associative: b needs a higher precedence
             return Expression{within(expression(n.a), level) + sign + within(expression(n.b), level + 1), level};
         };
         const auto relation = [&](const char* sign) {
@@ -222,9 +225,9 @@ private:
         return {"", 3};
     }
 
-    /// Whether nodes i and k are products with a common factor, a b and a c. Some compilers turn their sum into
-    /// a (b + c), which rounds differently from the CPU. They do not do so with fma(a, c, a b). If they fuse that, it
-    /// has one rounding less.
+    /// Returns whether nodes i and k are products a b and a c with a common factor a. Some compilers turn a b + a c
+    /// into a (b + c), which rounds differently from the CPU. They leave fma(a, c, a b), which is therefore written. A
+    /// device may compute this fma with one rounding less than the CPU's sum.
     bool share_factor(int i, int k) const {
         const Node &a = node(i), &b = node(k);
         return a.op == Op::multiply && b.op == Op::multiply && (a.a == b.a || a.a == b.b || a.b == b.a || a.b == b.b);
@@ -234,7 +237,8 @@ private:
         return "loop" + std::to_string(loop) + "_" + std::to_string(value);
     }
     void line(int depth, const std::string& text) { out_ += std::string(std::size_t(4 * depth), ' ') + text + "\n"; }
-    /// The name that the definition gives to node i, with a number if it is taken; without a name t1, t2, …
+    /// Returns a new name for node i: the name that the definition gives to the node, followed by a number if that name
+    /// is already in use. For a node without a name the result is t1, t2, …
     std::string new_name(int i) {
         const auto found = graph_.names.find(i);
         if (found == graph_.names.end()) return "t" + std::to_string(++names_);
@@ -245,7 +249,8 @@ private:
         return name;
     }
 
-    /// Writes the nodes of one region that belong to one run (nothing: those of no run).
+    /// Writes the nodes of a region that belong to a run. If `run` is `nothing`, writes the nodes that belong to no
+    /// run, and the runs of the region.
     void write_block(int in_region, int run, int depth) {
         for (int i = 0; i < int(live_.size()); ++i) {
             if (!live_[std::size_t(i)] || region(i) != in_region) continue;
@@ -290,7 +295,7 @@ private:
         const std::string pass = "pass" + std::to_string(number);
         line(depth, "for (var " + pass + " = 0; " + pass + " < " + std::to_string(loop.passes) + "; " + pass + "++) {");
         write_block(number, nothing, depth + 1);
-        // All next values are computed before the first variable changes.
+        // The new values of all variables are computed before the first variable is assigned.
         std::vector<std::string> next;
         for (std::size_t k = 0; k < loop.next.size(); ++k) {
             next.push_back(expression(loop.next[k]).text);
@@ -311,11 +316,11 @@ private:
     const Graph& graph_;
     std::vector<bool> live_;
     std::vector<std::vector<int>> users_;
-    std::vector<int> run_;                // of each node: the only run that uses it, or nothing
-    std::vector<std::vector<int>> runs_;  // the selections of each
+    std::vector<int> run_;                // for each node: the run to which it belongs, or nothing
+    std::vector<std::vector<int>> runs_;  // for each run: its Op::select nodes
     std::vector<int> selection_of_run_;
     std::vector<int> loop_node_;
-    std::vector<Expression> written_;  // of each node: its name or expression, once it is written
+    std::vector<Expression> written_;  // for each node: its name or expression after it is written, else an empty text
     std::vector<std::string> taken_;
     int names_ = 0;
     std::string out_;

@@ -1,4 +1,4 @@
-/// \file The limits of a device, and checks that a program fits.
+/// \file The limits of a device, and checks that a program stays within them.
 #pragma once
 
 #include <firn/wgsl/layout.hpp>
@@ -7,24 +7,27 @@
 
 namespace firn::wgsl {
 
-/// The limits of WebGPU that matter to a program. The default values are those that every device guarantees.
+/// The limits of a WebGPU device that matter to a program. Every device guarantees at least the default values.
 struct Limits {
-    std::uint64_t storage_binding_bytes = 128ULL << 20;  ///< maxStorageBufferBindingSize
-    std::uint64_t buffer_bytes = 256ULL << 20;           ///< maxBufferSize
-    std::uint32_t groups_per_dimension = 65535;          ///< maxComputeWorkgroupsPerDimension
-    int storage_buffers_per_stage = 8;                   ///< maxStorageBuffersPerShaderStage
+    std::uint64_t storage_binding_bytes = 128ULL
+                                          << 20;  ///< maxStorageBufferBindingSize: size of a bound buffer [bytes]
+    std::uint64_t buffer_bytes = 256ULL << 20;    ///< maxBufferSize: size of any buffer [bytes]
+    std::uint32_t groups_per_dimension =
+        65535;                          ///< maxComputeWorkgroupsPerDimension: workgroups of a dispatch per axis
+    int storage_buffers_per_stage = 8;  ///< maxStorageBuffersPerShaderStage: buffers of an entry point
 };
 
 /// The size of a dispatch, in workgroups.
 struct Dispatch {
     std::uint32_t x,  ///< workgroups along x
-        y;            ///< workgroups along y; more than one only if x is at its limit
+        y;            ///< workgroups along y: 1, unless x is at the device's limit
 };
 
-/// Returns a dispatch of at least `invocations` invocations. It continues along y where x reaches the device's limit.
-/// \param invocations     invocations that are needed
+/// Returns the size of a dispatch that has at least `invocations` invocations. Its workgroups lie along x; if they
+/// exceed the device's limit along an axis, several rows of workgroups lie along y.
+/// \param invocations     number of invocations that are needed
 /// \param workgroup_size  invocations per workgroup
-/// \throws parameter_error  if two dimensions are not enough
+/// \throws parameter_error  if the workgroups along y exceed the limit, too
 inline Dispatch dispatch(std::uint64_t invocations, int workgroup_size, const Limits& limits = {}) {
     const std::uint64_t groups =
         std::max<std::uint64_t>(1, (invocations + std::uint64_t(workgroup_size) - 1) / std::uint64_t(workgroup_size));
@@ -35,17 +38,19 @@ inline Dispatch dispatch(std::uint64_t invocations, int workgroup_size, const Li
     return {std::uint32_t(x), std::uint32_t(y)};
 }
 
-/// Returns the number of nodes along an axis of the dense grid, a multiple of 4: the nodes of the domain, one block of
-/// ghost nodes below and at least three ghost nodes above.
-/// \param cells  cells of the domain along the axis
+/// Returns the number of nodes along an axis of a program's dense grid, a multiple of 4. It counts the nodes of the
+/// domain, four ghost nodes (one block) below the domain, and at least three ghost nodes above it.
+/// \param cells  number of cells of the domain along the axis
 inline std::uint32_t grid_nodes(int cells) {
     return std::uint32_t(block_size) * std::uint32_t((cells + block_size - 1) / block_size + 2);
 }
 
 /// Checks that the buffers and the entry points of a program stay within the limits of a device.
-/// \param particles  particles that the buffers have room for
-/// \param nodes      nodes along each axis
-/// \throws parameter_error  naming the limit that is exceeded, and how many particles or nodes fit
+/// \param particles  number of particles that the buffers are made for (their capacity)
+/// \param nodes      number of nodes along each axis
+/// \throws parameter_error  if a limit is exceeded; the message names the limit, and for a buffer also how many
+/// particles
+///                          or nodes would fit
 inline void check_fits(const Program& program, std::uint64_t particles, const std::vector<std::uint32_t>& nodes,
                        const Limits& limits = {}) {
     std::uint64_t all_nodes = 1;

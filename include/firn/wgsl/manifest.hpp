@@ -1,4 +1,4 @@
-/// \file Writes the manifest of a program: JSON that tells a host how to run it.
+/// \file Writes the manifest of a program: a JSON text that tells a host how to run the program.
 #pragma once
 
 #include <firn/core/json.hpp>
@@ -7,15 +7,17 @@
 
 namespace firn::wgsl {
 
-/// The entry points of a step in their order, with direct P2G.
+/// The entry points of a step in the order to run them, if P2G adds particles directly to the grid.
 inline const std::vector<std::string> step_order{"clear",       "measure", "measure_counts", "choose_scale", "p2g",
                                                  "grid_update", "g2p"};
-/// The entry points of a step in their order, with P2G through workgroup memory.
+/// The entry points of a step in the order to run them, if P2G sorts particles by block and adds up in workgroup
+/// memory.
 inline const std::vector<std::string> sorted_step_order{
     "clear",       "measure",         "measure_counts", "choose_scale", "clear_blocks", "count_blocks",
     "scan_blocks", "order_particles", "p2g_blocks",     "grid_update",  "g2p"};
 
-/// The sentence of each error. Word 0 of the buffer "status" is one more than the index, or 0 without an error.
+/// The message of each error. If word 0 of the buffer "status" is e > 0, the message is error_sentences[e − 1]; e = 0
+/// means that there is no error.
 inline const std::vector<std::string> error_sentences{
     "The momentum that a node may receive is not finite: the simulation has blown up. Reduce the time step, or look at "
     "the initial state.",
@@ -28,25 +30,34 @@ inline const std::vector<std::string> error_sentences{
     "A particle has left the domain. Compare the time step with its bound, and look for a force or a stiffness that is "
     "too large."};
 
-/// Returns the manifest, which tells hosts in any language how to run the program.
+/// Returns the manifest of a program, a JSON text that tells hosts in any language how to run the program.
 ///
-/// All bindings are in group 0. Two variables of the program may share a binding (one buffer as atomics and as
-/// vectors), but not within one entry point. The manifest has these entries:
+/// All bindings are in group 0. Two variables of the program may share a binding (the same buffer as atomics and as
+/// vectors), but one entry point uses only one of them. Besides the names of the policies, the manifest has these
+/// entries:
 ///
-///     uniforms   binding, bytes, fields: name, type, offset [bytes], unit, default
-///     buffers    name, binding, type, per, count: `count` 32-bit numbers for each particle, node, block (of 4^D
-///                nodes), axis_node (nodes along x, then y, then z) or once (program). In buffers of particles,
-///                number c of particle i is at [c * capacity + i]; `components` lists the fields of the particles.
-///                Fields of a material's state have a default, their value in a body at rest.
-///     kernels    entry, workgroup_size, bindings (number, access), per: one invocation for each "particle" or "node";
-///                one workgroup for each block ("block_workgroup") or one in all ("one_workgroup"). A dispatch has
-///                x = min(groups, 65535) and y = ceil(groups / x).
-///     initialise, step, step_sorted   entry points in their order; step_sorted has P2G through workgroup memory
-///     status     the index of each 32-bit word in the buffer "status"; error and particle are u32, the others f32
-///     errors     the sentence of each error; after an error, steps change nothing
+///     uniforms     binding; bytes: size of the buffer; fields: name, type, offset [bytes], unit, what (its meaning)
+///     and
+///                  default of each uniform
+///     buffers      name, binding, type, per, count, components. A buffer has `count` 32-bit numbers for each item that
+///                  `per` names: "particle", "node", "block" (4^D nodes), "axis_node" (the nodes along x, then those
+///                  along y, then z) or "program" (only once). In buffers per particle, number c of particle i is at
+///                  index c * capacity + i; `components` lists the fields in these numbers: name, count and unit of
+///                  each. Fields of a material's state have a default, their value in a body at rest.
+///     kernels      entry: the entry point's name; workgroup_size; bindings: binding and access of each; per: how many
+///                  to dispatch. This is one invocation for each "particle" or "node", one workgroup for each block
+///                  ("block_workgroup"), or a single workgroup ("one_workgroup"). A dispatch of n workgroups has
+///                  x = min(n, 65535) and y = ceil(n / x).
+///     initialise   the entry points to run once, after the buffers were written
+///     step         the entry points of a step, in the order to run them
+///     step_sorted  the entry points of a step with P2G through workgroup memory, in the order to run them
+///     status       the index of each 32-bit word in the buffer "status". The words error and particle are of type u32,
+///                  the others of type f32.
+///     errors       the message for each value e > 0 of the word error; after an error, steps change nothing
 ///
-/// The number of nodes along an axis is 4 (b + 2), where b blocks hold the cells. The node with lattice coordinate k is
-/// at index k + 4, and the last axis is the fastest. A particle's position is lower + h (corner + place) [m].
+/// The number of nodes along an axis is 4 (b + 2), where b = ceil(cells / 4). The node with lattice coordinate k has
+/// the index k + 4 along its axis; in buffers, the index along the last axis varies fastest. A particle's position is
+/// lower + h (corner + place) [m], where lower is the domain's lower corner and h the cell size.
 inline std::string manifest(const Program& program) {
     Json json;
     json.object([&] {

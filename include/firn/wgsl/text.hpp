@@ -1,4 +1,5 @@
-/// \file Writes the part of a program that surrounds its definitions.
+/// \file Writes the part of a WGSL program that surrounds the recorded definitions: declarations, functions that load
+/// and store particles, and the texts of kernels.hpp.
 #pragma once
 
 #include <firn/stage/fixed_point.hpp>
@@ -10,11 +11,11 @@ namespace firn::wgsl {
 
 namespace detail {
 
-/// Names, each with the text that replaces it.
+/// Pairs of a NAME and the text that replaces ${NAME}.
 using Names = std::vector<std::pair<std::string, std::string>>;
 
-/// Replaces every ${NAME} by its text. The replacements are not searched again.
-/// \throws usage_error  if a name is unknown, or its closing brace is missing
+/// Returns `text` with every ${NAME} replaced by the text that `names` has for NAME. A ${…} within such a text stays.
+/// \throws usage_error  if NAME is not in `names`, or its closing brace is missing
 inline std::string replaced(std::string_view text, const Names& names) {
     std::string out;
     for (std::size_t at = 0, next; at < text.size(); at = next) {
@@ -32,7 +33,7 @@ inline std::string replaced(std::string_view text, const Names& names) {
     return out;
 }
 
-/// Joins f(0), f(1), …
+/// Returns the texts f(0), …, f(count − 1), joined with `between`.
 template <class F>
 std::string listed(int count, const F& f, const char* between = ", ") {
     std::vector<std::string> parts;
@@ -40,13 +41,15 @@ std::string listed(int count, const F& f, const char* between = ", ") {
     return joined(parts, between);
 }
 
-/// A matrix of zeros.
+/// Returns the WGSL expression of a D × D matrix of zeros.
 inline std::string no_matrix(int D) { return "mat" + std::to_string(D) + "x" + std::to_string(D) + "<f32>()"; }
 
-/// Writes the function load_NAME(i) for a value in a buffer.
+/// Returns the WGSL function load_NAME(i), which reads a value of particle i from a buffer. In such a buffer, number c
+/// of particle i is at index c * capacity + i.
+/// \tparam T      type of the value, with a shape
 /// \param stores  whether to write store_NAME(i, value), too
-/// \param first   the value begins at this number of a particle
-/// \param number  number(k) is the position of component k within the value's numbers
+/// \param first   c of the value's first number
+/// \param number  component k of the value, in the order of its shape, has c = first + number(k)
 template <class T, class Number>
 std::string accessors(const std::string& name, const std::string& buffer, bool stores, int first,
                       const Number& number) {
@@ -57,7 +60,7 @@ std::string accessors(const std::string& name, const std::string& buffer, bool s
                                             : std::to_string(c) + "u * params.capacity + ";
         return buffer + "[" + offset + "i]";
     };
-    Recording recording;  // needed to make the numbers of `value`, which are not used
+    Recording recording;  // without a Recording, the unused numbers of `value` could not be made
     T value{};
     int k = 0, s = 0;
     std::string text = "fn load_" + name + "(i: u32) -> " + shape<T>::type() + " {\n    return " +
@@ -69,7 +72,7 @@ std::string accessors(const std::string& name, const std::string& buffer, bool s
     return text + "}\n";
 }
 
-/// Fills in the parts of the texts in kernels.hpp that depend on the dimension and the policies.
+/// Makes WGSL from the texts in kernels.hpp: fills in what depends on the dimension and the policies.
 class KernelText {
 public:
     explicit KernelText(const Facts& facts) : facts_(facts), D_(facts.dimension) {}
@@ -87,15 +90,18 @@ public:
 
 private:
     static std::string axis(int a) { return std::string(1, "xyz"[a]); }
-    static std::string counter(int a) { return std::string(1, "abc"[a]); }  // of the loop along a leading axis
+    static std::string counter(int a) {
+        return std::string(1, "abc"[a]);
+    }  // counter of the loop along axis a; along the last axis it is k
     std::string vec(const char* of) const { return "vec" + std::to_string(D_) + "<" + of + ">"; }
     static std::string indented(int depth) { return "\n" + std::string(std::size_t(4 * depth), ' '); }
     static std::string from_zero(const std::string& name, int count) {
         return "for (var " + name + " = 0; " + name + " < " + std::to_string(count) + "; " + name + "++) {";
     }
 
-    // For a D-dimensional array with n(a) entries along axis a, the last axis fastest: flat() writes the index of entry
-    // `at`, entry_at() the entry at index i.
+    // These two convert between the coordinates of an entry and its index in a D-dimensional array that has n(a)
+    // entries along axis a, the last axis being the fastest. flat() returns the WGSL expression of the index of the
+    // entry with coordinates `at`; entry_at() returns the expression of the coordinates of the entry with index i.
     template <class Along>
     std::string flat(const std::string& at, const Along& n) const {
         std::string text = at + ".x";
@@ -116,11 +122,11 @@ private:
     std::string arena_along(int) const { return std::to_string(arena_size()); }
     int power(int x) const { return D_ == 2 ? x * x : x * x * x; }
 
-    /// The node at `first` plus the loops' counters.
+    /// Returns the expression of a node's coordinates: `first` plus the counters of the loops.
     std::string node_from(const char* first) const {
         return first + (" + " + vec("i32")) + "(" + listed(D_ - 1, counter) + ", k)";
     }
-    /// f(0) in 2D; in 3D a vector of f(0) and f(1), one for each leading axis.
+    /// Returns the expression of one value for each axis but the last: f(0) in 2D, a vec2 of f(0) and f(1) in 3D.
     template <class F>
     std::string leading(const F& f) const {
         return D_ == 2 ? f(0) : "vec2<f32>(" + listed(D_ - 1, f) + ")";
@@ -128,11 +134,11 @@ private:
     static std::string of_axis(const char* table, int a) {
         return table + ("[" + std::to_string(a) + "][" + counter(a) + "]");
     }
-    /// The product of the weights along the leading axes, in the same order as on the CPU.
+    /// Returns the expression of the product of the weights along all axes but the last, in the CPU's order.
     std::string weight() const {
         return listed(D_ - 1, [](int a) { return of_axis("w", a); }, " * ");
     }
-    /// The same product with the gradient along axis a instead of its weight.
+    /// Returns the product of weight() with the gradient along axis a instead of the weight along axis a.
     std::string weight_with_gradient(int a) const {
         return of_axis("g", a) + (D_ == 3 ? " * " + of_axis("w", 1 - a) : "");
     }
@@ -153,7 +159,8 @@ private:
                "fn arena_node(at: " + vec("i32") + ") -> u32 { return u32(" + flat("at", along) + "); }\n";
     }
 
-    /// The loops of G2P: axis 0 is the innermost, the last axis the outermost.
+    /// Returns the loops of G2P over the nodes. The loop along axis 0 is the innermost, that along the last axis the
+    /// outermost.
     std::string gather() const {
         const auto counter_of = [&](int a) { return a == D_ - 1 ? std::string("k") : counter(a); };
         std::string text;
@@ -176,7 +183,7 @@ private:
         return text;
     }
 
-    /// Statements that compute `state` and `stress` after the step.
+    /// Returns the statements of G2P that compute `state` and `stress`, the particle's values after the step.
     std::string update() const {
         const std::string arguments = "(load_state(i), taken.velocity_gradient);";
         if (facts_.stress_with_state)
@@ -240,7 +247,7 @@ private:
     int D_;
 };
 
-/// Declares the struct of the uniforms, and the bindings.
+/// Returns the WGSL declarations of the struct of the uniforms, and of the variables bound to each buffer.
 inline std::string declarations(const Program& program) {
     std::string text = "struct Params {\n";
     for (const Uniform& u : program.uniforms)
@@ -269,7 +276,8 @@ inline std::string declarations(const Program& program) {
     return text;
 }
 
-/// Writes the functions that load and store a field of a given shape.
+/// Returns the WGSL functions that load and store a field with values of shape `of`. \see accessors(), which explains
+/// the other parameters
 template <int D>
 std::string field_accessors(FieldShape of, const std::string& name, const std::string& buffer, bool stores, int first) {
     const auto in_order = [](int k) { return k; };
@@ -287,7 +295,8 @@ std::string field_accessors(FieldShape of, const std::string& name, const std::s
     return accessors<Mat<recorded, D>>(name, buffer, stores, first, of_symmetric);
 }
 
-/// Writes the functions that load and store particles: one field of the table each, the material's state as a whole.
+/// Returns the WGSL functions that load and store particles: a pair of functions for each field in `table`, one pair
+/// for the material's whole state, and load_particle(i). Constant fields are only loaded.
 template <int D, class State>
 std::string particle_accessors(const Program& program, const FieldTable& table, bool affine_fields) {
     std::string text;
