@@ -1,4 +1,4 @@
-/// \file Records the definitions of a step as functions of WGSL.
+/// \file Records the functions that define a step (of the kernel, the transfer, the material, …) as functions of WGSL.
 #pragma once
 
 #include <firn/data/block_partition.hpp>
@@ -15,10 +15,10 @@ namespace firn::wgsl {
 
 namespace detail {
 
-/// A uniform number.
+/// Returns the recorded number that stands for the uniform `name`.
 inline recorded uniform(const std::string& name) { return recorded::of(Recording::current().input("params." + name)); }
 
-/// A uniform number or vector.
+/// Returns the recorded number or vector that stands for the uniform `name`.
 template <class T>
 T uniform_of(const std::string& name) {
     T value{};
@@ -27,7 +27,8 @@ T uniform_of(const std::string& name) {
     return value;
 }
 
-/// The policy with its parameters as uniforms PREFIX_NAME. Its other members become constants.
+/// Returns a recorded copy of the policy. The parameter NAME becomes the uniform PREFIX_NAME, other members become
+/// constants.
 template <class Policy>
 auto with_uniforms(const Policy& policy, const std::string& prefix) {
     auto lifted = lift<recorded>(policy);
@@ -40,7 +41,7 @@ auto with_uniforms(const Policy& policy, const std::string& prefix) {
     return lifted;
 }
 
-/// Adds the functions sum_axisA, … for axis A and the axes after it.
+/// Adds the functions sum_axisA, …, which sum over nodes along an axis in G2P: one for axis A and each axis after it.
 template <class Kernel, int D, int A, bool Moments, bool Gradients>
 void add_axis_sums(Module& module) {
     if constexpr (A < D) {
@@ -66,7 +67,7 @@ inline recorded cell_size() { return uniform("cell_size"); }
 
 }  // namespace detail
 
-/// Adds the functions of the kernel: base node, weights and, if `with_gradients`, their gradients per cell.
+/// Adds the functions of the kernel: base node, weights and, if `with_gradients`, derivatives of the weights [1/cell].
 template <class Kernel, int D>
 void add_kernel(Module& module, bool with_gradients) {
     using R = recorded;
@@ -84,12 +85,13 @@ void add_kernel(Module& module, bool with_gradients) {
                            [](const R& f) { return Kernel::gradients(f); });
 }
 
-/// Adds the functions of P2G, and those of the scale of the integers. \see stage/p2g.hpp, stage/fixed_point.hpp
+/// Adds the functions of P2G, and those that choose the scale of the integer sums. \see stage/p2g.hpp,
+/// stage/fixed_point.hpp
 template <class Kernel, class Transfer, class Force, int D>
 void add_p2g(Module& module) {
     using R = recorded;
     using V = Vec<R, D>;
-    using OfNode = Vec<R, node_width>;  // momentum, padding, mass
+    using OfNode = Vec<R, node_width>;  // momentum (padded with 0 in 2D), mass
     constexpr bool gradients = Force::weight_gradients;
     const std::string of_transfer = std::string(Transfer::name) + ", ", of_force = std::string(Force::name) + ", ";
     module.function<P2GParticle<R, D>, V>(
@@ -139,7 +141,7 @@ void add_p2g(Module& module) {
             [&](const Line& line, const Offset& o, const R& weight) { return value_at(line, o, weight, o); });
     }
 
-    // The scale of the integers
+    // Functions that choose the scale of the integer sums.
     module.function<P2GRecord<R, D>>(
         "load_of", "firn/stage/fixed_point.hpp: what the fixed-point scale has to know of a particle", {"record"},
         [](const P2GRecord<R, D>& record) { return load_of<Kernel, Force>(record); });
@@ -152,7 +154,7 @@ void add_p2g(Module& module) {
         });
 }
 
-/// Adds the function of the grid update: velocity_of_node. \see stage/grid_update.hpp
+/// Adds velocity_of_node, the function of the grid update. \see stage/grid_update.hpp
 template <int D, class Boundary, class Field>
 void add_grid_update(Module& module, const Boundary& boundary, const Field& field) {
     using R = recorded;
@@ -165,7 +167,8 @@ void add_grid_update(Module& module, const Boundary& boundary, const Field& fiel
         });
 }
 
-/// Adds the functions of G2P: sums along each axis, the particle's update, its motion. \see stage/g2p.hpp
+/// Adds the functions of G2P: the sums along each axis, the particle's new velocity and velocity gradient, and the
+/// particle's new position. \see stage/g2p.hpp
 template <class Kernel, class Transfer, class Force, int D>
 void add_g2p(Module& module) {
     using R = recorded;
@@ -195,7 +198,7 @@ void add_g2p(Module& module) {
                              });
 }
 
-/// Adds the functions of the material: state after a step, Kirchhoff stress [Pa], signal speed [m/s].
+/// Adds the functions of the material: a particle's state after a step, Kirchhoff stress [Pa] and signal speed [m/s].
 template <int D, class Material>
 void add_material(Module& module, const Material& material) {
     using R = recorded;

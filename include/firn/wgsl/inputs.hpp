@@ -1,4 +1,4 @@
-/// \file The initial contents of a program's uniforms and buffers, made from particles on the CPU.
+/// \file Makes the initial contents of a WGSL program's uniforms and buffers from particles on the CPU.
 #pragma once
 
 #include <firn/data/particles.hpp>
@@ -10,21 +10,22 @@
 
 namespace firn::wgsl {
 
-/// The values that a host writes into the uniforms and buffers of a program before it runs.
+/// The values that a host writes into the uniforms and buffers of a program before the program runs.
 class Inputs {
 public:
-    /// Sets all uniforms to their defaults. Keeps a reference to `program`.
+    /// Sets all uniforms to their default values. `program` must exist as long as this object, which refers to it.
     explicit Inputs(const Program& program) : program_(&program) {
         for (const Uniform& u : program.uniforms) values_.push_back(u.values);
     }
 
     std::uint32_t particles = 0;       ///< number of particles
-    std::vector<std::uint32_t> nodes;  ///< nodes along each axis
-    /// Contents of the buffers that the program reads before it writes them: name and numbers.
+    std::vector<std::uint32_t> nodes;  ///< number of nodes along each axis
+    /// The name and the contents of each buffer that the program reads before it writes it. The layout is that on the
+    /// device: in buffers of particles, number c of particle i is at index c * capacity + i.
     std::vector<std::pair<std::string, std::vector<float>>> buffers;
 
-    /// Sets a uniform.
-    /// \throws usage_error  if there is none of this name, or it has another number of components
+    /// Sets the components of a uniform.
+    /// \throws usage_error  if the program has no uniform of this name, or the number of components differs
     void set(const std::string& name, const std::vector<double>& values) {
         const Uniform& u = program_->uniform(name);
         if (values.size() != u.values.size())
@@ -32,9 +33,9 @@ public:
                                        " were given."));
         values_[std::size_t(&u - program_->uniforms.data())] = values;
     }
-    /// Returns the components of the program's k-th uniform.
+    /// Returns the components of the uniform Program::uniforms[k].
     const std::vector<double>& uniform(std::size_t k) const { return values_[k]; }
-    /// Returns the contents of the buffer of the uniforms.
+    /// Returns the bytes to write into the buffer at binding 0, which contains all uniforms.
     std::vector<std::byte> uniform_bytes() const {
         std::vector<std::byte> bytes(program_->uniform_bytes);
         for (std::size_t k = 0; k < values_.size(); ++k) {
@@ -54,17 +55,18 @@ private:
     std::vector<std::vector<double>> values_;
 };
 
-/// Sets the time step, and the uniform that is computed from it.
-/// \param dt         [s]
-/// \param cell_size  [m]
+/// Sets the uniforms "time_step" and "place_per_velocity", which is dt / h.
+/// \param dt         time step [s]
+/// \param cell_size  cell size h of the domain [m]
 inline void set_time_step(Inputs& inputs, double dt, double cell_size) {
     inputs.set("time_step", {dt});
     inputs.set("place_per_velocity", {dt / cell_size});
 }
 
-/// Sets the uniforms of a policy's parameters; for example those of a boundary that has moved.
-/// \param prefix  "material", "boundary" or "field"
-/// \throws usage_error  if the program was made for another policy
+/// Sets the uniforms of a policy to the policy's present parameters, for example after a boundary has moved.
+/// \param policy  of the type for which the program was made
+/// \param prefix  which policy it is: "material", "boundary" or "field"
+/// \throws usage_error  if the program has no uniform for one of the parameters
 template <class Policy>
 void set_parameters(Inputs& inputs, const Policy& policy, const std::string& prefix) {
     for_parameters(
@@ -78,11 +80,11 @@ void set_parameters(Inputs& inputs, const Policy& policy, const std::string& pre
         prefix + "_");
 }
 
-/// Makes the inputs of a program from particles on the CPU. The program numbers the particles in the order of their
-/// slots.
+/// Makes the inputs of a program from particles on the CPU. Particle i of the program is the i-th particle in the order
+/// of slots.
 /// \param dt      time step [s]
-/// \param limits  of the device
-/// \throws parameter_error  if the domain is periodic, or for the reasons of check_fits()
+/// \param limits  limits of the device on which the program will run
+/// \throws parameter_error  if the domain is periodic, or the buffers or entry points exceed the limits (check_fits())
 /// \throws particle_error   if a particle is lighter than 2^−86 kg
 template <int D, class State>
 Inputs make_inputs(const Program& program, const Domain<D>& domain, const Particles<float, D, State>& particles,
@@ -111,7 +113,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     inputs.set("cell_size", {domain.cell_size});
     set_time_step(inputs, dt, domain.cell_size);
 
-    for (const std::size_t slot : slots)  // the check in the CPU's fixed_point_scale() is more precise
+    for (const std::size_t slot : slots)  // on the CPU, fixed_point_scale() makes a more precise check
         if (!(particles.mass(slot) >= 0x1p-86F))
             throw particle_error(sentence("Particle ", particles.id(slot), " has a mass of ", particles.mass(slot),
                                           " kg; on a GPU, particles lighter than ", 0x1p-86,
@@ -133,7 +135,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
         inputs.buffers.emplace_back(buffer.name, std::move(numbers));
     }
 
-    // The positions of nodes are rounded as in the CPU's grid update.
+    // The positions of nodes are computed with the same roundings as in the CPU's grid update.
     std::vector<float> coordinates;
     for (int a = 0; a < D; ++a)
         for (int i = 0; i < int(inputs.nodes[std::size_t(a)]); ++i) {

@@ -1,4 +1,4 @@
-/// \file The parts of a program (uniforms, buffers, entry points), and the ones that every program has.
+/// \file The description of a WGSL program: its uniforms, buffers and entry points.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -16,70 +16,73 @@
 
 namespace firn::wgsl {
 
-/// A number or vector that the host sets for all kernels.
+/// A uniform: a number or vector that the host sets and all entry points of a program can read.
 struct Uniform {
-    std::string name,            ///< in the struct of uniforms
-        type,                    ///< in WGSL: "f32", "u32", "vec3<f32>", …
-        unit,                    ///< such as "m/s"; "1" if it has none
-        what;                    ///< what it is; empty for parameters of policies
-    std::size_t offset;          ///< in the buffer of the uniforms [bytes]
+    std::string name,            ///< name of the member in the WGSL struct of uniforms
+        type,                    ///< type in WGSL: "f32", "u32", "vec3<f32>", …
+        unit,                    ///< unit such as "m/s"; "1" if it has none
+        what;                    ///< meaning of the uniform; empty for parameters of policies
+    std::size_t offset;          ///< position in the buffer at binding 0 [bytes]
     std::vector<double> values;  ///< components of the default value
 };
 
-/// A field of the particles within a buffer.
+/// A field of the particles, such as their velocity, within a buffer.
 struct Component {
-    std::string name;             ///< such as "velocity"
-    int count;                    ///< numbers per particle
-    std::string unit;             ///< such as "m/s"
-    std::vector<double> start{};  ///< for a material's state: its numbers in a body at rest
+    std::string name;             ///< name of the field, such as "velocity"
+    int count;                    ///< how many numbers the field has per particle
+    std::string unit;             ///< unit such as "m/s"
+    std::vector<double> start{};  ///< for a field of a material's state: its numbers in a body at rest; otherwise empty
 };
 
 /// A storage buffer of 32-bit numbers.
 struct Buffer {
-    std::string name,                   ///< in the program
-        type;                           ///< of its numbers: "f32", "i32" or "u32"
-    int binding;                        ///< number of the binding in group 0
-    std::string per;                    ///< "particle", "node", "block", "axis_node" or "program"
-    int count;                          ///< numbers for each of these
-    std::vector<Component> components;  ///< fields of the particles, in their order; empty for other buffers
+    std::string name,  ///< name in the program
+        type;          ///< type of its numbers: "f32", "i32" or "u32"
+    int binding;       ///< number of its binding in group 0
+    /// The item for which the buffer has `count` numbers: "particle", "node", "block" (of 4^D nodes), "axis_node" (a
+    /// node along one axis; first all along x, then y, then z) or "program" (only once).
+    std::string per;
+    int count;                          ///< how many numbers the buffer has for each item
+    std::vector<Component> components;  ///< fields in the buffer, in this order; empty if `per` is not "particle"
 };
 
 /// An entry point of a program, and how to dispatch it.
 struct EntryPoint {
-    std::string name;  ///< in the program
-    /// One invocation for each "particle" or "node"; or one workgroup for each block ("block_workgroup"), or one in all
-    /// ("one_workgroup").
+    std::string name;  ///< name of the function in the program
+    /// How much to dispatch: one invocation for each "particle" or "node", one workgroup for each block of 4^D nodes
+    /// ("block_workgroup"), or a single workgroup ("one_workgroup").
     std::string per;
-    int workgroup_size;                          ///< invocations per workgroup
-    std::vector<std::pair<int, bool>> bindings;  ///< number of the binding, and whether it is read_write
+    int workgroup_size;  ///< invocations per workgroup
+    std::vector<std::pair<int, bool>>
+        bindings;  ///< number of each binding, and whether the entry point may write to it
 };
 
 /// A WGSL program, with everything that a host needs to run it.
 struct Program {
-    std::string name;                      ///< the dimension and the names of the policies
-    int dimension;                         ///< of space: 2 or 3
+    std::string name;                      ///< the dimension and the names of the policies, joined by _
+    int dimension;                         ///< dimension of space: 2 or 3
     std::string kernel,                    ///< name of the kernel
         transfer,                          ///< name of the transfer
         force,                             ///< name of the force form
         material,                          ///< name of the material
         boundary,                          ///< name of the boundary
         field;                             ///< name of the acceleration field
-    int workgroup_size;                    ///< of most entry points
-    std::vector<Uniform> uniforms;         ///< the members of the struct at binding 0
-    std::size_t uniform_bytes = 0;         ///< size of that struct, a multiple of 16
-    std::vector<Buffer> buffers;           ///< the storage buffers
-    std::vector<EntryPoint> entry_points;  ///< the entry points
+    int workgroup_size;                    ///< invocations per workgroup in most entry points
+    std::vector<Uniform> uniforms;         ///< members of the WGSL struct at binding 0
+    std::size_t uniform_bytes = 0;         ///< size of the struct of uniforms, a multiple of 16 [bytes]
+    std::vector<Buffer> buffers;           ///< the storage buffers, at the other bindings
+    std::vector<EntryPoint> entry_points;  ///< all entry points; step_order has those of a step in order
     std::string code;                      ///< the WGSL text
 
     /// Returns the buffer of a given name.
-    /// \throws usage_error  if there is none
+    /// \throws usage_error  if no buffer has this name
     const Buffer& buffer(const std::string& of_name) const {
         for (const Buffer& b : buffers)
             if (b.name == of_name) return b;
         throw usage_error("The program " + name + " has no buffer " + of_name + ".");
     }
     /// Returns the uniform of a given name.
-    /// \throws usage_error  if there is none
+    /// \throws usage_error  if no uniform has this name
     const Uniform& uniform(const std::string& of_name) const {
         for (const Uniform& u : uniforms)
             if (u.name == of_name) return u;
@@ -87,22 +90,22 @@ struct Program {
     }
 };
 
-/// The properties of the policies that the text of a program depends on.
+/// The properties of the policies on which the text of a program depends.
 struct Facts {
-    int dimension,           ///< of space: 2 or 3
-        support,             ///< of the kernel [nodes along an axis]
-        centre;              ///< centre_node of the kernel
-    bool affine,             ///< whether the transfer is affine
-        weight_gradients;    ///< whether the force form uses gradients of the weights
-    bool sum_gradients;      ///< whether G2P needs gradients of the weights; always if the force form uses them
+    int dimension,           ///< dimension of space: 2 or 3
+        support,             ///< support of the kernel [nodes along an axis]
+        centre;              ///< index of the kernel's centre node along an axis, see firn::centre_node
+    bool affine,             ///< whether particles carry the affine velocity field C
+        weight_gradients;    ///< whether P2G needs gradients of the weights
+    bool sum_gradients;      ///< whether G2P needs gradients of the weights; always true if P2G does
     bool rate_dependent;     ///< whether the material's stress depends on the velocity gradient
     bool stress_with_state;  ///< whether the material returns its new state and its stress together
-    int workgroup_size;      ///< of most entry points
+    int workgroup_size;      ///< invocations per workgroup in most entry points
 };
 
 namespace detail {
 
-/// Adds uniforms to a program at the offsets that WGSL gives them.
+/// Adds uniforms to a program, with the offsets that the layout rules of WGSL prescribe.
 class UniformLayout {
 public:
     UniformLayout(Program& program) : program_(program) {}
@@ -134,10 +137,10 @@ private:
     Program& program_;
 };
 
-/// The numbers of the bindings.
+/// The number of each binding: the uniforms (params), then the storage buffers.
 enum Binding { params, motion, affine, stress, state, constants, nodes, status, counts, coordinates, blocks, order };
 
-/// Returns the buffer that holds fields of a given role.
+/// Returns the binding of the buffer that contains the fields of a given role.
 inline Binding buffer_of(FieldRole role) {
     switch (role) {
         case FieldRole::motion:
@@ -155,8 +158,8 @@ inline Binding buffer_of(FieldRole role) {
     return constants;
 }
 
-/// Calls f(name, field) for every component of a buffer. A position has two components: `place` within the block, and
-/// `corner`, the lower corner of the block; both in cells.
+/// Calls f(name, field) for every component of the buffer with binding `buffer`. The position of a particle is in two
+/// components [cells]: `corner`, the lower corner of the particle's block, and `place`, the position from there on.
 template <class F>
 void for_fields_in(int buffer, const FieldTable& table, const F& f) {
     for (const FieldInfo& field : table) {
@@ -166,7 +169,7 @@ void for_fields_in(int buffer, const FieldTable& table, const F& f) {
     }
 }
 
-/// Adds the storage buffers.
+/// Adds the descriptions of all storage buffers to the program.
 /// \param table  the fields of the particles
 inline void add_buffers(Program& program, const Facts& facts, const FieldTable& table) {
     const auto add = [&](const char* name, const char* type, Binding binding, const char* per, int count,
@@ -197,7 +200,7 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add("order", "u32", order, "particle", 1, {{"order", 1, "1"}});
 }
 
-/// Adds the entry points of kernels.hpp, each with the bindings that it uses.
+/// Adds to the program the descriptions of the entry points in kernels.hpp, each with the bindings that it uses.
 inline void add_entry_points(Program& program, const Facts& facts) {
     using Bindings = std::vector<std::pair<int, bool>>;
     const auto add = [&](const char* name, const char* per, int size, Bindings bindings) {

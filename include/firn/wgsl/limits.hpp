@@ -9,12 +9,14 @@ namespace firn::wgsl {
 
 /// The limits of a WebGPU device that matter to a program. Every device guarantees at least the default values.
 struct Limits {
-    std::uint64_t storage_binding_bytes = 128ULL
-                                          << 20;  ///< maxStorageBufferBindingSize: size of a bound buffer [bytes]
-    std::uint64_t buffer_bytes = 256ULL << 20;    ///< maxBufferSize: size of any buffer [bytes]
-    std::uint32_t groups_per_dimension =
-        65535;                          ///< maxComputeWorkgroupsPerDimension: workgroups of a dispatch per axis
-    int storage_buffers_per_stage = 8;  ///< maxStorageBuffersPerShaderStage: buffers of an entry point
+    /// The largest part of a buffer that one binding can have [bytes]: maxStorageBufferBindingSize.
+    std::uint64_t storage_binding_bytes = 128ULL << 20;
+    /// The largest size of a buffer [bytes]: maxBufferSize.
+    std::uint64_t buffer_bytes = 256ULL << 20;
+    /// The most workgroups of a dispatch along one axis: maxComputeWorkgroupsPerDimension.
+    std::uint32_t groups_per_dimension = 65535;
+    /// The most storage buffers that one entry point can use: maxStorageBuffersPerShaderStage.
+    int storage_buffers_per_stage = 8;
 };
 
 /// The size of a dispatch, in workgroups.
@@ -48,9 +50,8 @@ inline std::uint32_t grid_nodes(int cells) {
 /// Checks that the buffers and the entry points of a program stay within the limits of a device.
 /// \param particles  number of particles that the buffers are made for (their capacity)
 /// \param nodes      number of nodes along each axis
-/// \throws parameter_error  if a limit is exceeded; the message names the limit, and for a buffer also how many
-/// particles
-///                          or nodes would fit
+/// \throws parameter_error  if a limit is exceeded; the message names the limit, and says how many particles or nodes
+///                          would fit into the buffer
 inline void check_fits(const Program& program, std::uint64_t particles, const std::vector<std::uint32_t>& nodes,
                        const Limits& limits = {}) {
     std::uint64_t all_nodes = 1;

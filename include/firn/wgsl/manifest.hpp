@@ -7,11 +7,10 @@
 
 namespace firn::wgsl {
 
-/// The entry points of a step in the order to run them, if P2G adds particles directly to the grid.
+/// The entry points of a step in which P2G adds particles directly to the grid, in the order to run them.
 inline const std::vector<std::string> step_order{"clear",       "measure", "measure_counts", "choose_scale", "p2g",
                                                  "grid_update", "g2p"};
-/// The entry points of a step in the order to run them, if P2G sorts particles by block and adds up in workgroup
-/// memory.
+/// The entry points of a step with P2G through workgroup memory, in the order to run them.
 inline const std::vector<std::string> sorted_step_order{
     "clear",       "measure",         "measure_counts", "choose_scale", "clear_blocks", "count_blocks",
     "scan_blocks", "order_particles", "p2g_blocks",     "grid_update",  "g2p"};
@@ -36,9 +35,8 @@ inline const std::vector<std::string> error_sentences{
 /// vectors), but one entry point uses only one of them. Besides the names of the policies, the manifest has these
 /// entries:
 ///
-///     uniforms     binding; bytes: size of the buffer; fields: name, type, offset [bytes], unit, what (its meaning)
-///     and
-///                  default of each uniform
+///     uniforms     binding; bytes: size of the buffer; fields: for each uniform its name, type, offset [bytes], unit,
+///                  what (its meaning) and default
 ///     buffers      name, binding, type, per, count, components. A buffer has `count` 32-bit numbers for each item that
 ///                  `per` names: "particle", "node", "block" (4^D nodes), "axis_node" (the nodes along x, then those
 ///                  along y, then z) or "program" (only once). In buffers per particle, number c of particle i is at

@@ -1,4 +1,4 @@
-/// \file Collects the structs and functions of a WGSL module, recording the functions from definitions.
+/// \file Collects the structs and functions of a WGSL module. The functions are recorded from C++ functions.
 #pragma once
 
 #include <firn/wgsl/body.hpp>
@@ -6,17 +6,17 @@
 
 namespace firn::wgsl {
 
-/// The structs and functions of a WGSL module.
+/// A list of structs and functions that becomes the text of a WGSL module.
 class Module {
 public:
-    /// Records a definition and adds it as a function of WGSL, with the structs that it needs.
+    /// Records a C++ function, the definition, and adds it as a WGSL function, together with the structs that it needs.
     /// \tparam Arguments  types of the parameters, each with a shape
-    /// \param name        the function's name
-    /// \param comment     where the definition comes from; becomes a comment in the module
-    /// \param names       names of the parameters
-    /// \param definition  called once with recorded arguments; the type of its result has a shape
-    /// \throws usage_error  if the definition leaves a number of its result without a value, or reads a number that has
-    ///                      none
+    /// \param name        name of the WGSL function
+    /// \param comment     what the definition is or in which header it is; written above the WGSL function
+    /// \param names       names of the parameters in WGSL
+    /// \param definition  the C++ function, called once with recorded arguments; the type of its result has a shape
+    /// \throws usage_error  if the definition reads a number that has no value, or its result has a number without a
+    ///                      value
     template <class... Arguments, class Definition>
     void function(const std::string& name, const std::string& comment, const std::vector<std::string>& names,
                   const Definition& definition) {
@@ -33,7 +33,7 @@ public:
             });
             return value;
         };
-        // Braces guarantee the order from the first argument to the last.
+        // Braces guarantee that `input` is called for the first argument first.
         const std::tuple<Arguments...> arguments{input(std::type_identity<Arguments>{})...};
         Result result = std::apply(definition, arguments);
         declare<Result>();
@@ -51,7 +51,7 @@ public:
                       shape<Result>::build(result, [&](const recorded& x) { return body.text(x.node); }) + ";\n}\n\n";
     }
 
-    /// Declares the structs that type T needs, each once.
+    /// Adds the WGSL structs that type T needs, except those that the module already has.
     template <class T>
     void declare() {
         shape<T>::declare([&](const std::string& name, const std::string& text) {
@@ -61,7 +61,7 @@ public:
         });
     }
 
-    /// Returns the module: structs, then functions in the order in which they were added.
+    /// Returns the WGSL text of the module: all structs, then all functions, in the order in which they were added.
     std::string text() const {
         std::string all;
         for (const auto& [_, text] : structs_) all += text + "\n";

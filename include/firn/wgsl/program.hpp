@@ -1,4 +1,4 @@
-/// \file Makes a complete WGSL program from the policies of a simulation.
+/// \file Makes a complete WGSL program from the policies of a simulation (kernel, transfer, material, …).
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -41,10 +41,12 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
 
 /// Makes the WGSL program of a simulation with these policies.
 ///
-/// The parameters of the policies become uniforms. Their other members, such as the contact of a wall, become part of
-/// the text.
+/// The parameters of the policies become uniforms, which the host can change. Other members of the policies, such as
+/// the contact of a wall, become fixed parts of the program's text.
+/// \tparam Kernel          such as QuadraticBSpline
 /// \tparam Transfer        Pic or Apic
-/// \param workgroup_size   invocations per workgroup in most entry points
+/// \tparam Force           such as MlsForce
+/// \param workgroup_size   invocations per workgroup, except in entry points that need another number
 /// \throws parameter_error  if the boundary's parameters are not valid
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary,
           class Field = Gravity<float, D>>

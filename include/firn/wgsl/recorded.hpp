@@ -1,4 +1,5 @@
-/// \file A scalar that records operations: a definition evaluated with it builds the graph of the definition.
+/// \file A scalar type that records operations. Calling a C++ function with such scalars yields the graph of the
+/// function.
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -9,14 +10,14 @@
 
 namespace firn::wgsl {
 
-// Functions that definitions call by unqualified names, so that argument-dependent lookup finds them for `recorded`.
+// Definitions call these functions without firn::. Here, argument-dependent lookup finds them for `recorded`.
 using firn::cos, firn::exp, firn::log, firn::max, firn::min, firn::pow, firn::sin;
 
-/// While it exists, its thread records operations on `recorded` into its graph.
+/// While a Recording exists, operations on `recorded` numbers in the thread that made it are added to its graph.
 class Recording {
 public:
-    /// Starts recording.
-    /// \throws usage_error  if this thread is recording already
+    /// Starts recording in this thread.
+    /// \throws usage_error  if another Recording exists in this thread
     Recording() {
         if (current_) throw usage_error("This thread is recording a definition already: finish that first.");
         current_ = &graph;
@@ -25,8 +26,8 @@ public:
     Recording(const Recording&) = delete;
     Recording& operator=(const Recording&) = delete;
 
-    /// Returns the graph that this thread records into.
-    /// \throws usage_error  if this thread is not recording
+    /// Returns the graph of the Recording that exists in this thread.
+    /// \throws usage_error  if no Recording exists in this thread
     static Graph& current() {
         if (!current_) throw usage_error("A recorded number was made outside of a firn::wgsl::Recording.");
         return *current_;
@@ -37,42 +38,42 @@ private:
     static inline thread_local Graph* current_ = nullptr;
 };
 
-/// An f32 of a WGSL program. Operations on it add nodes to the graph that this thread records into. They throw
-/// usage_error if an operand has no value yet, or if no Recording exists.
+/// A scalar that stands for an f32 value of a WGSL program. Operations on it add nodes to the graph of this thread's
+/// Recording. They throw usage_error if an operand has no value yet, or if this thread has no Recording.
 struct recorded {
-    /// A bool of a WGSL program, the result of a comparison.
+    /// The result of a comparison; stands for a bool value of a WGSL program.
     struct mask {
-        int node;  ///< its node in the graph
+        int node;  ///< number of the node in the graph that computes the mask
 
         /// \name Logic
         /// @{
 
-        /// Records the operation.
+        /// Adds the operation to the graph.
         friend mask operator&(mask a, mask b) { return {Recording::current().binary(Op::both, a.node, b.node)}; }
         friend mask operator|(mask a, mask b) { return {Recording::current().binary(Op::either, a.node, b.node)}; }
         friend mask operator!(mask a) { return {Recording::current().unary(Op::inverse, a.node)}; }
         /// @}
 
-        /// Returns true unless the mask is known to be false. The caller then records the guarded work, which becomes a
-        /// branch of the program.
+        /// Returns false if the mask is the constant false, and true otherwise. Work that the caller does after `true`,
+        /// and whose results only select(m, …) uses, becomes a branch of the WGSL program.
         friend bool any(mask m) { return !Recording::current().is_false(m.node); }
 
-        /// Fails to compile: a definition cannot branch on a mask with `if`.
+        /// Does not compile: a definition cannot use a mask in `if`, because its value is not known while recording.
         template <class M = mask>
         explicit constexpr operator bool() const {
             return firn::detail::refuse_to_branch<M>();
         }
     };
 
-    int node = nothing;  ///< its node in the graph; `nothing` before it has a value
+    int node = nothing;  ///< number of the node that computes this number; `nothing` before it has a value
 
-    /// A number without a value.
+    /// Makes a number that has no value yet.
     constexpr recorded() = default;
-    /// Records a constant, rounded to float.
+    /// Adds a constant, rounded to float, to the graph.
     template <class U>
         requires std::is_arithmetic_v<U>
     recorded(U value) : node(constant(float(value))) {}
-    /// Returns the number computed by node `number` of the graph.
+    /// Returns the recorded number that node `number` of the graph computes.
     static recorded of(int number) {
         recorded r;
         r.node = number;
@@ -82,7 +83,7 @@ struct recorded {
     /// \name Arithmetic
     /// @{
 
-    /// Records the operation.
+    /// Adds the operation to the graph and returns its result.
     friend recorded operator+(recorded a, recorded b) { return binary(Op::add, a, b); }
     friend recorded operator-(recorded a, recorded b) { return binary(Op::subtract, a, b); }
     friend recorded operator*(recorded a, recorded b) { return binary(Op::multiply, a, b); }
@@ -96,7 +97,7 @@ struct recorded {
     /// \name Comparisons
     /// @{
 
-    /// Records the comparison.
+    /// Adds the comparison to the graph and returns its result.
     friend mask operator<(recorded a, recorded b) { return {binary(Op::less, a, b).node}; }
     friend mask operator<=(recorded a, recorded b) { return {binary(Op::less_equal, a, b).node}; }
     friend mask operator>(recorded a, recorded b) { return b < a; }
@@ -104,11 +105,11 @@ struct recorded {
     friend mask operator==(recorded a, recorded b) { return {binary(Op::equal, a, b).node}; }
     /// @}
 
-    /// Records m ? a : b.
+    /// Adds m ? a : b to the graph and returns the result.
     [[gnu::noinline]] friend recorded select(mask m, recorded a, recorded b) {
         return of(Recording::current().select(m.node, checked(a), checked(b)));
     }
-    /// Names a in the program, unless it already has a name. Returns a.
+    /// Gives the value a this name in the WGSL program, unless a already has a name. Returns a.
     friend recorded named(const char* name, recorded a) {
         Recording::current().names.try_emplace(checked(a), name);
         return a;
@@ -117,14 +118,15 @@ struct recorded {
     /// \name Functions
     /// @{
 
-    /// Records a call.
+    /// Adds a call of the function to the graph and returns its result.
     friend recorded sqrt(recorded a) { return unary(Op::square_root, a); }
     friend recorded abs(recorded a) { return unary(Op::magnitude, a); }
     friend recorded floor(recorded a) { return unary(Op::round_down, a); }
-    /// Records max(a, −3e38), which equals a: all numbers in definitions are larger than −3e38. Drivers replace
-    /// (x + c) − c by x, but not if this maximum is taken of the sum.
+    /// Returns a, written as max(a, −3e38) in WGSL, where a is always larger than −3e38. Mark a sum with it whose
+    /// rounding matters: drivers replace (x + c) − c by x, but not settled(x + c) − c.
     friend recorded settled(recorded a) { return unary(Op::settled, a); }
-    /// Records a call of the builtin round(): compilers would replace (x + c) − c by x.
+    /// Returns the integer nearest to a, ties to even. In WGSL it is the built-in round(), because compilers would
+    /// replace (x + c) − c, which firn uses on the CPU, by x.
     friend recorded nearest_whole(recorded a) { return unary(Op::round_to_even, a); }
     friend recorded power_of_two(recorded a) { return unary(Op::power_of_two, a); }
     friend recorded exponent_of(recorded a) { return unary(Op::exponent_of, a); }
@@ -134,7 +136,7 @@ struct recorded {
 
 private:
     [[gnu::noinline]] static int constant(float value) { return Recording::current().constant(value); }
-    // Not inlined, as definitions are: one copy of each is enough.
+    // These are not inlined, although definitions are: one compiled copy of each is enough.
     [[gnu::noinline]] static int checked(recorded a) {
         if (a.node == nothing) throw usage_error("A definition reads a number that has no value yet.");
         return a.node;
@@ -147,13 +149,13 @@ private:
     }
 };
 
-/// A number: f32.
+/// Translates a recorded number to f32.
 template <>
 struct shape<recorded> : detail::plain_shape<recorded> {
     /// \name Interface of shape
     /// @{
 
-    /// See shape.
+    /// type(), visit() and build() are described at shape.
     static std::string type() { return "f32"; }
     template <class F>
     static void visit(recorded& value, const std::string& text, const F& f) {
@@ -166,13 +168,14 @@ struct shape<recorded> : detail::plain_shape<recorded> {
     /// @}
 };
 
-/// Records a loop. repeat() and repeat_while() of core/repeat.hpp find it by argument-dependent lookup.
-/// \tparam N      the most passes
-/// \tparam State  a type with a shape; its recorded numbers are the values of the loop
-/// \param state   the values before the loop
-/// \param body    state → next state; or changes the state that it is given and returns a mask, in which case the loop
-///                ends after the first pass whose mask is false
-/// \returns the values after the last pass
+/// Records a loop. repeat() and repeat_while() of core/repeat.hpp call this function for recorded numbers, which
+/// argument-dependent lookup finds.
+/// \tparam N      the largest number of passes
+/// \tparam State  a type with a shape; its recorded numbers are the variables of the loop
+/// \param state   the state before the loop
+/// \param body    called once, for a single pass. Either it returns the next state; or it takes the state by reference,
+///                changes it and returns a mask, and the loop ends after the first pass whose mask is false.
+/// \returns the state after the last pass
 template <int N, class State, class Body>
 State record_repeat(State state, const Body& body) {
     Graph& graph = Recording::current();
@@ -200,12 +203,12 @@ State record_repeat(State state, const Body& body) {
 
 namespace firn {
 
-/// A recorded number stands for one float.
+/// Describes `recorded` to firn's templates: it stands for one float.
 template <>
 struct scalar_traits<wgsl::recorded> {
-    using value_type = float;                  ///< the machine number that it stands for
-    static constexpr int lanes = 1;            ///< particles held by one number
-    static constexpr bool has_friends = true;  ///< see firn::has_friends
+    using value_type = float;                  ///< the type of number for which it stands
+    static constexpr int lanes = 1;            ///< number of particles whose values it contains
+    static constexpr bool has_friends = true;  ///< its functions are friends, see firn::has_friends
 };
 
 }  // namespace firn

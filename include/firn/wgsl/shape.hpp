@@ -1,4 +1,4 @@
-/// \file Translates values of C++ to WGSL: their types, their components, and expressions that construct them.
+/// \file Translates C++ values to WGSL: types, components of values, and expressions that construct values.
 #pragma once
 
 #include <firn/core/parameters.hpp>
@@ -11,15 +11,18 @@
 
 namespace firn::wgsl {
 
-/// The translation to WGSL of a type T that is made of recorded numbers. Each specialisation has these functions:
+/// Translates a type T, which consists of recorded numbers, to WGSL. Each specialisation has these functions:
 ///     type()                  returns the name of the type in WGSL
-///     declare(add)            calls add(name, text) for every struct that the type needs, a struct before its users
-///     visit(value, text, f)   calls f(component, its text) for every number of a value whose text is `text`
-///     build(value, f)         returns the expression that constructs the value from the texts f(component)
+///     declare(add)            calls add(name, text) for every WGSL struct that the type needs; text is the
+///                             declaration. A struct comes before those that contain it.
+///     visit(value, text, f)   calls f(component, expression) for every number of the value. `text` is the WGSL
+///                             expression of the value, `expression` that of the component, such as "v.x" for text "v".
+///     build(value, f)         returns the WGSL expression that constructs the value; f(component) returns the
+///                             expression of each of its numbers
 template <class T>
 struct shape;
 
-/// Calls f(component) for all recorded numbers of a value.
+/// Calls f(component) for every recorded number of a value, in the order of shape\<T>::visit().
 template <class T, class F>
 void for_components(T& value, const F& f) {
     shape<T>::visit(value, "", [&](auto& component, const std::string&) { f(component); });
@@ -41,13 +44,13 @@ struct plain_shape {
 
 }  // namespace detail
 
-/// A vector: vecN\<f32>.
+/// Translates a vector to vecN\<f32>.
 template <class S, int N>
 struct shape<Vec<S, N>> : detail::plain_shape<S> {
     /// \name Interface of shape
     /// @{
 
-    /// See shape.
+    /// type(), visit() and build() are described at shape.
     static std::string type() { return "vec" + std::to_string(N) + "<" + shape<S>::type() + ">"; }
     template <class F>
     static void visit(Vec<S, N>& value, const std::string& text, const F& f) {
@@ -62,13 +65,13 @@ struct shape<Vec<S, N>> : detail::plain_shape<S> {
     /// @}
 };
 
-/// A matrix: matDxD\<f32>, column after column.
+/// Translates a matrix to matDxD\<f32>; its components are visited column by column.
 template <class S, int D>
 struct shape<Mat<S, D>> : detail::plain_shape<S> {
     /// \name Interface of shape
     /// @{
 
-    /// See shape.
+    /// type(), visit() and build() are described at shape.
     static std::string type() {
         return "mat" + std::to_string(D) + "x" + std::to_string(D) + "<" + shape<S>::type() + ">";
     }
@@ -86,14 +89,14 @@ struct shape<Mat<S, D>> : detail::plain_shape<S> {
     /// @}
 };
 
-/// An array of one number: the number.
+/// Translates an array of a single number to f32.
 template <class T>
     requires scalar<T>
 struct shape<std::array<T, 1>> : detail::plain_shape<T> {
     /// \name Interface of shape
     /// @{
 
-    /// See shape.
+    /// type(), visit() and build() are described at shape.
     static std::string type() { return shape<T>::type(); }
     template <class F>
     static void visit(std::array<T, 1>& value, const std::string& text, const F& f) {
@@ -106,15 +109,15 @@ struct shape<std::array<T, 1>> : detail::plain_shape<T> {
     /// @}
 };
 
-/// An array: a vector if its elements are numbers, an array otherwise.
+/// Translates an array of N numbers to vecN\<f32>, and an array of N values of another type to a WGSL array.
 template <class T, std::size_t N>
 struct shape<std::array<T, N>> {
-    static constexpr bool numbers = scalar<T>;  ///< whether the elements are numbers
+    static constexpr bool numbers = scalar<T>;  ///< whether the elements are numbers, not structs or vectors
 
     /// \name Interface of shape
     /// @{
 
-    /// See shape.
+    /// type(), declare(), visit() and build() are described at shape.
     static std::string type() {
         if constexpr (numbers)
             return shape<Vec<T, int(N)>>::type();
@@ -142,13 +145,13 @@ struct shape<std::array<T, N>> {
     /// @}
 };
 
-/// A member of a struct: its name in WGSL, and a pointer to it.
+/// Describes a member of a struct: the name in WGSL, and a pointer to the member of the C++ struct.
 template <class Owner, class Member>
 struct member {
-    const char* name;         ///< in WGSL
-    Member Owner::* pointer;  ///< in C++
+    const char* name;         ///< name of the member in WGSL
+    Member Owner::* pointer;  ///< pointer to the member in C++
 };
-/// Deduces the types from the pointer.
+/// Deduces Owner and Member from the pointer to the member.
 template <class Owner, class Member>
 member(const char*, Member Owner::*) -> member<Owner, Member>;
 
@@ -159,14 +162,15 @@ template <class T>
 inline constexpr bool is_empty_array<std::array<T, 0>> = true;
 }  // namespace detail
 
-/// The shape of a struct.
-/// \tparam Derived  has name(), the name of the struct in WGSL, and members(), a tuple of member{…}. Members that are
-///                  empty arrays are left out.
+/// Translates a C++ struct T to a struct of WGSL. A shape derives from it.
+/// \tparam Derived  the deriving shape. It has name(), the name of the struct in WGSL, and members(), a tuple of
+///                  member{…}. Members that are empty arrays are left out.
 template <class T, class Derived>
 struct struct_shape {
     /// Returns the name of the struct in WGSL.
     static std::string type() { return Derived::name(); }
-    /// Calls add(name, text) for the structs of the members, then for this one.
+    /// Calls add(name, text) for every WGSL struct that the members need, then for this struct. text is the
+    /// declaration.
     template <class Add>
     static void declare(const Add& add) {
         std::string text = "struct " + type() + " {\n";
@@ -177,7 +181,8 @@ struct struct_shape {
         });
         add(type(), text + "}\n");
     }
-    /// Calls f(component, its text) for every number of the members.
+    /// Calls f(component, expression) for every number of the members. `text` is the WGSL expression of `value`,
+    /// `expression` that of the component.
     template <class F>
     static void visit(T& value, const std::string& text, const F& f) {
         for_members([&](const char* name, auto pointer) {
@@ -185,7 +190,7 @@ struct struct_shape {
             shape<std::remove_cvref_t<decltype(part)>>::visit(part, text + "." + name, f);
         });
     }
-    /// Returns the expression that constructs the struct from the texts f(component).
+    /// Returns the WGSL expression that constructs the struct; f(component) returns the expression of each number.
     template <class F>
     static std::string build(const T& value, const F& f) {
         std::vector<std::string> parts;

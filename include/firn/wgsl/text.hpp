@@ -90,9 +90,8 @@ public:
 
 private:
     static std::string axis(int a) { return std::string(1, "xyz"[a]); }
-    static std::string counter(int a) {
-        return std::string(1, "abc"[a]);
-    }  // counter of the loop along axis a; along the last axis it is k
+    // Returns the name of the counter of the loop along axis a. The counter along the last axis is k in P2G and in G2P.
+    static std::string counter(int a) { return std::string(1, "abc"[a]); }
     std::string vec(const char* of) const { return "vec" + std::to_string(D_) + "<" + of + ">"; }
     static std::string indented(int depth) { return "\n" + std::string(std::size_t(4 * depth), ' '); }
     static std::string from_zero(const std::string& name, int count) {
@@ -276,8 +275,8 @@ inline std::string declarations(const Program& program) {
     return text;
 }
 
-/// Returns the WGSL functions that load and store a field with values of shape `of`. \see accessors(), which explains
-/// the other parameters
+/// Returns the WGSL functions that load and store a field with values of shape `of`. The other parameters
+/// are those of accessors().
 template <int D>
 std::string field_accessors(FieldShape of, const std::string& name, const std::string& buffer, bool stores, int first) {
     const auto in_order = [](int k) { return k; };
