@@ -1,7 +1,7 @@
-/// \file The graph of operations that recording a definition produces.
+/// \file The graph of operations that results from recording a C++ function, a definition.
 ///
-/// Equal operations are merged as they are recorded. Loops of a fixed number of passes stay loops. The graph also notes
-/// the masks that decide whether work can be skipped.
+/// An operation that equals an earlier one is not recorded again. A loop is recorded as a loop, with a single pass as
+/// its body. The graph also contains a list of the masks that decide whether work can be skipped.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -19,11 +19,11 @@
 
 namespace firn::wgsl {
 
-/// The operation of a node. a, b and c are its operands.
+/// The operation of a node. a, b and c are the operands of the node.
 enum class Op : std::uint8_t {
     constant,        ///< a number
     truth,           ///< true or false
-    input,           ///< a parameter of the function, or a uniform
+    input,           ///< a parameter of the WGSL function, or a uniform
     add,             ///< a + b
     subtract,        ///< a − b
     multiply,        ///< a b
@@ -32,37 +32,37 @@ enum class Op : std::uint8_t {
     less,            ///< a \< b
     less_equal,      ///< a ≤ b
     equal,           ///< a = b
-    both,            ///< a & b
-    either,          ///< a | b
-    inverse,         ///< !a
-    select,          ///< a ? b : c
+    both,            ///< a and b
+    either,          ///< a or b
+    inverse,         ///< not a
+    select,          ///< b if a is true, otherwise c
     square_root,     ///< √a
     magnitude,       ///< |a|
     round_down,      ///< ⌊a⌋
     round_to_even,   ///< the integer nearest to a, ties to even
-    settled,         ///< a, written so that compilers do not simplify sums with it
-    power_of_two,    ///< 2ᵃ, see firn::power_of_two()
-    exponent_of,     ///< see firn::exponent_of()
-    significand_of,  ///< see firn::significand_of()
-    leading_half,    ///< see firn::leading_half()
-    loop,            ///< all passes of Graph::loops[a]
-    loop_value,      ///< value b of loop a at the start of a pass
-    loop_result,     ///< value b of loop a after its last pass
+    settled,         ///< a, a sum that compilers must not simplify
+    power_of_two,    ///< 2ᵃ for a whole number a, see firn::power_of_two()
+    exponent_of,     ///< e, where a = m 2ᵉ with 1 ≤ m \< 2
+    significand_of,  ///< m, where a = m 2ᵉ with 1 ≤ m \< 2
+    leading_half,    ///< a with only its leading 12 binary digits
+    loop,            ///< all passes of the loop Graph::loops[a]
+    loop_value,      ///< variable b of loop a at the start of a pass
+    loop_result,     ///< variable b of loop a after the last pass
 };
 
-/// Stands for no node, no loop or no run.
+/// The number that stands for "no node" or "no loop".
 inline constexpr int nothing = -1;
 
-/// An operation of the graph. Its operands have smaller numbers than the node itself.
+/// A node of the graph: an operation. The nodes of its operands have smaller numbers than the node itself.
 struct Node {
-    Op op;               ///< what it computes
-    int a = nothing,     ///< first operand; of Op::loop, Op::loop_value and Op::loop_result: the number of the loop
-        b = nothing,     ///< second operand; of Op::loop_value and Op::loop_result: the number of the value
-        c = nothing;     ///< third operand
-    float value = 0;     ///< of a constant
-    std::string text{};  ///< of an input: its WGSL text
+    Op op;               ///< the operation
+    int a = nothing,     ///< node of the first operand; for Op::loop, loop_value and loop_result: number of the loop
+        b = nothing,     ///< node of the second operand; for Op::loop_value and loop_result: number of the variable
+        c = nothing;     ///< node of the third operand
+    float value = 0;     ///< value of a constant; 1 for true and 0 for false of Op::truth
+    std::string text{};  ///< WGSL text of an input
 
-    /// An order in which equal operations are equivalent. Constants are compared by their bits: 0 and −0 differ.
+    /// Orders nodes by all members, so that a map finds an equal node. Constants are compared by bits: 0 and −0 differ.
     bool operator<(const Node& other) const {
         return std::tuple(op, a, b, c, std::bit_cast<std::uint32_t>(value), std::string_view(text)) <
                std::tuple(other.op, other.a, other.b, other.c, std::bit_cast<std::uint32_t>(other.value),
@@ -70,39 +70,41 @@ struct Node {
     }
 };
 
-/// A loop: values → body(values), `passes` times, or until `go_on` is false after a pass.
+/// A loop, which repeats variables = body(variables). It ends after `passes` passes, or after the first pass that makes
+/// the mask `go_on` false.
 struct Loop {
-    int passes;                ///< the most passes
-    int parent;                ///< the loop around this one, or nothing
-    std::vector<int> initial;  ///< nodes of the values before the loop
-    std::vector<int> inside;   ///< nodes of the values at the start of a pass (Op::loop_value)
-    std::vector<int> next;     ///< nodes of the values after a pass
-    int go_on = nothing;       ///< the mask that a further pass needs, or nothing
+    int passes;                ///< the largest number of passes
+    int parent;                ///< number of the loop that contains this one, or nothing
+    std::vector<int> initial;  ///< nodes of the variables before the loop
+    std::vector<int> inside;   ///< nodes of the variables at the start of a pass (Op::loop_value)
+    std::vector<int> next;     ///< nodes of the variables after a pass
+    int go_on = nothing;       ///< node of the mask that must be true for another pass; nothing: no mask is needed
 };
 
-/// The operations of a recorded definition. Operations are numbered in the order of their recording.
+/// The operations of a recorded definition. Each is a node; nodes are numbered in the order in which they were added.
 class Graph {
 public:
-    std::vector<Node> nodes;           ///< all operations
-    std::vector<int> region;           ///< of each node: the innermost loop that it depends on, or nothing
-    std::vector<Loop> loops;           ///< all loops, in the order in which they were opened
-    std::map<int, std::string> names;  ///< names that definitions give to some nodes
-    std::vector<int> guards;           ///< masks passed to any(): work that only they select becomes a branch
+    std::vector<Node> nodes;           ///< all nodes
+    std::vector<int> region;           ///< for each node: number of the innermost loop on which it depends, or nothing
+    std::vector<Loop> loops;           ///< all loops, in the order of the calls of open_loop()
+    std::map<int, std::string> names;  ///< names that the definition gives to some nodes
+    std::vector<int> guards;           ///< nodes of masks passed to any(); work that only these select becomes a branch
 
     /// \name Operations
-    /// Each adds a node and returns its number. It returns the number of an existing node if that is equal, or if the
-    /// result is known: operations on constants are evaluated, and x + 0, x − 0, x · 1, x / 1, x · 0 are simplified.
-    /// (A simplification may change the sign of a zero, and loses a NaN or ∞ that is multiplied by 0.)
+    /// Each function returns the number of a node that has the operation's result. It adds a node, except in three
+    /// cases. An equal node exists. All operands are constants: the result becomes a constant. Or a rule applies: x +
+    /// 0, x − 0, x · 1 and x / 1 become x, x · 0 becomes 0, and so on. A rule may change the sign of a zero, and takes
+    /// NaN · 0 and ∞ · 0 as 0.
     /// @{
 
-    /// A number.
+    /// Adds a constant number.
     int constant(float value) { return push({Op::constant, nothing, nothing, nothing, value}); }
-    /// A mask that is known.
+    /// Adds a constant mask.
     int truth(bool value) { return push({Op::truth, nothing, nothing, nothing, value ? 1.0F : 0.0F}); }
-    /// An input with its WGSL text.
+    /// Adds an input: a parameter of the WGSL function or a uniform, whose WGSL expression is `text`.
     int input(std::string text) { return push({Op::input, nothing, nothing, nothing, 0, std::move(text)}); }
 
-    /// An operation with one operand.
+    /// Adds an operation on the value of node a.
     int unary(Op op, int a) {
         if (is_constant(a)) {
             const float x = nodes[a].value;
@@ -126,7 +128,7 @@ public:
         return push({op, a});
     }
 
-    /// An operation with two operands.
+    /// Adds an operation on the values of nodes a and b.
     int binary(Op op, int a, int b) {
         if (is_constant(a) && is_constant(b)) {
             const float x = nodes[a].value, y = nodes[b].value;
@@ -149,7 +151,7 @@ public:
                     break;
             }
         }
-        // Operations that leave a number as it is.
+        // Operations whose result is one of the operands.
         if (op == Op::multiply && (is(a, 0) || is(b, 1))) return a;
         if (op == Op::multiply && (is(b, 0) || is(a, 1))) return b;
         if (op == Op::divide && is(b, 1)) return a;
@@ -164,7 +166,7 @@ public:
         return push({op, a, b});
     }
 
-    /// mask ? if_true : if_false.
+    /// Adds the choice of the value of node if_true or if_false, depending on the value of node mask.
     int select(int mask, int if_true, int if_false) {
         if (if_true == if_false) return if_true;
         if (nodes[mask].op == Op::truth) return nodes[mask].value != 0 ? if_true : if_false;
@@ -172,16 +174,16 @@ public:
     }
     /// @}
 
-    /// Returns whether the mask is known to be false. If it is not known, the mask becomes a guard.
+    /// Returns true if node `mask` is the constant false. If the node is not a constant, it is added to the guards.
     bool is_false(int mask) {
         if (nodes[mask].op == Op::truth) return nodes[mask].value == 0;
         guards.push_back(mask);
         return false;
     }
 
-    /// Opens a loop and returns its number. Operations recorded until close_loop() are its body.
-    /// \param passes   the most passes
-    /// \param initial  nodes of the values before the loop
+    /// Starts a loop and returns its number. Operations added before the matching close_loop() form the loop's body.
+    /// \param passes   the largest number of passes
+    /// \param initial  nodes of the variables before the loop
     int open_loop(int passes, std::vector<int> initial) {
         const int loop = int(loops.size());
         loops.push_back({passes, open_.empty() ? nothing : open_.back(), std::move(initial), {}, {}});
@@ -190,9 +192,9 @@ public:
             loops.back().inside.push_back(push({Op::loop_value, loop, int(k)}));
         return loop;
     }
-    /// Closes the loop opened last. Returns the nodes of its values after the last pass.
-    /// \param next   nodes of the values after a pass
-    /// \param go_on  the mask that a further pass needs, or nothing
+    /// Ends the innermost loop that has been started. Returns the nodes of the loop's variables after the last pass.
+    /// \param next   nodes of the variables after a pass
+    /// \param go_on  node of the mask that must be true for another pass; nothing: no mask is needed
     std::vector<int> close_loop(std::vector<int> next, int go_on = nothing) {
         const int loop = open_.back();
         open_.pop_back();
@@ -205,7 +207,8 @@ public:
         return results;
     }
 
-    /// Calls f(number) for every node that node i needs. A loop needs its initial values and the results of its body.
+    /// Calls f(k) for the number k of every node on which node i depends directly. For Op::loop these are the nodes
+    /// that the loop has in `initial`, `next` and `go_on`.
     template <class F>
     void for_operands(int i, const F& f) const {
         const Node& node = nodes[i];
@@ -239,7 +242,7 @@ private:
 
     int push(Node node) {
         Node key = node;
-        switch (node.op) {  // a + b and b + a are equal to the bit
+        switch (node.op) {  // a + b and b + a have the same bits
             case Op::add:
             case Op::multiply:
             case Op::equal:

@@ -1,18 +1,19 @@
 /// \file The WGSL text that surrounds the definitions in a program: helper functions and entry points.
 ///
-/// text.hpp replaces every ${NAME}. There is no physics in these texts.
+/// There is no physics in these texts. text.hpp replaces every ${NAME} in them.
 ///
-/// Particles lie in structure-of-arrays buffers: number c of particle i is at [c * params.capacity + i]. A particle's
-/// place is counted in cells from `corner`, the lower corner of a block of 4^D cells. Its resolution is therefore the
-/// same everywhere in the domain. The grid is dense, with one block of ghost nodes below the domain: node k is at index
-/// k + 4 along each axis.
+/// Buffers of particles are structures of arrays: number c of particle i is at index c * params.capacity + i. The
+/// position of a particle is stored as `corner`, the lower corner of a block of 4^D cells, and `place`, the position
+/// from that corner on [cells]. So positions have the same resolution everywhere in the domain. The grid is dense, with
+/// one block of ghost nodes below the domain: the node with lattice coordinate k has the index k + 4 along its axis.
 #pragma once
 
 #include <firn/core/requirements.hpp>
 
 namespace firn::wgsl::text {
 
-/// Functions that several entry points use: bits of floats, the status, indices of nodes.
+/// Helper functions for several entry points. They access the bits of floats and the status, and compute indices of
+/// nodes.
 inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale. Numbers are f32
 // bits: of positive ones the order is the same.
@@ -44,12 +45,12 @@ fn nodes_from(k: ${VEC}) -> ${IVEC} {
 fn kernel_weights_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_WEIGHTS}); }
 )";
 
-/// The gradients of the weights, for programs whose G2P needs them.
+/// A function that returns the gradients of the weights, for programs whose G2P needs these gradients.
 inline constexpr const char* gradient_helpers = R"(
 fn kernel_gradients_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_GRADIENTS}); }
 )";
 
-/// Entry point clear: resets the sums at the nodes, the counts and the status of a step.
+/// The entry point clear. It sets the sums and counts at the nodes to zero, and resets the status words of a step.
 inline constexpr const char* clear = R"(
 @compute @workgroup_size(${GROUP})
 fn clear(${INVOCATION}) {
@@ -65,7 +66,8 @@ fn clear(${INVOCATION}) {
 }
 )";
 
-/// Entry points measure, measure_counts and choose_scale: choose the scale of the integers. \see stage/fixed_point.hpp
+/// The entry points measure, measure_counts and choose_scale. They choose the scale of the integer sums of P2G.
+/// \see stage/fixed_point.hpp
 inline constexpr const char* measure = R"(
 var<workgroup> largest: array<atomic<u32>, 3>;
 
@@ -122,8 +124,8 @@ fn nearest(x: vec4<f32>) -> vec4<i32> {
 }
 )";
 
-/// A function ${NAME}(i, scale, origin) that adds particle i to the sums at the nodes. ${TARGET} is the array of sums,
-/// four integers per node, and `origin` the node that indices in it count from.
+/// The function ${NAME}(i, scale, origin), which adds the momentum and mass of particle i to the sums at the nodes.
+/// ${TARGET} is the array of the sums, with four integers per node. `origin` is the first node in this array.
 inline constexpr const char* scatter = R"(
 fn ${NAME}(i: u32, scale: FixedPointScale, origin: ${IVEC}) {
     let place = load_place(i);
@@ -146,7 +148,7 @@ fn ${NAME}(i: u32, scale: FixedPointScale, origin: ${IVEC}) {
 }
 )";
 
-/// Entry point p2g: adds the particles to the grid directly.
+/// The entry point p2g. It adds the particles directly to the sums in the grid.
 inline constexpr const char* p2g = R"(
 @compute @workgroup_size(${GROUP})
 fn p2g(${INVOCATION}) {
@@ -156,9 +158,10 @@ fn p2g(${INVOCATION}) {
 }
 )";
 
-/// Entry points clear_blocks to p2g_blocks: P2G through workgroup memory. They sort the particles by the block of their
-/// base node. One workgroup adds the particles of a block to sums in its memory, the arena, and then the arena to the
-/// grid. The sums are integers, so that their order makes no difference.
+/// The entry points of P2G through workgroup memory: clear_blocks, count_blocks, scan_blocks, order_particles and
+/// p2g_blocks. The first four sort the particles by the block of their base node. In p2g_blocks, each workgroup adds up
+/// the particles of one block in workgroup memory (the arena), then adds the arena to the grid. The sums are integers,
+/// so the order of the particles does not change them.
 inline constexpr const char* p2g_sorted = R"(
 fn block_count() -> u32 { return node_count() / ${BLOCK_NODES}u; }
 fn block_of(i: u32) -> u32 {
@@ -238,7 +241,7 @@ fn p2g_blocks(${INVOCATION}) {
 }
 )";
 
-/// Entry point grid_update: replaces the sums at the nodes by velocities and masses, in-place.
+/// The entry point grid_update. It replaces the sums of momentum and mass at each node by velocity and mass.
 inline constexpr const char* grid_update = R"(
 @compute @workgroup_size(${GROUP})
 fn grid_update(${INVOCATION}) {
@@ -259,7 +262,8 @@ fn grid_update(${INVOCATION}) {
 }
 )";
 
-/// Entry points g2p, which updates and moves the particles, and initialise, which computes their stress at the start.
+/// The entry points g2p, which updates and moves the particles, and initialise, which computes the particles' stress
+/// before the first step.
 inline constexpr const char* g2p = R"(
 fn velocity_at(node: u32) -> ${VEC} { return bitcast<vec4<f32>>(nodes[node]).${AXES}; }
 

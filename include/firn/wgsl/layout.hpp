@@ -53,8 +53,8 @@ struct EntryPoint {
     /// ("block_workgroup"), or a single workgroup ("one_workgroup").
     std::string per;
     int workgroup_size;  ///< invocations per workgroup
-    std::vector<std::pair<int, bool>>
-        bindings;  ///< number of each binding, and whether the entry point may write to it
+    /// The number of each binding that the entry point uses, and whether the entry point may write to the buffer.
+    std::vector<std::pair<int, bool>> bindings;
 };
 
 /// A WGSL program, with everything that a host needs to run it.

@@ -1,5 +1,4 @@
-/// \file A scalar type that records operations. Calling a C++ function with such scalars yields the graph of the
-/// function.
+/// \file A scalar type that records operations: calling a C++ function with such scalars builds the function's graph.
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -168,8 +167,8 @@ struct shape<recorded> : detail::plain_shape<recorded> {
     /// @}
 };
 
-/// Records a loop. repeat() and repeat_while() of core/repeat.hpp call this function for recorded numbers, which
-/// argument-dependent lookup finds.
+/// Records a loop. repeat() and repeat_while() of core/repeat.hpp call this function if the state consists of recorded
+/// numbers; they find it by argument-dependent lookup.
 /// \tparam N      the largest number of passes
 /// \tparam State  a type with a shape; its recorded numbers are the variables of the loop
 /// \param state   the state before the loop
