@@ -1,6 +1,7 @@
-/// \file A GPU behind the C interface webgpu.h, whose errors become exceptions.
+/// \file A GPU, used through the C interface webgpu.h. Errors of the GPU become exceptions.
 ///
-/// Any library works that implements the interface in the revision with string views and futures.
+/// Any library that implements webgpu.h will do, if its revision has string views (WGPUStringView) and futures
+/// (WGPUFuture).
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -23,16 +24,17 @@
 
 namespace firn::webgpu {
 
-/// Which device to ask for.
+/// The choice of the device for a Device.
 struct DeviceOptions {
-    bool low_power = false;      ///< prefer the GPU that needs less power
-    bool only_software = false;  ///< ask for an adapter that computes on the CPU
-    bool raise_limits = true;    ///< ask for the GPU's own limits, instead of those that every GPU guarantees
+    bool low_power = false;      ///< whether to prefer the GPU that needs less power
+    bool only_software = false;  ///< whether to ask for a software driver, which computes on the CPU
+    /// Whether to ask for the highest limits that the GPU allows, instead of those that every GPU guarantees.
+    bool raise_limits = true;
 };
 
 namespace detail {
 
-/// Deletes a handle by its release function.
+/// The deleter of Owned: passes a handle to its release function.
 template <auto Release>
 struct Released {
     template <class T>
@@ -40,7 +42,7 @@ struct Released {
         Release(handle);
     }
 };
-/// A handle that is released when its owner goes out of scope.
+/// A std::unique_ptr of a WebGPU handle, which releases the handle when it is destroyed.
 template <class Handle, auto Release>
 using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Released<Release>>;
 
@@ -64,7 +66,7 @@ inline std::string text(WGPUStringView view) {
 }
 inline WGPUStringView view(std::string_view text) { return {text.data(), text.size()}; }
 
-/// The result that a callback receives.
+/// The result and the message that a callback receives.
 template <class Result>
 struct Answer {
     bool is_there = false;  // whether the callback has run
@@ -76,7 +78,7 @@ struct Answer {
         message = text(m);
         is_there = true;
     }
-    /// Runs callbacks that are due until this one has run.
+    /// Waits until the callback has given the answer; runs all callbacks that become due meanwhile.
     void wait(WGPUInstance instance) {
         wgpuInstanceProcessEvents(instance);
         while (!is_there) {
@@ -86,8 +88,8 @@ struct Answer {
     }
 };
 
-/// A device and its errors. Callbacks may run until the last handle is released; callbacks for errors run on any
-/// thread.
+/// The WebGPU handles of a device, and the messages of its errors. Callbacks may run until the last handle is released.
+/// Those for errors may run on any thread.
 class DeviceState {
 public:
     explicit DeviceState(const DeviceOptions& options) {
@@ -104,7 +106,8 @@ public:
     DeviceState(const DeviceState&) = delete;
     DeviceState& operator=(const DeviceState&) = delete;
 
-    /// Throws if the device was lost, or has refused a command since the last call.
+    /// Reports errors.
+    /// \throws device_error  if the device was lost, or has refused a command since the last call of this function
     void check() {
         wgpuInstanceProcessEvents(instance.get());
         const std::lock_guard lock(mutex_);
@@ -113,7 +116,7 @@ public:
     }
 
 private:
-    // Declared before the handles, so that callbacks can use them until the last handle is released.
+    // These are declared before the handles, so that callbacks can use them until the last handle is released.
     std::mutex mutex_;
     std::optional<std::string> lost_, refused_;
 
@@ -149,7 +152,7 @@ private:
             name = text(info.description.length ? info.description : info.device);
             wgpuAdapterInfoFreeMembers(info);
         }
-        // Without a driver, some libraries offer a device that computes nothing (Null).
+        // If there is no driver, some libraries offer an adapter that computes nothing (backend Null).
         if (answer.result != WGPURequestAdapterStatus_Success || info.backendType == WGPUBackendType_Null || !adapter)
             throw device_error(sentence(
                 "There is no GPU that WebGPU can use here", answer.message.empty() ? "" : " (" + answer.message + ")",
@@ -189,7 +192,7 @@ private:
             throw device_error(sentence("The GPU ", name, " gives no device: ", answer.message));
     }
 
-    /// Keeps the first message, because later errors may follow from it.
+    /// Stores the message in the member `what`, unless an earlier one is there: later errors may follow from the first.
     void keep(std::optional<std::string> DeviceState::* what, WGPUStringView message) {
         const std::lock_guard lock(mutex_);
         if (!(this->*what)) this->*what = text(message);
@@ -200,26 +203,27 @@ private:
 
 /// A GPU, or a software driver that acts as one.
 ///
-/// Copies share the device, which lives until the last copy and the last Simulation on it are destroyed. Only one
-/// thread at a time may use it.
+/// Copies of a Device share the same device, which is released when the last copy and the last Simulation on it are
+/// destroyed. Only one thread at a time may use the device.
 class Device {
 public:
-    /// Opens a device.
-    /// \throws device_error  with the reason, if there is no adapter or the adapter has no device
+    /// Chooses a GPU and requests a device from it.
+    /// \throws device_error  if there is no usable GPU, or it provides no device; the message tells why
     explicit Device(const DeviceOptions& options = {}) : state_(std::make_shared<detail::DeviceState>(options)) {}
 
     /// Returns the name of the GPU.
     const std::string& name() const { return state_->name; }
-    /// Returns the limits of the device, for wgsl::make_inputs() to check.
+    /// Returns the limits of the device. Pass them to wgsl::make_inputs(), which checks that the program fits.
     const wgsl::Limits& limits() const { return state_->limits; }
-    /// Checks for errors. Every call of a Simulation does that, too.
-    /// \throws device_error  if the device was lost, or has refused a command since the last call
+    /// Checks whether the device has reported an error. A Simulation does so whenever it uses the device.
+    /// \throws device_error  if the device was lost, or has refused a command since the last check
     void check() const { state_->check(); }
 
     /// \name Handles
     /// @{
 
-    /// For other work on the device, such as drawing from a simulation's buffers.
+    /// Returns the handle in webgpu.h, for other work on the device, such as drawing the particles in a simulation's
+    /// buffers. The handle stays owned by the Device.
     WGPUDevice handle() const { return state_->device.get(); }
     WGPUQueue queue() const { return state_->queue.get(); }
     WGPUInstance instance() const { return state_->instance.get(); }
@@ -231,7 +235,8 @@ private:
 
 namespace detail {
 
-/// Runs `create`, which does not throw. Returns the device's error message, if there is one.
+/// Runs `create`, which must not throw. Returns the first error message that the device reports for it, or nullopt if
+/// there is none.
 template <class F>
 std::optional<std::string> objection(const Device& device, const F& create) {
     constexpr WGPUErrorFilter filters[] = {WGPUErrorFilter_Validation, WGPUErrorFilter_OutOfMemory,
@@ -255,6 +260,8 @@ std::optional<std::string> objection(const Device& device, const F& create) {
     return first;
 }
 
+/// Returns a new buffer of `bytes` bytes.
+/// \param name  label of the buffer in messages
 /// \throws device_error  if the device cannot allocate the buffer
 inline OwnedBuffer make_buffer(const Device& device, const std::string& name, std::uint64_t bytes,
                                WGPUBufferUsage usage) {
@@ -276,7 +283,9 @@ inline void submit(const Device& device, const OwnedEncoder& encoder) {
     wgpuQueueSubmit(device.queue(), std::size(all), all);
 }
 
-/// Waits for all commands so far, then reads `count` numbers from number `first` on. \throws device_error
+/// Waits for all commands submitted so far. Then reads `count` numbers of type T from a buffer, beginning with the
+/// number at index `first`.
+/// \throws device_error  if the device was lost, has refused a command, or the buffer cannot be read
 template <class T>
 std::vector<T> download(const Device& device, WGPUBuffer from, std::uint64_t first, std::size_t count) {
     device.check();

@@ -7,7 +7,7 @@
 ///     simulation.initialise();
 ///     simulation.step(100);
 ///     simulation.check();
-///     const std::vector<float> velocities = simulation.read("velocity");  // m/s, three for each particle
+///     const std::vector<float> velocities = simulation.read("velocity");  // [m/s]; x, y, z of each particle
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -24,25 +24,25 @@
 
 namespace firn::webgpu {
 
-/// The value of Status::particle if an error does not belong to one particle.
+/// The value of Status::particle if there is no error, or if the error does not concern a certain particle.
 inline constexpr std::uint32_t no_particle = 0xffffffff;
 
-/// The contents of the buffer "status": errors, and figures of the last step.
+/// The contents of the buffer "status": the first error, and maxima and scales of the last step.
 struct Status {
-    std::uint32_t error;     ///< 0, or one more than the index into wgsl::error_sentences
-    std::uint32_t particle;  ///< the first particle with the error, as numbered in the inputs, or no_particle
-    float signal_speed;      ///< the largest of all particles [m/s]
-    float largest_momentum,  ///< FixedPointLoad::momentum [kg m/s]
-        largest_gradient;    ///< FixedPointLoad::gradient [kg m/s]
-    float largest_mass;      ///< of a particle [kg]
-    float most_particles;    ///< the most particles that have one base node
-    float momentum_scale;    ///< quanta per kg m/s
-    float mass_scale;        ///< quanta per kg
+    std::uint32_t error;     ///< 0: no error; otherwise wgsl::error_sentences[error − 1] is the message
+    std::uint32_t particle;  ///< lowest index of a particle with an error, or no_particle
+    float signal_speed;      ///< largest signal speed of a particle [m/s]
+    float largest_momentum,  ///< largest FixedPointLoad::momentum of a particle [kg m/s]
+        largest_gradient;    ///< largest FixedPointLoad::gradient of a particle [kg m/s]
+    float largest_mass;      ///< largest mass of a particle [kg]
+    float most_particles;    ///< largest number of particles with the same base node
+    float momentum_scale;    ///< how many integer steps of the sums a momentum of 1 kg m/s has
+    float mass_scale;        ///< how many integer steps of the sums a mass of 1 kg has
 };
 
 namespace detail {
 
-/// The name of a type in WGSL.
+/// The name of type T in WGSL; nullptr if buffers cannot have numbers of this type.
 template <class T>
 constexpr const char* wgsl_name = nullptr;
 template <>
@@ -56,15 +56,18 @@ inline constexpr const char* wgsl_name<std::uint32_t> = "u32";
 
 /// A compiled program and its buffers, ready to take steps.
 ///
-/// Number c of particle i is at [c * capacity + i] of its buffer; the inputs define the capacity. Steps run
-/// asynchronously; functions that read from the device wait for them. Every function throws device_error if the device
-/// was lost or has refused an earlier command.
+/// In a buffer of particles, number c of particle i is at index c * capacity + i, where capacity is the uniform of this
+/// name in the inputs. Steps run asynchronously; functions that read from the device wait until all steps are done.
+/// Each function that uses the device throws device_error if the device was lost or has refused an earlier command.
 class Simulation {
 public:
-    /// Compiles the program, and writes the inputs into new buffers.
-    /// \param inputs  from wgsl::make_inputs(), for this program and device.limits()
+    /// Compiles the program, makes its buffers, and writes the inputs into them. Call initialise() before the first
+    /// step.
+    /// \param device   GPU on which to run
+    /// \param program  from wgsl::make_program(); a copy is kept
+    /// \param inputs   from wgsl::make_inputs(), made for this program and device.limits()
     /// \throws parameter_error  if the program does not fit on the device (see wgsl::check_fits())
-    /// \throws device_error     if the device refuses the code (names the line), or has not enough memory
+    /// \throws device_error     if the device refuses the code (the message has the line) or has not enough memory
     /// \throws usage_error      if the inputs were made for another program
     Simulation(const Device& device, const wgsl::Program& program, const wgsl::Inputs& inputs)
         : device_(device), program_(std::make_unique<wgsl::Program>(program)), uniforms_(*program_) {
@@ -83,23 +86,27 @@ public:
         clear_error();
     }
 
-    /// Returns the number of particles.
+    /// Returns the number of particles: that of the inputs, or the last one that was set for the uniform "particles".
     std::uint32_t particles() const { return particles_; }
-    /// Returns the number of steps taken by step().
+    /// Returns the number of steps for which step() has been called so far.
     long steps() const { return steps_; }
-    /// Returns the handle of a buffer, for example to draw from it.
-    /// \throws usage_error  if there is none of this name
+    /// Returns the handle of a buffer, for example to draw the particles in it. The handle stays owned by the
+    /// Simulation.
+    /// \throws usage_error  if the program has no buffer of this name
     WGPUBuffer buffer(const std::string& name) const { return buffers_.at(program_->buffer(name).binding).get(); }
 
-    /// Computes the particles' stress [Pa] from their state, and clears the error. Call it once, after particles were
-    /// written.
+    /// Computes the stress [Pa] of each particle from its state, and clears the error. Call it before the first step,
+    /// and again after you have written states of particles.
     void initialise() {
         clear_error();
         run({"initialise"});
     }
 
-    /// Takes `count` steps, and returns before they are done. After every 256 steps it waits and calls check().
-    /// \param sorted  whether P2G goes through workgroup memory; the sums at the nodes are the same integers
+    /// Takes `count` steps. It may return before the steps are done, but after every 256 steps of a call it calls
+    /// check(), which waits.
+    /// \param count   number of steps
+    /// \param sorted  whether P2G sorts particles and adds up in workgroup memory. The results are the same to the bit;
+    ///                which is faster depends on the GPU.
     void step(int count = 1, bool sorted = false) {
         constexpr int in_one_submission = 16, between_checks = 256;
         const std::vector<std::string>& order = sorted ? wgsl::sorted_step_order : wgsl::step_order;
@@ -112,8 +119,9 @@ public:
         }
     }
 
-    /// Runs the entry points in their order, and repeats that `times` times.
-    /// \throws usage_error  if there is none of such a name
+    /// Runs the entry points one after the other in the given order, and does so `times` times in total. Returns before
+    /// they are done.
+    /// \throws usage_error  if the program has no entry point of one of the names
     void run(const std::vector<std::string>& entry_points, int times = 1) {
         device_.check();
         std::vector<const detail::Kernel*> kernels;
@@ -139,10 +147,12 @@ public:
         detail::submit(device_, encoder);
     }
 
-    /// Sets a uniform for the steps that follow, in the unit that wgsl::Program::uniforms gives. "time_step" [s] also
-    /// sets the uniform computed from it. Uniforms of the grid cannot change.
-    /// \throws usage_error      if there is none of this name, or it has another number of components
-    /// \throws parameter_error  if a value is not finite, not of the type, or out of its range
+    /// Sets a uniform for the steps that follow. Its unit is in wgsl::Program::uniforms. Setting "time_step" [s] also
+    /// sets "place_per_velocity".
+    /// \param values  the components: one, or one for each axis
+    /// \throws usage_error      if the program has no uniform of this name, or the number of components differs
+    /// \throws parameter_error  if a value is not finite, does not fit the uniform's type or is not allowed; or if
+    ///                          "nodes", "capacity", "cells" or "cell_size" would change
     void set(const std::string& name, const std::vector<double>& values) {
         require_allowed(program_->uniform(name), values);
         uniforms_.set(name, values);
@@ -151,11 +161,13 @@ public:
         uniforms_changed_ = true;
     }
 
-    /// Reads a component of the particles ("velocity", "mass", …), in the unit that wgsl::Buffer::components gives.
-    /// Positions are "corner" plus "place", in cells from the domain's lower corner.
+    /// Waits for all steps so far, and returns a component of all particles ("velocity", "mass", …). Its unit is in
+    /// wgsl::Buffer::components. A position is the sum of the components "corner" and "place", in cells from the
+    /// domain's lower corner.
     /// \tparam T  float, std::int32_t or std::uint32_t, the type of the component's numbers
-    /// \returns all numbers of particle 0, then all of particle 1, …
-    /// \throws usage_error  if particles have no such component, or its numbers are of another type
+    /// \returns all numbers of particle 0, then all numbers of particle 1, …
+    /// \throws usage_error  if particles have no component of this name, or the numbers of the component have another
+    /// type
     template <class T = float>
     std::vector<T> read(const std::string& component) {
         std::string names;
@@ -170,9 +182,9 @@ public:
         throw usage_error("Particles have no component " + component + "; they have" + names + ".");
     }
 
-    /// Reads a whole buffer, in its layout on the device.
+    /// Waits for all steps so far, and returns all numbers of a buffer, in their order on the device.
     /// \tparam T  float, std::int32_t or std::uint32_t, the type of the buffer's numbers
-    /// \throws usage_error  if there is no buffer of this name, or it holds another type
+    /// \throws usage_error  if the program has no buffer of this name, or the buffer's numbers have another type
     template <class T = float>
     std::vector<T> read_buffer(const std::string& name) {
         const wgsl::Buffer& b = program_->buffer(name);
@@ -180,8 +192,11 @@ public:
         return detail::download<T>(device_, buffer(name), 0, numbers(b));
     }
 
-    /// Writes a whole buffer, in its layout on the device.
-    /// \throws usage_error  for the reasons of read_buffer(), or if the buffer holds more or fewer numbers
+    /// Replaces all numbers of a buffer.
+    /// \tparam T      float, std::int32_t or std::uint32_t, the type of the buffer's numbers
+    /// \param values  the numbers in their order on the device
+    /// \throws usage_error  if the program has no buffer of this name, or the buffer's numbers have another type or are
+    ///                      more or fewer
     template <class T>
     void write_buffer(const std::string& name, const std::vector<T>& values) {
         device_.check();
@@ -193,18 +208,18 @@ public:
         wgpuQueueWriteBuffer(device_.queue(), buffer(name), 0, values.data(), values.size() * sizeof(T));
     }
 
-    /// Waits for all steps so far, and returns their status.
+    /// Waits for all steps so far, and returns the status after the last of them.
     Status status() {
         const std::vector<std::uint32_t> words = read_buffer<std::uint32_t>("status");
         const auto number = [&](std::size_t k) { return std::bit_cast<float>(words.at(k)); };
         return {words.at(0), words.at(1), number(2), number(3), number(4), number(5), number(6), number(7), number(8)};
     }
 
-    /// Waits for all steps so far, and throws if one has failed. After an error, steps change nothing until
-    /// initialise() is called. Returns status().
-    /// \throws overflow_error  if the sums at a node could exceed the integers
-    /// \throws device_error    if the program reports an unknown error
-    /// \throws particle_error  naming the particle, if a particle is not finite or has left the domain
+    /// Waits for all steps so far, and throws if one has failed; otherwise returns status(). After a failure, steps
+    /// change nothing until initialise() is called.
+    /// \throws overflow_error  if the sum at a node could exceed the range of the integers
+    /// \throws particle_error  if a particle is not finite or has left the domain; the message has the particle's index
+    /// \throws device_error    if the program reports an error that firn does not know
     Status check() {
         const Status now = status();
         if (now.error == 0) return now;
@@ -248,7 +263,7 @@ private:
         wgsl::check_fits(*program_, capacity_, nodes_, device_.limits());
     }
 
-    /// The number of particles, nodes, …
+    /// Returns the number of items that `per` names (see wgsl::Buffer::per and wgsl::EntryPoint::per).
     std::uint64_t extent(const std::string& per) const {
         std::uint64_t all = 1, along = 0, blocks = 1;
         for (const std::uint32_t n : nodes_) {
@@ -328,7 +343,7 @@ private:
 
     Device device_;
     std::unique_ptr<const wgsl::Program> program_;
-    wgsl::Inputs uniforms_;  // of *program_
+    wgsl::Inputs uniforms_;  // refers to *program_
     bool uniforms_changed_ = true;
     std::uint32_t particles_ = 0, capacity_ = 0;
     std::vector<std::uint32_t> nodes_;

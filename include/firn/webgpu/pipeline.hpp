@@ -1,4 +1,4 @@
-/// \file Compiles a program for a device: the module, and a pipeline for each entry point.
+/// \file Compiles a WGSL program for a device: makes the shader module, and a pipeline for each entry point.
 #pragma once
 
 #include <firn/webgpu/device.hpp>
@@ -8,7 +8,7 @@
 
 namespace firn::webgpu::detail {
 
-/// Line `number` of the code. The first line is number 1.
+/// Returns line `number` of the code. The first line is number 1.
 inline std::string line_of(std::string_view code, std::uint64_t number) {
     for (; number > 1; --number) {
         const std::size_t end = code.find('\n');
@@ -17,8 +17,10 @@ inline std::string line_of(std::string_view code, std::uint64_t number) {
     return std::string(code.substr(0, code.find('\n')));
 }
 
-/// Compiles a program.
-/// \throws device_error  with the compiler's messages, each with name, line number, column and the line itself
+/// Compiles a program and returns its shader module.
+/// \throws device_error  if the compiler reports errors; for each, the message has the program's name, the line number,
+/// the
+///                       column and the text of the line
 inline OwnedModule compile(const Device& device, const wgsl::Program& program) {
     WGPUShaderSourceWGSL source{};
     source.chain.sType = WGPUSType_ShaderSourceWGSL;
@@ -59,17 +61,19 @@ inline OwnedModule compile(const Device& device, const wgsl::Program& program) {
     return module;
 }
 
-/// An entry point, ready to be dispatched.
+/// What a dispatch of an entry point needs: the pipeline, the buffers (bind group) and the number of workgroups.
 struct Kernel {
     OwnedPipeline pipeline;
     OwnedBindGroup bind_group;
     wgsl::Dispatch groups;
 };
 
-using Buffers = std::map<int, OwnedBuffer>;  // by binding
+using Buffers = std::map<int, OwnedBuffer>;  // each with the number of its binding
 
-/// Makes the pipeline and the bind group of an entry point. The uniforms have binding 0.
-/// \throws device_error  naming the entry point
+/// Makes the pipeline and the bind group of entry point e.
+/// \param buffers  all buffers of the program; that at binding 0 contains the uniforms
+/// \param groups   size of a dispatch of the entry point
+/// \throws device_error  if the device refuses the entry point or its buffers; the message names the entry point
 inline Kernel make_kernel(const Device& device, const wgsl::Program& program, const OwnedModule& module,
                           const wgsl::EntryPoint& e, const Buffers& buffers, wgsl::Dispatch groups) {
     std::vector<WGPUBindGroupLayoutEntry> kinds;

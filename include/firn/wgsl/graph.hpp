@@ -50,7 +50,7 @@ enum class Op : std::uint8_t {
     loop_result,     ///< variable b of loop a after the last pass
 };
 
-/// The number that stands for "no node" or "no loop".
+/// Where the number of a node, a loop or a run is expected: there is none.
 inline constexpr int nothing = -1;
 
 /// A node of the graph: an operation. The nodes of its operands have smaller numbers than the node itself.
@@ -91,10 +91,9 @@ public:
     std::vector<int> guards;           ///< nodes of masks passed to any(); work that only these select becomes a branch
 
     /// \name Operations
-    /// Each function returns the number of a node that has the operation's result. It adds a node, except in three
-    /// cases. An equal node exists. All operands are constants: the result becomes a constant. Or a rule applies: x +
-    /// 0, x − 0, x · 1 and x / 1 become x, x · 0 becomes 0, and so on. A rule may change the sign of a zero, and takes
-    /// NaN · 0 and ∞ · 0 as 0.
+    /// Each function returns the number of a node that has the operation's result. It adds that node, unless an equal
+    /// node exists or the result is simpler: most operations on constants become a constant; x · 1, x / 1, x + 0 and
+    /// x − 0 become x; x · 0 becomes 0. (This may change the sign of a zero; NaN · 0 and ∞ · 0 become 0, too.)
     /// @{
 
     /// Adds a constant number.
