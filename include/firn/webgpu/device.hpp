@@ -24,7 +24,7 @@
 
 namespace firn::webgpu {
 
-/// The choice of the device for a Device.
+/// Options of a Device: which GPU to choose, and with which limits.
 struct DeviceOptions {
     bool low_power = false;      ///< whether to prefer the GPU that needs less power
     bool only_software = false;  ///< whether to ask for a software driver, which computes on the CPU

@@ -27,7 +27,7 @@ namespace firn::webgpu {
 /// The value of Status::particle if there is no error, or if the error does not concern a certain particle.
 inline constexpr std::uint32_t no_particle = 0xffffffff;
 
-/// The contents of the buffer "status": the first error, and maxima and scales of the last step.
+/// The contents of the buffer "status": an error, and maxima and scales of the last step.
 struct Status {
     std::uint32_t error;     ///< 0: no error; otherwise wgsl::error_sentences[error − 1] is the message
     std::uint32_t particle;  ///< lowest index of a particle with an error, or no_particle
@@ -105,8 +105,8 @@ public:
     /// Takes `count` steps. It may return before the steps are done, but after every 256 steps of a call it calls
     /// check(), which waits.
     /// \param count   number of steps
-    /// \param sorted  whether P2G sorts particles and adds up in workgroup memory. The results are the same to the bit;
-    ///                which is faster depends on the GPU.
+    /// \param sorted  whether P2G sorts particles and adds up in workgroup memory. The results have the same bits
+    ///                either way.
     void step(int count = 1, bool sorted = false) {
         constexpr int in_one_submission = 16, between_checks = 256;
         const std::vector<std::string>& order = sorted ? wgsl::sorted_step_order : wgsl::step_order;
@@ -166,8 +166,7 @@ public:
     /// domain's lower corner.
     /// \tparam T  float, std::int32_t or std::uint32_t, the type of the component's numbers
     /// \returns all numbers of particle 0, then all numbers of particle 1, …
-    /// \throws usage_error  if particles have no component of this name, or the numbers of the component have another
-    /// type
+    /// \throws usage_error  if particles have no component of this name, or its numbers have another type
     template <class T = float>
     std::vector<T> read(const std::string& component) {
         std::string names;

@@ -22,7 +22,7 @@ namespace firn::wgsl {
 template <class T>
 struct shape;
 
-/// Calls f(component) for every recorded number of a value, in the order of shape\<T>::visit().
+/// Calls f(component) for every recorded number of a value, in the order in which shape\<T> visits them.
 template <class T, class F>
 void for_components(T& value, const F& f) {
     shape<T>::visit(value, "", [&](auto& component, const std::string&) { f(component); });
