@@ -36,8 +36,8 @@ struct Status {
         largest_gradient;    ///< largest FixedPointLoad::gradient of a particle [kg m/s]
     float largest_mass;      ///< largest mass of a particle [kg]
     float most_particles;    ///< largest number of particles with the same base node
-    float momentum_scale;    ///< how many integer steps of the sums a momentum of 1 kg m/s has
-    float mass_scale;        ///< how many integer steps of the sums a mass of 1 kg has
+    float momentum_scale;    ///< scale of the integer sums of momentum [quanta per kg m/s]
+    float mass_scale;        ///< scale of the integer sums of mass [quanta per kg]
 };
 
 namespace detail {
@@ -147,8 +147,8 @@ public:
         detail::submit(device_, encoder);
     }
 
-    /// Sets a uniform for the steps that follow. Its unit is in wgsl::Program::uniforms. Setting "time_step" [s] also
-    /// sets "place_per_velocity".
+    /// Sets a uniform for the steps that follow. The units of all uniforms are in wgsl::Program::uniforms. Setting
+    /// "time_step" [s] also sets "place_per_velocity".
     /// \param values  the components: one, or one for each axis
     /// \throws usage_error      if the program has no uniform of this name, or the number of components differs
     /// \throws parameter_error  if a value is not finite, does not fit the uniform's type or is not allowed; or if
@@ -161,9 +161,9 @@ public:
         uniforms_changed_ = true;
     }
 
-    /// Waits for all steps so far, and returns a component of all particles ("velocity", "mass", …). Its unit is in
-    /// wgsl::Buffer::components. A position is the sum of the components "corner" and "place", in cells from the
-    /// domain's lower corner.
+    /// Waits for all steps so far, and returns a component of all particles ("velocity", "mass", …). The units of all
+    /// components are in wgsl::Buffer::components. A position is the sum of the components "corner" and "place", in
+    /// cells from the domain's lower corner.
     /// \tparam T  float, std::int32_t or std::uint32_t, the type of the component's numbers
     /// \returns all numbers of particle 0, then all numbers of particle 1, …
     /// \throws usage_error  if particles have no component of this name, or its numbers have another type

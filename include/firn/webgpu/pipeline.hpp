@@ -18,9 +18,8 @@ inline std::string line_of(std::string_view code, std::uint64_t number) {
 }
 
 /// Compiles a program and returns its shader module.
-/// \throws device_error  if the compiler reports errors; the message has, for each, the program's name, the line
-/// number,
-///                       the column and the text of the line
+/// \throws device_error  if the compiler reports errors; for each, the message has the program's name, the number
+///                       and the text of the line, and the column
 inline OwnedModule compile(const Device& device, const wgsl::Program& program) {
     WGPUShaderSourceWGSL source{};
     source.chain.sType = WGPUSType_ShaderSourceWGSL;

@@ -249,8 +249,8 @@ private:
         return name;
     }
 
-    /// Writes the nodes of a region that belong to a run. If `run` is `nothing`, writes the nodes that belong to no
-    /// run, and the runs of the region.
+    /// Writes the statements of the nodes in one region (the number of a loop, or `nothing` outside of loops) and one
+    /// run. If `run` is `nothing`, writes the nodes that belong to no run, and all runs in the region.
     void write_block(int in_region, int run, int depth) {
         for (int i = 0; i < int(live_.size()); ++i) {
             if (!live_[std::size_t(i)] || region(i) != in_region) continue;

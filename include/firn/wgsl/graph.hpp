@@ -50,7 +50,7 @@ enum class Op : std::uint8_t {
     loop_result,     ///< variable b of loop a after the last pass
 };
 
-/// Instead of the number of a node, of a loop or of a run (of class Body): there is none.
+/// The number −1, which means "no node", "no loop" or, in class Body, "no run".
 inline constexpr int nothing = -1;
 
 /// A node of the graph: an operation. The nodes of its operands have smaller numbers than the node itself.
