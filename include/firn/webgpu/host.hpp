@@ -64,8 +64,8 @@ public:
     /// Compiles the program, makes its buffers, and writes the inputs into them. Call initialise() before the first
     /// step.
     /// \param device   GPU on which to run
-    /// \param program  from wgsl::make_program(); a copy is kept
-    /// \param inputs   from wgsl::make_inputs(), made for this program and device.limits()
+    /// \param program  the program, from wgsl::make_program(); a copy of it is kept
+    /// \param inputs   the inputs, from wgsl::make_inputs(), made for this program and device.limits()
     /// \throws parameter_error  if the program does not fit on the device (see wgsl::check_fits())
     /// \throws device_error     if the device refuses the code (the message has the line) or has not enough memory
     /// \throws usage_error      if the inputs were made for another program

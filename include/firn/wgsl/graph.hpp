@@ -98,7 +98,7 @@ public:
 
     /// Adds a constant number.
     int constant(float value) { return push({Op::constant, nothing, nothing, nothing, value}); }
-    /// Adds a constant mask.
+    /// Adds a mask whose value is always `value`.
     int truth(bool value) { return push({Op::truth, nothing, nothing, nothing, value ? 1.0F : 0.0F}); }
     /// Adds an input: a parameter of the WGSL function or a uniform, whose WGSL expression is `text`.
     int input(std::string text) { return push({Op::input, nothing, nothing, nothing, 0, std::move(text)}); }

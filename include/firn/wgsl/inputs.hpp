@@ -13,15 +13,15 @@ namespace firn::wgsl {
 /// The values that a host writes into the uniforms and buffers of a program before the program runs.
 class Inputs {
 public:
-    /// Sets all uniforms to their default values. `program` must exist as long as this object, which refers to it.
+    /// Sets all uniforms to their default values. `program` must exist as long as this object exists.
     explicit Inputs(const Program& program) : program_(&program) {
         for (const Uniform& u : program.uniforms) values_.push_back(u.values);
     }
 
     std::uint32_t particles = 0;       ///< number of particles
     std::vector<std::uint32_t> nodes;  ///< number of nodes along each axis
-    /// The name and the contents of each buffer that the program reads before it writes it. The layout is that on the
-    /// device: in buffers of particles, number c of particle i is at index c * capacity + i.
+    /// The name and the contents of each buffer that the host must fill before the first step. The numbers have the
+    /// same order as on the device: in buffers of particles, number c of particle i is at index c * capacity + i.
     std::vector<std::pair<std::string, std::vector<float>>> buffers;
 
     /// Sets the components of a uniform.
@@ -64,7 +64,7 @@ inline void set_time_step(Inputs& inputs, double dt, double cell_size) {
 }
 
 /// Sets the uniforms of a policy to the policy's present parameters, for example after a boundary has moved.
-/// \param policy  of the type for which the program was made
+/// \param policy  the policy, of the type for which the program was made
 /// \param prefix  which policy it is: "material", "boundary" or "field"
 /// \throws usage_error  if the program has no uniform for one of the parameters
 template <class Policy>

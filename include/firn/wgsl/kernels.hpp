@@ -12,8 +12,7 @@
 
 namespace firn::wgsl::text {
 
-/// Helper functions for several entry points. They access the bits of floats and the status, and compute indices of
-/// nodes.
+/// Helper functions for several entry points: access to the bits of floats, the status, and the indices of nodes.
 inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale. Numbers are f32
 // bits: of positive ones the order is the same.

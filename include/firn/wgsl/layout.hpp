@@ -71,7 +71,7 @@ struct Program {
     std::vector<Uniform> uniforms;         ///< members of the WGSL struct at binding 0
     std::size_t uniform_bytes = 0;         ///< size of the struct of uniforms, a multiple of 16 [bytes]
     std::vector<Buffer> buffers;           ///< the storage buffers, at the other bindings
-    std::vector<EntryPoint> entry_points;  ///< all entry points; step_order has those of a step in order
+    std::vector<EntryPoint> entry_points;  ///< all entry points, not in the order of a step (see step_order)
     std::string code;                      ///< the WGSL text
 
     /// Returns the buffer of a given name.

@@ -22,7 +22,7 @@ struct Limits {
 /// The size of a dispatch, in workgroups.
 struct Dispatch {
     std::uint32_t x,  ///< workgroups along x
-        y;            ///< workgroups along y: 1, unless x is at the device's limit
+        y;            ///< workgroups along y; more than 1 only if x is at the device's limit
 };
 
 /// Returns the size of a dispatch that has at least `invocations` invocations. Its workgroups lie along x; if they

@@ -163,9 +163,9 @@ inline constexpr bool is_empty_array<std::array<T, 0>> = true;
 }  // namespace detail
 
 /// Translates a C++ struct T to a struct of WGSL. A specialisation of shape can derive from this class.
-/// \tparam Derived  the specialisation of shape that derives. It has name(), the name of the struct in WGSL, and
-/// members(), a tuple of
-///                  member{…}. Members that are empty arrays are left out.
+/// \tparam Derived  that specialisation. It has name(), which returns the name of the struct in WGSL, and members(),
+/// which
+///                  returns a tuple of member{…}. Members that are empty arrays are left out.
 template <class T, class Derived>
 struct struct_shape {
     /// Returns the name of the struct in WGSL.
