@@ -316,7 +316,7 @@ private:
     const Graph& graph_;
     std::vector<bool> live_;
     std::vector<std::vector<int>> users_;
-    std::vector<int> run_;                // for each node: the run to which it belongs, or nothing
+    std::vector<int> run_;                // for each node: the run to which it belongs, or `nothing`
     std::vector<std::vector<int>> runs_;  // for each run: its Op::select nodes
     std::vector<int> selection_of_run_;
     std::vector<int> loop_node_;

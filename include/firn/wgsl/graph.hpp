@@ -74,19 +74,19 @@ struct Node {
 /// the mask `go_on` false.
 struct Loop {
     int passes;                ///< the largest number of passes
-    int parent;                ///< number of the loop that contains this one, or nothing
+    int parent;                ///< number of the loop that contains this one, or `nothing`
     std::vector<int> initial;  ///< nodes of the variables before the loop
     std::vector<int> inside;   ///< nodes of the variables at the start of a pass (Op::loop_value)
     std::vector<int> next;     ///< nodes of the variables after a pass
-    int go_on = nothing;       ///< node of the mask that must be true for another pass; nothing: no mask is needed
+    int go_on = nothing;       ///< node of the mask that must be true for another pass; `nothing`: no mask is needed
 };
 
 /// The operations of a recorded definition. Each is a node; nodes are numbered in the order in which they were added.
 class Graph {
 public:
-    std::vector<Node> nodes;           ///< all nodes
-    std::vector<int> region;           ///< for each node: number of the innermost loop on which it depends, or nothing
-    std::vector<Loop> loops;           ///< all loops, in the order of the calls of open_loop()
+    std::vector<Node> nodes;  ///< all nodes
+    std::vector<int> region;  ///< for each node: number of the innermost loop on which it depends, or `nothing`
+    std::vector<Loop> loops;  ///< all loops, in the order of the calls of open_loop()
     std::map<int, std::string> names;  ///< names that the definition gives to some nodes
     std::vector<int> guards;           ///< nodes of masks passed to any(); work that only these select becomes a branch
 
@@ -193,7 +193,7 @@ public:
     }
     /// Ends the innermost loop that has been started. Returns the nodes of the loop's variables after the last pass.
     /// \param next   nodes of the variables after a pass
-    /// \param go_on  node of the mask that must be true for another pass; nothing: no mask is needed
+    /// \param go_on  node of the mask that must be true for another pass; `nothing`: no mask is needed
     std::vector<int> close_loop(std::vector<int> next, int go_on = nothing) {
         const int loop = open_.back();
         open_.pop_back();

@@ -154,7 +154,7 @@ struct shape<recorded> : detail::plain_shape<recorded> {
     /// \name Interface of shape
     /// @{
 
-    /// type(), visit() and build() are described at shape.
+    /// type(), visit() and build() are described at the template shape.
     static std::string type() { return "f32"; }
     template <class F>
     static void visit(recorded& value, const std::string& text, const F& f) {

@@ -50,7 +50,7 @@ struct shape<Vec<S, N>> : detail::plain_shape<S> {
     /// \name Interface of shape
     /// @{
 
-    /// type(), visit() and build() are described at shape.
+    /// type(), visit() and build() are described at the template shape.
     static std::string type() { return "vec" + std::to_string(N) + "<" + shape<S>::type() + ">"; }
     template <class F>
     static void visit(Vec<S, N>& value, const std::string& text, const F& f) {
@@ -71,7 +71,7 @@ struct shape<Mat<S, D>> : detail::plain_shape<S> {
     /// \name Interface of shape
     /// @{
 
-    /// type(), visit() and build() are described at shape.
+    /// type(), visit() and build() are described at the template shape.
     static std::string type() {
         return "mat" + std::to_string(D) + "x" + std::to_string(D) + "<" + shape<S>::type() + ">";
     }
@@ -96,7 +96,7 @@ struct shape<std::array<T, 1>> : detail::plain_shape<T> {
     /// \name Interface of shape
     /// @{
 
-    /// type(), visit() and build() are described at shape.
+    /// type(), visit() and build() are described at the template shape.
     static std::string type() { return shape<T>::type(); }
     template <class F>
     static void visit(std::array<T, 1>& value, const std::string& text, const F& f) {
@@ -117,7 +117,7 @@ struct shape<std::array<T, N>> {
     /// \name Interface of shape
     /// @{
 
-    /// type(), declare(), visit() and build() are described at shape.
+    /// type(), declare(), visit() and build() are described at the template shape.
     static std::string type() {
         if constexpr (numbers)
             return shape<Vec<T, int(N)>>::type();
@@ -163,9 +163,8 @@ inline constexpr bool is_empty_array<std::array<T, 0>> = true;
 }  // namespace detail
 
 /// Translates a C++ struct T to a struct of WGSL. A specialisation of shape can derive from this class.
-/// \tparam Derived  that specialisation. It has name(), which returns the name of the struct in WGSL, and members(),
-/// which
-///                  returns a tuple of member{…}. Members that are empty arrays are left out.
+/// \tparam Derived  that specialisation. name() returns the name of the struct in WGSL, and members() returns a tuple
+///                  of member{…}. Members that are empty arrays are left out.
 template <class T, class Derived>
 struct struct_shape {
     /// Returns the name of the struct in WGSL.

@@ -48,8 +48,8 @@ inline std::string no_matrix(int D) { return "mat" + std::to_string(D) + "x" + s
 /// of particle i is at index c * capacity + i.
 /// \tparam T      type of the value, with a shape
 /// \param stores  whether to write store_NAME(i, value), too
-/// \param first   c of the value's first number
-/// \param number  component k of the value, in the order of its shape, has c = first + number(k)
+/// \param first   the index c of the first number of the value
+/// \param number  component k of the value, in the order of its shape, has the index c = first + number(k)
 template <class T, class Number>
 std::string accessors(const std::string& name, const std::string& buffer, bool stores, int first,
                       const Number& number) {
