@@ -456,7 +456,7 @@ StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_dig
 
 /// Reads a state from an HDF5 file. The values have exactly the bits that were written. The field "position" comes
 /// first, then the other fields in the order in which they were written. Attributes of the group /firn that are not
-/// texts are ignored, except those that firn writes.
+/// texts are ignored, except schema_version, dimension and digest.
 /// \tparam S  precision of the state in the file, float or double
 /// \param path     the name of the file
 /// \param reading  whether the state is compared with its digest (files of schema_version 1 have no digest)
