@@ -23,8 +23,7 @@ namespace firn {
 ///
 /// If a state cannot be written, the state is kept. The next call of write() or finish() throws the error, and the
 /// thread tries to write the state again. When finish() returns, all states and the list of states are complete on
-/// disk. The destructor also waits until all states are written, but only prints a warning if a state cannot be
-/// written.
+/// disk. The destructor also waits until all states are written. If one cannot be written, it prints a warning.
 template <state_scalar S>
 class BackgroundSeries {
 public:
@@ -70,8 +69,7 @@ public:
         changed_.notify_all();
     }
 
-    /// Returns a state that has been written, so that its memory can be reused. Returns an empty state if there is
-    /// none.
+    /// Returns a state that has been written, so that its memory can be reused; an empty state if there is none.
     State<S> spare() {
         std::lock_guard lock(mutex_);
         return std::exchange(spare_, {});

@@ -29,7 +29,7 @@ namespace firn::hdf5 {
 class MemoryFile {
 public:
     /// Creates an empty file in memory.
-    /// \param front  number of bytes to reserve at the begin of the file for everything except arrays. The buffer then
+    /// \param front  number of bytes to reserve at the start of the file for everything except arrays. The buffer then
     ///               does not need to contain large arrays. Too small a number only costs memory and time.
     /// \throws io_error  if HDF5 fails
     explicit MemoryFile(std::size_t front) {
@@ -107,7 +107,7 @@ public:
     static constexpr std::size_t large = std::size_t(1) << 18;
 
     /// Creates an empty file in memory.
-    /// \param front  number of bytes to reserve at the begin of the file for everything except arrays
+    /// \param front  number of bytes to reserve at the start of the file for everything except arrays
     /// \throws io_error  if HDF5 fails
     explicit FileImage(std::size_t front) : file_(front) {}
 

@@ -1,5 +1,4 @@
-/// \file Ends a run after Ctrl-C or SIGTERM only when the current step is complete, so that a last state can be
-/// written.
+/// \file Lets a program end its run after Ctrl-C or SIGTERM when the current step is complete, and write a last state.
 #pragma once
 
 #include <csignal>

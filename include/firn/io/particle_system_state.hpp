@@ -22,7 +22,7 @@ namespace firn {
 /// \param points  the points
 /// \param facets  triangles, or edges in 2D; their numbers are indices of points, from 0
 /// \param time    time of the state [s]
-/// \param step    number of steps since the begin of the run
+/// \param step    number of steps since the start of the run
 /// \throws parameter_error  if a facet names a point that does not exist
 template <std::floating_point S, int D>
 State<S> state_of(const PointMasses<S, D>& points, std::type_identity_t<std::span<const Facet<D>>> facets, double time,
@@ -319,8 +319,9 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
 /// \param system  the system that is restored
 /// \param state   the state, such as read_state() returns
 /// \param how     which states are accepted; Restart::converted is not supported
-/// \throws io_error         if the state was written by a different run (see Restart), or if a part of the state is
-///                          missing or invalid; the message names this part, and the system is unchanged
+/// \throws io_error         if the state was written by a different run (see Restart), if a part of the state is
+///                          missing or invalid (the message names this part), or if the system has taken a step; the
+///                          system is then unchanged
 /// \throws parameter_error  if `how` is Restart::converted
 template <int D, std::floating_point S, class Integrator, class Boundary>
 void restore(ParticleSystem<D, S, Integrator, Boundary>& system, const std::type_identity_t<State<S>>& state,

@@ -25,9 +25,8 @@ template <class S, int D, class T>
 class ParticlesOfState {
 public:
     /// Reads the ids. The state must live as long as this object.
-    /// \throws io_error  if two particles have the same id, if an id is not below the state's parameter `next_id`, or
-    /// if
-    ///                   the state has no valid `next_id`
+    /// \throws io_error  if two particles have the same id, if the state has no valid parameter `next_id`, or if an id
+    ///                   is not below this parameter
     explicit ParticlesOfState(const State<T>& state) : state_(state), n_(state.size()) {
         const double next = parameter_values(state, "run", "next_id")[0];
         if (!(next >= 0 && next <= double(no_particle)) || next != std::floor(next))
@@ -49,8 +48,7 @@ public:
 
     /// Appends the particles of the state to `particles`, in the order of their ids, and sets their fields.
     /// \param converted  whether the run uses Restart::converted. If so, stresses are not read, because they follow
-    /// from
-    ///                   the other fields, and affine velocities are 0 if the state has none.
+    ///                   from the other fields, and affine velocities are 0 if the state has none.
     /// \throws io_error  if the state lacks a field, or has an invalid value
     void read(ParticleStore<S, D>& particles, bool converted) const {
         const T* const x = field("position", D);

@@ -1,5 +1,4 @@
-/// \file Writes and reads the list of the states of a run. The list is a file NAME.hdf.series in ParaView's JSON
-/// format.
+/// \file Writes and reads the list of the states of a run, a file NAME.hdf.series in ParaView's JSON format.
 #pragma once
 
 #include <firn/core/error.hpp>

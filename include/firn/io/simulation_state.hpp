@@ -157,9 +157,8 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
 /// Writes the current state of a set of particles (all particles of one material) to `into`.
 ///
 /// The state has, in the order of ids, the positions [m] and all fields of the particles:
-/// - `place`: the exact position within the particle's block [cells from the block's lower corner]; the field
-/// `position`
-///   is rounded from it
+/// - `place`: the exact position within the particle's block [cells from the block's lower corner], from which
+///   `position` is computed with rounding
 /// - velocities [m/s], the affine matrix C of APIC [1/s], the Kirchhoff stress τ [Pa], masses [kg], volumes [m^D]
 /// - the state variables of the material, such as the deformation gradient F
 ///

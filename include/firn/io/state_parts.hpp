@@ -15,8 +15,7 @@ namespace firn {
 
 /// Which states restore() accepts.
 enum class Restart {
-    /// Accept a state only if it was written by the same build (compiler, instruction set, version of firn) and by a
-    /// run
+    /// Accept only a state that was written by the same build (compiler, instruction set, version of firn), in a run
     /// with the same policies and parameters. The continued run gives the same bits as that run.
     same_bits,
     /// Accept also a state that was written by another build. The continued run may then round differently.
@@ -137,9 +136,8 @@ inline const StateTable& table(const std::vector<StateTable>& tables, const char
 ///
 /// \param policy  a boundary or a transfer
 /// \param group   the group of the state's parameters, "boundary" or "transfer"
-/// \throws io_error  if the state lacks a parameter of the policy, or has another number of values for it, or if a
-/// value
-///                   is NaN or its magnitude is 1e300 or more; the policy is then unchanged
+/// \throws io_error  if the state lacks a parameter of the policy, or has another number of values for it, or if the
+///                   magnitude of a value is NaN or at least 1e300; the policy is then unchanged
 template <class Policy, state_scalar S>
 void restore_parameters(Policy& policy, const State<S>& state, const char* group) {
     Policy restored = policy;

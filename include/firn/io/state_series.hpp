@@ -65,11 +65,9 @@ public:
     }
 
     /// Writes the next state, then the list of states. Returns the path of the state's file. If the state or the list
-    /// cannot be written, the earlier states are still complete and in the list, and the next call uses the same
-    /// number.
+    /// cannot be written, the earlier states stay complete and listed, and the next call uses the same number.
     /// \throws parameter_error  if the parts of the state do not fit together (check_state()), if the compression is
-    /// not
-    ///                          0 to 9, or if the state has no field of a name in StateOptions::fields
+    ///                          not 0 to 9, or if the state has no field of a name in StateOptions::fields
     /// \throws io_error         if the state or the list cannot be written, or if a state of an older series cannot be
     ///                          removed
     template <state_scalar S>

@@ -19,7 +19,7 @@
 ///
 /// Every field and parameter has an attribute `unit`. Every field also has an attribute `components`, which is 2 for a
 /// vector in 2D. The digest (state_digest.hpp) depends on everything that firn reads from the file. Equal states give
-/// files of equal bytes.
+/// files with equal bytes.
 ///
 /// Older files: in schema_version 1 there is no digest; in schema_version 1 and 2, `body` is named `material`, and
 /// `last_time_step` is named `dt`.
@@ -44,7 +44,7 @@
 
 namespace firn {
 
-/// How write_state() and StateSeries write states.
+/// Options of write_state() and StateSeries.
 struct StateOptions {
     /// 0: no compression, the fastest. 1 to 9: HDF5's shuffle and deflate filters, with this level of deflate; files
     /// are somewhat smaller, writing is much slower.
