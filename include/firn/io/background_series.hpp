@@ -23,7 +23,7 @@ namespace firn {
 ///
 /// If a state cannot be written, the state is kept. The next call of write() or finish() throws the error, and the
 /// thread tries to write the state again. When finish() returns, all states and the list of states are complete on
-/// disk. The destructor also waits until all states are written. If one cannot be written, it prints a warning.
+/// disk. The destructor also waits until all states are written. If one cannot be written, a warning is printed.
 template <state_scalar S>
 class BackgroundSeries {
 public:
@@ -58,7 +58,8 @@ public:
         written_ = series_.size();
     }
 
-    /// Gives a state to the thread, which writes it. If two states are not yet written, it first waits until one is.
+    /// Gives a state to the thread, which writes it to disk. If two earlier states are still in memory, write() first
+    /// waits until one of them is on disk.
     /// \throws parameter_error, io_error  the error of an earlier state that could not be written; `state` is then
     ///         unchanged and will not be written
     void write(State<S>&& state) {

@@ -20,8 +20,8 @@ std::size_t particles_in(const StateField<S>& field) {
 /// Returns the values of a field as a matrix, with one row per component and one column per particle. If the field is a
 /// variable, the result is an Eigen::Map of the field's memory; if the field is a temporary, the result is a copy.
 ///
-/// If the values of the field are matrices, each is one column, row by row. `matrix_of<D>(field, i)` returns the value
-/// of particle i as a D × D matrix.
+/// In a field of matrices, a column contains the matrix of one particle, row by row. `matrix_of<D>(field, i)` returns
+/// the matrix of particle i as a D × D matrix.
 template <state_scalar S>
 Eigen::Map<const Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>> as_eigen(const StateField<S>& field) {
     return {field.values.data(), field.components, Eigen::Index(detail::particles_in(field))};

@@ -149,7 +149,7 @@ bool is_number(const Datatype& type) {
            check(H5Tequal(type.id(), Number<T>::big_endian()), "compare types") > 0;
 }
 
-/// Returns a name of a type in a file, for messages: for example "64-bit float" or "string".
+/// Returns the name of a type in a file, for messages: for example "64-bit float" or "string".
 inline std::string_view type_name(const Datatype& type) {
     if (is_number<float>(type)) return Number<float>::name;
     if (is_number<double>(type)) return Number<double>::name;

@@ -4,7 +4,7 @@
 /// fails (for example on a full disk), HDF5's objects stay open, the program crashes when it ends (HDF5 1.10.8, in
 /// H5F__close_cb from exit), and H5Fclose can return success.
 ///
-/// Large arrays are not copied into the memory: HDF5 only chooses their offsets in the file.
+/// Large arrays are not copied into the file in memory: HDF5 only chooses their offsets in the file.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -29,8 +29,8 @@ namespace firn::hdf5 {
 class MemoryFile {
 public:
     /// Creates an empty file in memory.
-    /// \param front  number of bytes to reserve at the start of the file for everything except arrays. The buffer then
-    ///               does not need to contain large arrays. Too small a number only costs memory and time.
+    /// \param front  number of bytes to reserve at the start of the file for everything except arrays. The buffer
+    ///               can then end where large arrays begin. Too small a number only costs memory and time.
     /// \throws io_error  if HDF5 fails
     explicit MemoryFile(std::size_t front) {
         const std::string_view tried = "build it in memory";

@@ -1,7 +1,7 @@
 /// \file Reads and writes surfaces and points as Wavefront OBJ files (for Houdini and Blender).
 ///
-/// The files are read with tinyobjloader. Without an error, tinyobjloader reads a coordinate that is not a number as 0,
-/// and leaves out a face that has only two vertices or names a vertex that does not exist. So firn checks the file
+/// The files are read with tinyobjloader. It reports no error if a coordinate is not a number (it reads 0), or if a
+/// face has only two vertices or names a vertex that does not exist (it leaves out the face). So firn checks the file
 /// first, and throws an error with the number of the line.
 #pragma once
 

@@ -1,5 +1,5 @@
 /// \file Restores a simulation from a state, so that the run can be continued. The continued run gives the same bits as
-/// an uninterrupted one. If asked for, it also accepts states of another build, precision or policy.
+/// an uninterrupted one. Optionally, restore() also accepts states of another build, precision or policy (see Restart).
 #pragma once
 
 #include <firn/io/simulation_state.hpp>

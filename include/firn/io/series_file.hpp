@@ -20,7 +20,7 @@ namespace firn {
 
 /// One state in the list of a series of states.
 struct SeriesEntry {
-    std::string file;  ///< Name of the state's file, relative to the folder in which the list is.
+    std::string file;  ///< Name of the state's file, which is in the folder of the list.
     double time = 0;   ///< Time of the state [s].
 
     bool operator==(const SeriesEntry&) const = default;

@@ -65,17 +65,17 @@ template <state_scalar S>
 struct State {
     using Scalar = S;  ///< Precision of the fields.
 
-    int dimension = 3;                  ///< Number of dimensions D, 2 or 3.
-    std::uint64_t step = 0;             ///< Number of steps since the start of the run.
-    double time = 0;                    ///< Time [s].
-    double last_time_step = 0;          ///< Size of the last time step [s]; 0 before the first step.
-    std::vector<StateField<S>> fields;  ///< The fields. A field "position" [m] with D components is required.
-    std::vector<std::int64_t> id;       ///< The id of each particle.
-    std::vector<std::int32_t> body;     ///< The body of each particle (its index, from 0), or the group of each point.
+    int dimension = 3;                       ///< Number of dimensions D, 2 or 3.
+    std::uint64_t step = 0;                  ///< Number of steps since the start of the run.
+    double time = 0;                         ///< Time [s].
+    double last_time_step = 0;               ///< Size of the last time step [s]; 0 before the first step.
+    std::vector<StateField<S>> fields;       ///< The fields. A field "position" [m] with D components is required.
+    std::vector<std::int64_t> id;            ///< The id of each particle.
+    std::vector<std::int32_t> body;          ///< The index of each particle's body, from 0; or the group of each point.
     std::vector<StateParameter> parameters;  ///< Parameters of the run. read_state() returns them group by group.
     std::vector<StateAttribute> attributes;  ///< Texts that describe the run.
     std::vector<StateTable> tables;          ///< Tables of integers.
-    /// Facets, facet by facet: triangles in 3D, edges in 2D. Each is D numbers, the indices of its corners in `id`.
+    /// Facets: triangles in 3D, edges in 2D. Each facet is D numbers, the indices of its corners in `id` (from 0).
     std::vector<std::int64_t> facets;
 
     bool operator==(const State&) const = default;

@@ -38,8 +38,8 @@ std::uint64_t hash_numbers(std::span<const T> numbers) {
     }
 }
 
-/// Joins texts and numbers to one sequence of bytes, and hashes the sequence. The length of each text comes before the
-/// text, so that different inputs never give the same bytes.
+/// Joins texts and numbers into one sequence of bytes, and hashes the sequence. The length of each text comes before
+/// the text, so that different inputs never give the same bytes.
 class HashedRecord {
 public:
     HashedRecord& add(std::uint64_t number) {
@@ -68,9 +68,9 @@ private:
 /// NaNs with different bits. It does not depend on the order of fields, parameters, attributes and tables, and equal
 /// states have the same digest on all machines.
 ///
-/// An accidental change of the state is not detected with a probability of 2⁻⁶⁴. The digest does not protect against
-/// intended changes (it uses the hash function XXH3 of xxHash 0.8). Computing it takes about as long as reading the
-/// state from memory.
+/// The probability that an accidental change of the state is not detected is 2⁻⁶⁴. The digest does not protect against
+/// deliberate changes: it uses the hash function XXH3 of xxHash 0.8. Computing the digest takes about as long as
+/// reading the state from memory.
 /// \param holds  a function bool(std::string_view name) that returns whether the field of this name is included
 template <state_scalar S, class Holds>
 std::uint64_t digest(const State<S>& state, const Holds& holds) {

@@ -20,7 +20,8 @@ enum class Restart {
     same_bits,
     /// Accept also a state that was written by another build. The continued run may then round differently.
     other_build,
-    /// Accept a state of any run, in any precision, if its particles have all fields that the material needs.
+    /// Accept any state, of any run and precision, if its particles have all fields that the simulation's material
+    /// needs.
     converted
 };
 

@@ -5,17 +5,18 @@
 ///       NumberOfPoints, NumberOfCells, NumberOfConnectivityIds   i64[1]
 ///       Points           S[n,3], z = 0 in 2D
 ///       Connectivity i64[D f + l], Offsets i64[f+l+1], Types u8[f+l]   the cells: first f facets, which are triangles
-///                        (type 5) in 3D and lines (type 3) in 2D; then l vertices (type 1), one per point without
-///                        facet
+///                        (type 5) in 3D and lines (type 3) in 2D; then l vertices (type 1), one for each point that
+///                        belongs to no facet
 ///       PointData/NAME   S[n] or S[n,c]: a field; a vector in 2D gets a third component 0; also id i64[n], body i32[n]
 ///       FieldData/       TimeValue f64[1], last_time_step f64[1], step u64[1]
 ///     /firn              attributes schema_version i64 = 3, dimension i64, digest u64, and the state's attributes
 ///       parameters/GROUP/NAME   f64[k]
 ///       tables/NAME      i64[r] or i64[r,c]
 ///
-/// i64 is a signed integer, u8 and u64 are unsigned integers, f64 is a float, each with this number of bits. S is the
-/// state's precision, f32 or f64. D is the dimension, n the number of points, c the number of components of a field, k
-/// the number of values of a parameter, and r × c is the size of a table.
+/// T[a,b] is a dataset of a rows and b columns of type T. The types i64 and i32 are signed integers, u8 and u64
+/// unsigned integers, f64 and f32 floats, each with this number of bits. S is the state's precision, f64 or f32. D is
+/// the number of dimensions, n the number of points, c the number of components of a field (or of columns of a table),
+/// r the number of rows of a table, and k the number of values of a parameter.
 ///
 /// Every field and parameter has an attribute `unit`. Every field also has an attribute `components`, which is 2 for a
 /// vector in 2D. The digest (state_digest.hpp) depends on everything that firn reads from the file. Equal states give
@@ -138,8 +139,8 @@ inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_
 
 /// Attributes of a dataset.
 struct DatasetNotes {
-    std::optional<std::string_view> unit = {};  ///< Not written if empty.
-    int components = 0;                         ///< Not written if 0.
+    std::optional<std::string_view> unit = {};  ///< The attribute `unit`; not written if nullopt.
+    int components = 0;                         ///< The attribute `components`; not written if 0.
 };
 
 /// Builds the HDF5 file of a state in memory.
