@@ -29,8 +29,9 @@ namespace firn::hdf5 {
 class MemoryFile {
 public:
     /// Creates an empty file in memory.
-    /// \param front  number of bytes to reserve at the start of the file for everything except arrays. The buffer
-    ///               can then end where large arrays begin. Too small a number only costs memory and time.
+    /// \param front  number of bytes to reserve at the start of the file for everything except arrays. With
+    ///               enough bytes, all large arrays come after the other content of the file, and the buffer need not
+    ///               cover them. Too few bytes only cost memory and time.
     /// \throws io_error  if HDF5 fails
     explicit MemoryFile(std::size_t front) {
         const std::string_view tried = "build it in memory";

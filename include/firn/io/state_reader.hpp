@@ -414,7 +414,7 @@ void read_tables(const hdf5::Group& firn_group, DatasetReader& reader, State<S>&
 template <class S>
 struct StateOnDisk {
     State<S> state;
-    std::optional<std::uint64_t> digest;  ///< Empty if the file has schema_version 1, or if it was not asked for.
+    std::optional<std::uint64_t> digest;  ///< Empty if the file has schema_version 1, or if no digest was asked for.
 };
 
 template <class S>

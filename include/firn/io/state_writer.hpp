@@ -146,7 +146,7 @@ struct DatasetNotes {
 /// Builds the HDF5 file of a state in memory.
 class StateFile {
 public:
-    /// Builds the file.
+    /// Builds the file. The state must live until write() has returned, because large arrays are not copied.
     /// \param digest  digest of the parts of the state that are written; it is stored in the file
     /// \throws parameter_error  if the state has no field of a name in options.fields
     /// \throws io_error         if HDF5 fails
