@@ -1,3 +1,3 @@
-/// \file Compiles the common simulation in 2D for the library firn::compiled.
+/// \file Compiles Simulation<2>, with its default policies, for the library firn::compiled.
 #define FIRN_COMPILES 2
 #include <firn/simulation.hpp>

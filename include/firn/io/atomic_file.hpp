@@ -1,7 +1,8 @@
-/// \file Writes a file under a temporary name and renames it, so that it appears whole or not at all.
+/// \file Writes a file under a temporary name, and renames the file when it is complete.
 ///
-/// A reader sees the old file or the new one, never a half, even after a power cut. The order ensures this: write,
-/// fsync the file, rename, fsync the folder. (POSIX rename is atomic within one file system.)
+/// A reader always sees the complete old file or the complete new file, even after a power failure. The order of
+/// operations ensures this: write the file, fsync it, rename it, and fsync its folder. (The rename function of POSIX is
+/// atomic within one file system.)
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -25,7 +26,7 @@ namespace detail {
     throw io_error(sentence(what, " ", path, " failed: ", std::strerror(code), "."));
 }
 
-/// Owns a file descriptor. The destructor closes it, too, but only close() reports a failure.
+/// Owns a file descriptor. close() and the destructor close it, but the destructor does not report a failure.
 class FileDescriptor {
 public:
     FileDescriptor(const std::filesystem::path& path, int flags, const char* what) {
@@ -40,7 +41,10 @@ public:
         if (fd_ >= 0) ::close(fd_);
     }
     int get() const { return fd_; }
-    /// Does not try again after EINTR, because Linux has released the descriptor by then.
+    /// Closes the descriptor. If the call ends with EINTR, it is not repeated, because Linux has then already released
+    /// the descriptor.
+    /// \param path  the name of the file, for messages
+    /// \throws io_error  if closing fails
     void close(const std::filesystem::path& path) {
         if (::close(std::exchange(fd_, -1)) != 0 && errno != EINTR) throw_io("Closing", path, errno);
     }
@@ -56,7 +60,8 @@ inline void sync_to_disk(int fd, const std::filesystem::path& path) {
     }
 }
 
-/// Syncs the folder of `path`. Does nothing on file systems that cannot sync folders (EINVAL, ENOTSUP).
+/// Calls fsync for the folder of the file `path`, so that the file's new name is on disk. It ignores the errors EINVAL
+/// and ENOTSUP of file systems on which folders have no fsync.
 inline void sync_folder_of(const std::filesystem::path& path) {
     const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
     FileDescriptor fd(folder, O_RDONLY | O_DIRECTORY, "Opening the folder");
@@ -79,25 +84,25 @@ inline void rename_and_sync_folder(const std::filesystem::path& temporary, const
 
 }  // namespace detail
 
-/// Returns the temporary name `NAME.tmp.PID` for the file `NAME`, in the same folder.
+/// Returns the temporary name `NAME.tmp.PID` for the file `NAME`, in the same folder and so on the same file system.
 ///
-/// The name is on the same file system, differs between processes, and its ending is not that of a finished file, so
-/// programs that look for states or meshes ignore it.
+/// Different processes get different names (PID is the number of the process). Programs that look for states or meshes
+/// ignore the temporary file, because its name does not end with .hdf, .obj, ….
 inline std::filesystem::path temporary_name(const std::filesystem::path& path) {
     auto name = path;
     name += ".tmp." + std::to_string(::getpid());
     return name;
 }
 
-/// Moves a closed file to its final name: fsync, rename over `path`, fsync the folder. Use it for a file that another
-/// library wrote.
-/// \param temporary  the file as written; removed on failure
-/// \param path       its final name, in the same folder
-/// \throws io_error  if a call fails. The old file at `path` is then untouched. If only the folder's fsync failed, the
-///                   new file is at `path`, but may not be on disk yet.
+/// Gives a complete, closed file its final name, and ensures that it is on disk: fsync the file, rename it to `path`
+/// (an old file of that name is replaced), and fsync the folder. Use it for a file that another library wrote.
+/// \param temporary  the name under which the file was written; the file is removed if a call fails
+/// \param path       the final name, in the same folder
+/// \throws io_error  if a call fails. The old file at `path` is then unchanged, except if only the fsync of the folder
+///                   failed: the new file is then at `path`, but may not be on disk yet.
 inline void sync_and_rename(const std::filesystem::path& temporary, const std::filesystem::path& path) {
     try {
-        // Opened for writing, too: some file systems refuse to sync a read-only descriptor.
+        // The file is also opened for writing, because fsync of a read-only descriptor fails on some file systems.
         detail::FileDescriptor fd(temporary, O_RDWR, "Opening");
         detail::sync_to_disk(fd.get(), temporary);
         fd.close(temporary);
@@ -109,11 +114,13 @@ inline void sync_and_rename(const std::filesystem::path& temporary, const std::f
     }
 }
 
-/// Writes bytes to a temporary file. commit() renames it to its final name; without it the destructor removes the file.
+/// Writes bytes to a temporary file. commit() gives the file its final name. If commit() was not called, or if it threw
+/// an error, the destructor removes the temporary file.
 class AtomicFile {
 public:
-    /// Opens the temporary file.
-    /// \throws io_error  if the folder is missing or not writable
+    /// Creates the temporary file, temporary_name(path).
+    /// \param path  the final name
+    /// \throws io_error  if the folder does not exist or is not writable
     explicit AtomicFile(std::filesystem::path path)
         : path_(std::move(path)),
           temporary_(temporary_name(path_)),
@@ -129,7 +136,7 @@ public:
         std::filesystem::remove(temporary_, ignored);
     }
 
-    /// Appends bytes, through a buffer.
+    /// Appends bytes to the file. They may stay in a buffer until commit().
     /// \throws io_error  if writing fails
     void write(std::string_view bytes) {
         if (buffer_.size() + bytes.size() > buffer_bytes) flush();
@@ -139,8 +146,8 @@ public:
             buffer_ += bytes;
     }
 
-    /// Finishes the file: when commit() returns, the whole file has its final name and is on disk.
-    /// \throws io_error  if a call fails, or if the file was committed before
+    /// Finishes the file: when commit() returns, the file is complete on disk, with its final name.
+    /// \throws io_error  if writing or renaming fails, or if commit() has succeeded before
     void commit() {
         if (!pending_) throw io_error(sentence("The file ", path_, " was already committed; open a new one."));
         flush();
@@ -150,8 +157,8 @@ public:
         pending_ = false;
     }
 
-    const std::filesystem::path& path() const { return path_; }            ///< The final name.
-    const std::filesystem::path& temporary() const { return temporary_; }  ///< The temporary name.
+    const std::filesystem::path& path() const { return path_; }            ///< The file's final name.
+    const std::filesystem::path& temporary() const { return temporary_; }  ///< The name until commit().
 
 private:
     static constexpr std::size_t buffer_bytes = std::size_t(1) << 16;

@@ -1,4 +1,4 @@
-/// \file Writes a series of states while the simulation runs.
+/// \file Writes a series of states on a second thread while the simulation runs.
 #pragma once
 
 #include <firn/io/state_series.hpp>
@@ -12,22 +12,27 @@
 
 namespace firn {
 
-/// Writes a StateSeries on its own thread:
+/// Writes the states of a StateSeries on a thread of its own, while the simulation computes the next steps:
 ///
 ///     firn::State<float> state = series.spare();
 ///     firn::state_of(simulation, state);
 ///     series.write(std::move(state));
 ///
-/// It holds at most two states: one being written and one waiting. The third call of write() waits for the disk.
+/// At most two states are kept in memory: one that is being written and one that waits. If there are two, write() waits
+/// until the first is on disk.
 ///
-/// If a state cannot be written, it is kept. The next call throws the error, and the thread tries the state again. When
-/// finish() returns, all states and their list are whole on disk. The destructor waits for the states that it holds,
-/// but only prints a warning if one cannot be written.
+/// If a state cannot be written, the state is kept. The next call of write() or finish() throws the error, and the
+/// thread tries to write the state again. When finish() returns, all states and the list of states are complete on
+/// disk. The destructor also waits until all states are written. If one cannot be written, a warning is printed.
 template <state_scalar S>
 class BackgroundSeries {
 public:
-    /// Makes the series as StateSeries does and starts the thread.
-    /// \throws parameter_error, io_error  as StateSeries
+    /// Makes the folder of the series if it does not exist, and starts the thread.
+    /// \param directory  the folder
+    /// \param name       NAME in the names of the files, NAME_0000.hdf, …
+    /// \param options    how each state is written
+    /// \throws parameter_error  if `name` is empty, too long, or contains '/', '.' or control characters
+    /// \throws io_error         if the folder cannot be made
     BackgroundSeries(std::filesystem::path directory, std::string name, const StateOptions& options = {})
         : series_(std::move(directory), std::move(name), options), worker_([this] { work(); }) {}
     BackgroundSeries(const BackgroundSeries&) = delete;
@@ -44,18 +49,19 @@ public:
                       << " could not be written. Call finish() before the end to get the reason.\n";
     }
 
-    /// Continues an existing series, as StateSeries::go_on_from(). Call it before the first write.
-    /// \param time  states up to this time stay [s]
-    /// \throws io_error  as StateSeries::go_on_from()
+    /// Continues a series that exists on disk. Call it before the first write.
+    /// \param time  states up to this time are kept; later ones are removed or overwritten [s]
+    /// \throws io_error  if the list cannot be read, or names a file that is not a state of this series
     void go_on_from(double time) {
         std::lock_guard lock(mutex_);
         series_.go_on_from(time);
         written_ = series_.size();
     }
 
-    /// Takes a state to be written soon. Waits while two are held.
-    /// \throws parameter_error, io_error  if StateSeries::write() threw it for an earlier state; `state` is then not
-    ///         taken
+    /// Gives a state to the thread, which writes it to disk. If two earlier states are still in memory, write() first
+    /// waits until one of them is on disk.
+    /// \throws parameter_error, io_error  the error of an earlier state that could not be written; `state` is then
+    ///         unchanged and will not be written
     void write(State<S>&& state) {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return waiting_.size() < 2 || failure_; });
@@ -64,21 +70,21 @@ public:
         changed_.notify_all();
     }
 
-    /// Returns a state that was written, so that its memory can be reused, or an empty one.
+    /// Returns a state that has been written, so that its memory can be reused; an empty state if there is none.
     State<S> spare() {
         std::lock_guard lock(mutex_);
         return std::exchange(spare_, {});
     }
 
     /// Waits until all states are on disk.
-    /// \throws parameter_error, io_error  if StateSeries::write() threw it
+    /// \throws parameter_error, io_error  the error of a state that could not be written
     void finish() {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return waiting_.empty() || failure_; });
         throw_failure();
     }
 
-    /// Path of the list, NAME.hdf.series.
+    /// Path of the list of states, NAME.hdf.series.
     std::filesystem::path path() const { return series_.path(); }
     /// Number of states on disk.
     std::size_t size() const {
@@ -90,7 +96,7 @@ private:
     void throw_failure() {
         if (!failure_) return;
         const std::exception_ptr failure = std::exchange(failure_, nullptr);
-        changed_.notify_all();  // the thread tries again
+        changed_.notify_all();  // wakes the thread, which tries to write the state again
         std::rethrow_exception(failure);
     }
 
@@ -121,12 +127,12 @@ private:
     StateSeries series_;
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    std::deque<State<S>> waiting_;  // the first is being written; push_back() does not move it
+    std::deque<State<S>> waiting_;  // the first state is being written; push_back() does not move its memory
     State<S> spare_;
     std::exception_ptr failure_;
     std::size_t written_ = 0;
     bool ending_ = false;
-    std::thread worker_;  // last, because it uses all of the above
+    std::thread worker_;  // the last member, because the thread uses the members above
 };
 
 }  // namespace firn

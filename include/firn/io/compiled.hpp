@@ -1,4 +1,5 @@
-/// \file Declares the functions that the library firn::compiled_hdf5 holds: states of the common simulations.
+/// \file Declares the functions in the library firn::compiled_hdf5. They make, write, read and restore states of
+/// Simulation<2> and Simulation<3>.
 #pragma once
 
 #include <firn/io/restart.hpp>

@@ -1,4 +1,4 @@
-/// \file Views a state's fields as Eigen maps, one column per particle.
+/// \file Returns fields of a state as Eigen matrices, with one column per particle.
 #pragma once
 
 #include <firn/core/eigen.hpp>
@@ -7,7 +7,7 @@
 namespace firn {
 
 namespace detail {
-/// Number of particles in a field; 0 if it has no components.
+/// Returns the number of particles in a field; 0 if the field has no components.
 template <state_scalar S>
 std::size_t particles_in(const StateField<S>& field) {
     return field.components > 0 ? field.values.size() / std::size_t(field.components) : 0;
@@ -17,9 +17,11 @@ std::size_t particles_in(const StateField<S>& field) {
 /// \name A field as an Eigen matrix
 /// @{
 
-/// Returns a field's numbers as a matrix of `components` rows and one column per particle. A lasting field gives a map
-/// of its memory, a temporary gives a copy. A column holds a particle's matrix row by row; `matrix_of<D>(field, i)`
-/// returns it as a matrix.
+/// Returns the values of a field as a matrix, with one row per component and one column per particle. If the field is a
+/// variable, the result is an Eigen::Map of the field's memory; if the field is a temporary, the result is a copy.
+///
+/// In a field of matrices, a column contains the matrix of one particle, row by row. `matrix_of<D>(field, i)` returns
+/// the matrix of particle i as a D × D matrix.
 template <state_scalar S>
 Eigen::Map<const Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>> as_eigen(const StateField<S>& field) {
     return {field.values.data(), field.components, Eigen::Index(detail::particles_in(field))};
@@ -34,7 +36,9 @@ Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic> as_eigen(const StateField<S>&& 
 }
 /// @}
 
-/// Returns the matrix of particle `i` (from 0) in a field of D × D components.
+/// Returns the value of one particle in a field of matrices.
+/// \tparam D  number of rows and of columns of the matrix; the field must have D · D components
+/// \param i  index of the particle in the state, from 0
 /// \throws parameter_error  if the field has another number of components, or if there is no particle `i`
 template <int D, state_scalar S>
 Eigen::Matrix<S, D, D> matrix_of(const StateField<S>& field, std::size_t i) {

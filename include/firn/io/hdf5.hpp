@@ -1,6 +1,7 @@
-/// \file Wraps HDF5's C interface: handles that close, checked results, and clear errors.
+/// \file Helpers for HDF5's C interface: handles that close their HDF5 objects, and checks of results.
 ///
-/// The functions throw io_error, which says what was tried and HDF5's reason. naming_file() adds the file's name.
+/// If HDF5 fails, the functions throw io_error. Its message says what was tried, and the reason that HDF5 reports.
+/// naming_file() adds the name of the file to the message.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -26,11 +27,11 @@
 
 namespace firn::hdf5 {
 
-/// Stops HDF5 from printing its errors while it lives, because firn throws them. The destructor restores HDF5's former
-/// setting.
+/// While an object of this class exists, HDF5 does not print its errors (firn throws them as exceptions). The
+/// destructor restores the former setting of HDF5.
 class Quiet {
 public:
-    /// Turns HDF5's error output off.
+    /// Switches off HDF5's printing of errors.
     Quiet() {
         H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
         H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -44,7 +45,8 @@ private:
     void* data_ = nullptr;
 };
 
-/// Returns HDF5's description of the last failure: its innermost cause, which includes errno and its text.
+/// Returns HDF5's description of its last error. HDF5 reports a list of causes; this is the innermost one, which
+/// includes errno and the text for errno.
 inline std::string last_error() {
     std::string text;
     const auto keep_first = [](unsigned, const H5E_error2_t* entry, void* out) -> herr_t {
@@ -60,9 +62,9 @@ inline std::string last_error() {
     return text.empty() ? "HDF5 gives no reason" : text;
 }
 
-/// Returns the result of an HDF5 function after checking it.
-/// \param result  negative if the function failed, as for all of HDF5's functions
-/// \param tried   what was tried, for the message: "could not TRIED (HDF5's reason)"
+/// Checks the result of an HDF5 function, and returns the result.
+/// \param result  the result; every HDF5 function returns a negative number if it failed
+/// \param tried   what was tried, for the message, which is "could not TRIED (HDF5's reason)"
 /// \throws io_error  if `result` is negative
 template <std::signed_integral Result>
 Result check(Result result, std::string_view tried) {
@@ -70,19 +72,21 @@ Result check(Result result, std::string_view tried) {
     return result;
 }
 
-/// Owns an HDF5 identifier.
-/// \tparam Close  HDF5's function that closes it
+/// Owns an identifier of an HDF5 object (hid_t). The destructor closes the identifier.
+/// \tparam Close  the function of HDF5 that closes identifiers of this kind, such as H5Fclose
 template <herr_t (*Close)(hid_t)>
 class Handle {
 public:
-    /// Owns nothing.
+    /// Makes a handle that owns no identifier.
     Handle() = default;
-    /// Takes the result of an HDF5 function.
-    /// \throws io_error  if `id` is negative, saying what was `tried`
+    /// Makes a handle that owns the identifier `id`.
+    /// \param id     the result of an HDF5 function
+    /// \param tried  what was tried, for the message
+    /// \throws io_error  if `id` is negative
     Handle(hid_t id, std::string_view tried) : id_(check(id, tried)) {}
-    /// Takes the identifier of another handle, which then owns nothing.
+    /// Takes the identifier of `other`, which then owns none.
     Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)) {}
-    /// Swaps the identifiers.
+    /// Exchanges the identifiers of the two handles.
     Handle& operator=(Handle&& other) noexcept {
         std::swap(id_, other.id_);
         return *this;
@@ -91,9 +95,10 @@ public:
         if (id_ >= 0) Close(id_);
     }
 
-    hid_t id() const { return id_; }  ///< HDF5's identifier; -1 if it owns none.
-    /// Closes the identifier. This can write buffered data, and so can fail.
-    /// \throws io_error  if closing fails, saying what was `tried`
+    hid_t id() const { return id_; }  ///< The identifier; −1 if the handle owns none.
+    /// Closes the identifier. The call can fail, because HDF5 may write buffered data.
+    /// \param tried  what was tried, for the message
+    /// \throws io_error  if closing fails
     void close(std::string_view tried) { check(Close(std::exchange(id_, -1)), tried); }
 
 private:
@@ -103,7 +108,7 @@ private:
 /// \name Handles of HDF5's objects
 /// @{
 
-/// Owns an HDF5 object of this kind.
+/// Owns the identifier of an HDF5 object of this kind, and closes it.
 using File = Handle<H5Fclose>;
 using Group = Handle<H5Gclose>;
 using Dataset = Handle<H5Dclose>;
@@ -113,8 +118,10 @@ using Attribute = Handle<H5Aclose>;
 using Properties = Handle<H5Pclose>;
 /// @}
 
-/// A C++ number's HDF5 types: `memory()`, `file()` (little endian, IEEE) and `big_endian()`; and its `name` in words.
-/// Defined for float, double, std::uint8_t, std::int32_t, std::int64_t and std::uint64_t.
+/// The HDF5 types of a C++ number type: memory() is the type in memory, file() is the type that firn writes to files
+/// (little endian; IEEE 754 for floats), big_endian() is file() in the other byte order. `name` is a name for messages,
+/// such as "64-bit float".
+/// \tparam T  float, double, std::uint8_t, std::int32_t, std::int64_t or std::uint64_t
 template <class T>
 struct Number;
 /// \cond
@@ -135,14 +142,14 @@ FIRN_HDF5_NUMBER(std::uint64_t, H5T_NATIVE_UINT64, H5T_STD_U64LE, H5T_STD_U64BE,
 #undef FIRN_HDF5_NUMBER
 /// \endcond
 
-/// Returns whether a type in a file is the number T, in either byte order.
+/// Returns whether a type in a file is the number type T, in little-endian or big-endian byte order.
 template <class T>
 bool is_number(const Datatype& type) {
     return check(H5Tequal(type.id(), Number<T>::file()), "compare types") > 0 ||
            check(H5Tequal(type.id(), Number<T>::big_endian()), "compare types") > 0;
 }
 
-/// Returns the name of a type in a file, for messages, such as "64-bit float".
+/// Returns the name of a type in a file, for messages: for example "64-bit float" or "string".
 inline std::string_view type_name(const Datatype& type) {
     if (is_number<float>(type)) return Number<float>::name;
     if (is_number<double>(type)) return Number<double>::name;
@@ -153,15 +160,17 @@ inline std::string_view type_name(const Datatype& type) {
     return H5Tget_class(type.id()) == H5T_STRING ? "string" : "type that firn does not know";
 }
 
-/// Returns the mutex that firn locks while it calls HDF5, because HDF5 serves one thread at a time. A program that
-/// calls HDF5 itself while a BackgroundSeries writes must lock it, too.
+/// Returns the mutex that firn locks while it calls HDF5, because only one thread at a time may call HDF5. If your
+/// program calls HDF5 itself while a BackgroundSeries exists, lock this mutex around the calls.
 inline std::mutex& library() {
     static std::mutex one;
     return one;
 }
 
-/// Calls `f()` with library() locked and HDF5 quiet, and returns its result.
-/// \throws io_error  if `f` throws one; the message then begins with the file's name
+/// Calls `f()` and returns the result of the call. During the call, the mutex library() is locked, and HDF5 prints no
+/// errors.
+/// \param path  the name of the file that `f` uses, for messages
+/// \throws io_error  if `f` throws an io_error; the name of the file is put in front of its message
 template <class F>
 auto naming_file(const std::filesystem::path& path, F&& f) {
     const std::lock_guard alone(library());

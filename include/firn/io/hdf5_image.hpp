@@ -1,8 +1,10 @@
 /// \file Builds an HDF5 file in memory and writes it in one pass.
 ///
-/// HDF5 does not write to the disk itself: after a failed write (a full disk) its objects stay open, the program
-/// crashes when it ends (1.10.8: in H5F__close_cb from exit), and H5Fclose can return success. AtomicFile writes
-/// instead and reports every failure. Large arrays are not copied; HDF5 only assigns their place in the file.
+/// AtomicFile writes the file and reports every failure. HDF5 is not allowed to write to the disk: if a write of HDF5
+/// fails (for example on a full disk), HDF5's objects stay open, the program crashes when it ends (HDF5 1.10.8, in
+/// H5F__close_cb from exit), and H5Fclose can return success.
+///
+/// Large arrays are not copied into the file in memory: HDF5 only chooses their offsets in the file.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -22,17 +24,19 @@
 
 namespace firn::hdf5 {
 
-/// An HDF5 file in memory (HDF5's core driver). Its buffer stays when HDF5 closes the file.
+/// An HDF5 file in memory (HDF5's core driver). The buffer with the file's bytes lives as long as this object, also
+/// after close().
 class MemoryFile {
 public:
-    /// Creates an empty file.
-    /// \param front  bytes to reserve at the front for everything but the arrays, so that the buffer can end where
-    ///               large arrays begin; too few only cost memory and time
+    /// Creates an empty file in memory.
+    /// \param front  number of bytes to reserve at the start of the file for everything except arrays. With
+    ///               enough bytes, all large arrays come after the other content of the file, and the buffer need not
+    ///               cover them. Too few bytes only cost memory and time.
     /// \throws io_error  if HDF5 fails
     explicit MemoryFile(std::size_t front) {
         const std::string_view tried = "build it in memory";
         const Properties access(H5Pcreate(H5P_FILE_ACCESS), tried);
-        // The format of HDF5 1.8 has checksums of everything but the values, so that a broken file is recognised.
+        // A file in the format of HDF5 1.8 has checksums of everything except the values, so damage can be detected.
         check(H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18), tried);
         constexpr std::size_t growth = std::size_t(1) << 16;
         check(H5Pset_fapl_core(access.id(), growth, false), tried);
@@ -52,14 +56,15 @@ public:
 
     hid_t id() const { return file_.id(); }  ///< HDF5's identifier of the file.
 
-    /// Closes the file. bytes() then has everything that HDF5 wrote.
+    /// Closes the file in HDF5. Afterwards, bytes() returns everything that HDF5 wrote.
     /// \throws io_error  if HDF5 fails
     void close() { file_.close("build it in memory"); }
-    std::span<const std::byte> bytes() const { return {data_, size_}; }  ///< The buffer; complete after close().
+    /// Returns the bytes of the file. They are complete only after close().
+    std::span<const std::byte> bytes() const { return {data_, size_}; }
 
-    /// Returns the length that the file records for itself (HDF5 file format 3.0, superblock version 2, end of file
-    /// address).
-    /// \throws io_error  if HDF5 made another superblock
+    /// Returns the length of the file [bytes], which is stored in the file's header (the "end of file address" in a
+    /// superblock of version 2, HDF5 file format 3.0). It includes large arrays that are not in bytes().
+    /// \throws io_error  if the file's superblock has another version
     std::uint64_t noted_length() const {
         constexpr std::size_t version_at = 8, length_at = 28;
         if (size_ < 48 || data_[version_at] != std::byte{2}) {
@@ -95,28 +100,32 @@ private:
     File file_;
 };
 
-/// The bytes of a file that is to be written: the part that HDF5 built, and large arrays with their places in the file.
+/// The content of an HDF5 file that is to be written: the bytes that HDF5 built in memory, and large arrays with their
+/// offsets in the file.
 class FileImage {
 public:
-    /// HDF5 copies arrays of fewer bytes.
+    /// The least size of a large array [bytes]. HDF5 copies smaller arrays into its memory; larger ones are not copied.
     static constexpr std::size_t large = std::size_t(1) << 18;
 
-    /// Creates an empty file, as MemoryFile does.
+    /// Creates an empty file in memory.
+    /// \param front  number of bytes to reserve at the start of the file for everything except arrays
+    /// \throws io_error  if HDF5 fails
     explicit FileImage(std::size_t front) : file_(front) {}
 
     hid_t id() const { return file_.id(); }  ///< HDF5's identifier of the file.
 
-    /// Returns whether place() can take `values`: they are large, and their bytes are the same in memory and in the
-    /// file.
+    /// Returns whether place() accepts the array `values`: whether it has at least `large` bytes, and its numbers are
+    /// little endian in memory, as they are in the file.
     template <class T>
     static bool can_place(std::span<const T> values) {
         return std::endian::native == std::endian::little && values.size_bytes() >= large;
     }
 
-    /// Makes write() write `values` at the place of `dataset`, without a copy.
-    /// \param dataset  contiguous, with its place assigned at creation (H5D_ALLOC_TIME_EARLY)
-    /// \param values   must live until write() is done
-    /// \throws io_error  if the dataset has no place of this size
+    /// Makes `values` the content of `dataset`. Nothing is copied: write() reads the array itself.
+    /// \param dataset  a contiguous dataset, for which HDF5 allocated space in the file when it was created
+    ///                 (H5D_ALLOC_TIME_EARLY)
+    /// \param values   the values of the dataset; the array must live until write() has returned
+    /// \throws io_error  if HDF5 has not allocated space in the file, or space of another size than `values`
     template <class T>
     void place(const Dataset& dataset, std::span<const T> values) {
         const haddr_t offset = H5Dget_offset(dataset.id());
@@ -126,7 +135,7 @@ public:
         pieces_.push_back({offset, std::as_bytes(values)});
     }
 
-    /// Holds an array until the image is destroyed.
+    /// Stores an array in this object until the object is destroyed. Returns a view of the stored array.
     template <class T>
     std::span<const T> keep(std::vector<T> values) {
         auto held = std::make_shared<const std::vector<T>>(std::move(values));
@@ -134,14 +143,14 @@ public:
         return *held;
     }
 
-    /// Closes the file. It cannot change afterwards.
+    /// Closes the file in HDF5. Call it after the last change of the file.
     /// \throws io_error  if HDF5 fails
     void close() {
         file_.close();
         std::sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) { return a.offset < b.offset; });
     }
 
-    /// Writes all bytes. Call close() first.
+    /// Writes the whole HDF5 file, with the large arrays, to `file`. Call close() first.
     /// \throws io_error  if writing fails
     void write(AtomicFile& file) const {
         std::uint64_t at = 0;
@@ -163,7 +172,8 @@ private:
         file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     }
 
-    /// Writes the bytes in [from, to) that HDF5 built, and zeros beyond its buffer.
+    /// Writes the bytes at the offsets [from, to) of the file. They come from HDF5's buffer; beyond its end, zeros are
+    /// written.
     void write_built(AtomicFile& file, std::uint64_t from, std::uint64_t to) const {
         const auto built = file_.bytes();
         const auto end = std::min<std::uint64_t>(to, built.size());

@@ -1,21 +1,22 @@
-/// \file Lets a run's loop check for Ctrl-C and SIGTERM, so that the run can end with a complete last state.
+/// \file Lets a program end its run after Ctrl-C or SIGTERM when the current step is complete, and write a last state.
 #pragma once
 
 #include <csignal>
 
 namespace firn {
 
-/// While it lives, SIGINT and SIGTERM only set a flag:
+/// While an object of this class exists, the signals SIGINT (Ctrl-C) and SIGTERM do not end the program. They set a
+/// flag that requested() returns:
 ///
 ///     firn::Interruption interruption;
 ///     while (simulation.time() < end && !interruption.requested()) simulation.step();
 ///     series.write(firn::state_of(simulation));
 ///
-/// A second signal of the same kind acts as it did before, and usually ends the program at once. Only one Interruption
-/// may live at a time, on any thread. The destructor restores the former handlers.
+/// A second signal of the same kind calls the former handler, which usually ends the program at once. At most one
+/// Interruption may exist at a time in the program. The destructor restores the former handlers.
 class Interruption {
 public:
-    /// Installs the handlers and clears the flag.
+    /// Installs handlers for both signals, and clears the flag.
     Interruption() : interrupt_(std::signal(SIGINT, raise_flag)), terminate_(std::signal(SIGTERM, raise_flag)) {
         before(SIGINT) = interrupt_;
         before(SIGTERM) = terminate_;
@@ -28,8 +29,8 @@ public:
         std::signal(SIGTERM, terminate_);
     }
 
-    bool requested() const { return flag() != 0; }  ///< Whether a signal arrived.
-    int signal() const { return flag(); }           ///< The last signal that arrived; 0 if none did.
+    bool requested() const { return flag() != 0; }  ///< Whether one of the signals has arrived.
+    int signal() const { return flag(); }           ///< SIGINT or SIGTERM, whichever arrived last; 0 if none has.
 
 private:
     using Handler = void (*)(int);

@@ -1,7 +1,8 @@
 /// \file Reads and writes surfaces and points as Wavefront OBJ files (for Houdini and Blender).
 ///
-/// tinyobjloader reads the files. It silently turns a coordinate that is not a number into 0, and drops a face of two
-/// vertices or with a missing vertex. firn checks the file first and refuses these, with the line's number.
+/// The files are read with tinyobjloader. It reports no error if a coordinate is not a number (it reads 0), or if a
+/// face has only two vertices or names a vertex that does not exist (it leaves out the face). So firn checks the file
+/// first, and throws an error with the number of the line.
 #pragma once
 
 #include <firn/data/memory.hpp>
@@ -32,7 +33,7 @@ namespace firn {
 
 namespace detail {
 
-/// Checks an OBJ file's text line by line, and counts what a reader must find.
+/// Checks the text of an OBJ file line by line, and counts the vertices, faces and triangles that a reader must find.
 class ObjCheck {
 public:
     ObjCheck(const std::filesystem::path& path, std::string_view text) : path_(path) {
@@ -50,7 +51,7 @@ public:
     }
     std::int64_t vertices() const { return vertices_; }
     std::int64_t faces() const { return faces_; }
-    /// Number of triangles: n − 2 for each face of n vertices.
+    /// Returns the number of triangles: a face of n vertices is cut into n − 2 triangles.
     std::int64_t triangles() const { return triangles_; }
 
 private:
@@ -103,7 +104,7 @@ private:
                                 "negative ones that count back"));
             }
             if (index < -vertices_) {
-                const auto back = -std::uint64_t(index);  // also right for the lowest number
+                const auto back = -std::uint64_t(index);  // correct also for the lowest std::int64_t
                 refuse(sentence("has a face that counts back by ", back, " vertices, of ", vertices_, " so far"));
             }
             const auto vertex = index > 0 ? index : vertices_ + 1 + index;
@@ -125,7 +126,7 @@ private:
     const std::filesystem::path& path_;
     std::int64_t line_ = 0, vertices_ = 0, faces_ = 0, triangles_ = 0;
     std::int64_t highest_ = 0, highest_line_ = 0;
-    std::vector<std::int64_t> corners_;  // of the current face, from 1
+    std::vector<std::int64_t> corners_;  // indices of the current face's vertices, from 1
 };
 
 inline std::string read_text(const std::filesystem::path& path) {
@@ -133,7 +134,7 @@ inline std::string read_text(const std::filesystem::path& path) {
     if (std::filesystem::is_directory(path)) throw io_error(sentence(path, " is a folder; give an OBJ file in it."));
     if (std::filesystem::is_character_file(path) || std::filesystem::is_block_file(path))
         throw io_error(sentence(path, " is a device; give an OBJ file."));
-    std::error_code no_size;  // a pipe has none
+    std::error_code no_size;  // set for a pipe, which has no size
     const auto size = std::filesystem::file_size(path, no_size);
     if (!no_size)
         require_memory(4 * double(size), sentence("Reading ", path, " of ", size, " bytes"), "Give a smaller mesh.");
@@ -146,7 +147,7 @@ inline std::string read_text(const std::filesystem::path& path) {
     return std::move(text).str();
 }
 
-/// Reads a mesh with tinyobjloader, which cuts every polygon into triangles.
+/// Reads a mesh from the text of an OBJ file with tinyobjloader, which cuts every polygon into triangles.
 inline TriangleMesh parse_obj(const std::filesystem::path& path, const std::string& text) {
     firn_tinyobj::attrib_t attributes;
     std::vector<firn_tinyobj::shape_t> shapes;
@@ -173,12 +174,15 @@ inline TriangleMesh parse_obj(const std::filesystem::path& path, const std::stri
 
 }  // namespace detail
 
-/// Reads a surface from an OBJ file. Polygons are cut into triangles, groups and objects become one mesh, and materials
-/// are ignored. Coordinates are exact to a few units in the last place (tinyobjloader's number reader).
+/// Reads a surface from an OBJ file. Polygons are cut into triangles. All groups and objects of the file become one
+/// mesh. Materials are ignored. tinyobjloader's conversion of text to numbers rounds coordinates, with errors of a few
+/// units in the last place.
 ///
-/// The surface need not be closed; functions that fill it check this (check_closed()).
-/// \throws io_error    if the file is missing or empty, or if a vertex or face is malformed; the message has the line
-/// \throws mesh_error  if the file has no faces, or a polygon that cannot be cut
+/// The surface may have holes or open borders. Functions that need a closed surface, such as sample_mesh(), check it
+/// themselves (check_closed()).
+/// \throws io_error    if the file is missing or empty, or if a vertex or face is malformed; the message then has the
+///                     number of the line
+/// \throws mesh_error  if the file has no faces, or has a polygon that cannot be cut into triangles
 inline TriangleMesh read_obj(const std::filesystem::path& path) {
     const auto text = detail::read_text(path);
     const detail::ObjCheck found(path, text);
@@ -199,9 +203,10 @@ inline TriangleMesh read_obj(const std::filesystem::path& path) {
     return mesh;
 }
 
-/// Reads a file of bare points (lines `v x y z`), as write_obj_points() writes it.
-/// \throws io_error  as read_obj(), and if the file has faces. To fill a surface, use read_obj() and sample_mesh(); for
-///                   the vertices alone, use `read_obj(…).vertices`.
+/// Reads the points of an OBJ file without faces, such as write_obj_points() writes (lines `v x y z`). Returns them in
+/// the order of the lines. For a file with faces, use read_obj(): `read_obj(…).vertices` are its vertices, and
+/// sample_mesh() fills its surface with points.
+/// \throws io_error  if the file is missing, has no vertex or has faces, or if a vertex is malformed
 inline std::vector<Vec<double, 3>> read_obj_points(const std::filesystem::path& path) {
     const auto text = detail::read_text(path);
     const detail::ObjCheck found(path, text);
@@ -216,7 +221,9 @@ inline std::vector<Vec<double, 3>> read_obj_points(const std::filesystem::path& 
 
 namespace detail {
 
-/// Writes lines `v x y z` (z = 0 in 2D) with the fewest digits that give the same number when read.
+/// Writes one line `v x y z` per point (z = 0 in 2D). Each number has the fewest digits from which the same number is
+/// read again.
+/// \param path  the name of the file, for messages
 /// \return the number of points
 /// \throws parameter_error  if a point is not finite
 template <class Points>
@@ -243,9 +250,9 @@ std::size_t write_obj_vertices(AtomicFile& file, const std::filesystem::path& pa
 
 }  // namespace detail
 
-/// Writes points as lines `v x y z` (z = 0 in 2D) with the fewest digits that give the same number when read. The file
-/// appears whole or not at all (AtomicFile). `points` may be empty, as in a frame before the first emission.
-/// \param points  any range of `Vec<float or double, 2 or 3>` [m]
+/// Writes points to an OBJ file, one line `v x y z` per point (z = 0 in 2D). Each number has the fewest digits from
+/// which the same number is read again. If writing fails, no incomplete file is left (AtomicFile).
+/// \param points  any range of `Vec<float or double, 2 or 3>`, positions [m]; it may be empty
 /// \throws parameter_error  if a point is not finite
 /// \throws io_error         if writing fails
 template <std::ranges::input_range Points>
@@ -256,11 +263,12 @@ void write_obj_points(const std::filesystem::path& path, Points&& points) {
     file.commit();
 }
 
-/// Writes a surface: points as write_obj_points() does, then a line `f a b c` for each triangle, in 2D `l a b` for each
-/// edge. In the file, points are counted from 1.
-/// \param points  any range of `Vec<float or double, 2 or 3>` [m]
-/// \param facets  any range of arrays of three (in 2D two) point numbers, counted from 0: TriangleMesh::triangles,
-///                ParticleSystem::facets, Net::facets
+/// Writes a surface to an OBJ file: first its points, as write_obj_points() writes them, then one line per facet. In 3D
+/// a facet is a triangle (line `f a b c`), in 2D an edge (line `l a b`). The indices a, b, c in the file count points
+/// from 1. If writing fails, no incomplete file is left (AtomicFile).
+/// \param points  any range of `Vec<float or double, 2 or 3>`, positions [m]
+/// \param facets  any range of arrays of three (in 2D two) indices of points, from 0; for example
+///                TriangleMesh::triangles, ParticleSystem::facets or Net::facets
 /// \throws parameter_error  if a point is not finite, or if a facet names a point that does not exist
 /// \throws io_error         if writing fails
 template <std::ranges::input_range Points, std::ranges::input_range Facets>
@@ -287,14 +295,16 @@ void write_obj(const std::filesystem::path& path, Points&& points, Facets&& face
     file.commit();
 }
 
-/// Writes a mesh.
-/// \throws parameter_error, io_error  as above
+/// Writes a triangle mesh to an OBJ file, as lines `v x y z` and `f a b c`.
+/// \throws parameter_error  if a vertex is not finite, or if a triangle names a vertex that does not exist
+/// \throws io_error         if writing fails
 inline void write_obj(const std::filesystem::path& path, const TriangleMesh& mesh) {
     write_obj(path, mesh.vertices, mesh.triangles);
 }
 
-/// Writes a state's points, and its facets if it has any.
-/// \throws parameter_error, io_error  as above; parameter_error also as check_state()
+/// Writes the points of a state to an OBJ file, and also the state's facets if it has any.
+/// \throws parameter_error  if a point is not finite, or if the parts of the state do not fit together (check_state())
+/// \throws io_error         if writing fails
 template <state_scalar S>
 void write_obj(const std::filesystem::path& path, const State<S>& state) {
     check_state(state);

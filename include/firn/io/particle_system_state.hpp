@@ -1,4 +1,5 @@
-/// \file Makes a state from a particle system, and restores the system so that the run goes on with the same bits.
+/// \file Makes a state from a ParticleSystem, and restores the system from a state. The continued run then gives the
+/// same bits as an uninterrupted one.
 #pragma once
 
 #include <firn/core/names.hpp>
@@ -14,11 +15,14 @@
 
 namespace firn {
 
-/// Returns the state of point masses, in the order of ids: their fields of type S (positions [m], velocities [m/s],
-/// masses [kg], …), and `pinned`, which is 1 or 0. The group of a point becomes its `body`.
-/// \param facets  triangles, in 2D edges, which name points by their index
+/// Returns the state of point masses, for output. It has all fields of the points that have numbers of type S
+/// (positions [m], velocities [m/s], masses [kg], …), and a field `pinned`, which is 1 for a pinned point and 0 for
+/// others. The group of a point is stored as its `body`. The points are in the order of their ids. A run cannot be
+/// continued from this state; use state_of() of a ParticleSystem for that.
+/// \param points  the points
+/// \param facets  triangles, or edges in 2D; their numbers are indices of points, from 0
 /// \param time    time of the state [s]
-/// \param step    number of steps taken
+/// \param step    number of steps since the start of the run
 /// \throws parameter_error  if a facet names a point that does not exist
 template <std::floating_point S, int D>
 State<S> state_of(const PointMasses<S, D>& points, std::type_identity_t<std::span<const Facet<D>>> facets, double time,
@@ -49,7 +53,8 @@ State<S> state_of(const PointMasses<S, D>& points, std::type_identity_t<std::spa
 
 namespace detail {
 
-/// Stores the bits of numbers of type S in 64-bit integers: one double, or two floats with the first in the upper half.
+/// Stores the bits of N numbers of type S in 64-bit integers. Each integer stores one double, or two floats, of which
+/// the first is in the upper 32 bits.
 template <std::floating_point S, std::size_t N>
 struct WholeNumbers {
     static constexpr std::size_t each = sizeof(std::int64_t) / sizeof(S);
@@ -73,7 +78,8 @@ private:
     static constexpr int shift(std::size_t k) { return each == 1 || k % 2 == 1 ? 0 : 32; }
 };
 
-/// Attributes that must be equal for a run to go on.
+/// Returns attributes with the names of the integrator and the boundary, and the precision. A run can be continued from
+/// a state only if the state has equal attributes.
 template <class S, class Integrator, class Boundary>
 std::vector<StateAttribute> system_attributes() {
     return {{"integrator", std::string(name_of<Integrator>())},
@@ -83,7 +89,7 @@ std::vector<StateAttribute> system_attributes() {
 
 inline constexpr std::size_t colours_at_once = sizeof(std::int64_t);
 
-/// Reads and checks the numbers of a state.
+/// Reads a particle system from a state, and checks all values.
 template <std::floating_point S, int D>
 class SystemReader {
 public:
@@ -119,7 +125,8 @@ public:
         return moment;
     }
 
-    /// \throws io_error  if the parameter is not within [least, most]
+    /// Returns a parameter of the group "system" that has one value.
+    /// \throws io_error  if the state has no such parameter, or if its value is not within [least, most]
     double number(const char* name, double least, double most) const {
         return checked(name, parameter_values(state_, "system", name), 1, least, most)[0];
     }
@@ -153,14 +160,15 @@ private:
         if (given < 0 || given >= count) throw damaged(what);
         return std::uint32_t(given);
     }
-    /// Calls f(row) for each row of a table.
+    /// Calls f(row) for each row of a table. `row` points to the first of the row's integers.
     template <class F>
     void for_rows(const char* name, int columns, const F& f) const {
         const StateTable& rows = table(state_.tables, name, columns);
         for (std::size_t k = 0; k < rows.values.size(); k += std::size_t(columns)) f(rows.values.data() + k);
     }
 
-    /// \throws io_error  if the field is missing, or if a value is not in the field's range
+    /// Returns the values of a field of the state.
+    /// \throws io_error  if the state lacks the field, or if a value is not finite or not in the field's range
     std::span<const S> field(const FieldInfo& info) const {
         const StateField<S>* const found = state_.find(info.name);
         if (!found || found->components != info.components(D))
@@ -191,8 +199,8 @@ private:
         points.skip_ids(next_id_);
         return points;
     }
-    /// Returns the time with these bits.
-    /// \throws io_error  if it is NaN
+    /// Returns the time whose double has these bits [s].
+    /// \throws io_error  if the double is NaN
     static double time(std::int64_t bits) {
         const double value = std::bit_cast<double>(bits);
         if (std::isnan(value)) throw damaged("end");
@@ -229,10 +237,11 @@ private:
 
 }  // namespace detail
 
-/// Returns the current state of a system, with all that a run needs to go on: points and facets, the points' end times,
-/// torn constraints, what emitters have emitted, contact impulses, gravity [m/s²], damping [1/s], iterations,
-/// restitution, the boundary's parameters, and the names of policies.
-/// \throws particle_error  if a point is not finite; the message names the first one
+/// Returns the current state of a particle system. It has everything that is needed to continue the run: the points and
+/// facets, the times at which points are removed, torn links, the births and the living particles of emitters, contact
+/// impulses, gravity [m/s²], damping [1/s], the number of iterations, restitution, the parameters of the boundary, and
+/// the names of the policies.
+/// \throws particle_error  if the position or velocity of a point is not finite; the message names the first such point
 template <int D, std::floating_point S, class Integrator, class Boundary>
 State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
     const PointMasses<S, D>& points = system.points;
@@ -272,7 +281,8 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
         packed.values[k / detail::colours_at_once] |=
             std::int64_t(std::uint64_t(colours[k]) << 8 * (k % detail::colours_at_once));
     StateTable gone{"constraints_gone", 1, {constraints.gone.begin(), constraints.gone.end()}};
-    StateTable emitted{"emitted", 2, {}}, emitters{"emitters", 2, {}};  // id, bits of end; births, count
+    // Columns of `emitted`: id, bits of the end time. Columns of `emitters`: births, number of rows in `emitted`.
+    StateTable emitted{"emitted", 2, {}}, emitters{"emitters", 2, {}};
     for (const Emitter<D>& emitter : system.emitters()) {
         emitters.values.insert(emitters.values.end(),
                                {std::bit_cast<std::int64_t>(emitter.births), std::int64_t(emitter.children.size())});
@@ -284,7 +294,8 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
     StateTable torn{"torn", 2, {}};
     for (const Torn& ends : system.torn()) torn.values.insert(torn.values.end(), ends.begin(), ends.end());
     using Numbers = detail::WholeNumbers<S, std::size_t(D) + 1>;
-    StateTable impulses{"impulses", 1 + int(Numbers::count), {}};  // two ids, then the numbers
+    // Columns: two ids of 32 bits in one integer, then the bits of KeptImpulse::numbers.
+    StateTable impulses{"impulses", 1 + int(Numbers::count), {}};
     if (kept)
         for (const KeptImpulse<S, D>& each : *kept) {
             impulses.values.push_back(std::bit_cast<std::int64_t>(std::uint64_t(each.ids[0]) << 32 | each.ids[1]));
@@ -296,17 +307,21 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
     return state;
 }
 
-/// Restores a system from a state, so that the run goes on. Each further step gives the bits of the run that wrote the
-/// state, for any number of threads.
+/// Restores a particle system from a state, so that the run can be continued. With Restart::same_bits, the continued
+/// run gives the same bits as the run that wrote the state, for any number of threads.
 ///
-/// First make the system as for the run that wrote the state, up to its first step: with the same points, forces,
-/// constraints, excluded pairs and emitters in the same order, and with or without collisions alike.
+/// First make the system in the same way as for the run that wrote the state, but take no step: add the same points,
+/// forces, constraints, excluded pairs and emitters in the same order, and set `collisions` if that run had set it.
 ///
-/// From the state come the points, torn constraints, what emitters have emitted, contact impulses, time and steps,
-/// gravity, damping, iterations, restitution and the boundary's parameters. Everything else is the system's.
-/// \param how  which states are accepted; Restart::converted is not supported
-/// \throws io_error         if something differs, is missing or is invalid, which the message names; the system then
-///                          does not change
+/// These are taken from the state: the points and facets, torn links, the births and the living particles of emitters,
+/// contact impulses, time, number of steps, gravity, damping, the number of iterations, restitution and the parameters
+/// of the boundary. Everything else stays as it is in the system.
+/// \param system  the system that is restored
+/// \param state   the state, such as read_state() returns
+/// \param how     which states are accepted; Restart::converted is not supported
+/// \throws io_error         if the state was written by a different run (see Restart), if a part of the state is
+///                          missing or invalid (the message names this part), or if the system has taken a step; the
+///                          system is then unchanged
 /// \throws parameter_error  if `how` is Restart::converted
 template <int D, std::floating_point S, class Integrator, class Boundary>
 void restore(ParticleSystem<D, S, Integrator, Boundary>& system, const std::type_identity_t<State<S>>& state,

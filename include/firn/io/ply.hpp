@@ -1,5 +1,5 @@
-/// \file Writes a state's points, chosen fields and facets as a PLY file (Turk 1994, binary, little endian), which
-/// Blender, MeshLab, Houdini and Open3D read.
+/// \file Writes a state's points, selected fields and facets as a PLY file (Turk 1994; binary, little endian). Blender,
+/// MeshLab, Houdini and Open3D can read it.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -23,7 +23,10 @@ void append_little_endian(std::string& bytes, T value) {
     for (std::size_t k = 0; k < sizeof(T); ++k) bytes += char(std::uint8_t(bits >> 8 * k));
 }
 
-/// Returns `velocity_x`, `velocity_y`, … for a vector, `name_0`, `name_1`, … for a matrix, `name` for a number.
+/// Returns the PLY name of one component of the field `name`: `name` for a scalar, `name_x`, `name_y`, … for a field of
+/// two or three components, and `name_0`, `name_1`, … for a field of more components.
+/// \param component   index of the component, from 0
+/// \param components  number of components of the field
 inline std::string component_name(const std::string& name, int component, int components) {
     if (components == 1) return name;
     if (components <= 3) return name + "_" + "xyz"[component];
@@ -32,12 +35,13 @@ inline std::string component_name(const std::string& name, int component, int co
 
 }  // namespace detail
 
-/// Writes a state as a PLY file. Points become `vertex` elements with x y z (z = 0 in 2D) in the state's precision, the
-/// id, and one property for each component of the chosen fields. Triangles become `face` elements, in 2D edges become
-/// `edge` elements. The file appears whole or not at all (AtomicFile).
+/// Writes a state as a PLY file. Each point becomes a `vertex` element with the position x y z in the state's precision
+/// (z = 0 in 2D), the id, and one property for each component of the fields in `fields`. Facets become `face` elements
+/// (triangles) in 3D and `edge` elements in 2D. If writing fails, no incomplete file is left (AtomicFile).
 /// \param fields  names of the fields to write besides the positions
-/// \throws parameter_error  if the parts of the state do not fit together (check_state()), if it lacks a field, or if
-///                          it has more points or larger ids than PLY's 32 bits can hold
+/// \throws parameter_error  if the parts of the state do not fit together (check_state()), if the state has no field of
+///                          a name in `fields`, if it has more than 2³¹ − 1 points, or if an id is not within
+///                          [0, 2³² − 1]
 /// \throws io_error         if writing fails
 template <state_scalar S>
 void write_ply(const std::filesystem::path& path, const State<S>& state, const std::vector<std::string>& fields = {}) {

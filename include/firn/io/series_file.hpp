@@ -1,4 +1,4 @@
-/// \file Writes and reads the list of a run's states, NAME.hdf.series, in ParaView's JSON format.
+/// \file Writes and reads the list of the states of a run, a file NAME.hdf.series in ParaView's JSON format.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -18,9 +18,9 @@
 
 namespace firn {
 
-/// One state in the list of a series.
+/// One state in the list of a series of states.
 struct SeriesEntry {
-    std::string file;  ///< Name of the state's file, in the folder of the list.
+    std::string file;  ///< Name of the state's file, which is in the folder of the list.
     double time = 0;   ///< Time of the state [s].
 
     bool operator==(const SeriesEntry&) const = default;
@@ -28,7 +28,8 @@ struct SeriesEntry {
 
 namespace detail {
 
-/// Returns NAME_0000.hdf for 0; from 10,000 on, the number has more than four digits.
+/// Returns the name of the file of one state in a series: NAME_0000.hdf for index 0, NAME_0001.hdf for index 1, …. From
+/// index 10,000 on, the number has more than four digits.
 inline std::string series_member(const std::string& name, std::size_t index) {
     const auto digits = std::to_string(index);
     return name + "_" + std::string(digits.size() < 4 ? 4 - digits.size() : 0, '0') + digits + ".hdf";
@@ -42,7 +43,9 @@ inline bool is_series_member(std::string_view file, std::string_view name) {
     return std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// Returns the number in the name of a series' file.
+/// Returns the number in the name of a state's file: 12 for NAME_0012.hdf.
+/// \param file  the name of the file, for which is_series_member() is true
+/// \param name  NAME
 inline std::size_t series_number(std::string_view file, std::string_view name) {
     std::size_t number = 0;
     std::from_chars(file.data() + name.size() + 1, file.data() + file.size(), number);
@@ -51,8 +54,10 @@ inline std::size_t series_number(std::string_view file, std::string_view name) {
 
 }  // namespace detail
 
-/// Writes the list, whole or not at all (AtomicFile).
-/// \throws io_error  if it cannot be written
+/// Writes a list of states. If writing fails, an old list at `path` is unchanged (AtomicFile).
+/// \param path     the name of the list, NAME.hdf.series
+/// \param entries  the states, in the order of the list
+/// \throws io_error  if the list cannot be written
 inline void write_series(const std::filesystem::path& path, const std::vector<SeriesEntry>& entries) {
     AtomicFile file(path);
     file.write("{\n  \"file-series-version\": \"1.0\",\n  \"files\": [");
@@ -65,8 +70,9 @@ inline void write_series(const std::filesystem::path& path, const std::vector<Se
     file.commit();
 }
 
-/// Reads a list that write_series() or another program wrote.
-/// \throws io_error  if the file is missing, larger than 1 GiB, or not such a list; the message names the file
+/// Reads a list of states, which was written by write_series() or by another program. Returns the states in the order
+/// of the list.
+/// \throws io_error  if the file is missing, larger than 1 GiB, or not a list of states; the message names the file
 inline std::vector<SeriesEntry> read_series(const std::filesystem::path& path) {
     std::error_code failure;
     const auto size = std::filesystem::file_size(path, failure);
@@ -111,7 +117,10 @@ inline std::vector<SeriesEntry> read_series(const std::filesystem::path& path) {
 
 namespace detail {
 
-/// Returns the files in an old list that StateSeries may remove; none if the list cannot be read.
+/// Returns the names of all files in a list of states that have the form NAME_0000.hdf, so that StateSeries may remove
+/// them. Returns an empty vector if the list does not exist or cannot be read.
+/// \param list  the path of the list
+/// \param name  NAME
 inline std::vector<std::string> series_members_on_disk(const std::filesystem::path& list, std::string_view name) {
     std::vector<std::string> members;
     try {

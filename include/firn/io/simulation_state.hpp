@@ -1,4 +1,4 @@
-/// \file Makes a state from a simulation, with all that a run needs to go on.
+/// \file Makes a state from a simulation. The state has everything that is needed to continue the run.
 #pragma once
 
 #include <firn/core/names.hpp>
@@ -15,8 +15,9 @@ namespace firn {
 
 namespace detail {
 
-/// Returns the positions [m] and all fields of the particles in these slots.
-/// \param before  fields whose memory is reused
+/// Returns the fields of a state: first the positions [m], then all fields in the particles' table.
+/// \param slots   the slots of the particles; row i of each field belongs to the particle in slots[i]
+/// \param before  fields of an older state; their memory is reused
 template <class S, int D>
 std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const std::vector<std::uint32_t>& slots,
                                      std::vector<StateField<S>> before, int threads) {
@@ -39,7 +40,8 @@ std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const
     return before;
 }
 
-/// Attributes that must be equal for a run to go on: names of the policies, the precision, the material's number.
+/// Returns attributes with the names of the simulation's policies, its precision, and the index I of the material. A
+/// run can be continued from a state only if the state has equal attributes.
 template <std::size_t I, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
           class Boundary>
 std::vector<StateAttribute> policies_of(
@@ -58,7 +60,7 @@ std::vector<StateAttribute> policies_of(
     return policies;
 }
 
-/// \see state_of
+/// Does the work of state_of(set, into). Its loops run on the threads of the parallel region in which it is called.
 template <class Simulation, std::size_t I>
 void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scalar_type>& into) {
     constexpr int D = Simulation::dimension;
@@ -143,7 +145,7 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
         blocks.values.push_back(std::int64_t(range.first_slot));
         blocks.values.push_back(std::int64_t(range.particles));
     }
-    StateTable bodies{"bodies", 3, {}};  // first id, count, bits of the end time
+    StateTable bodies{"bodies", 3, {}};  // columns: first id, number of ids, bits of the end time
     for (const Body& body : all_bodies)
         bodies.values.insert(bodies.values.end(), {body.first, body.count, std::bit_cast<std::int64_t>(body.end)});
     state.tables = {std::move(slots), std::move(blocks), std::move(bodies)};
@@ -152,32 +154,38 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
 
 }  // namespace detail
 
-/// Puts the current state of a set of particles into `into`.
+/// Writes the current state of a set of particles (all particles of one material) to `into`.
 ///
-/// Its fields, in the order of ids, are positions [m] and all fields of the particles: places [cells from the lower
-/// corner of the particle's block], from which positions are rounded, velocities [m/s], C [1/s], τ [Pa], masses [kg],
-/// volumes [m^D], and the material's state (F). It also has the facets of nets, parameters with units, the names of the
-/// policies, and the order of slots and blocks, so that a run that goes on sums in the same order.
-/// \param set   such as `simulation.set<Snow<float>>()` in a simulation with several materials
-/// \param into  a state whose memory is reused, such as BackgroundSeries::spare(), or an empty one
+/// The state has, in the order of ids, the positions [m] and all fields of the particles:
+/// - `place`: the exact position within the particle's block [cells from the block's lower corner], from which
+///   `position` is computed with rounding
+/// - velocities [m/s], the affine matrix C of APIC [1/s], the Kirchhoff stress τ [Pa], masses [kg], volumes [m^D]
+/// - the state variables of the material, such as the deformation gradient F
+///
+/// The state also has the facets of nets, the parameters with their units, and the names of the policies. It has the
+/// order of slots and blocks, too, so that a continued run sums in the same order.
+/// \param set   the set; in a simulation with several materials for example `simulation.set<Snow<float>>()`
+/// \param into  the state that is overwritten; it may be empty, or an older state whose memory is reused, such as
+///              BackgroundSeries::spare() returns
 template <class Simulation, std::size_t I>
 void state_of(SetHandle<Simulation, I> set, State<typename Simulation::scalar_type>& into) {
     parallel_region(thread_count(requested_threads(set.simulation().execution)),
                     [&] { detail::fill_state_of(set, into); });
 }
-/// Returns the current state of a set of particles, in new memory.
+/// Returns the current state of a set of particles (all particles of one material). It allocates new memory.
 template <class Simulation, std::size_t I>
 State<typename Simulation::scalar_type> state_of(SetHandle<Simulation, I> set) {
     State<typename Simulation::scalar_type> state;
     state_of(set, state);
     return state;
 }
-/// Puts the current state of a simulation with one material into `into`.
+/// Writes the current state of a simulation with one material to `into`.
+/// \param into  the state that is overwritten; it may be empty, or an older state whose memory is reused
 template <int D, class Material, class... Policies>
 void state_of(Simulation<D, Material, Policies...>& simulation, State<detail::precision_of_t<Material>>& into) {
     state_of(simulation.set(), into);
 }
-/// Returns the current state of a simulation with one material, in new memory.
+/// Returns the current state of a simulation with one material. It allocates new memory.
 template <int D, class Material, class... Policies>
 State<detail::precision_of_t<Material>> state_of(Simulation<D, Material, Policies...>& simulation) {
     return state_of(simulation.set());

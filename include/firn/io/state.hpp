@@ -1,5 +1,5 @@
-/// \file Holds a state of a run as plain arrays with names and units: all that a run needs to go on, and all that a
-/// program needs to examine it. A state is independent of the simulation and of the file format.
+/// \file The state of a run at one time, as arrays with names and units. It has everything that is needed to continue
+/// the run, or to examine its results. A state does not depend on the type of the simulation or on the file format.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -16,69 +16,71 @@
 
 namespace firn {
 
-/// The precision of a state: float or double.
+/// The type of the values in a state's fields: float or double.
 template <class S>
 concept state_scalar = std::same_as<S, float> || std::same_as<S, double>;
 
-/// A field: one quantity, with a value for every particle.
+/// A field of a state: one quantity, such as the velocity, with a value for every particle.
 template <state_scalar S>
 struct StateField {
-    std::string name;       ///< Name, without `/`, `.` and control characters.
-    std::string unit;       ///< Unit, such as "m/s"; "1" if the quantity has none.
-    int components = 1;     ///< 1 for a scalar, D for a vector, D·D for a matrix.
-    std::vector<S> values;  ///< n × components, row-major: a particle's components lie together, a matrix row by row.
+    std::string name;    ///< Name of the field, without `/`, `.` and control characters.
+    std::string unit;    ///< Unit, such as "m/s"; "1" if the quantity has no unit.
+    int components = 1;  ///< Number of values per particle: 1 for a scalar, D for a vector, D·D for a matrix.
+    /// The values, particle by particle, in the order of State::id. A matrix is stored row by row.
+    std::vector<S> values;
 
     bool operator==(const StateField&) const = default;
 };
 
-/// A parameter of the run. Float parameters are kept exactly, because every float is a double.
+/// A parameter of the run. Its values are exact also if the parameter is a float, because every float is also a double.
 struct StateParameter {
-    std::string group;           ///< What it belongs to: "material", "grid", "boundary", …
-    std::string name;            ///< Name, unique in its group.
-    std::string unit;            ///< Unit, such as "Pa"; "1" if the parameter has none.
-    std::vector<double> values;  ///< One value for a scalar, D for a vector.
+    std::string group;           ///< The part of the run that has the parameter: "material", "grid", "boundary", …
+    std::string name;            ///< Name of the parameter, unique in the group.
+    std::string unit;            ///< Unit, such as "Pa"; "1" if the parameter has no unit.
+    std::vector<double> values;  ///< One value for a scalar, D values for a vector.
 
     bool operator==(const StateParameter&) const = default;
 };
 
-/// A text about the run: the name of the kernel, transfer, material, compiler, …
+/// A text that describes the run: the name of the kernel, transfer, material, compiler, …
 struct StateAttribute {
-    std::string name;   ///< What it describes, such as "kernel".
-    std::string value;  ///< The text, such as "quadratic_b_spline".
+    std::string name;   ///< Name of the attribute, such as "kernel".
+    std::string value;  ///< Text of the attribute, such as "quadratic_b_spline".
 
     bool operator==(const StateAttribute&) const = default;
 };
 
-/// A table of integers that is not a field, such as the order in which particles were sorted.
+/// A table of integers in a state, such as the slot of each particle.
 struct StateTable {
-    std::string name;                  ///< Name, without `/`, `.` and control characters.
-    int columns = 1;                   ///< Numbers per row.
-    std::vector<std::int64_t> values;  ///< Rows × columns, row by row.
+    std::string name;                  ///< Name of the table, without `/`, `.` and control characters.
+    int columns = 1;                   ///< Number of columns.
+    std::vector<std::int64_t> values;  ///< The integers, row by row.
 
     bool operator==(const StateTable&) const = default;
 };
 
-/// The state of n particles at one time.
-/// \tparam S  precision of the fields
+/// The state of the particles of a run, or of the points of a ParticleSystem, at one time.
+/// \tparam S  precision of the fields, float or double
 template <state_scalar S>
 struct State {
     using Scalar = S;  ///< Precision of the fields.
 
-    int dimension = 3;                       ///< 2 or 3.
-    std::uint64_t step = 0;                  ///< Number of steps taken.
+    int dimension = 3;                       ///< Number of dimensions D, 2 or 3.
+    std::uint64_t step = 0;                  ///< Number of steps since the start of the run.
     double time = 0;                         ///< Time [s].
-    double last_time_step = 0;               ///< Size of the last step [s]; 0 before the first step.
-    std::vector<StateField<S>> fields;       ///< The fields; "position" [m] with D components is required.
-    std::vector<std::int64_t> id;            ///< Ids, one per particle.
-    std::vector<std::int32_t> body;          ///< Number of each particle's body, or of each point's group.
-    std::vector<StateParameter> parameters;  ///< Parameters; after reading, group by group.
-    std::vector<StateAttribute> attributes;  ///< Texts about the run.
+    double last_time_step = 0;               ///< Size of the last time step [s]; 0 before the first step.
+    std::vector<StateField<S>> fields;       ///< The fields. A field "position" [m] with D components is required.
+    std::vector<std::int64_t> id;            ///< The id of each particle.
+    std::vector<std::int32_t> body;          ///< The index of each particle's body, from 0; or the group of each point.
+    std::vector<StateParameter> parameters;  ///< Parameters of the run. read_state() returns them group by group.
+    std::vector<StateAttribute> attributes;  ///< Texts that describe the run.
     std::vector<StateTable> tables;          ///< Tables of integers.
-    std::vector<std::int64_t> facets;        ///< Triangles, in 2D edges: rows of D particle numbers, from 0.
+    /// Facets: triangles in 3D, edges in 2D. Each facet is D numbers, the indices of its corners in `id` (from 0).
+    std::vector<std::int64_t> facets;
 
     bool operator==(const State&) const = default;
 
-    /// Number of particles.
+    /// Returns the number of particles.
     std::size_t size() const { return id.size(); }
 
     /// Returns the field of this name, or nullptr if there is none.
@@ -90,7 +92,7 @@ struct State {
     }
 
     /// Returns the field of this name.
-    /// \throws parameter_error  if there is none; the message lists the fields
+    /// \throws parameter_error  if there is no such field; the message lists the names of all fields
     const StateField<S>& field(std::string_view name) const {
         if (const auto* found = find(name)) return *found;
         std::string names;
@@ -103,7 +105,8 @@ struct State {
 namespace detail {
 
 inline constexpr std::size_t max_state_name = 200;
-/// HDF5 stores an attribute in its object's header, which holds less than 64 KiB.
+/// The maximum length of a text [bytes]. HDF5 stores an attribute in the header of an object, which must be smaller
+/// than 64 KiB.
 inline constexpr std::size_t max_state_text = 32768;
 
 inline void check_state_name(std::string_view kind, std::string_view name) {
@@ -122,7 +125,10 @@ inline void check_state_text(std::string_view owner, std::string_view text) {
     }
 }
 
-/// Refuses two entries of the same name, because one would hide the other.
+/// Checks that all items have different names, because a file cannot contain two items of the same name.
+/// \param kind     what the items are, for the message
+/// \param name_of  returns the name of an item
+/// \throws parameter_error  if two names are equal
 template <class Items, class Name>
 void check_distinct(std::string_view kind, const Items& items, const Name& name_of) {
     for (std::size_t i = 0; i < items.size(); ++i) {
@@ -156,9 +162,10 @@ void check_state_field(const State<S>& state, const StateField<S>& field) {
 
 }  // namespace detail
 
-/// Checks that the parts of a state fit together: sizes, names and facets. It does not check the values of fields, so
-/// that a state with NaN can be written and examined.
-/// \throws parameter_error  if they do not fit, saying why
+/// Checks the parts of a state: whether sizes fit together, whether names and texts are allowed and names unique,
+/// whether times are finite, and whether facets name points that exist. It does not check the values of fields, so that
+/// a state with NaN can be written and examined.
+/// \throws parameter_error  if one of the checks fails; the message says which
 template <state_scalar S>
 void check_state(const State<S>& state) {
     if (state.dimension != 2 && state.dimension != 3) {

@@ -1,4 +1,5 @@
-/// \file Parts that the states of all kinds of runs share: parameters, tables, and the build that wrote them.
+/// \file Functions for the states of both Simulation and ParticleSystem. They compare a state's attributes with those
+/// of a run, and read its parameters and tables.
 #pragma once
 
 #include <firn/core/parameters.hpp>
@@ -12,11 +13,16 @@
 
 namespace firn {
 
-/// The states that a run may go on from.
+/// Which states restore() accepts.
 enum class Restart {
-    same_bits,    ///< A state of the same run and build. Each further step gives the bits of the run that wrote it.
-    other_build,  ///< Also a state that another compiler, processor or version of firn wrote. Rounding may differ.
-    converted     ///< A state of any run, in any precision, whose particles have the fields that the material needs.
+    /// Accept only a state that was written by the same build (compiler, instruction set, version of firn), in a run
+    /// with the same policies and parameters. The continued run gives the same bits as that run.
+    same_bits,
+    /// Accept also a state that was written by another build. The continued run may then round differently.
+    other_build,
+    /// Accept any state, of any run and precision, if its particles have all fields that the simulation's material
+    /// needs.
+    converted
 };
 
 namespace detail {
@@ -42,7 +48,8 @@ inline std::string compiler_name() {
 #endif
 }
 
-/// The instruction set that the program is compiled for. Fused multiplications and additions round differently.
+/// Returns the name of the instruction set for which the program is compiled. The instruction set can change rounding,
+/// because a fused multiply-add rounds once instead of twice. The name also says whether the program is optimised.
 inline std::string instruction_set() {
     std::string name =
 #if defined(__x86_64__)
@@ -68,19 +75,23 @@ inline std::string instruction_set() {
     return name;
 }
 
-/// Attributes that must also be equal for a run to go on with the same bits.
+/// Returns the attributes that describe the build: version of firn, compiler and instruction set. With
+/// Restart::same_bits, a state must have equal ones.
 inline std::vector<StateAttribute> build_attributes() {
     return {{"library_version", version()}, {"compiler", compiler_name()}, {"instruction_set", instruction_set()}};
 }
 
-/// \throws io_error  if the state has another number of dimensions
+/// Checks that the state has this number of dimensions.
+/// \throws io_error  if it has another number of dimensions
 template <class S>
 void check_dimension(const State<S>& state, int dimension) {
     if (state.dimension != dimension)
         throw io_error(sentence("The state has ", state.dimension, " dimensions, this run has ", dimension, "."));
 }
 
-/// \throws io_error  if one of these attributes is missing in the state or has another value
+/// Checks that the state has all attributes in `ours`, with equal values.
+/// \param advice  last sentence of the error's message
+/// \throws io_error  if the state lacks one of these attributes, or has another value for it
 template <class S>
 void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, const char* advice) {
     for (const StateAttribute& mine : ours) {
@@ -93,14 +104,15 @@ void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, 
     }
 }
 
-/// \throws io_error  if another build wrote the state
+/// Checks that the state was written by the same build as this program.
+/// \throws io_error  if another compiler, instruction set or version of firn was used
 template <class S>
 void check_same_build(const State<S>& state) {
     check_same(state, build_attributes(),
                "Another build rounds differently. If this is acceptable, use Restart::other_build.");
 }
 
-/// Returns the values of a parameter that state_of() writes.
+/// Returns the values of a parameter of a state.
 /// \throws io_error  if the state has no such parameter
 template <class S>
 std::vector<double> parameter_values(const State<S>& state, const char* group, const char* name) {
@@ -118,12 +130,15 @@ inline const StateTable& table(const std::vector<StateTable>& tables, const char
 
 }  // namespace detail
 
-/// Sets a policy's parameters to those in a group of a state. A moving boundary, for example, returns to its place:
+/// Sets the parameters of a policy to the values in a state. For example, this sets a moving boundary to its position
+/// in the state:
 ///
 ///     restore_parameters(simulation.boundary, state, "boundary");
 ///
-/// \throws io_error  if the state lacks a parameter, has another number of values for it, or has a value that is not
-///                   finite or 1e300 or more; the policy then does not change
+/// \param policy  a boundary or a transfer
+/// \param group   the group of the state's parameters, "boundary" or "transfer"
+/// \throws io_error  if the state lacks a parameter of the policy, or has another number of values for it, or if the
+///                   magnitude of a value is NaN or at least 1e300; the policy is then unchanged
 template <class Policy, state_scalar S>
 void restore_parameters(Policy& policy, const State<S>& state, const char* group) {
     Policy restored = policy;

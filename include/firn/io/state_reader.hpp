@@ -1,8 +1,8 @@
-/// \file Reads a state that state_writer.hpp wrote. Before it allocates memory, it checks names, ranks, extents and
-/// types, and that the sizes are possible for the size of the file.
+/// \file Reads a state from an HDF5 file that state_writer.hpp wrote. Before memory is allocated, firn checks names,
+/// ranks, extents and types, and whether the sizes are possible for the size of the file.
 ///
-/// Damage is recognised, because HDF5's checksums cover all but the values, and firn's digest covers the values. After
-/// a damaged file, HDF5 1.10 may print "infinite loop closing library" when the program ends, which is harmless.
+/// Damage is detected: HDF5's checksums cover everything except the values, and firn's digest covers the values. If a
+/// file was damaged, HDF5 1.10 may print "infinite loop closing library" when the program ends; this is harmless.
 ///
 /// HDF5 parses the file before firn can check it. Do not open files from untrusted sources with a version of HDF5 that
 /// lacks security fixes.
@@ -28,19 +28,20 @@
 
 namespace firn {
 
-/// How read_state() reads a state.
+/// Options of read_state().
 struct StateReading {
-    /// Whether a state that does not match its digest is refused. Set it to false to read states that are damaged or
-    /// that another program has changed.
+    /// Whether read_state() throws an error if the state does not match its digest. With false, it reads also states
+    /// whose values were damaged or changed by another program.
     bool verify = true;
 };
 
 namespace detail {
 
-/// The most members or attributes that a group of a state has.
+/// The maximum number of members, and of attributes, of a group in a state's file.
 inline constexpr std::size_t max_state_members = 4096;
 
-/// Checks that a group has a member of this name. Refuses links, because they may lead to other files.
+/// Checks that a group has a member of this name, and that the member is not a link, which could lead to another file.
+/// \throws io_error  if it is missing or a link
 inline void require_member(hid_t parent, const std::string& name) {
     if (hdf5::check(H5Lexists(parent, name.c_str(), H5P_DEFAULT), "look for " + name) == 0) {
         throw io_error("it has no '" + name + "': it is not a state of firn, or a broken one");
@@ -55,7 +56,8 @@ inline hdf5::Group open_group(hid_t parent, const std::string& name) {
     return {H5Gopen2(parent, name.c_str(), H5P_DEFAULT), "open the group " + name};
 }
 
-/// Returns the names of a group's members, in the order of writing if the file records it.
+/// Returns the names of a group's members, in the order in which they were written. If the file does not record this
+/// order, the names are in alphabetical order.
 inline std::vector<std::string> member_names(const hdf5::Group& group) {
     const std::string_view tried = "list a group";
     H5G_info_t info;
@@ -102,7 +104,8 @@ inline std::vector<std::string> attribute_names(const hdf5::Group& group) {
     return names;
 }
 
-/// Reads a fixed-length string; nothing if the attribute is missing or of another type.
+/// Returns the text of an attribute that is a string of fixed length. Returns nullopt if the attribute does not exist,
+/// has another type, or is longer than max_state_text.
 inline std::optional<std::string> read_text(hid_t owner, const std::string& name) {
     const std::string tried = "read the attribute " + name;
     if (hdf5::check(H5Aexists(owner, name.c_str()), tried) == 0) return {};
@@ -134,7 +137,8 @@ std::optional<T> read_integer(hid_t owner, const std::string& name) {
     return value;
 }
 
-/// Reads datasets of one file and counts their bytes, so that they never allocate more memory than the file can fill.
+/// Reads the datasets of one file. It counts their bytes, so that damaged sizes do not make it allocate more memory
+/// than the content of the file can need.
 class DatasetReader {
 public:
     explicit DatasetReader(std::uintmax_t file_bytes) : file_bytes_(file_bytes), unread_bytes_(file_bytes) {}
@@ -148,8 +152,9 @@ public:
         std::optional<std::int64_t> components;
     };
 
-    /// Reads a dataset of rank 1, or of rank 2 with at most 1024 columns.
-    /// \param rows  if given, the number of rows that the dataset must have
+    /// Reads a dataset of numbers of type T. Its rank must be 1, or 2 with at most 1024 columns.
+    /// \param rows  the number of rows that the dataset must have; any number if empty
+    /// \throws io_error  if the dataset is missing or has another type or size
     template <class T>
     Table<T> read(hid_t parent, const std::string& name, std::optional<hsize_t> rows = {}) {
         const std::string tried = "read the dataset " + name;
@@ -207,7 +212,9 @@ private:
                                 " is expected", advice));
     }
 
-    /// Checks a dataset's size against its bytes in the file. Deflate shrinks at most 1032 : 1.
+    /// Checks that a dataset of `rows` × `columns` numbers is not larger than its stored bytes allow: deflate
+    /// compresses by a factor of at most 1032.
+    /// \throws io_error  if it is larger, or is not stored in this file
     void account(const hdf5::Dataset& dataset, const std::string& name, hsize_t rows, hsize_t columns,
                  std::size_t number_bytes) {
         const std::string tried = "read the dataset " + name;
@@ -240,7 +247,9 @@ private:
         unread_bytes_ -= stored;
     }
 
-    /// Refuses other filters, because HDF5 would look for a plugin to run.
+    /// Checks that a dataset has no filters except deflate, shuffle and Fletcher32. For other filters HDF5 would load
+    /// and run a plugin.
+    /// \throws io_error  if it has another filter
     static void require_known_filters(const hdf5::Properties& layout, const std::string& name) {
         const int filters = hdf5::check(H5Pget_nfilters(layout.id()), "read the dataset " + name);
         for (unsigned i = 0; i < unsigned(filters); ++i) {
@@ -284,12 +293,13 @@ StateField<S> read_field(DatasetReader& reader, hid_t parent, const std::string&
     return field;
 }
 
-/// Reads the facets among the cells. Vertices are ignored, because the points are known without them.
+/// Reads the facets from the cells in a file. Cells that are vertices are not needed and are left out.
+/// \throws io_error  if the cells are invalid
 template <class S>
 void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state) {
     const auto cells = reader.read_value<std::int64_t>(vtk.id(), "NumberOfCells"),
                ids = reader.read_value<std::int64_t>(vtk.id(), "NumberOfConnectivityIds");
-    if (cells == ids) return;  // one point per cell, so all are vertices
+    if (cells == ids) return;  // each cell has one point, so there are no facets
     if (cells < 0 || ids < cells) {
         throw io_error(sentence("NumberOfCells is ", cells, " and NumberOfConnectivityIds ", ids,
                                 "; a cell has one point or more"));
@@ -312,7 +322,7 @@ void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state)
                                     " dimensions"));
         }
         const std::int64_t begin = offsets.values[c], end = offsets.values[c + 1];
-        // `begin` is valid, because the checks of the cells before have found that offsets ascend from 0.
+        // `begin` is valid: for all cells before this one, the offsets were found to ascend from 0.
         if (end < begin || end > ids || end - begin != (is_facet ? state.dimension : 1)) {
             throw io_error(sentence("cell ", c, " has the points from ", begin, " to ", end, " of Connectivity, where ",
                                     is_facet ? state.dimension : 1, " are expected"));
@@ -327,7 +337,7 @@ void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state)
     }
 }
 
-/// Names that differ before schema_version 3.
+/// Names of datasets that differ between schema versions. They were changed in schema_version 3.
 struct NamesOfSchema {
     const char *body, *last_time_step;
 };
@@ -365,7 +375,7 @@ void read_vtk_group(hid_t file, DatasetReader& reader, const NamesOfSchema& name
             state.fields.push_back(read_field<S>(reader, points.id(), name, name, state.dimension, count));
         }
     }
-    // In a state without particles, the sizes do not show that these are missing.
+    // In a state without particles, check_state() would not find that these datasets are missing.
     require_member(points.id(), "id");
     require_member(points.id(), names.body);
 
@@ -400,10 +410,11 @@ void read_tables(const hdf5::Group& firn_group, DatasetReader& reader, State<S>&
     }
 }
 
+/// What a state's file contains.
 template <class S>
 struct StateOnDisk {
     State<S> state;
-    std::optional<std::uint64_t> digest;  ///< None in files of schema_version 1.
+    std::optional<std::uint64_t> digest;  ///< Empty if the file has schema_version 1, or if no digest was asked for.
 };
 
 template <class S>
@@ -443,13 +454,15 @@ StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_dig
 
 }  // namespace detail
 
-/// Reads a state. Its values have the bits that were written. Fields are in the order of writing, with "position"
-/// first. Numeric attributes of /firn that firn does not know are left out.
-/// \tparam S  the precision of the file, float or double
-/// \param reading  whether to compare the state with its digest (schema_version 1 has none)
-/// \throws io_error  if the file is missing, truncated, damaged or not a state of firn, if it has another precision or
-///                   a later schema, if its extents do not fit each other or the file, or if the state does not match
-///                   its digest; the message names the file and the reason
+/// Reads a state from an HDF5 file. The values have exactly the bits that were written. The field "position" comes
+/// first, then the other fields in the order in which they were written. Attributes of the group /firn that are not
+/// texts are ignored, except schema_version, dimension and digest.
+/// \tparam S  precision of the state in the file, float or double
+/// \param path     the name of the file
+/// \param reading  whether the state is compared with its digest (files of schema_version 1 have no digest)
+/// \throws io_error  if the file is missing, truncated, damaged or not a state of firn, if the state has another
+///                   precision or a later schema_version, if sizes in the file contradict each other, or if the state
+///                   does not match its digest; the message names the file and the reason
 template <state_scalar S>
 State<S> read_state(const std::filesystem::path& path, const StateReading& reading = {}) {
     auto found = hdf5::naming_file(path, [&] { return detail::read_state_file<S>(path, reading.verify); });

@@ -1,5 +1,5 @@
-/// \file Writes a run's states as files NAME_0000.hdf, NAME_0001.hdf, … and the list NAME.hdf.series, which ParaView
-/// opens:
+/// \file Writes the states of a run as a series of files NAME_0000.hdf, NAME_0001.hdf, …, and a list of these files,
+/// NAME.hdf.series. ParaView can open the list:
 ///
 ///     {"file-series-version": "1.0", "files": [{"name": "NAME_0000.hdf", "time": 0}, …]}
 #pragma once
@@ -18,17 +18,18 @@
 
 namespace firn {
 
-/// Writes a series of states, one by one. After each write the list has all states so far. Each listed state is whole
-/// on disk, whenever the program is killed.
+/// Writes a series of states, and a list of these states, which is updated after each state. Even if the program is
+/// killed, every state in the list is complete on disk.
 ///
-/// Unless go_on_from() is called, the series replaces an older one of the same name. Older files stay until the first
-/// state is on disk. Then the list is replaced, and states that only the old list has are removed, if their name is
-/// NAME_, four or more digits, and .hdf. No other file is removed, and none at all if the old list cannot be read.
+/// The series replaces an older series of the same name, unless go_on_from() is called. The files of the older series
+/// are kept until the first new state is on disk. Then the new list replaces the old one, and the states that are only
+/// in the old list are removed, if their names are NAME_, four or more digits, and .hdf. No other file is removed. If
+/// the old list cannot be read, no file is removed.
 class StateSeries {
 public:
-    /// Makes the folder if it does not exist.
+    /// Makes the folder of the series if it does not exist.
     /// \param directory  the folder
-    /// \param name       NAME in the names of the files
+    /// \param name       NAME in the names of the files, NAME_0000.hdf, …
     /// \param options    how each state is written
     /// \throws parameter_error  if `name` is empty, too long, or contains '/', '.' or control characters
     /// \throws io_error         if the folder cannot be made
@@ -43,10 +44,10 @@ public:
         }
     }
 
-    /// Continues the series on disk. Its states up to `time` stay; later ones are replaced like those of an older
-    /// series. Call it before the first write.
-    /// \param time  [s]
-    /// \throws io_error  if the list cannot be read, or has a file that is not a state of this series
+    /// Continues a series of this name that exists on disk. Call it before the first write. The first write then
+    /// removes or overwrites the states after `time`.
+    /// \param time  states up to and including this time are kept [s]
+    /// \throws io_error  if the list cannot be read, or names a file that is not a state of this series
     void go_on_from(double time) {
         std::vector<SeriesEntry> kept;
         std::size_t next = 0;
@@ -63,10 +64,12 @@ public:
         has_written_ = false;
     }
 
-    /// Writes the next state, then the list, and returns the state's path. If it throws, the earlier states are still
-    /// whole and listed, and the next call uses the same number.
-    /// \throws parameter_error, io_error  as write_state(); io_error also if the list cannot be written or a state of
-    ///         an older series cannot be removed
+    /// Writes the next state, then the list of states. Returns the path of the state's file. If the state or the list
+    /// cannot be written, the earlier states stay complete and listed, and the next call uses the same number.
+    /// \throws parameter_error  if the parts of the state do not fit together (check_state()), if the compression is
+    ///                          not 0 to 9, or if the state has no field of a name in StateOptions::fields
+    /// \throws io_error         if the state or the list cannot be written, or if a state of an older series cannot be
+    ///                          removed
     template <state_scalar S>
     std::filesystem::path write(const State<S>& state) {
         const std::string file = detail::series_member(name_, next_);
@@ -82,7 +85,8 @@ public:
             write_series(path(), entries_);
         } catch (...) {
             entries_.pop_back();
-            std::error_code ignored;  // a file that was there before stays
+            std::error_code ignored;
+            // A file that existed before this call is kept.
             if (!is_there) std::filesystem::remove(directory_ / file, ignored);
             throw;
         }
@@ -100,11 +104,11 @@ public:
         return directory_ / file;
     }
 
-    /// Path of the list, NAME.hdf.series.
+    /// Returns the path of the list of states, NAME.hdf.series.
     std::filesystem::path path() const { return directory_ / (name_ + ".hdf.series"); }
-    /// Number of states in the list.
+    /// Returns the number of states in the list.
     std::size_t size() const { return entries_.size(); }
-    /// The list.
+    /// Returns the states in the list, in the order in which they were written.
     const std::vector<SeriesEntry>& entries() const { return entries_; }
 
 private:
@@ -112,7 +116,7 @@ private:
     std::string name_;
     StateOptions options_;
     std::vector<SeriesEntry> entries_;
-    std::size_t next_ = 0;  // number of the next state
+    std::size_t next_ = 0;  // number in the name of the next state's file
     bool has_written_ = false;
 };
 

@@ -1,21 +1,29 @@
-/// \file Writes a state to an HDF5 file that ParaView can open (VTKHDF 1.0, UnstructuredGrid of facets and vertices):
+/// \file Writes a state to an HDF5 file that ParaView can open (format VTKHDF 1.0, an UnstructuredGrid whose cells are
+/// facets and vertices). The file contains:
 ///
 ///     /VTKHDF            attributes Version = 1, 0 and Type = "UnstructuredGrid"
 ///       NumberOfPoints, NumberOfCells, NumberOfConnectivityIds   i64[1]
 ///       Points           S[n,3], z = 0 in 2D
-///       Connectivity i64[D f + l], Offsets i64[f+l+1], Types u8[f+l]   cells: f facets, triangles (5) in 3D, lines (3)
-///                        in 2D; then l vertices (1), one for each point without a facet
-///       PointData/NAME   S[n] or S[n,c]; a vector of 2D has a third component 0; id i64[n], body i32[n]
+///       Connectivity i64[D f + l], Offsets i64[f+l+1], Types u8[f+l]   the cells: first f facets, which are triangles
+///                        (type 5) in 3D and lines (type 3) in 2D; then l vertices (type 1), one for each point that
+///                        belongs to no facet
+///       PointData/NAME   S[n] or S[n,c]: a field; a vector in 2D gets a third component 0; also id i64[n], body i32[n]
 ///       FieldData/       TimeValue f64[1], last_time_step f64[1], step u64[1]
 ///     /firn              attributes schema_version i64 = 3, dimension i64, digest u64, and the state's attributes
 ///       parameters/GROUP/NAME   f64[k]
 ///       tables/NAME      i64[r] or i64[r,c]
 ///
-/// S is f32 or f64, the state's precision. Every field and parameter has an attribute `unit`, every field also
-/// `components` (2 for a vector in 2D). The digest (state_digest.hpp) covers all that firn reads from the file. The
-/// same state gives the same bytes.
+/// T[a,b] is a dataset of a rows and b columns of type T. The types i64 and i32 are signed integers, u8 and u64
+/// unsigned integers, f64 and f32 floats, each with this number of bits. S is the state's precision, f64 or f32. D is
+/// the number of dimensions, n the number of points, c the number of components of a field (or of columns of a table),
+/// r the number of rows of a table, and k the number of values of a parameter.
 ///
-/// Files of schema_version 1 have no digest. Before schema_version 3, `body` is named material, `last_time_step` dt.
+/// Every field and parameter has an attribute `unit`. Every field also has an attribute `components`, which is 2 for a
+/// vector in 2D. The digest (state_digest.hpp) depends on everything that firn reads from the file. Equal states give
+/// files with equal bytes.
+///
+/// Older files: in schema_version 1 there is no digest; in schema_version 1 and 2, `body` is named `material`, and
+/// `last_time_step` is named `dt`.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -37,16 +45,19 @@
 
 namespace firn {
 
-/// How write_state() and StateSeries write states.
+/// Options of write_state() and StateSeries.
 struct StateOptions {
-    int compression = 0;  ///< 0: contiguous and fast. 1 to 9: shuffled and deflated; somewhat smaller, much slower.
-    /// Names of the fields to write besides positions; all if empty. A run can only go on from a state with all fields.
+    /// 0: no compression, the fastest. 1 to 9: HDF5's shuffle and deflate filters, with this level of deflate; files
+    /// are somewhat smaller, writing is much slower.
+    int compression = 0;
+    /// Names of the fields to write besides the positions. If empty, all fields are written. A run can be continued
+    /// only from a state with all fields.
     std::vector<std::string> fields = {};
-    /// In a series with selected fields, every `complete_every`-th state, from the first, has all fields, so that a run
-    /// can go on from it. With 0, none has.
+    /// In a StateSeries for which `fields` selects some fields, the states with the numbers 0, `complete_every`,
+    /// 2 `complete_every`, … have all fields, so that a run can be continued from them. 0: no state has all fields.
     std::size_t complete_every = 0;
 
-    /// Returns whether the field of this name is written.
+    /// Returns whether write_state() writes the field of this name. "position" is always written.
     bool writes(std::string_view field) const {
         return fields.empty() || field == "position" || std::find(fields.begin(), fields.end(), field) != fields.end();
     }
@@ -56,11 +67,12 @@ namespace detail {
 
 inline constexpr std::int64_t state_schema = 3;
 
-/// VTK's numbers for kinds of cells: point, line, triangle.
+/// VTK's number for a cell that is one point.
 inline constexpr std::uint8_t vtk_vertex = 1;
+/// Returns VTK's number for a facet: 3 for a line (in 2D), 5 for a triangle (in 3D).
 inline constexpr std::uint8_t vtk_facet(int dimension) { return dimension == 2 ? 3 : 5; }
 
-/// Creates a group that keeps the order in which its members and attributes are added.
+/// Creates an HDF5 group that records the order in which its members and attributes are added.
 inline hdf5::Group create_group(hid_t parent, const std::string& name) {
     const std::string tried = "create the group " + name;
     const hdf5::Properties properties(H5Pcreate(H5P_GROUP_CREATE), tried);
@@ -79,8 +91,8 @@ inline void write_attribute(hid_t owner, const std::string& name, const hdf5::Da
     attribute.close(tried);
 }
 
-/// Writes a string of fixed length, the only kind that VTKHDF readers know. An empty text is one zero byte, because
-/// HDF5 has no shorter string.
+/// Writes a text attribute as a string of fixed length, because readers of VTKHDF know no other strings. An empty text
+/// is written as one zero byte, because HDF5 has no strings of length 0.
 inline void write_text(hid_t owner, const std::string& name, std::string_view text, H5T_cset_t characters) {
     const std::string tried = "write the attribute " + name;
     const hdf5::Datatype type(H5Tcopy(H5T_C_S1), tried);
@@ -105,8 +117,10 @@ inline void write_unsigned(hid_t owner, const std::string& name, std::uint64_t v
     write_attribute(owner, name, type, {H5Screate(H5S_SCALAR), tried}, hdf5::Number<std::uint64_t>::memory(), &value);
 }
 
-/// The layout of a dataset of `rows`. Chunks have about 1 MiB: larger ones gain nothing, and each chunk costs an index
-/// entry.
+/// Returns the properties with which a dataset of `rows` × `columns` numbers is created. With compression, it is
+/// divided into chunks of about 1 MiB: smaller chunks need a larger index, and larger chunks are not faster.
+/// \param number_bytes  size of one number [bytes]
+/// \param compression   0: none; 1 to 9: level of deflate
 inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_t number_bytes, int compression) {
     const std::string_view tried = "lay out a dataset";
     hdf5::Properties properties(H5Pcreate(H5P_DATASET_CREATE), tried);
@@ -123,16 +137,19 @@ inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_
     return properties;
 }
 
-/// Attributes of a dataset: `unit` is written if given, `components` if greater than 0.
+/// Attributes of a dataset.
 struct DatasetNotes {
-    std::optional<std::string_view> unit = {};
-    int components = 0;
+    std::optional<std::string_view> unit = {};  ///< The attribute `unit`; not written if nullopt.
+    int components = 0;                         ///< The attribute `components`; not written if 0.
 };
 
-/// Builds the file of a state in memory.
+/// Builds the HDF5 file of a state in memory.
 class StateFile {
 public:
-    /// \param digest  digest of the parts that are written
+    /// Builds the file. The state must live until write() has returned, because large arrays are not copied.
+    /// \param digest  digest of the parts of the state that are written; it is stored in the file
+    /// \throws parameter_error  if the state has no field of a name in options.fields
+    /// \throws io_error         if HDF5 fails
     template <class S>
     StateFile(const State<S>& state, const StateOptions& options, std::uint64_t digest)
         : image_(bytes_beside_arrays(state, options.compression)), compression_(options.compression) {
@@ -144,7 +161,9 @@ public:
     void write(AtomicFile& file) const { image_.write(file); }
 
 private:
-    /// Writes T[rows] for one column, T[rows, columns] for more. `values` must live until write() is done.
+    /// Writes a dataset of numbers of type T. Its rank is 1 if there is one column, and 2 (rows, columns) if there are
+    /// more.
+    /// \param values  the numbers, row by row; the array must live until write() has returned
     template <class T>
     void write_dataset(hid_t parent, const std::string& name, std::span<const T> values, hsize_t columns = 1,
                        const DatasetNotes& notes = {}) {
@@ -172,7 +191,8 @@ private:
         write_dataset(parent, name, std::span<const T>(&value, 1), 1, notes);
     }
 
-    /// Adds a third component 0 to vectors in 2D, because ParaView only knows vectors of three components.
+    /// Writes a field as a dataset. A vector in 2D gets a third component 0, because ParaView only knows vectors of
+    /// three components.
     template <class S>
     void write_field(hid_t parent, const std::string& name, const StateField<S>& field, int dimension) {
         const DatasetNotes notes{field.unit, field.components};
@@ -187,7 +207,8 @@ private:
         write_dataset<S>(parent, name, image_.keep(std::move(padded)), 3, notes);
     }
 
-    /// Writes the facets, and one vertex for each point without a facet, which makes it visible in every ParaView.
+    /// Writes the cells: all facets, then one vertex cell for each point that belongs to no facet. Without a cell, some
+    /// versions of ParaView would not show the point.
     template <class S>
     void write_cells(hid_t vtk, const State<S>& state) {
         const std::size_t corners = std::size_t(state.dimension), facets = state.facets.size() / corners;
@@ -209,7 +230,7 @@ private:
         for (std::size_t c = 0; c < offsets.size(); ++c)
             offsets[c] = std::int64_t(c <= facets ? corners * c : corners * facets + (c - facets));
         const auto kept = image_.keep(std::move(offsets));
-        // Without facets, Connectivity is 0, 1, …, like Offsets.
+        // Without facets, Connectivity has the same numbers 0, 1, … as Offsets, except the last.
         write_dataset(vtk, "Connectivity",
                       facets > 0 ? image_.keep(std::move(connectivity)) : kept.first(state.size()));
         write_dataset(vtk, "Offsets", kept);
@@ -270,7 +291,8 @@ private:
         firn_group.close("close the group firn");
     }
 
-    /// Bytes to reserve for everything but arrays. An object's header takes about half a KiB.
+    /// Returns the number of bytes to reserve for everything except arrays. The header of one HDF5 object takes about
+    /// 512 bytes.
     template <class S>
     static std::size_t bytes_beside_arrays(const State<S>& state, int compression) {
         const bool has_large_arrays = compression == 0 && state.size() * sizeof(std::int64_t) >= hdf5::FileImage::large;
@@ -278,7 +300,8 @@ private:
         return has_large_arrays ? objects * 1024 : 2048;
     }
 
-    /// Smaller arrays gain less from compression than a chunk's index costs.
+    /// The least size of a compressed array [bytes]. For smaller arrays, the index of the chunks costs more than
+    /// compression saves.
     static constexpr std::size_t least_compressed = 4096;
 
     hdf5::FileImage image_;
@@ -287,15 +310,15 @@ private:
 
 }  // namespace detail
 
-/// Writes a state to a file. Values keep every bit. The file appears whole or not at all (AtomicFile): if writing
-/// fails, no new file is left behind, and an old one at `path` is untouched.
+/// Writes a state to an HDF5 file. Every bit of the values is kept. If writing fails, no new file is left, and an old
+/// file at `path` is unchanged (AtomicFile).
 ///
-/// It needs about 20 bytes of memory per particle besides the state, in 2D also a copy of the vectors, and with
-/// compression the size of the file.
-/// \param path     should end in .hdf
-/// \param options  compression and fields
+/// Besides the state, writing needs about 20 bytes of memory per particle. In 2D it also needs memory for a copy of all
+/// vector fields, and with compression it needs as much memory as the size of the file.
+/// \param path     the name of the file, which should end in .hdf
+/// \param options  the compression, and the fields to write; complete_every has no effect here
 /// \throws parameter_error  if the parts of the state do not fit together (check_state()), if the compression is not 0
-///                          to 9, or if the state lacks a field of `options`
+///                          to 9, or if the state has no field of a name in options.fields
 /// \throws io_error         if the file cannot be written (folder missing, disk full, …)
 template <state_scalar S>
 void write_state(const std::filesystem::path& path, const State<S>& state, const StateOptions& options = {}) {
@@ -304,7 +327,7 @@ void write_state(const std::filesystem::path& path, const State<S>& state, const
             sentence("The compression is ", options.compression, "; give 0 (none) or 1 (fast) to 9 (small)."));
     }
     check_state(state);
-    AtomicFile file(path);  // first, to refuse a bad path before any work
+    AtomicFile file(path);  // comes first, so that a wrong path is found before any work is done
     const std::uint64_t noted = digest(state, [&](std::string_view field) { return options.writes(field); });
     hdf5::naming_file(path, [&] { return detail::StateFile(state, options, noted); }).write(file);
     file.commit();

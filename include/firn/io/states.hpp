@@ -1,4 +1,5 @@
-/// \file Includes all headers for states in HDF5 files: writing a series, reading a state, and going on from it.
+/// \file Includes all headers that are needed to write states to HDF5 files, to read them, and to continue a run from
+/// them.
 #pragma once
 
 #include <firn/core/requirements.hpp>
