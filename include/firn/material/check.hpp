@@ -16,8 +16,8 @@ namespace firn {
 /// undeformed particle have a finite speed.
 /// \tparam D  the number of dimensions
 /// \throws parameter_error  if a parameter is NaN (the message names the parameter), or if the wave speed in a
-/// particle's initial state at density 1 kg/m³ is negative, infinite or NaN. What the model's check() throws is thrown,
-/// too.
+/// particle's initial state at density 1 kg/m³ is negative, infinite or NaN. Throws also what the model's check()
+/// throws.
 template <int D, class M>
 void check_material(const M& model) {
     using S = material_scalar_t<M>;

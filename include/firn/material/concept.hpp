@@ -2,17 +2,16 @@
 ///
 /// A material must have its parameters(), `kirchhoff_stress(F)` [Pa] and `wave_speed(density, F)` [m/s]; F is the
 /// deformation gradient. A model whose particles store more than F declares a struct template `state<D>` with a static
-/// function fields(); the functions of the model then take a `state<D>` instead of F. Models may use Eigen::Matrix<S,
-/// D, D> instead of Mat<S, D> if core/eigen.hpp is included.
+/// function fields(); the functions of the model then take a `state<D>` instead of F. Models may use
+/// Eigen::Matrix<S, D, D> instead of Mat<S, D> if core/eigen.hpp is included.
 ///
 /// Optional members:
 ///
 ///     energy_density(F or state)             elastic energy [J/m³ of undeformed volume]
-///     returned(trial)                        plastic return mapping: the state<D> that replaces the trial state. (In
-///     the
-///                                        trial state, the whole step was taken as elastic.)
+///     returned(trial)                        plastic return mapping: the state<D> that replaces the trial state, in
+///                                             which the whole step was taken as elastic
 ///     returned_with_stress(trial)            returned(trial) and the Kirchhoff stress [Pa] in it, as a StateAndStress;
-///                                        for models that compute both together at less cost
+///                                             for models that compute both together at less cost
 ///     updated(state, velocity_gradient, dt)  the state after dt [s]; replaces firn's update of F and returned()
 ///     kirchhoff_stress(state, velocity_gradient)  stress [Pa] that also depends on the rate of deformation
 ///     diffusivity(density, state)            diffusivity of momentum by viscosity [m²/s]; limits the time step

@@ -20,8 +20,8 @@ struct named_dissipating {
 ///     ψ(trial) − ψ(returned)
 ///
 /// ψ is the model's energy_density(), `trial` the state before the return mapping, `returned` the state after it. If
-/// hardening increases ψ during plastic flow, this increase is subtracted. In all else, the material behaves like the
-/// model. Use it to see where plastic flow happens, or to check the energy balance. An example:
+/// hardening increases ψ during plastic flow, this increase is subtracted. Apart from this record, the material behaves
+/// like the model. Use it to see where plastic flow happens, or to check the energy balance. Example:
 /// Dissipating<Sand<float>>.
 /// \tparam Model  a material with a return mapping and energy_density()
 template <class Model>

@@ -13,8 +13,8 @@ namespace firn {
 ///     ψ = μ ‖F − R‖² + λ/2 (J − 1)²                [J/m³ of undeformed volume]
 ///     τ = 2μ (F − R) Fᵀ + λ (J − 1) J I             [Pa]
 ///
-/// with J = det F and the polar decomposition F = V R, where R is the rotation nearest to F. The code computes only V =
-/// √(FFᵀ), not R. In 2D the formulas hold for 2 × 2 matrices; this is plane strain.
+/// with J = det F and the polar decomposition F = V R, where R is the rotation nearest to F. The code computes only
+/// V = √(FFᵀ), not R. In 2D the formulas hold for 2 × 2 matrices; this is plane strain.
 ///
 /// It is the usual choice for elastic bodies: energy and stress are finite for every F, so matter that is crushed flat
 /// or turned inside out recovers. Use NeoHookean where the stress must grow without bound as the volume goes to zero.
@@ -68,13 +68,14 @@ struct FixedCorotated {
         return mu * (squared_norm(F) - S(2) * trace(left_stretch(F)) + S(D)) + S(0.5) * lambda * change * change;
     }
 
-    /// Upper bound c of the wave speed [m/s] at a density ρ0 of the undeformed material [kg/m³]: ρ0 c² = 2μ σ_max² + λ
-    /// J².
+    /// Upper bound c of the wave speed [m/s] at a density ρ0 of the undeformed material [kg/m³]:
+    ///
+    ///     ρ0 c² = 2μ σ_max² + λ J²
     ///
     /// J = det F, and σ_max is the largest principal stretch. The right-hand side bounds the eigenvalues of the
     /// acoustic tensor, (Fᵀn)_j (Fᵀn)_l ∂²ψ/∂F_ij∂F_kl, for every unit direction n; the term by which R depends on F is
-    /// negative there and is left out. For F = I the bound is exact, λ + 2μ. The code uses squared_stretch_bound(F) ≥
-    /// σ_max² in place of σ_max².
+    /// negative there and is left out. For F = I the bound is exact, λ + 2μ. The code uses squared_stretch_bound(F),
+    /// which is at least σ_max², in place of σ_max².
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
         const S J = named("J", determinant(F));

@@ -9,8 +9,8 @@ namespace firn {
 
 /// Measurable properties of a fluid. Fluid::from_properties() makes the material from them.
 ///
-/// The time step is proportional to 1/√K, so a bulk modulus far below that of real water (2.2e9 Pa) is usual: K ≥ 100 ρ
-/// v² keeps the change of the density ρ below one per cent at speeds up to v.
+/// The time step is proportional to 1/√K, so a bulk modulus far below that of real water (2.2e9 Pa) is usual:
+/// K ≥ 100 ρ v² keeps the change of the density ρ below one per cent at speeds up to v.
 struct FluidProperties {
     double bulk = 1e5;     ///< bulk modulus K at J = 1 [Pa]
     double gamma = 7;      ///< exponent γ of the equation of state [1]

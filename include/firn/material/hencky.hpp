@@ -35,8 +35,9 @@ FIRN_INLINE S sum_of(const Vec<S, D>& a) {
     return sum;
 }
 
-/// Returns F after a return mapping that changes the strain from ε to ε′ and keeps the directions U. The result is U
-/// diag(exp(ε′ − ε)) Uᵀ F.
+/// Returns F after a return mapping that changes the strain from ε to ε′ and keeps the directions U. The result is
+///
+///     U diag(exp(ε′ − ε)) Uᵀ F
 /// \param from  strain ε of F, with its directions U
 /// \param to    principal strains ε′ after the return mapping [1]
 template <scalar S, int D>
@@ -108,8 +109,8 @@ struct Hencky {
     ///
     /// ε_max and ε_min are the largest and the smallest principal strain, τ_min is the smallest principal stress. Along
     /// principal axis i, ρ0 c² is λ + 2μ − τᵢ for the pressure wave and μ 2Δ / (1 − e^{−2Δ}) ≤ μ (1 + 2Δ) for the shear
-    /// wave. In place of the strains, the code uses the bounds ε_max ≤ ½ ln squared_stretch_bound(F) and ε_min ≥ ln J −
-    /// (D − 1) ε_max; both are exact for F = I.
+    /// wave. In place of the strains, the code uses the bounds ε_max ≤ ½ ln squared_stretch_bound(F) and
+    /// ε_min ≥ ln J − (D − 1) ε_max; both are exact for F = I.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
         const S volumetric = log(max(determinant(F), S(1e-18)));

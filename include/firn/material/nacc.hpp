@@ -25,8 +25,8 @@ struct NaccProperties {
 ///     ψ = μ/2 (tr b̂ − D) + κ/2 ((J² − 1)/2 − ln J)      [J/m³ of undeformed volume]
 ///     τ = μ dev b̂ + κ/2 (J² − 1) I                       [Pa]
 ///
-/// The clay yields outside of an ellipse in the plane of the pressure p = −κ/2 (J² − 1) and the shear stress q = √((6 −
-/// D)/2) ‖μ dev b̂‖:
+/// The clay yields outside of an ellipse in the plane of the pressure p = −κ/2 (J² − 1) and the shear stress
+/// q = √((6 − D)/2) ‖μ dev b̂‖:
 ///
 ///     (1 + 2β) q² + M² (p + β p₀)(p − p₀) > 0,      p₀ = κ (1e-5 + sinh(ξ max(−α, 0)))
 ///
@@ -154,8 +154,8 @@ struct Nacc {
     ///
     ///     ρ0 c² = μ J^{−2/D} (σ_max² + (1 + 2/D) tr b/D) + κ/2 (J² + 1)
     ///
-    /// With b = FFᵀ, J = det F and the largest principal stretch σ_max. The acoustic tensor for the unit direction n is
-    /// μ J^{−2/D} [(n·bn) I − 2/D (bn ⊗ n + n ⊗ bn) + (1 + 2/D)(tr b/D) n ⊗ n] + κ/2 (J² + 1) n ⊗ n.
+    /// Here b = FFᵀ, J = det F, and σ_max is the largest principal stretch. The acoustic tensor for the unit direction
+    /// n is μ J^{−2/D} [(n·bn) I − 2/D (bn ⊗ n + n ⊗ bn) + (1 + 2/D)(tr b/D) n ⊗ n] + κ/2 (J² + 1) n ⊗ n.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& clay) const {
         const S J = determinant(clay.F);

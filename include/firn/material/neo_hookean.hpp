@@ -63,9 +63,9 @@ struct NeoHookean {
     ///
     ///     ρ0 c² = μ (σ_max² + 1) + λ (1 − ln J)
     ///
-    /// σ_max is the largest principal stretch; the code uses squared_stretch_bound(F) ≥ σ_max² in place of σ_max². The
-    /// acoustic tensor for the unit direction n is μ (n·FFᵀn) I + (μ + λ (1 − ln J)) n ⊗ n. Where the factor of n ⊗ n
-    /// is negative, the bound is that of the shear wave, ρ0 c² = μ σ_max².
+    /// σ_max is the largest principal stretch; the code uses squared_stretch_bound(F), which is at least σ_max², in
+    /// place of σ_max². The acoustic tensor for the unit direction n is μ (n·FFᵀn) I + (μ + λ (1 − ln J)) n ⊗ n. Where
+    /// the factor of n ⊗ n is negative, the bound is that of the shear wave, ρ0 c² = μ σ_max².
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
         const S shear = mu * squared_stretch_bound(F);

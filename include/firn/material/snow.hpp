@@ -128,8 +128,8 @@ struct Snow {
         return hardened(snow.plastic_volume).wave_speed(density, snow.F);
     }
 
-    /// Returns the state after the plastic return mapping. The singular values σ of F are clamped, σ′ = clamp(σ, 1 −
-    /// θc, 1 + θs), then
+    /// Returns the state after the plastic return mapping. The singular values σ of F are clamped,
+    /// σ′ = clamp(σ, 1 − θc, 1 + θs), then
     ///
     ///     F ← U diag(σ′/σ) Uᵀ F         J_P ← J_P Π σ/σ′
     ///
