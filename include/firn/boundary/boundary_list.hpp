@@ -20,7 +20,7 @@ struct named_list {
 /// Any number of boundaries of one type, as one boundary: `BoundaryList<Collider<Sphere<float, 3>>>`.
 ///
 /// The boundaries act on a node one after another, in the order of `all`: where two of them change a node, the later
-/// one decides its velocity. Where another boundary covers a face, the face has no effect; Collider says how.
+/// one decides its velocity. Where another boundary covers a face, the face has no effect; Collider explains this.
 ///
 /// Use it for many colliders of one shape, or where the number of colliders is known only at run time. It works on the
 /// CPU only; on a GPU, use Together.

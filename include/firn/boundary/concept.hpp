@@ -4,7 +4,7 @@
 ///
 ///     Vec velocity(x, v)                 the velocity [m/s] of a node at x [m] after the boundary has acted on v
 ///     bool reaches(lower, upper)         true if the boundary may change nodes in this box [m]; where it is false,
-///                                    whole blocks of nodes are skipped
+///                                        whole blocks of nodes are skipped
 ///
 /// and may have
 ///
@@ -46,7 +46,8 @@ struct precision_and_dimension {
     using S = T;
     static constexpr int D = N;
 };
-/// The scalar type S and the dimension D for which a boundary type is made; empty if the type does not contain them.
+/// The scalar type S and the dimension D for which a boundary type is made; empty if S and D cannot be read from the
+/// type.
 template <class B>
 struct made_for {};
 template <template <class, int> class B, class S, int D>
@@ -58,7 +59,7 @@ template <class B>
     }
 struct made_for<B> : precision_and_dimension<typename B::S, B::D> {};
 template <class... B>
-struct made_for_first {};  // S and D of the first type that contains them
+struct made_for_first {};  // S and D of the first type from which they can be read
 template <class First, class... Rest>
 struct made_for_first<First, Rest...> : made_for_first<Rest...> {};
 template <class First, class... Rest>
@@ -69,7 +70,7 @@ template <template <class...> class All, class First, class... Rest>  // for Tog
         requires(All<First, Rest...> all) { all.parts; } || requires(All<First, Rest...> all) { all.all; })
 struct made_for<All<First, Rest...>> : made_for_first<First, Rest...> {};
 
-/// Is B made for nodes with scalar type S in D dimensions? True if the type B does not contain them.
+/// Is B made for nodes with scalar type S in D dimensions? True if S and D cannot be read from the type B.
 template <class B, class S, int D>
 struct boundary_fits : std::true_type {};
 template <class B, class S, int D>
@@ -228,8 +229,8 @@ struct AnySurface {
     constexpr void operator()(const Of&...) const {}
 };
 
-/// Has B `surfaces(x, seen)`? The function reports the surfaces of the boundary, as seen from any point x [m]. For each
-/// surface, it calls
+/// Has B `surfaces(x, seen)`? The function reports the surfaces of the boundary to a point x [m], which need not be a
+/// node. For each surface, it calls
 ///
 ///     seen(distance, normal, velocity, contact, friction)
 ///

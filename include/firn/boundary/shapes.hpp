@@ -25,7 +25,7 @@ struct named_outside {
 
 }  // namespace detail
 
-/// All points below a plane through the origin: a floor, a slope, a wall.
+/// All points on one side of a plane through the origin, the side opposite to `outward`: a floor, a slope, a wall.
 template <scalar S, int D>
 struct HalfSpace {
     Vec<S, D> outward = up();  ///< unit vector out of the solid [1]; by default the second axis

@@ -35,7 +35,7 @@ struct part_parameter {
 ///
 /// The boundaries act on a node one after another, in order: where two of them change a node, the later one decides its
 /// velocity. Where another boundary covers a face, such as the lower face of a box on a floor, the face has no effect;
-/// Collider says how.
+/// Collider explains this.
 ///
 /// Use it for walls and colliders in one simulation. For many boundaries of one type, use a BoundaryList.
 /// \tparam B  the types of one to twelve boundaries with the same scalar type; one may be a Together or a BoundaryList

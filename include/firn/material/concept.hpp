@@ -9,9 +9,9 @@
 ///
 ///     energy_density(F or state)             elastic energy [J/m³ of undeformed volume]
 ///     returned(trial)                        plastic return mapping: the state<D> that replaces the trial state, in
-///                                             which the whole step was taken as elastic
+///                                            which the whole step was taken as elastic
 ///     returned_with_stress(trial)            returned(trial) and the Kirchhoff stress [Pa] in it, as a StateAndStress;
-///                                             for models that compute both together at less cost
+///                                            for models that compute both together at less cost
 ///     updated(state, velocity_gradient, dt)  the state after dt [s]; replaces firn's update of F and returned()
 ///     kirchhoff_stress(state, velocity_gradient)  stress [Pa] that also depends on the rate of deformation
 ///     diffusivity(density, state)            diffusivity of momentum by viscosity [m²/s]; limits the time step
