@@ -124,7 +124,7 @@ private:
     struct Position {
         Vec<S, D> beyond;        ///< vector from the nearest point of the box to x [m], zero inside
         Vec<S, D> nearest_face;  ///< outward normal of the nearest face, if x is inside
-        S depth;                 ///< signed distance from that face [m]
+        S depth;                 ///< signed distance of x from the nearest face [m]
         mask_t<S> is_outside;
     };
     FIRN_INLINE Position locate(const Vec<S, D>& x) const {

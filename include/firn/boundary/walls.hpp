@@ -123,8 +123,8 @@ struct Walls {
     }
 
 private:
-    /// Returns the distance [m] from a face within which a node counts as on the face. By rounding, the position lower
-    /// + i h of a node on the upper face differs from `upper` by at most 3 ε (|lower| + |upper|), where ε is the
+    /// Returns the distance [m] from a face within which a node counts as on the face. By rounding, the position
+    /// lower + i h of a node on the upper face differs from `upper` by at most 3 ε (|lower| + |upper|), where ε is the
     /// machine epsilon of S.
     FIRN_INLINE S slack(int axis) const {
         return S(4 * double(std::numeric_limits<value_type_t<S>>::epsilon())) *

@@ -17,10 +17,10 @@ namespace firn {
 /// mouse pointer: the line is then the ray through the pointer.
 template <scalar S, int D>
 struct Attraction {
-    Vec<S, D> gravity{};    ///< g [m/s²]
+    Vec<S, D> gravity{};    ///< g: gravity [m/s²]
     Vec<S, D> centre{};     ///< the point, or a point on the line [m]
     Vec<S, D> direction{};  ///< unit vector along the line [1]; zero: attraction to a point
-    S radius = S(0.1);      ///< R [m], positive
+    S radius = S(0.1);      ///< R: distance at which the attraction ends [m], positive
     S strength = S(0);      ///< s [m/s²]: positive attracts, negative repels
 
     static constexpr const char* name = "attraction";

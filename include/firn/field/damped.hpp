@@ -28,7 +28,7 @@ struct named_damped {
 /// \tparam Field  the other acceleration field, called with a position only
 template <scalar S, int D, template <class, int> class Field = Gravity>
 struct Damped {
-    Field<S, D> field{};  ///< f: the other acceleration field.
+    Field<S, D> field{};  ///< f: the acceleration field to which the damping is added.
     S rate = S(0);        ///< c: rate of damping [1/s]
 
     /// The type of this field with scalar type T.

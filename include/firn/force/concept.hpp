@@ -33,7 +33,7 @@ concept has_impulse_parts = requires(const Mat<S, D> impulse, const S s) {
     { F::gradient_part(impulse, s) } -> std::same_as<Mat<S, D>>;
 };
 
-/// A force form.
+/// A force form: it has `weight_gradients`, `needs_inertia`, affine_part() and gradient_part().
 template <class F>
 concept force =
     has_gradient_flag<F> && has_inertia_flag<F> && has_impulse_parts<F, float, 3> && has_impulse_parts<F, double, 2>;

@@ -9,8 +9,9 @@ namespace firn {
 ///
 ///     f_i = −V0 τ N_i D⁻¹ (x_i − x_p)       [N]
 ///
-/// V0 is the undeformed volume of the particle, τ its Kirchhoff stress, N_i its weight at node i, and D = Σ N_i (x_i −
-/// x_p)(x_i − x_p)ᵀ. With an affine transfer, the affine field C is the velocity gradient that updates F.
+/// V0 is the undeformed volume of the particle, τ its Kirchhoff stress, N_i its weight at node i, and
+/// D = Σ N_i (x_i − x_p)(x_i − x_p)ᵀ. With an affine transfer, the affine field C is the velocity gradient that updates
+/// F.
 ///
 /// Use it with spline kernels and an affine transfer: P2G then scatters stress and affine momentum together, and no
 /// gradients are computed.

@@ -1,11 +1,11 @@
-/// \file Forces by the gradients of the weights, the classical form.
+/// \file Forces from the gradients of the weights, the classical form of MPM.
 #pragma once
 
 #include <firn/force/concept.hpp>
 
 namespace firn {
 
-/// Forces by the gradients of the weights, the classical form.
+/// Forces from the gradients of the weights, the classical form of MPM.
 ///
 ///     f_i = −V0 τ ∇N_i       [N]
 ///

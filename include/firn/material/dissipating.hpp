@@ -39,7 +39,7 @@ struct Dissipating : Model {
     struct state : material_state_t<Model, D> {
         static_assert(!has_updated<Model, D>, "firn: Dissipating takes models with a return mapping");
 
-        S dissipated = S(0);  ///< energy taken by plastic flow so far [J/m³ of undeformed volume]
+        S dissipated = S(0);  ///< energy dissipated by plastic flow so far [J/m³ of undeformed volume]
 
         static constexpr auto fields() {
             return std::tuple_cat(material_state_t<Model, D>::fields(),

@@ -122,18 +122,18 @@ struct Sand {
         return named("slope", friction_slope<D>(sin(friction_angle + change)));
     }
 
-    /// Kirchhoff stress τ [Pa], that of Hencky for the elastic F.
+    /// Kirchhoff stress τ [Pa], computed as in Hencky from the elastic F.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& sand) const {
         return elastic().kirchhoff_stress(sand.F);
     }
-    /// Elastic energy ψ [J/m³ of undeformed volume], that of Hencky for the elastic F.
+    /// Elastic energy ψ [J/m³ of undeformed volume], computed as in Hencky from the elastic F.
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& sand) const {
         return elastic().energy_density(sand.F);
     }
-    /// Upper bound of the wave speed [m/s] at a density of the undeformed material [kg/m³]: that of Hencky for the
-    /// elastic F.
+    /// Upper bound of the wave speed [m/s] at a density of the undeformed material [kg/m³], computed as in Hencky from
+    /// the elastic F.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& sand) const {
         return elastic().wave_speed(density, sand.F);

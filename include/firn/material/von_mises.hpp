@@ -72,18 +72,18 @@ struct VonMises {
     /// The elastic solid with the moduli of this plastic solid.
     FIRN_INLINE Hencky<S> elastic() const { return {mu, lambda}; }
 
-    /// Kirchhoff stress τ [Pa], that of Hencky for the elastic F.
+    /// Kirchhoff stress τ [Pa], computed as in Hencky from the elastic F.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& solid) const {
         return elastic().kirchhoff_stress(solid.F);
     }
-    /// Elastic energy ψ [J/m³ of undeformed volume], that of Hencky for the elastic F.
+    /// Elastic energy ψ [J/m³ of undeformed volume], computed as in Hencky from the elastic F.
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& solid) const {
         return elastic().energy_density(solid.F);
     }
-    /// Upper bound of the wave speed [m/s] at a density of the undeformed material [kg/m³]: that of Hencky for the
-    /// elastic F.
+    /// Upper bound of the wave speed [m/s] at a density of the undeformed material [kg/m³], computed as in Hencky from
+    /// the elastic F.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& solid) const {
         return elastic().wave_speed(density, solid.F);

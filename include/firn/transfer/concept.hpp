@@ -2,9 +2,9 @@
 /// from the grid.
 ///
 /// A particle's velocity field around itself is v + C (x − x_p). P2G adds the momentum m N (v + C (x_i − x_p)) to node
-/// i. G2P interpolates the velocity v = Σ N v_i, and computes the affine field C = B D⁻¹ from the first moment B = Σ N
-/// v_i (x_i − x_p)ᵀ. Here m, v and x_p are the particle's mass, velocity and position, N is its weight at node i, v_i
-/// and x_i are the node's velocity and position, and D = Σ N (x_i − x_p)(x_i − x_p)ᵀ.
+/// i. G2P interpolates the velocity v = Σ N v_i, and computes the affine field C = B D⁻¹ from the first moment
+/// B = Σ N v_i (x_i − x_p)ᵀ. Here m, v and x_p are the particle's mass, velocity and position, N is its weight at node
+/// i, v_i and x_i are the node's velocity and position, and D = Σ N (x_i − x_p)(x_i − x_p)ᵀ.
 #pragma once
 
 #include <firn/core/error.hpp>

@@ -14,9 +14,9 @@ namespace firn {
 ///     v = Σ_{k < order} (1 − A)^k p/m
 ///     v_1 = p/m,      v_{j+1} = v_1 + v_j − A v_j
 ///
-/// With growing order, v tends to the inverse of the full mass matrix times p. The particles' velocities become Σ N
-/// v_i, as in PIC; order 1 is PIC. A higher order damps less of the motion that the grid can represent, and noise that
-/// the grid cannot represent is still removed. The boundary acts on the sum of the series.
+/// With growing order, v tends to the inverse of the full mass matrix times p. The particles' velocities become
+/// Σ N v_i, as in PIC; order 1 is PIC. A higher order damps less of the motion that the grid can represent, and noise
+/// that the grid cannot represent is still removed. The boundary acts on the sum of the series.
 ///
 /// Use order 2 to 8 for low damping without FLIP's noise. Each order above 1 costs one more transfer of velocities from
 /// the nodes to the particles and back.
