@@ -42,7 +42,8 @@ struct Walls {
     }
 
     /// Checks the corners and the friction of every face.
-    /// \throws parameter_error unless lower \< upper and both are finite, and friction ≥ 0 and finite on every face
+    /// \throws parameter_error unless lower \< upper along every axis, both corners are finite, and the friction of
+    /// every face is finite and not negative
     void check() const
         requires std::floating_point<S>
     {

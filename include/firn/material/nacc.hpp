@@ -46,7 +46,7 @@ struct Nacc {
     S friction_sine = S(0.70710678118654752440);  ///< sine of the friction angle φ [1]
     S cohesion = S(0.5);                          ///< β: largest tension divided by p₀ [1]
     S hardening = S(3);                           ///< ξ: how fast p₀ grows with compaction [1]
-    S first_log_volume = S(-0.0079992322);        ///< α before any plastic flow [1]
+    S first_log_volume = S(-0.0079992322);        ///< α: logarithm of the plastic volume ratio before any flow [1]
 
     static constexpr const char* name = "nacc";
     static constexpr auto parameters() {

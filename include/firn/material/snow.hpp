@@ -19,12 +19,14 @@ struct SnowProperties {
 
 /// Snow: an elastic solid that can be crushed and broken, and hardens as it is compacted.
 ///
-/// The elasticity is that of FixedCorotated, with moduli that depend on the plastic volume ratio J_P:
+/// The elasticity is that of FixedCorotated, with moduli that depend on the plastic volume ratio J_P, and with μ0 and
+/// λ0 before hardening (J_P = 1):
 ///
 ///     μ = μ0 e^{ξ (1 − J_P)}         λ = λ0 e^{ξ (1 − J_P)}       [Pa]
 ///
-/// The singular values of the elastic F are clamped to [1 − θc, 1 + θs]; the rest of the deformation is plastic and
-/// changes J_P. In 2D there are two singular values; this is plane strain.
+/// The singular values of the elastic F are clamped to [1 − θc, 1 + θs], where θc and θs are the critical compression
+/// and stretch; the rest of the deformation is plastic and changes J_P. In 2D there are two singular values; this is
+/// plane strain.
 ///
 /// The exponent ξ (1 − J_P) is at most `largest_exponent`, by default 4, at which snow is 55 times as stiff as before
 /// hardening. The paper sets no bound; moduli and wave speed can then grow without limit, and the time step becomes

@@ -22,7 +22,7 @@ struct Aflip {
     static constexpr const char* name = "aflip";
     static constexpr bool affine = true;  ///< Particles carry C.
 
-    S ratio = S(0.95);  ///< α: 0 (APIC) to 1 [1]
+    S ratio = S(0.95);  ///< α: share of the velocity difference, 0 (APIC) to 1 [1]
 
     /// Checks the parameters.
     /// \throws parameter_error unless 0 ≤ α ≤ 1
@@ -65,7 +65,7 @@ struct Asflip {
     static constexpr const char* name = "asflip";
     static constexpr bool affine = true;  ///< Particles carry C.
 
-    S ratio = S(0.95);    ///< α: 0 to 1 [1]
+    S ratio = S(0.95);    ///< α: share of the velocity difference, 0 to 1 [1]
     S separation = S(1);  ///< β where the flow expands: 0 to 1 [1]
     S approach = S(0);    ///< β where the flow compresses matter: 0 to 1 [1]
 
