@@ -19,24 +19,25 @@ struct named_list {
 
 /// Any number of boundaries of one type, as one boundary: `BoundaryList<Collider<Sphere<float, 3>>>`.
 ///
-/// They act on a node one after another, in the order of `all`: where two touch a node, the later one decides. A face
-/// that another boundary covers has no effect there, as in Together.
+/// The boundaries act on a node one after another, in the order of `all`: where two of them change a node, the later
+/// one decides its velocity. Where another boundary covers a face, the face has no effect; Collider explains this.
 ///
-/// Take it for many colliders of one shape, or where their number is known only at run time. It runs on the CPU only; a
-/// program for a GPU takes a Together.
-/// \tparam B  a boundary
+/// Use it for many colliders of one shape, or where the number of colliders is known only at run time. It works on the
+/// CPU only; on a GPU, use Together.
+/// \tparam B  the type of each boundary
 template <class B>
 struct BoundaryList {
     std::vector<B> all;  ///< The boundaries, in the order in which they act.
 
-    /// The list of the same boundaries with scalar T.
+    /// The type of this list with scalar type T.
     template <class T>
     using with_scalar = BoundaryList<with_scalar_t<B, T>>;
 
     static constexpr const char* name = detail::joined_names<B, detail::named_list>::text;
 
-    /// The list with every boundary lifted to the scalar T. Called once a step, before any node changes.
-    /// \throws what the boundaries' checks throw
+    /// Returns the list with every boundary converted to scalar type T. A simulation calls it once a step, before any
+    /// node changes.
+    /// \throws what check() throws
     template <class T>
     with_scalar<T> lifted() const {
         static_assert(has_lanes<T>,
@@ -49,12 +50,12 @@ struct BoundaryList {
     }
 
     /// Checks each boundary.
-    /// \throws what the boundaries' checks throw
+    /// \throws what check() of a boundary throws
     void check() const {
         for (const B& one : all) check_boundary(one);
     }
 
-    /// The boundaries dt [s] later.
+    /// Returns the list with every boundary as it is dt [s] later.
     BoundaryList advanced(double dt) const {
         BoundaryList later;
         later.all.reserve(all.size());
@@ -62,7 +63,7 @@ struct BoundaryList {
         return later;
     }
 
-    /// The boundaries for a grid with cells of side h [m].
+    /// Returns the list with every boundary adapted to a grid with cells of side h [m].
     BoundaryList on_grid(double h) const {
         BoundaryList there;
         there.all.reserve(all.size());
@@ -70,33 +71,36 @@ struct BoundaryList {
         return there;
     }
 
-    /// The velocity [m/s] of a node at x [m] after all boundaries have acted on its velocity v [m/s].
+    /// Returns the velocity [m/s] of a node at x [m] after all boundaries have acted; v [m/s] is the node's velocity
+    /// before.
     template <class S, int D>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
         return velocity_among(x, v, NoOthers{}, AnySurface{}, 0);
     }
 
-    /// The surfaces of all boundaries, in their order. \see has_surfaces
+    /// Calls `seen` for the surfaces of all boundaries, in the order of `all`. \see has_surfaces
     template <class S, int D, class Seen>
         requires has_surfaces<B, S, D>
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         for (const B& one : all) one.surfaces(x, seen);
     }
 
-    /// Can one of the boundaries change nodes of the box [lower, upper] [m]?
+    /// Returns true if one of the boundaries may change nodes in the box [lower, upper] [m].
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
         const auto part = [&](int k, const auto& f) { f(all[std::size_t(k)]); };
         return reach_together(int(all.size()), part, lower, upper);
     }
-    /// How far a boundary looks for others, at most [m]. \see firn::looks_around
+    /// Returns the largest distance [m] at which another solid can change the effect of one of the boundaries. \see
+    /// firn::looks_around
     double looks_around() const {
         double farthest = 0;
         for (const B& one : all) farthest = std::max(farthest, firn::looks_around(one));
         return farthest;
     }
 
-    /// The largest speed [m/s] of a boundary in the box [lower, upper] [m]. \see firn::largest_speed
+    /// Returns the largest speed [m/s] that one of the boundaries gives to nodes in the box [lower, upper] [m]. \see
+    /// firn::largest_speed
     template <int D>
     double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
         double largest = 0;
@@ -104,9 +108,10 @@ struct BoundaryList {
         return largest;
     }
 
-    /// The number of boundaries in the list.
+    /// Returns the number of boundaries in the list.
     int part_count() const { return int(all.size()); }
-    /// As velocity(), beside others, and tells `seen` what each boundary did. \see firn::velocity_among
+    /// Returns what velocity() returns, but also takes the surfaces of other solids into account. Calls `seen` with a
+    /// node's velocity before and after each boundary acted. \see firn::velocity_among
     template <class S, int D, class Others, class Seen>
     FIRN_INLINE Vec<S, D> velocity_among(const Vec<S, D>& x, Vec<S, D> v, const Others& others, const Seen& seen,
                                          int first) const {
@@ -121,13 +126,13 @@ struct BoundaryList {
         }
         return v;
     }
-    /// The point [m] about which the torque on boundary k is taken. \see firn::part_centre
+    /// Returns the point [m] about which the torque on boundary all[k] is computed. \see firn::part_centre
     template <int D>
     Vec<double, D> centre_of_part(int k) const {
         return part_centre<D>(all[std::size_t(k)], 0);
     }
 
-    /// The boundaries' descriptions, separated by "; ", for files.
+    /// Returns the descriptions of the boundaries, separated by "; ", as they are written into files.
     std::string description() const {
         std::string text;
         if constexpr (requires(const B one) { one.description(); })

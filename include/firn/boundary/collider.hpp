@@ -1,4 +1,4 @@
-/// \file A rigid solid with a given motion: a shape with a position, a rotation and their rates.
+/// \file A rigid solid with a given motion: a shape with a position, a rotation, a linear and an angular velocity.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -22,47 +22,48 @@ struct named_collider {
 
 /// A rigid solid with a given motion: a floor, a ball, a wheel, a shovel, a container.
 ///
-/// Nodes in the solid, and in a layer around it, get the velocity that its contact gives against the velocity of its
-/// surface,
+/// Nodes in the solid, and in a layer around it, get the velocity that velocity_after_contact() gives relative to the
+/// velocity of the solid at the node's position x,
 ///
 ///     V + ω × (x − c)       [m/s]
 ///
-/// Matter does not push it: the motion is as given. advanced() gives the collider a time later, and a simulation calls
-/// it in every step. Simulation::reactions gives the forces on it. To move matter at a chosen velocity, use a collider
-/// with contact `stick`.
+/// V is the linear velocity, ω the angular velocity, c the position. Matter does not push the solid: its motion is the
+/// given one. In every step, a simulation calls advanced(), which returns the collider at the end of the step.
+/// Simulation::reactions returns the forces on the solid. To move matter at a chosen velocity, use a collider with
+/// contact `stick`.
 ///
-/// The layer keeps matter out. A particle on the surface takes its velocity from nodes up to 1.5 cells away, the radius
-/// of the quadratic spline; if all of them are held, the particle does not move in, wherever the surface lies between
-/// nodes. Without a layer, matter gets in by up to 1.5 cells. With the default layer, it comes to rest up to one cell
-/// before the surface.
+/// The layer keeps matter out of the solid. A particle on the surface takes its velocity from nodes up to 1.5 cells
+/// away, the radius of the quadratic spline. If the contact acts on all these nodes, the particle does not enter the
+/// solid, wherever the surface lies between the nodes. Without a layer, matter enters the solid by up to 1.5 cells.
+/// With the default layer, matter comes to rest up to one cell before the surface.
 ///
-/// Other solids (in a Together or a BoundaryList) can cover a face of this one, as a floor covers the lower face of a
-/// box that stands on it. If nodes there took the normal of the covered face, the box would push them up and down and
-/// let matter through sideways. So a node in another solid, or within two cells of it, takes the normal at the point
-/// two cells outside that solid.
+/// Other solids (in a Together or a BoundaryList) can cover a face of this solid, as a floor covers the lower face of a
+/// box that stands on the floor. If nodes near the covered face took the normal of this face, the box would push matter
+/// up and down and let matter through sideways. Therefore a node inside another solid, or within two cells of it, takes
+/// the normal at a point moved out of the other solid, to two cells outside of it.
 ///
-/// Position and rates are held in double, so that small steps add up. The contact is by Stomakhin et al. 2013, §8, as
-/// in velocity_after_contact().
-/// \tparam Shape  a shape, see boundary/shape.hpp: `Sphere<float, 3>`
+/// Position, rotation and velocities are stored in double, so that the small motions of single steps are not lost by
+/// rounding. The contact is that of Stomakhin et al. 2013, §8; see velocity_after_contact().
+/// \tparam Shape  a shape as described in boundary/shape.hpp, for example `Sphere<float, 3>`
 template <class Shape>
 struct Collider {
-    using S = typename shape_facts<Shape>::scalar_type;      ///< The scalar of the shape.
+    using S = typename shape_facts<Shape>::scalar_type;      ///< The scalar type of the shape.
     static constexpr int D = shape_facts<Shape>::dimension;  ///< The number of dimensions of space: 2 or 3.
-    /// The scalar of position and motion: double if S is float or double, else S.
+    /// The scalar type of position, rotation and velocities: double if S is float or double, else S.
     using P = std::conditional_t<std::floating_point<S>, double, S>;
-    /// The collider of the same shape with scalar T.
+    /// The type of this collider with scalar type T.
     template <class T>
     using with_scalar = Collider<with_scalar_t<Shape, T>>;
 
     Shape shape{};                                   ///< The shape, in its own coordinates.
     Contact contact = Contact::separate;             ///< How matter meets the surface.
     P friction = P(0);                               ///< Coulomb's coefficient μ [1]
-    P thickness = P(0);                              ///< thickness of the layer [m], added to that in cells
+    P thickness = P(0);                              ///< thickness of the layer [m], added to thickness_in_cells
     P thickness_in_cells = P(1.5);                   ///< thickness of the layer in cells of the grid [1]
     Vec<P, D> position = Vec<P, D>::zero();          ///< c: the shape's origin in space [m]
-    Rotor<P, D> rotation = no_rotation<P, D>();      ///< from the shape's axes to those of space; make it with rotor()
+    Rotor<P, D> rotation = no_rotation<P, D>();      ///< from the shape's axes to the axes of space; see rotor()
     Vec<P, D> linear_velocity = Vec<P, D>::zero();   ///< V: velocity of the origin [m/s]
-    Axial<P, D> angular_velocity = no_spin<P, D>();  ///< ω: about the origin [rad/s]; in 2D counter-clockwise
+    Axial<P, D> angular_velocity = no_spin<P, D>();  ///< ω: about the shape's origin [rad/s]; in 2D counter-clockwise
     P cell_size = P(0);                              ///< cell size of the grid [m], set by on_grid()
 
     static constexpr const char* name = detail::joined_names<detail::named_collider, Shape>::text;
@@ -77,9 +78,10 @@ struct Collider {
                           parameter{"angular_velocity", "rad/s", &Collider::angular_velocity}};
     }
 
-    /// Checks the numbers of the collider and of its shape.
-    /// \throws parameter_error if position or motion is not finite, if the rotor's length is not 1 to 1e-6, if friction
-    /// or thickness is negative or not finite, and as the shape's check
+    /// Checks the parameters of the collider and of its shape.
+    /// \throws parameter_error if the position or a velocity is not finite, if the length of `rotation` differs from 1
+    /// by 1e-6 or more, or if the friction or a thickness is negative or not finite. Throws also what the shape's
+    /// check() throws.
     void check() const
         requires std::floating_point<S>
     {
@@ -103,7 +105,8 @@ struct Collider {
             refuse("rotation", sentence("a quaternion of length ", length), "of length 1: make it with rotor()");
     }
 
-    /// The collider with scalar T. Called once a step, before any node changes. \throws parameter_error as check()
+    /// Returns the collider converted to scalar type T. A simulation calls it once a step, before any node changes.
+    /// \throws parameter_error if check() throws it
     template <class T>
     with_scalar<T> lifted() const {
         if constexpr (std::floating_point<S>) check();
@@ -120,7 +123,7 @@ struct Collider {
                 Q(cell_size)};
     }
 
-    /// The collider for a grid with cells of side h [m].
+    /// Returns the collider for a grid with cells of side h [m].
     FIRN_INLINE Collider on_grid(const P& h) const {
         Collider there = *this;
         there.cell_size = h;
@@ -129,8 +132,8 @@ struct Collider {
     /// The thickness of the layer around the solid [m].
     FIRN_INLINE P layer() const { return thickness + thickness_in_cells * cell_size; }
 
-    /// The collider dt [s] later, moved and turned by its rates. Exact for constant rates, except for rounding in
-    /// double.
+    /// Returns the collider dt [s] later, moved and turned by its velocities. For constant velocities the result is
+    /// exact, except for rounding in double.
     Collider advanced(double dt) const
         requires std::floating_point<S>
     {
@@ -140,7 +143,8 @@ struct Collider {
         return later;
     }
 
-    /// The largest speed [m/s] of the solid in the box [lower, upper] [m]. \see firn::largest_speed
+    /// Returns an upper bound of the solid's speed [m/s] in the box [lower, upper] [m]; zero if the solid does not
+    /// change nodes there. \see firn::largest_speed
     double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const
         requires std::floating_point<S>
     {
@@ -158,11 +162,13 @@ struct Collider {
         return cast<S>(linear_velocity) + skew(cast_axial<S, D>(angular_velocity)) * (x - cast<S>(position));
     }
 
-    /// The velocity [m/s] of a node at x [m] after contact, from its velocity v [m/s].
+    /// Returns the velocity [m/s] of a node at x [m] after contact; v [m/s] is the node's velocity before.
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
         return velocity_beside(NoOthers{}, x, v);
     }
-    /// As velocity(), beside other solids. \see velocity_among
+    /// Returns the velocity [m/s] of a node at x [m] after contact, if other solids may cover faces of this one; v
+    /// [m/s] is the node's velocity before.
+    /// \param others  others(x, seen) calls seen for each surface of the other solids, as surfaces() does
     template <class Others>
     FIRN_INLINE Vec<S, D> velocity_beside(const Others& others, const Vec<S, D>& x, const Vec<S, D>& v) const {
         const Mat<S, D> R = matrix_of(cast<S>(rotation));
@@ -181,7 +187,7 @@ struct Collider {
         return select(touched, surface + velocity_after_contact(v - surface, normal, contact, S(friction)), v);
     }
 
-    /// Calls `seen` for the outer surface of the layer. \see has_surfaces
+    /// Calls `seen` once, for the outer surface of the layer. \see has_surfaces
     template <class Seen>
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         const Mat<S, D> R = matrix_of(cast<S>(rotation));
@@ -190,7 +196,7 @@ struct Collider {
              S(friction));
     }
 
-    /// Can the solid or its layer change nodes of the box [lower, upper] [m]?
+    /// Returns true if the solid or its layer may change nodes in the box [lower, upper] [m].
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const
         requires std::floating_point<S>
     {
@@ -199,35 +205,39 @@ struct Collider {
         const Vec<double, D> middle = (lower + upper) * 0.5, half = (upper - lower) * 0.5;
         const Vec<double, D> local = transpose(R) * (middle - position);
         const double distance = exact.signed_distance(local);
-        double farthest = norm(half);  // the most by which the distance in the box differs from that at its middle
+        double farthest = norm(half);  // upper bound of |distance at a point of the box − distance at its middle|
         if constexpr (is_flat<Shape>) {
             const Vec<double, D> normal = R * normal_of(exact, local);
             farthest = 0;
             for (int a = 0; a < D; ++a) farthest += std::abs(normal[a]) * half[a];
         }
         if constexpr (requires { exact.uncertainty(); }) farthest += exact.uncertainty();
-        // velocity() gets positions rounded to S.
+        // velocity() gets positions that are rounded to S.
         const double rounding = 32 * double(std::numeric_limits<S>::epsilon()) *
                                 (norm(middle) + norm(half) + norm(position) + std::abs(distance));
         return distance <= farthest + layer() + rounding;
     }
 
-    /// How far a node is from other solids, at most [m], for its normal to depend on them. \see firn::looks_around
+    /// Returns the largest distance [m] between a node and another solid at which the other solid can change the node's
+    /// normal. \see firn::looks_around
     double looks_around() const
         requires std::floating_point<S>
     {
         return is_flat<Shape> ? 0 : sight() * cell_size * (1 + 1e-6);
     }
 
-    /// A description for files: "collider_sphere: separate, friction 0.3".
+    /// Returns a description, as it is written into files: "collider_sphere: separate, friction 0.3".
     std::string description() const { return sentence(name, ": ", firn::name_of(contact), ", friction ", friction); }
 
 private:
-    static constexpr double off_others = 2, farthest_off = 4;  ///< in cells, along each axis
-    /// How far a node is moved off other solids, at most [cells].
+    /// Distance to which way_out_of() moves a node out of another solid [cells].
+    static constexpr double off_others = 2,
+                            farthest_off = 4;  ///< Largest displacement of a node along each axis [cells].
+    /// Returns the largest length [cells] of way_out_of().
     static double sight() { return farthest_off * std::sqrt(double(D)); }
 
-    /// The way [m] from x out of other solids, to two cells outside of them; at most `farthest_off` along each axis.
+    /// Returns the displacement [m] from x to two cells outside of the other solids; at most `farthest_off` cells along
+    /// each axis.
     template <class Others>
     FIRN_INLINE Vec<S, D> way_out_of(const Others& others, const Vec<S, D>& x) const {
         const S cell = S(cell_size), off = S(off_others) * cell, most = S(farthest_off) * cell;

@@ -3,16 +3,17 @@
 /// A boundary must have
 ///
 ///     Vec velocity(x, v)                 the velocity [m/s] of a node at x [m] after the boundary has acted on v
-///     bool reaches(lower, upper)         can it change nodes of that box [m]? Whole blocks of nodes are skipped by it
+///     bool reaches(lower, upper)         true if the boundary may change nodes in this box [m]; where it is false,
+///                                        whole blocks of nodes are skipped
 ///
 /// and may have
 ///
-///     void check()                       throws parameter_error if a number is impossible
-///     advanced(dt)                       the boundary dt [s] later, if it moves
-///     on_grid(h)                         the boundary for cells of side h [m], if it depends on h
-///     double largest_speed(lower, upper) the largest speed [m/s] that it gives to nodes of a box
+///     void check()                       throws parameter_error if a parameter is out of range
+///     advanced(dt)                       returns the boundary dt [s] later, if it moves
+///     on_grid(h)                         returns the boundary for cells of side h [m], if it depends on h
+///     double largest_speed(lower, upper) the largest speed [m/s] that the boundary gives to nodes in a box
 ///     void surfaces(x, seen)             calls seen(distance, normal, velocity, contact, friction) for each surface
-///     std::string description()          a text for files
+///     std::string description()          a text that is written into files
 #pragma once
 
 #include <firn/core/parameters.hpp>
@@ -23,19 +24,19 @@
 
 namespace firn {
 
-/// Has B `velocity(position, velocity)`? It returns a node's velocity [m/s] after the boundary has acted.
+/// Has B `velocity(position, velocity)`? The function returns a node's velocity [m/s] after the boundary has acted.
 template <class B, class S, int D>
 concept changes_velocity = requires(const B b, const Vec<S, D> v) {
     { detail::in_own_terms(b.velocity(v, v)) } -> std::same_as<Vec<S, D>>;  ///< velocity(position, velocity)
 };
-/// Has B `reaches(lower, upper)`? It returns whether the boundary can change nodes of that box [m]. Whole blocks of
-/// nodes are skipped by it.
+/// Has B `reaches(lower, upper)`? The function returns true if the boundary may change nodes in this box [m]. Where it
+/// returns false, whole blocks of nodes are skipped.
 template <class B, int D>
 concept says_where = requires(const B b, const Vec<double, D> x) {
     { b.reaches(x, x) } -> std::same_as<bool>;
 };
 
-/// A boundary in D dimensions with scalar S.
+/// A boundary in D dimensions with scalar type S.
 template <class B, class S, int D>
 concept boundary = changes_velocity<B, S, D> && says_where<B, D>;
 
@@ -45,7 +46,8 @@ struct precision_and_dimension {
     using S = T;
     static constexpr int D = N;
 };
-/// The S and D of a boundary's type; empty if the type does not tell.
+/// The scalar type S and the dimension D for which a boundary type is made; empty if S and D cannot be read from the
+/// type.
 template <class B>
 struct made_for {};
 template <template <class, int> class B, class S, int D>
@@ -57,18 +59,18 @@ template <class B>
     }
 struct made_for<B> : precision_and_dimension<typename B::S, B::D> {};
 template <class... B>
-struct made_for_first {};  // those of the first type that tells
+struct made_for_first {};  // S and D of the first type from which they can be read
 template <class First, class... Rest>
 struct made_for_first<First, Rest...> : made_for_first<Rest...> {};
 template <class First, class... Rest>
     requires requires { made_for<First>::D; }
 struct made_for_first<First, Rest...> : made_for<First> {};
-template <template <class...> class All, class First, class... Rest>  // a Together, a BoundaryList
+template <template <class...> class All, class First, class... Rest>  // for Together and BoundaryList
     requires(
         requires(All<First, Rest...> all) { all.parts; } || requires(All<First, Rest...> all) { all.all; })
 struct made_for<All<First, Rest...>> : made_for_first<First, Rest...> {};
 
-/// Is B made for nodes with scalar S in D dimensions? True if the type does not tell.
+/// Is B made for nodes with scalar type S in D dimensions? True if S and D cannot be read from the type B.
 template <class B, class S, int D>
 struct boundary_fits : std::true_type {};
 template <class B, class S, int D>
@@ -80,7 +82,8 @@ template <template <class...> class All, class... B, class S, int D>
         (requires(All<B...> all) { all.parts; } || requires(All<B...> all) { all.all; }))
 struct boundary_fits<All<B...>, S, D> : std::conjunction<boundary_fits<B, S, D>...> {};
 
-/// Stops the compilation with a message if B has another scalar or dimension; else returns true.
+/// Stops the compilation with a message if B is made for another scalar type than S or another dimension than D; else
+/// returns true.
 template <class B, class S, int D>
 consteval bool require_fitting_boundary() {
     static_assert(boundary_fits<B, S, D>::value,
@@ -91,13 +94,14 @@ consteval bool require_fitting_boundary() {
 }  // namespace detail
 
 /// Calls the boundary's check(), if it has one.
-/// \throws what that check throws
+/// \throws what boundary.check() throws
 template <class B>
 void check_boundary(const B& boundary) {
     if constexpr (requires { boundary.check(); }) boundary.check();
 }
 
-/// The boundary dt [s] later: its advanced(dt) if it has one, else the same boundary.
+/// Returns the boundary dt [s] later: boundary.advanced(dt) if the boundary has this function, else the boundary
+/// unchanged.
 template <class B>
 B advanced(const B& boundary, double dt) {
     if constexpr (requires { boundary.advanced(dt); })
@@ -106,8 +110,8 @@ B advanced(const B& boundary, double dt) {
         return boundary;
 }
 
-/// The largest speed [m/s] that a moving boundary can give to nodes of the box [lower, upper] [m]; it limits the time
-/// step. Zero for a boundary without largest_speed().
+/// Returns the largest speed [m/s] that a moving boundary can give to nodes in the box [lower, upper] [m]; this speed
+/// limits the time step. Returns zero for a boundary without largest_speed().
 template <class B, int D>
 double largest_speed(const B& boundary, const Vec<double, D>& lower, const Vec<double, D>& upper) {
     if constexpr (requires { boundary.largest_speed(lower, upper); })
@@ -116,7 +120,8 @@ double largest_speed(const B& boundary, const Vec<double, D>& lower, const Vec<d
         return 0;
 }
 
-/// The boundary for a grid with cells of side h [m]: its on_grid(h) if it has one, else the same boundary.
+/// Returns the boundary for a grid with cells of side h [m]: boundary.on_grid(h) if the boundary has this function,
+/// else the boundary unchanged.
 template <class B, class H>
 FIRN_INLINE B on_grid(const B& boundary, const H& h) {
     if constexpr (requires { boundary.on_grid(h); })
@@ -125,14 +130,14 @@ FIRN_INLINE B on_grid(const B& boundary, const H& h) {
         return boundary;
 }
 
-// A boundary may have parts, which act one after another and whose reactions are kept apart. It then offers
-// part_count(), template centre_of_part<D>(k), and velocity_among(x, v, others, seen, first), which calls
+// A boundary may have parts, which act one after another and whose reactions are recorded separately. Such a boundary
+// has part_count(), template centre_of_part<D>(k), and velocity_among(x, v, others, seen, first), which calls
 // seen(first + k, before, after) for each part in turn.
 //
-// A part may depend on the surfaces of the solids beside it. It then offers velocity_beside(others, x, v), where
-// others(x, seen) calls seen for each of those surfaces, as surfaces(x, seen) below.
+// The effect of a part may depend on the surfaces of other solids. Such a part has velocity_beside(others, x, v), where
+// others(x, seen) calls seen for each surface of the other solids. The arguments of seen are explained at has_surfaces.
 
-/// The number of a boundary's parts; 1 for a boundary without part_count().
+/// Returns the number of a boundary's parts; 1 for a boundary without part_count().
 template <class B>
 int part_count(const B& boundary) {
     if constexpr (requires { boundary.part_count(); })
@@ -141,7 +146,8 @@ int part_count(const B& boundary) {
         return 1;
 }
 
-/// The point [m] about which the torque on part k is taken: the part's position if it has one, else the origin.
+/// Returns the point [m] about which the torque on part k is computed: the part's position if it has one, else the
+/// origin.
 template <int D, class B>
 Vec<double, D> part_centre(const B& boundary, int k) {
     if constexpr (requires { boundary.template centre_of_part<D>(k); })
@@ -152,19 +158,20 @@ Vec<double, D> part_centre(const B& boundary, int k) {
         return Vec<double, D>::zero();
 }
 
-/// The other solids of a boundary that stands alone: none.
+/// Stands for the other solids of a boundary where there are none.
 struct NoOthers {
-    /// Calls `seen` for no surface.
+    /// Does nothing: there is no surface for which to call `seen`.
     template <class X, class Seen>
     FIRN_INLINE void operator()(const X&, const Seen&) const {}
 };
 
-/// The velocity [m/s] of a node at x [m] after all parts of a boundary have acted, one after another.
+/// Returns the velocity [m/s] of a node at x [m] after all parts of a boundary have acted, one after another.
 /// \param x       the node's position [m]
-/// \param v       its velocity before [m/s]
+/// \param v       the node's velocity before the boundary acts [m/s]
 /// \param others  others(x, seen) calls seen for each surface of the other solids
-/// \param seen    called as seen(first + k, velocity before, velocity after) for every part k
-/// \param first   the number of the boundary's first part
+/// \param seen    called as seen(first + k, before, after) for every part k, with the node's velocities [m/s] before
+/// and after this part acted
+/// \param first   the number that `seen` gets for part 0 of the boundary
 template <class B, class S, int D, class Others, class Seen>
 FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Others& others,
                                      const Seen& seen, int first = 0) {
@@ -183,8 +190,9 @@ FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, cons
     }
 }
 
-/// How far [m] a boundary's parts look for other solids. If others are there, the boundary may change nodes that are
-/// this far from where it reaches alone. Zero for a boundary without looks_around().
+/// Returns the largest distance [m] at which another solid can change the effect of a boundary. If another solid is so
+/// near, the boundary may change nodes up to this distance outside of the boxes for which reaches() is true. Returns
+/// zero for a boundary without looks_around().
 template <class B>
 double looks_around(const B& boundary) {
     if constexpr (requires { boundary.looks_around(); })
@@ -193,7 +201,8 @@ double looks_around(const B& boundary) {
         return 0;
 }
 
-/// Can one of `count` boundaries that look at one another change nodes of the box [lower, upper] [m]?
+/// Returns true if one of `count` boundaries may change nodes in the box [lower, upper] [m], alone or because another
+/// of these boundaries is near. \see looks_around
 /// \param part  part(k, f) calls f with the k-th boundary
 template <int D, class Part>
 bool reach_together(int count, const Part& part, const Vec<double, D>& lower, const Vec<double, D>& upper) {
@@ -212,16 +221,16 @@ bool reach_together(int count, const Part& part, const Vec<double, D>& lower, co
     return near == 2;
 }
 
-/// A function that takes any surface, or any part's change of velocity, and does nothing.
+/// A function object that can be called with any arguments and does nothing. Pass it as `seen` where nothing is to be
+/// recorded.
 struct AnySurface {
     /// Does nothing.
     template <class... Of>
     constexpr void operator()(const Of&...) const {}
 };
 
-/// Has B `surfaces(x, seen)`? It tells where the boundary's surfaces are, for points that are not nodes.
-///
-/// It calls, for each surface,
+/// Has B `surfaces(x, seen)`? The function reports the surfaces of the boundary to a point x [m], which need not be a
+/// node. For each surface, it calls
 ///
 ///     seen(distance, normal, velocity, contact, friction)
 ///

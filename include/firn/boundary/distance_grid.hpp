@@ -1,4 +1,4 @@
-/// \file A shape given by signed distances at the nodes of a grid, such as those of a mesh.
+/// \file A shape given by signed distances at the nodes of a grid, for example the distances from a triangle mesh.
 #pragma once
 
 #include <firn/boundary/shape.hpp>
@@ -19,7 +19,8 @@ struct DistanceNumbers {
     Vec<double, D> lower{};                   ///< position of the first node [m]
     double spacing = 0;                       ///< distance between neighbouring nodes [m]
     std::array<int, std::size_t(D)> nodes{};  ///< number of nodes along each axis, at least two
-    std::vector<Number> values;  ///< signed distances [m], one per node, negative inside; last axis fastest
+    /// Signed distances [m], one per node, negative inside. The index along the last axis runs fastest.
+    std::vector<Number> values;
 
     /// Checks the grid and the number of its values.
     /// \throws parameter_error unless each axis has at least two nodes, `lower` is finite, `spacing` is positive and
@@ -44,34 +45,34 @@ struct DistanceNumbers {
 
 /// A shape given by signed distances at the nodes of a grid.
 ///
-/// In the box of the grid, the distance is interpolated linearly along each axis. Outside of it, it is the distance at
-/// the nearest point of the box plus the distance from there. The normal is the direction of the interpolant's
-/// gradient.
+/// Inside the box of the grid, the distance is interpolated linearly along each axis. Outside of the box, the distance
+/// is the one at the nearest point of the box plus the distance from x to that point. The normal is the direction of
+/// the gradient of the interpolated distance; outside of the box, it points from the nearest point of the box to x.
 ///
-/// Take it for solids without a formula: mesh_distance() makes the numbers from a closed triangle mesh. It runs on the
-/// CPU only. Copies share the numbers.
+/// Use it for solids without a formula: mesh_distance() computes the distances from a closed triangle mesh. The shape
+/// works on the CPU only. Copies of the shape share the stored distances.
 /// \tparam Number  type of the stored distances, float or double, independent of S
 template <scalar S, int D, class Number = float>
 struct DistanceGrid {
-    std::shared_ptr<const DistanceNumbers<Number, D>> numbers;  ///< The grid and its distances; must be set.
+    std::shared_ptr<const DistanceNumbers<Number, D>> numbers;  ///< The grid and its distances; must not be null.
 
     using scalar_type = S;
     static constexpr int dimension = D;
-    /// The same shape with scalar T.
+    /// The type of this shape with scalar type T.
     template <class T>
     using with_scalar = DistanceGrid<T, D, Number>;
 
     static constexpr const char* name = "distance_grid";
     static constexpr auto parameters() { return std::tuple{}; }
 
-    /// Checks the numbers.
-    /// \throws parameter_error if `numbers` is null, and as DistanceNumbers::check()
+    /// Checks the grid and its distances.
+    /// \throws parameter_error if `numbers` is null, or if DistanceNumbers::check() throws it
     void check() const {
         if (!numbers)
             throw parameter_error("A grid of distances holds no numbers; set them, for example by mesh_distance().");
         numbers->check();
     }
-    /// The shape with scalar T, which shares the numbers.
+    /// Returns this shape with scalar type T. The copy shares the stored distances with this shape.
     template <class T>
     with_scalar<T> lifted() const {
         static_assert(has_lanes<T>,
@@ -79,10 +80,11 @@ struct DistanceGrid {
                       "use a shape with a formula there.");
         return {numbers};
     }
-    /// The error of the difference of two interpolated distances: √D spacings [m], half of it for each distance.
+    /// Returns an upper bound of the error of the difference between two interpolated distances [m]: √D times the
+    /// spacing, since each of the two has an error of at most half of this.
     double uncertainty() const { return std::sqrt(double(D)) * numbers->spacing; }
 
-    /// The distance [m] from the origin to the farthest corner of the grid; the solid lies within the grid.
+    /// Returns the distance [m] from the origin to the farthest corner of the grid. The solid lies inside the grid.
     double extent() const {
         Vec<double, D> farthest{};
         for (int a = 0; a < D; ++a) {
@@ -111,9 +113,9 @@ struct DistanceGrid {
 private:
     static constexpr int corners = 1 << D;
     struct Cell {
-        S at[corners];       ///< distances at its corners, last axis fastest [m]
-        Vec<S, D> fraction;  ///< position of the point in the cell, 0 to 1
-        Vec<S, D> beyond;    ///< from the nearest point of the grid to the point [m]
+        S at[corners];       ///< distances at the corners [m]; last axis fastest
+        Vec<S, D> fraction;  ///< position in the cell along each axis, 0 to 1
+        Vec<S, D> beyond;    ///< vector from the nearest point of the grid to the position [m]
     };
 
     FIRN_INLINE Cell locate(const Vec<S, D>& x) const {
@@ -138,7 +140,8 @@ private:
         }
         return cell;
     }
-    /// The distance interpolated along all axes. Along axis `along`, if there is one, it is the difference instead.
+    /// Returns the distance interpolated along all axes. If `along` is an axis (not −1), the difference of the two
+    /// sides of the cell is taken along this axis instead of the interpolated value.
     FIRN_INLINE S reduced(const Cell& cell, int along) const {
         S left[corners];
         for (int i = 0; i < corners; ++i) left[i] = cell.at[i];

@@ -2,16 +2,18 @@
 ///
 /// A shape is a policy with a scalar S. For every position x [m] it must have
 ///
-///     S signed_distance(x)   [m], negative inside. It may be smaller than the true distance, but must change by at
-///                            most |Δx| from point to point: whole blocks of nodes are skipped by it
+///     S signed_distance(x)   [m], negative inside. It may be smaller than the true distance. Between two points it
+///                            must not change by more than |Δx|, the distance between the points: firn uses it to
+///                            skip whole blocks of nodes
 ///
 /// and it may have
 ///
-///     Vec normal(x)          outward unit normal, the gradient of the distance; else dual numbers differentiate it
-///     double uncertainty()   by how much [m] the distance may change from point to point beyond |Δx|
-///     double extent()        largest distance [m] of a point of the shape from its origin
+///     Vec normal(x)          outward unit normal, the gradient of the distance. Without this function, firn
+///                            differentiates the distance with dual numbers
+///     double uncertainty()   amount [m] by which the distance may change more than |Δx| between two points
+///     double extent()        largest distance [m] of a point of the shape from the origin
 ///     flat = true            the normal is the same everywhere
-///     void check()           throws parameter_error if a number is impossible
+///     void check()           throws parameter_error if a parameter is out of range
 #pragma once
 
 #include <firn/core/dual.hpp>
@@ -19,20 +21,20 @@
 
 namespace firn {
 
-/// The scalar and the dimension of a shape that declares them as `scalar_type` and `dimension`.
+/// The scalar type and the dimension of a shape that declares them as `scalar_type` and `dimension`.
 template <class Shape>
 struct shape_facts {
     using scalar_type = typename Shape::scalar_type;
     static constexpr int dimension = Shape::dimension;
 };
-/// The scalar and the dimension of a shape `P<S, D>`.
+/// The scalar type and the dimension of a shape `P<S, D>`.
 template <template <class, int> class P, class S, int D>
 struct shape_facts<P<S, D>> {
     using scalar_type = S;
     static constexpr int dimension = D;
 };
 
-/// Has Shape `signed_distance(x)`? It returns the signed distance of x from the surface [m], negative inside.
+/// Has Shape `signed_distance(x)`? The function returns the signed distance of x from the surface [m], negative inside.
 template <class Shape, class S, int D>
 concept has_signed_distance = requires(const Shape shape, const Vec<S, D> x) {
     { shape.signed_distance(x) } -> std::same_as<S>;
@@ -41,12 +43,12 @@ concept has_signed_distance = requires(const Shape shape, const Vec<S, D> x) {
 /// Is the shape's normal the same everywhere? False if the shape does not declare `flat`.
 template <class Shape>
 inline constexpr bool is_flat = false;
-/// Is the shape's normal the same everywhere? The shape's own `flat`.
+/// Is the shape's normal the same everywhere? The value is Shape::flat.
 template <class Shape>
     requires requires { Shape::flat; }
 inline constexpr bool is_flat<Shape> = Shape::flat;
 
-/// The unit vector along v; the second axis if v is not longer than 1e-15, as at the centre of a sphere.
+/// Returns v/‖v‖. If ‖v‖ ≤ 1e-15, as at the centre of a sphere, it returns the unit vector along the second axis.
 template <scalar S, int D>
 FIRN_INLINE Vec<S, D> direction_or_up(const Vec<S, D>& v) {
     Vec<S, D> up = Vec<S, D>::zero();
@@ -56,8 +58,8 @@ FIRN_INLINE Vec<S, D> direction_or_up(const Vec<S, D>& v) {
     return select(long_enough, v * (S(1) / sqrt(select(long_enough, square, S(1)))), up);
 }
 
-/// The outward unit normal of a shape at x [m], in the shape's coordinates: its normal(x) if it has one, else the
-/// gradient of its distance by dual numbers.
+/// Returns the outward unit normal of a shape at x [m], in the shape's coordinates: shape.normal(x) if the shape has
+/// this function, else the direction of the gradient of its distance, computed with dual numbers.
 template <class Shape, scalar S, int D>
 FIRN_INLINE Vec<S, D> normal_of(const Shape& shape, const Vec<S, D>& x) {
     if constexpr (requires { shape.normal(x); }) {

@@ -11,7 +11,8 @@ namespace firn {
 
 namespace detail {
 
-/// \throws parameter_error unless the length [m] is positive and finite
+/// Checks a length [m].
+/// \throws parameter_error unless the length is positive and finite
 inline void check_length(double length, const char* what, const char* shape) {
     if (!(length > 0) || !std::isfinite(length))
         throw parameter_error(
@@ -24,7 +25,7 @@ struct named_outside {
 
 }  // namespace detail
 
-/// Everything below a plane through the origin: a floor, a slope, a wall.
+/// All points on one side of a plane through the origin, the side opposite to `outward`: a floor, a slope, a wall.
 template <scalar S, int D>
 struct HalfSpace {
     Vec<S, D> outward = up();  ///< unit vector out of the solid [1]; by default the second axis
@@ -34,7 +35,7 @@ struct HalfSpace {
     static constexpr auto parameters() { return std::tuple{parameter{"outward", "1", &HalfSpace::outward}}; }
 
     /// Checks the direction.
-    /// \throws parameter_error unless |outward| = 1 to 1e-5
+    /// \throws parameter_error unless the length of `outward` differs from 1 by less than 1e-5
     void check() const
         requires std::floating_point<S>
     {
@@ -57,7 +58,7 @@ private:
     }
 };
 
-/// A sphere about the origin; in 2D a disc.
+/// A sphere with its centre at the origin; in 2D a disc.
 template <scalar S, int D>
 struct Sphere {
     S radius = S(0.1);  ///< radius [m]
@@ -81,11 +82,12 @@ struct Sphere {
 
     /// The signed distance of x from the surface [m], negative inside.
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const { return norm(x) - radius; }
-    /// The outward unit normal at x [1]; at the centre, the second axis.
+    /// The outward unit normal at x [1]; at the centre, it points along the second axis.
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const { return direction_or_up(x); }
 };
 
-/// A cuboid about the origin, along the axes; in 2D a rectangle. The rotation of its collider turns it.
+/// A cuboid with its centre at the origin and its edges along the axes; in 2D a rectangle. To turn it, set
+/// Collider::rotation.
 template <scalar S, int D>
 struct Box {
     Vec<S, D> half_extents = Vec<S, D>::filled(S(0.1));  ///< distances from the centre to the faces [m]
@@ -112,7 +114,7 @@ struct Box {
         const Position at = locate(x);
         return select(at.is_outside, sqrt(select(at.is_outside, dot(at.beyond, at.beyond), S(1))), at.depth);
     }
-    /// The outward unit normal at x [1]; inside, that of the nearest face.
+    /// The outward unit normal at x [1]; inside, it is the normal of the nearest face.
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const {
         const Position at = locate(x);
         return select(at.is_outside, direction_or_up(at.beyond), at.nearest_face);
@@ -120,9 +122,9 @@ struct Box {
 
 private:
     struct Position {
-        Vec<S, D> beyond;        ///< from the nearest point of the box, zero inside
-        Vec<S, D> nearest_face;  ///< outward normal of the face that is nearest to a point inside
-        S depth;                 ///< signed distance from that face [m]
+        Vec<S, D> beyond;        ///< vector from the nearest point of the box to x [m], zero inside
+        Vec<S, D> nearest_face;  ///< outward normal of the nearest face, if x is inside
+        S depth;                 ///< signed distance of x from the nearest face [m]
         mask_t<S> is_outside;
     };
     FIRN_INLINE Position locate(const Vec<S, D>& x) const {
@@ -145,7 +147,8 @@ private:
     }
 };
 
-/// A cylinder along the second axis with rounded ends, about the origin: all points within a radius of a segment.
+/// A cylinder with rounded ends along the second axis, with its centre at the origin: all points whose distance from a
+/// segment is at most `radius`.
 template <scalar S, int D>
 struct Capsule {
     S half_length = S(0.1);  ///< half the length of the segment [m]
@@ -158,7 +161,7 @@ struct Capsule {
     }
 
     /// Checks both lengths.
-    /// \throws parameter_error unless both are positive and finite
+    /// \throws parameter_error unless `half_length` and `radius` are positive and finite
     void check() const
         requires std::floating_point<S>
     {
@@ -174,7 +177,7 @@ struct Capsule {
 
     /// The signed distance of x from the surface [m], negative inside.
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const { return norm(from_segment(x)) - radius; }
-    /// The outward unit normal at x [1]; on the segment, the second axis.
+    /// The outward unit normal at x [1]; on the segment, it points along the second axis.
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const { return direction_or_up(from_segment(x)); }
 
 private:
@@ -184,35 +187,36 @@ private:
     }
 };
 
-/// Everything outside of a shape: a container, with matter in the shape.
-/// \tparam Shape  a shape: `Complement<Sphere<float, 3>>`
+/// All points outside of a shape: a container with matter inside.
+/// \tparam Shape  a shape, as in `Complement<Sphere<float, 3>>`
 template <class Shape>
 struct Complement {
-    Shape hollow{};  ///< The free space.
+    Shape hollow{};  ///< The shape of the free space.
 
     using scalar_type = typename shape_facts<Shape>::scalar_type;
     static constexpr int dimension = shape_facts<Shape>::dimension;
-    /// The same shape with scalar T.
+    /// The type of this shape with scalar type T.
     template <class T>
     using with_scalar = Complement<with_scalar_t<Shape, T>>;
 
     static constexpr const char* name = detail::joined_names<detail::named_outside, Shape>::text;
     static constexpr bool flat = is_flat<Shape>;  ///< Is the normal the same everywhere?
     static constexpr auto parameters() { return std::tuple{parameter{"hollow", "", &Complement::hollow}}; }
-    /// The shape with scalar T.
+    /// Returns this shape with scalar type T.
     template <class T>
     with_scalar<T> lifted() const {
         return {lift<T>(hollow)};
     }
 
-    /// Checks the hollow shape.
-    /// \throws parameter_error as the check of `Shape`
+    /// Checks the shape `hollow`.
+    /// \throws what hollow.check() throws
     void check() const
         requires requires(const Shape s) { s.check(); }
     {
         hollow.check();
     }
-    /// By how much [m] the distance may change from point to point beyond their distance, as that of `hollow`.
+    /// Returns hollow.uncertainty(): the amount [m] by which the signed distance may change more than |Δx| between two
+    /// points at a distance |Δx|.
     double uncertainty() const
         requires requires(const Shape s) { s.uncertainty(); }
     {
@@ -223,7 +227,7 @@ struct Complement {
     FIRN_INLINE scalar_type signed_distance(const Vec<scalar_type, dimension>& x) const {
         return -hollow.signed_distance(x);
     }
-    /// The unit normal at x [1], into `hollow`.
+    /// The unit normal at x [1]; it points into `hollow`.
     FIRN_INLINE Vec<scalar_type, dimension> normal(const Vec<scalar_type, dimension>& x) const {
         return -normal_of(hollow, x);
     }

@@ -1,4 +1,4 @@
-/// \file Several boundaries as one.
+/// \file Several boundaries, combined into one.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -16,7 +16,8 @@ namespace detail {
 
 inline constexpr const char* numerals[] = {"0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11"};
 
-/// The I-th part among the parameters of a Together; the part's own parameters are named I_NAME.
+/// The entry of part I (counted from 0) in the parameters of a Together. The parameters of this part get the names
+/// I_NAME, for example 1_friction.
 template <std::size_t I>
 struct part_parameter {
     const char* name = numerals[I];
@@ -29,13 +30,15 @@ struct part_parameter {
 
 }  // namespace detail
 
-/// Several boundaries as one: `Together(walls, ball)` is a `Together<Walls<float, 3>, Collider<Sphere<float, 3>>>`.
+/// Several boundaries, combined into one: `Together(walls, ball)` is a
+/// `Together<Walls<float, 3>, Collider<Sphere<float, 3>>>`.
 ///
-/// They act on a node one after another, in order: where two touch a node, the later one decides. A face that another
-/// boundary covers, such as the lower face of a box on a floor, has no effect there. Collider says how.
+/// The boundaries act on a node one after another, in order: where two of them change a node, the later one decides its
+/// velocity. Where another boundary covers a face, such as the lower face of a box on a floor, the face has no effect;
+/// Collider explains this.
 ///
-/// Take it for walls and colliders in one simulation. For many boundaries of one type, take a BoundaryList.
-/// \tparam B  one to twelve boundaries with the same scalar; one may be a Together or a BoundaryList
+/// Use it for walls and colliders in one simulation. For many boundaries of one type, use a BoundaryList.
+/// \tparam B  the types of one to twelve boundaries with the same scalar type; one may be a Together or a BoundaryList
 template <class... B>
 struct Together {
     static_assert(sizeof...(B) > 0 && sizeof...(B) <= std::size(detail::numerals),
@@ -45,10 +48,10 @@ struct Together {
 
     /// Makes each part with its default values.
     constexpr Together() = default;
-    /// Makes one boundary of these.
+    /// Combines the given boundaries.
     constexpr Together(const B&... each) : parts(each...) {}
 
-    /// The same boundaries with scalar T.
+    /// The type of this Together with scalar type T.
     template <class T>
     using with_scalar = Together<with_scalar_t<B, T>...>;
 
@@ -59,44 +62,45 @@ struct Together {
         }(std::index_sequence_for<B...>{});
     }
 
-    /// The boundary with every part lifted to the scalar T. Called once a step, before any node changes.
-    /// \throws what the parts' checks throw
+    /// Returns the Together with every part converted to scalar type T. A simulation calls it once a step, before any
+    /// node changes.
+    /// \throws what check() throws
     template <class T>
     with_scalar<T> lifted() const {
         return std::apply([](const auto&... part) { return with_scalar<T>(lift<T>(part)...); }, parts);
     }
 
     /// Checks each part.
-    /// \throws what the parts' checks throw
+    /// \throws what check() of a part throws
     void check() const {
         std::apply([](const auto&... part) { (check_boundary(part), ...); }, parts);
     }
 
-    /// The boundaries dt [s] later.
+    /// Returns the Together with every part as it is dt [s] later.
     Together advanced(double dt) const {
         return std::apply([&](const auto&... part) { return Together(firn::advanced(part, dt)...); }, parts);
     }
 
-    /// The boundaries for a grid with cells of side h [m].
+    /// Returns the Together with every part adapted to a grid with cells of side h [m].
     template <class H>
     FIRN_INLINE Together on_grid(const H& h) const {
         return std::apply([&](const auto&... part) { return Together(firn::on_grid(part, h)...); }, parts);
     }
 
-    /// The velocity [m/s] of a node at x [m] after all parts have acted on its velocity v [m/s].
+    /// Returns the velocity [m/s] of a node at x [m] after all parts have acted; v [m/s] is the node's velocity before.
     template <class S, int D>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
         return velocity_among(x, v, NoOthers{}, AnySurface{}, 0);
     }
 
-    /// The surfaces of all parts, in their order. \see has_surfaces
+    /// Calls `seen` for the surfaces of all parts, in the order of the parts. \see has_surfaces
     template <class S, int D, class Seen>
         requires(has_surfaces<B, S, D> && ...)
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         unroll<int(sizeof...(B))>([&](auto i) FIRN_LAMBDA { std::get<i>(parts).surfaces(x, seen); });
     }
 
-    /// Can one of the parts change nodes of the box [lower, upper] [m]?
+    /// Returns true if one of the parts may change nodes in the box [lower, upper] [m].
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
         const auto part = [&](int k, const auto& f) {
@@ -106,23 +110,25 @@ struct Together {
         };
         return reach_together(int(sizeof...(B)), part, lower, upper);
     }
-    /// How far a part looks for others, at most [m]. \see firn::looks_around
+    /// Returns the largest distance [m] at which another solid can change the effect of a part. \see firn::looks_around
     double looks_around() const {
         return std::apply([](const auto&... part) { return std::max({firn::looks_around(part)...}); }, parts);
     }
 
-    /// The largest speed [m/s] of a part in the box [lower, upper] [m]. \see firn::largest_speed
+    /// Returns the largest speed [m/s] that a part gives to nodes in the box [lower, upper] [m]. \see
+    /// firn::largest_speed
     template <int D>
     double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
         return std::apply([&](const auto&... part) { return std::max({firn::largest_speed(part, lower, upper)...}); },
                           parts);
     }
 
-    /// The number of parts, the parts of parts counted one by one.
+    /// Returns the number of parts. A part that has parts itself counts as the number of its parts.
     int part_count() const {
         return std::apply([](const auto&... part) { return (firn::part_count(part) + ...); }, parts);
     }
-    /// As velocity(), beside others, and tells `seen` what each part did. \see firn::velocity_among
+    /// Returns what velocity() returns, but also takes the surfaces of other solids into account. Calls `seen` with a
+    /// node's velocity before and after each part acted. \see firn::velocity_among
     template <class S, int D, class Others, class Seen>
     FIRN_INLINE Vec<S, D> velocity_among(const Vec<S, D>& x, Vec<S, D> v, const Others& others, const Seen& seen,
                                          int first) const {
@@ -137,7 +143,8 @@ struct Together {
         });
         return v;
     }
-    /// The point [m] about which the torque on part k is taken. \see firn::part_centre
+    /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. Parts are
+    /// counted as in part_count(). \see firn::part_centre
     template <int D>
     Vec<double, D> centre_of_part(int k) const {
         Vec<double, D> centre = Vec<double, D>::zero();
@@ -149,7 +156,7 @@ struct Together {
         return centre;
     }
 
-    /// The parts' descriptions, separated by "; ", for files.
+    /// Returns the descriptions of the parts, separated by "; ", as they are written into files.
     std::string description() const {
         std::string text;
         const auto add = [&](const auto& part) {
@@ -161,7 +168,7 @@ struct Together {
     }
 
 private:
-    /// The surfaces of all parts but the i-th.
+    /// Calls `seen` for the surfaces of all parts except part i.
     template <class S, int D, class Seen>
     void surfaces_but(int i, const Vec<S, D>& x, const Seen& seen) const {
         unroll<int(sizeof...(B))>([&](auto j) FIRN_LAMBDA {

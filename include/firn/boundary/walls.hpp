@@ -9,7 +9,7 @@
 
 namespace firn {
 
-/// One face of the box.
+/// The wall on one face of a box.
 struct Wall {
     Contact contact = Contact::separate;  ///< How matter meets the face.
     double friction = 0;                  ///< Coulomb's coefficient μ [1]
@@ -17,13 +17,13 @@ struct Wall {
 
 /// Walls on the faces of a box, with matter inside: the default boundary of a simulation.
 ///
-/// Nodes on a face, and the ghost nodes beyond it, get the velocity that the face's contact gives. Each face has its
-/// own contact and friction; a face with Contact::none is open.
+/// Nodes on a face, and the ghost nodes outside of it, get the velocity that velocity_after_contact() returns. Each
+/// face has its own contact and friction; a face with Contact::none has no wall.
 ///
-/// A wall that slips without friction is a plane of symmetry: half a body against it moves as the whole body would,
-/// except in the two cells next to the wall. There the stresses are off by a fifth, and finer cells do not help: nodes
-/// behind the wall are held like those on it, where mirror images would move, so splines see too small a velocity
-/// gradient.
+/// A wall with contact `slip` and without friction is a plane of symmetry: half a body in contact with the wall moves
+/// as the whole body would, except in the two cells next to the wall. There the stresses are wrong by about a fifth,
+/// also with finer cells. The reason: the normal velocity is set to zero at the nodes behind the wall, too, where
+/// mirror images of the nodes in front of it would move. The velocity gradient from the splines is therefore too small.
 template <scalar S, int D>
 struct Walls {
     Vec<S, D> lower{};  ///< lower corner of the box [m]
@@ -31,8 +31,8 @@ struct Walls {
     /// Faces at the lower ends of the axes, one per axis.
     std::array<Wall, D> at_lower{}, at_upper{};  ///< Faces at the upper ends of the axes, one per axis.
 
-    /// The same wall on all faces of the box [lower, upper] [m].
-    /// \throws parameter_error as check()
+    /// Makes the same wall on all faces of the box [lower, upper] [m].
+    /// \throws parameter_error if check() throws it
     static Walls all(const Vec<S, D>& lower, const Vec<S, D>& upper, Wall wall) {
         Walls walls{lower, upper, {}, {}};
         walls.at_lower.fill(wall);
@@ -42,7 +42,8 @@ struct Walls {
     }
 
     /// Checks the corners and the friction of every face.
-    /// \throws parameter_error unless lower \< upper and both are finite, and friction ≥ 0 and finite on every face
+    /// \throws parameter_error unless lower \< upper along every axis, both corners are finite, and the friction of
+    /// every face is finite and not negative
     void check() const
         requires std::floating_point<S>
     {
@@ -57,7 +58,7 @@ struct Walls {
         }
     }
 
-    /// A description for files: "lower face of axis 0: separate, friction 0; …".
+    /// Returns a description, as it is written into files: "lower face of axis 0: separate, friction 0; …".
     std::string description() const {
         std::string text;
         for (std::size_t a = 0; a < std::size_t(D); ++a) {
@@ -74,14 +75,15 @@ struct Walls {
     static constexpr auto parameters() {
         return std::tuple{parameter{"lower", "m", &Walls::lower}, parameter{"upper", "m", &Walls::upper}};
     }
-    /// The walls with scalar T. Called once a step, before any node changes. \throws parameter_error as check()
+    /// Returns the walls converted to scalar type T. A simulation calls it once a step, before any node changes.
+    /// \throws parameter_error if check() throws it
     template <class T>
     Walls<T, D> lifted() const {
         if constexpr (std::floating_point<S>) check();
         return {cast<T>(lower), cast<T>(upper), at_lower, at_upper};
     }
 
-    /// The velocity [m/s] of a node at x [m] after contact, from its velocity v [m/s].
+    /// Returns the velocity [m/s] of a node at x [m] after contact; v [m/s] is the node's velocity before.
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, Vec<S, D> v) const {
         unroll<D>([&](auto axis) FIRN_LAMBDA {
             Vec<S, D> inward = Vec<S, D>::zero();
@@ -96,7 +98,7 @@ struct Walls {
         return v;
     }
 
-    /// Calls `seen` for every face, with matter on its inner side. \see has_surfaces
+    /// Calls `seen` for every face; the normals point into the box. \see has_surfaces
     template <class Seen>
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {
         const Vec<S, D> at_rest = Vec<S, D>::zero();
@@ -109,21 +111,22 @@ struct Walls {
         });
     }
 
-    /// Are there nodes of the box [low, high] [m] on or beyond a face?
+    /// Returns true if nodes in the box [low, high] [m] may lie on a face or outside of it.
     bool reaches(const Vec<double, D>& low, const Vec<double, D>& high) const
         requires std::floating_point<S>
     {
         bool inside = true;
         unroll<D>([&](auto a) {
-            const double near = 2 * double(slack(a));  // a block's corner is rounded, too
+            const double near = 2 * double(slack(a));  // the box's corners are rounded, too
             inside = inside && low[a] > double(lower[a]) + near && high[a] < double(upper[a]) - near;
         });
         return !inside;
     }
 
 private:
-    /// How near a node must be to a face to be on it. A node's position lower + i h misses the face at upper by up to
-    /// 3 ε (|lower| + |upper|), by rounding.
+    /// Returns the distance [m] from a face within which a node counts as on the face. By rounding, the position
+    /// lower + i h of a node on the upper face differs from `upper` by at most 3 ε (|lower| + |upper|), where ε is the
+    /// machine epsilon of S.
     FIRN_INLINE S slack(int axis) const {
         return S(4 * double(std::numeric_limits<value_type_t<S>>::epsilon())) *
                (abs(lower.v[axis]) + abs(upper.v[axis]));

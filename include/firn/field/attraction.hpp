@@ -12,14 +12,15 @@ namespace firn {
 ///
 ///     g + s max(0, 1 − r/R) e       [m/s²]
 ///
-/// r is the distance from the centre, or from the line through the centre, and the unit vector e points there. Beyond
-/// the radius R there is only gravity. Take it for a user's pointer: the line is then the ray through the pointer.
+/// g is gravity, s the `strength`. r is the distance to the centre, or to the line through the centre; e is the unit
+/// vector in the direction of the shortest way there. Beyond the radius R there is only gravity. Use it for a user's
+/// mouse pointer: the line is then the ray through the pointer.
 template <scalar S, int D>
 struct Attraction {
-    Vec<S, D> gravity{};    ///< g [m/s²]
-    Vec<S, D> centre{};     ///< the point, or a point of the line [m]
-    Vec<S, D> direction{};  ///< unit vector along the line [1]; zero for a point
-    S radius = S(0.1);      ///< R [m], positive
+    Vec<S, D> gravity{};    ///< g: gravity [m/s²]
+    Vec<S, D> centre{};     ///< the point, or a point on the line [m]
+    Vec<S, D> direction{};  ///< unit vector along the line [1]; zero: attraction to a point
+    S radius = S(0.1);      ///< R: distance at which the attraction ends [m], positive
     S strength = S(0);      ///< s [m/s²]: positive attracts, negative repels
 
     static constexpr const char* name = "attraction";
@@ -30,9 +31,9 @@ struct Attraction {
             parameter{"strength", "m/s^2", &Attraction::strength}};
     }
 
-    /// Checks the numbers.
-    /// \throws parameter_error unless the radius is positive, the direction's length is 1 (to 1e-5) or 0, and all
-    /// numbers are finite
+    /// Checks the parameters.
+    /// \throws parameter_error unless the radius is positive, the length of the direction is 0 or differs from 1 by
+    /// less than 1e-5, and all parameters are finite
     void check() const
         requires std::floating_point<S>
     {
@@ -47,7 +48,7 @@ struct Attraction {
             throw parameter_error("The gravity and the centre of an attraction must be finite.");
     }
 
-    /// The acceleration at x [m] [m/s²].
+    /// Returns the acceleration [m/s²] at position x [m].
     FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x) const {
         const Vec<S, D> to_centre = centre - x;
         const Vec<S, D> there = to_centre - direction * dot(to_centre, direction);

@@ -17,21 +17,21 @@ struct named_damped {
 
 /// Viscous damping in proportion to mass, on top of another acceleration field.
 ///
-///     dv/dt = f(x) − c v       as the acceleration (f − c v) / (1 + c dt)       [m/s²]
+///     dv/dt = f(x) − c v       computed as the acceleration (f − c v) / (1 + c dt)       [m/s²]
 ///
-/// The damping is implicit in v, so no rate is too large for the time step. Where f is zero, a node's velocity is
-/// multiplied by 1 / (1 + c dt) in each step; else it tends to f/c. Take it to bring matter to rest, for example under
-/// gravity, or as a crude drag.
+/// f is the other acceleration field, v a node's velocity, c the rate of damping. The damping is implicit in v, so it
+/// does not limit the time step. Where f is zero, a node's velocity is multiplied by 1 / (1 + c dt) in each step;
+/// elsewhere the velocity tends to f/c. Use it to bring matter to rest, for example under gravity, or as a crude drag.
 ///
-/// Damping also acts on nodes at a boundary, so Simulation::reactions are smaller by that part. To measure the load on
-/// a floor, make one step with rate 0.
+/// Damping also acts on nodes at a boundary, so the forces from Simulation::reactions are smaller by the damping force.
+/// To measure the load on a floor, make one step with rate 0.
 /// \tparam Field  the other acceleration field, called with a position only
 template <scalar S, int D, template <class, int> class Field = Gravity>
 struct Damped {
-    Field<S, D> field{};  ///< f: the other acceleration field.
+    Field<S, D> field{};  ///< f: the acceleration field to which the damping is added.
     S rate = S(0);        ///< c: rate of damping [1/s]
 
-    /// The same field with scalar T.
+    /// The type of this field with scalar type T.
     template <class T>
     using with_scalar = Damped<T, D, Field>;
 
@@ -49,14 +49,15 @@ struct Damped {
             throw parameter_error(
                 sentence("The rate of damping is ", rate, " /s; it must be finite and not negative."));
     }
-    /// The field with scalar T. Called once a step, before any node changes. \throws parameter_error as check()
+    /// Returns the field converted to scalar type T. A simulation calls it once a step, before any node changes.
+    /// \throws parameter_error if check() throws it
     template <class T>
     with_scalar<T> lifted() const {
         if constexpr (std::floating_point<S>) check();
         return {lift<T>(field), T(rate)};
     }
 
-    /// The acceleration [m/s²] at x [m] of a node with velocity v [m/s], for a time step dt [s].
+    /// Returns the acceleration [m/s²] at position x [m] of a node with velocity v [m/s], for a time step dt [s].
     FIRN_INLINE Vec<S, D> operator()(const Vec<S, D>& x, const Vec<S, D>& v, const S& dt) const {
         return (field(x) - v * rate) * (S(1) / (S(1) + rate * dt));
     }

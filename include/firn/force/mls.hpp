@@ -5,21 +5,25 @@
 
 namespace firn {
 
-/// Forces by moving least squares, the default: the gradient of a weight is replaced by N_i D⁻¹ (x_i − x_p).
+/// Forces by moving least squares, the default: the gradient ∇N_i of a weight is replaced by N_i D⁻¹ (x_i − x_p).
 ///
 ///     f_i = −V0 τ N_i D⁻¹ (x_i − x_p)       [N]
 ///
-/// With an affine transfer, the affine field C is the velocity gradient that moves F. Take it with spline kernels and
-/// an affine transfer: P2G then scatters stress and affine momentum together, and no gradients are computed.
+/// V0 is the undeformed volume of the particle, τ its Kirchhoff stress, N_i its weight at node i, and
+/// D = Σ N_i (x_i − x_p)(x_i − x_p)ᵀ. With an affine transfer, the affine field C is the velocity gradient that updates
+/// F.
+///
+/// Use it with spline kernels and an affine transfer: P2G then scatters stress and affine momentum together, and no
+/// gradients are computed.
 ///
 /// Hu et al. 2018, "A moving least squares material point method with displacement discontinuity and two-way rigid body
 /// coupling", eq. (18).
 struct MlsForce {
     static constexpr const char* name = "mls";
-    static constexpr bool weight_gradients = false;  ///< It needs no ∇N.
-    static constexpr bool needs_inertia = true;      ///< It needs a kernel with an `inverse_inertia`: a spline.
+    static constexpr bool weight_gradients = false;  ///< This form needs no ∇N.
+    static constexpr bool needs_inertia = true;      ///< This form needs a kernel with an `inverse_inertia`: a spline.
 
-    /// A = (−dt V0 τ) D⁻¹ h [kg m/s per cell].
+    /// Returns A = (−dt V0 τ) D⁻¹ h [kg m/s].
     /// \param impulse    −dt V0 τ [J s]
     /// \param D_inverse  D⁻¹ of the kernel [1/m²]
     /// \param h          cell size [m]
@@ -27,7 +31,7 @@ struct MlsForce {
     FIRN_INLINE static Mat<S, D> affine_part(const Mat<S, D>& impulse, const S& D_inverse, const S& h) {
         return impulse * (D_inverse * h);
     }
-    /// G = 0.
+    /// Returns G = 0: the impulse has no part with ∇N.
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> gradient_part(const Mat<S, D>&, const S&) {
         return Mat<S, D>::zero();

@@ -1,30 +1,33 @@
-/// \file Forces by the gradients of the weights, the classical form.
+/// \file Forces from the gradients of the weights, the classical form of MPM.
 #pragma once
 
 #include <firn/force/concept.hpp>
 
 namespace firn {
 
-/// Forces by the gradients of the weights, the classical form.
+/// Forces from the gradients of the weights, the classical form of MPM.
 ///
 ///     f_i = −V0 τ ∇N_i       [N]
 ///
-/// The velocity gradient that moves F is Σ v_i ⊗ ∇N_i. Take it with the Linear kernel, with transfers that carry no
-/// affine field (Pic, Flip, Fmpm), and for comparison with classical MPM; it works with every kernel.
+/// V0 is the undeformed volume of the particle, τ its Kirchhoff stress, N_i its weight at node i. The velocity gradient
+/// that updates F is Σ v_i ⊗ ∇N_i.
+///
+/// Use it with the Linear kernel, with transfers that carry no affine field (Pic, Flip, Fmpm), and for comparison with
+/// classical MPM; it works with every kernel.
 ///
 /// Sulsky, Zhou and Schreyer 1995, "Application of a particle-in-cell method to solid mechanics"; Stomakhin et al.
 /// 2013, "A material point method for snow simulation", eq. (6).
 struct WeightGradientForce {
     static constexpr const char* name = "weight_gradient";
-    static constexpr bool weight_gradients = true;  ///< It needs ∇N.
-    static constexpr bool needs_inertia = false;    ///< Any kernel will do.
+    static constexpr bool weight_gradients = true;  ///< This form needs ∇N.
+    static constexpr bool needs_inertia = false;    ///< This form works with every kernel.
 
-    /// A = 0.
+    /// Returns A = 0: the impulse has no affine part.
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> affine_part(const Mat<S, D>&, const S&, const S&) {
         return Mat<S, D>::zero();
     }
-    /// G = −dt V0 τ / h [kg m/s], with ∇N per cell.
+    /// Returns G = −dt V0 τ / h [kg m/s], for ∇N in [1/cell].
     /// \param impulse  −dt V0 τ [J s]
     /// \param h        cell size [m]
     template <scalar S, int D>

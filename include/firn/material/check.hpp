@@ -12,11 +12,12 @@
 
 namespace firn {
 
-/// Checks that a simulation can use the model: every parameter is a number, the model's own check() passes, and waves
-/// in an undeformed particle have a finite speed.
+/// Checks that a simulation can use the model: no parameter is NaN, the model's own check() passes, and waves in an
+/// undeformed particle have a finite speed.
 /// \tparam D  the number of dimensions
-/// \throws parameter_error  if a parameter is NaN (the message names it), if the wave speed in a particle's initial
-///                          state at density 1 kg/m³ is negative, infinite or NaN, and what the model's check() throws
+/// \throws parameter_error  if a parameter is NaN (the message names the parameter), or if the wave speed in a
+/// particle's initial state at density 1 kg/m³ is negative, infinite or NaN. Throws also what the model's check()
+/// throws.
 template <int D, class M>
 void check_material(const M& model) {
     using S = material_scalar_t<M>;
@@ -32,7 +33,7 @@ void check_material(const M& model) {
             one(double(value));
     });
     if constexpr (requires { model.check(); }) model.check();
-    using P = native_pack<S>;  // simulations use every model with this scalar
+    using P = native_pack<S>;  // simulations compute every model with this pack as its scalar type
     const auto lifted = lift<P>(model);
     const S speed = lane_value(wave_speed(lifted, P(1), initial_state<D>(lifted)), 0);
     if (!(speed >= S(0)) || !std::isfinite(speed))

@@ -1,18 +1,18 @@
-/// \file What a material (a constitutive model) is: the members that firn asks for, and those that it may have.
+/// \file What a material (a constitutive model) is: the members that it must have, and the optional ones.
 ///
 /// A material must have its parameters(), `kirchhoff_stress(F)` [Pa] and `wave_speed(density, F)` [m/s]; F is the
-/// deformation gradient. A model that keeps more than F declares a struct template `state<D>` with its fields(); its
-/// functions then take that state instead of F. Models may use Eigen::Matrix<S, D, D> instead of Mat<S, D> if
-/// core/eigen.hpp is included.
+/// deformation gradient. A model whose particles store more than F declares a struct template `state<D>` with a static
+/// function fields(); the functions of the model then take a `state<D>` instead of F. Models may use
+/// Eigen::Matrix<S, D, D> instead of Mat<S, D> if core/eigen.hpp is included.
 ///
 /// Optional members:
 ///
 ///     energy_density(F or state)             elastic energy [J/m³ of undeformed volume]
-///     returned(trial)                        plastic return mapping: the state<D> that replaces the trial state, whose
-///                                            F has followed the flow
-///     returned_with_stress(trial)            returned(trial) and its Kirchhoff stress, as a StateAndStress; for models
-///                                            that compute both together at less cost
-///     updated(state, velocity_gradient, dt)  the model's own update; replaces the update of F and returned()
+///     returned(trial)                        plastic return mapping: the state<D> that replaces the trial state, in
+///                                            which the whole step was taken as elastic
+///     returned_with_stress(trial)            returned(trial) and the Kirchhoff stress [Pa] in it, as a StateAndStress;
+///                                            for models that compute both together at less cost
+///     updated(state, velocity_gradient, dt)  the state after dt [s]; replaces firn's update of F and returned()
 ///     kirchhoff_stress(state, velocity_gradient)  stress [Pa] that also depends on the rate of deformation
 ///     diffusivity(density, state)            diffusivity of momentum by viscosity [m²/s]; limits the time step
 ///     initial_state<D>()                     a particle's first state, if it is not state<D>{}
@@ -42,16 +42,16 @@ struct first_argument<M<S>> {
 };
 }  // namespace detail
 
-/// The scalar of a model's parameters, as `type`: the model's template argument.
+/// Gives the scalar type of a model's parameters as `type`: the template argument of the model.
 template <class M>
 struct material_scalar : detail::first_argument<M> {};
-/// The scalar of a model that declares `scalar_type`.
+/// Gives the scalar type of a model's parameters as `type`, for a model that declares `scalar_type`.
 template <class M>
     requires requires { typename M::scalar_type; }
 struct material_scalar<M> {
-    using type = typename M::scalar_type;  ///< The declared scalar.
+    using type = typename M::scalar_type;  ///< The scalar type that the model declares.
 };
-/// The scalar of a model's parameters: its `scalar_type` if it declares one, else its template argument.
+/// The scalar type of a model's parameters: M::scalar_type if M declares it, else the template argument of M.
 template <class M>
 using material_scalar_t = typename material_scalar<M>::type;
 
@@ -67,20 +67,21 @@ struct material_state<M, D> {
 };
 }  // namespace detail
 
-/// A particle's state and its Kirchhoff stress.
+/// A particle's state after the return mapping, and the Kirchhoff stress in this state.
 template <class State, class S, int D>
 struct StateAndStress {
     State state;       ///< The state after the return mapping.
     Mat<S, D> stress;  ///< Kirchhoff stress τ in that state [Pa]
 };
 
-/// The state of a particle of material M: M::state<D> if the model declares it, else ElasticState.
+/// The type of a particle's state for the material M: M::state<D> if the model declares it, else ElasticState.
 template <class M, int D>
 using material_state_t = typename detail::material_state<M, D>::type;
 
 namespace detail {
 
-// A model's functions, for detail::call: it passes firn's matrices, or Eigen's if the model takes those.
+// Function objects that call a model's functions. detail::call gives them firn's matrices, or Eigen's if the model
+// takes Eigen's.
 
 struct KirchhoffStress {
     template <class M, class... A>
@@ -107,13 +108,14 @@ struct Updated {
     }
 };
 
-/// The class that declares a member function, as a type_identity.
+/// Gives the class that declares a member function, as a std::type_identity; it is used only in decltype.
 template <class M, class Result, class... Arguments>
 std::type_identity<M> owner(Result (M::*)(Arguments...) const);
 }  // namespace detail
 
 // clang-format off
-/// Has M `kirchhoff_stress(F)` or `kirchhoff_stress(state)`? It returns the Kirchhoff stress τ = J σ [Pa], a Mat<S, D>.
+/// Has M `kirchhoff_stress(F)` or `kirchhoff_stress(state)`? The function returns the Kirchhoff stress τ = J σ [Pa], a
+/// Mat<S, D>.
 template <class M, int D>
 concept has_kirchhoff_stress =
     requires(const M m, const Mat<material_scalar_t<M>, D> F) {
@@ -122,7 +124,8 @@ concept has_kirchhoff_stress =
     requires(const M m, const material_state_t<M, D> state) {
         { detail::call(detail::KirchhoffStress{}, m, state) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
     };
-/// Has M `kirchhoff_stress(state, velocity_gradient)`? It returns τ [Pa]; the velocity gradient is in [1/s].
+/// Has M `kirchhoff_stress(state, velocity_gradient)`? The function returns the Kirchhoff stress τ [Pa]; the velocity
+/// gradient is in [1/s].
 template <class M, int D>
 concept has_rate_dependent_stress =
     requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient) {
@@ -130,8 +133,8 @@ concept has_rate_dependent_stress =
             detail::call(detail::KirchhoffStress{}, m, state, velocity_gradient)
         } -> std::same_as<Mat<material_scalar_t<M>, D>>;
     };
-/// Has M `wave_speed(density, F)` or `wave_speed(density, state)`? It returns an upper bound of the speed of elastic
-/// waves [m/s]. `density` is that of the undeformed material [kg/m³].
+/// Has M `wave_speed(density, F)` or `wave_speed(density, state)`? The function returns an upper bound of the speed of
+/// elastic waves [m/s]. `density` is the density of the undeformed material [kg/m³].
 template <class M, int D>
 concept has_wave_speed =
     requires(const M m, const material_scalar_t<M> density, const Mat<material_scalar_t<M>, D> F) {
@@ -140,7 +143,8 @@ concept has_wave_speed =
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
         { detail::call(detail::WaveSpeed{}, m, density, state) } -> std::same_as<material_scalar_t<M>>;
     };
-/// Has M `energy_density(F)` or `energy_density(state)`? It returns the elastic energy [J/m³ of undeformed volume].
+/// Has M `energy_density(F)` or `energy_density(state)`? The function returns the elastic energy [J/m³ of undeformed
+/// volume].
 template <class M, int D>
 concept has_energy_density =
     requires(const M m, const Mat<material_scalar_t<M>, D> F) {
@@ -149,15 +153,15 @@ concept has_energy_density =
     requires(const M m, const material_state_t<M, D> state) {
         { detail::call(detail::EnergyDensity{}, m, state) } -> std::same_as<material_scalar_t<M>>;
     };
-/// Has M `diffusivity(density, state)`? It returns the diffusivity of momentum by viscosity [m²/s]. `density` is that
-/// of the undeformed material [kg/m³].
+/// Has M `diffusivity(density, state)`? The function returns the diffusivity of momentum by viscosity [m²/s]. `density`
+/// is the density of the undeformed material [kg/m³].
 template <class M, int D>
 concept has_diffusivity =
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
         { m.diffusivity(density, state) } -> std::same_as<material_scalar_t<M>>;
     };
-/// Has M `updated(state, velocity_gradient, dt)`? It returns the state after dt [s] in a flow of that velocity gradient
-/// [1/s], and replaces the update of F and the return mapping.
+/// Has M `updated(state, velocity_gradient, dt)`? The function returns the state after a time dt [s] in a flow with
+/// this velocity gradient [1/s]. It replaces firn's update of F and the return mapping.
 template <class M, int D>
 concept has_updated =
     requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient,
@@ -165,8 +169,8 @@ concept has_updated =
 /// Has M a plastic return mapping, `returned(trial)`?
 template <class M, int D>
 concept has_returned = requires(const M m, const material_state_t<M, D> trial) { m.returned(trial); };
-/// Has M `returned_with_stress(trial)`, which returns the state after the return mapping and its stress? A function
-/// that M inherits does not count, since M may have another stress than its base.
+/// Has M `returned_with_stress(trial)`, which returns the state after the return mapping and the stress in it? A
+/// function that M inherits does not count, since M's stress may differ from that of its base class.
 template <class M, int D>
 concept has_returned_with_stress =
     requires {
@@ -174,16 +178,16 @@ concept has_returned_with_stress =
     } && !has_updated<M, D>;
 // clang-format on
 
-/// A material in D dimensions: it has a scalar, parameters, a Kirchhoff stress and a wave speed.
+/// A material in D dimensions: it has a scalar type, parameters, a Kirchhoff stress and a wave speed.
 template <class M, int D>
 concept material =
     scalar<material_scalar_t<M>> && has_parameters<M> && has_kirchhoff_stress<M, D> && has_wave_speed<M, D>;
 
-/// Is M a template over its scalar, or does it declare `scalar_type`?
+/// Has M a scalar type? This is so if M is a template over its scalar type, or if M declares `scalar_type`.
 template <class M>
 concept has_material_scalar = requires { typename material_scalar_t<M>; } && scalar<material_scalar_t<M>>;
 
-/// Stops the compilation with a message if M has no scalar; else returns true.
+/// Stops the compilation with a message if M has no scalar type; else returns true.
 template <class M>
 consteval bool require_material_scalar() {
     static_assert(
@@ -211,10 +215,11 @@ consteval bool require_material() {
     return material<M, D>;
 }
 
-// firn calls a model through these functions. An overload for one model, found by argument-dependent lookup, takes
-// precedence.
+// firn calls a model through these functions. If argument-dependent lookup finds an overload for one model, firn calls
+// this overload.
 
-/// A particle's first state: the model's initial_state<D>() if it has one, else the undeformed state.
+/// Returns a particle's first state: model.initial_state<D>() if the model has this function, else the undeformed
+/// state.
 template <int D, class M>
 material_state_t<M, D> initial_state(const M& model) {
     if constexpr (requires { model.template initial_state<D>(); })
@@ -223,13 +228,15 @@ material_state_t<M, D> initial_state(const M& model) {
         return {};
 }
 
-/// The trial state after dt [s] in a flow of velocity gradient ∇v [1/s]: F ← (I + dt ∇v) F. Other fields stay.
+/// Returns the trial state after dt [s] in a flow of velocity gradient ∇v [1/s]: F becomes (I + dt ∇v) F, the other
+/// fields of the state keep their values.
 template <class State, scalar S, int D>
 FIRN_INLINE State followed(State state, const Mat<S, D>& velocity_gradient, const S& dt) {
     state.F = state.F + (velocity_gradient * state.F) * dt;
     return state;
 }
-/// The state that the model's return mapping makes of a trial state. A model without one keeps the trial state.
+/// Returns the state after the model's return mapping: model.returned(trial), or the trial state itself if the model
+/// has no return mapping.
 template <class M, class State>
 FIRN_INLINE State returned_by(const M& model, const State& trial) {
     if constexpr (requires { model.returned(trial); })
@@ -238,8 +245,8 @@ FIRN_INLINE State returned_by(const M& model, const State& trial) {
         return trial;
 }
 
-/// The state after dt [s] in a flow of velocity gradient ∇v [1/s]: by the model's updated() if it has one, else
-/// F ← (I + dt ∇v) F and the return mapping.
+/// Returns the state after dt [s] in a flow of velocity gradient ∇v [1/s]: model.updated() if the model has this
+/// function, else F ← (I + dt ∇v) F followed by the return mapping.
 template <class M, class State, scalar S, int D>
 FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& velocity_gradient, const S& dt) {
     if constexpr (detail::takes<detail::Updated, M, State, Mat<S, D>, S>) {
@@ -249,7 +256,8 @@ FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& v
     }
 }
 
-/// The state after dt [s], as updated(), and the stress in it. For models that compute both together.
+/// Returns the state after dt [s] in a flow of velocity gradient ∇v [1/s], and the Kirchhoff stress [Pa] in this state.
+/// It is for models that have returned_with_stress().
 template <class M, class State, scalar S, int D>
     requires has_returned_with_stress<M, D>
 FIRN_INLINE StateAndStress<State, S, D> updated_with_stress(const M& model, const State& state,
@@ -257,7 +265,7 @@ FIRN_INLINE StateAndStress<State, S, D> updated_with_stress(const M& model, cons
     return model.returned_with_stress(followed(state, velocity_gradient, dt));
 }
 
-/// The Kirchhoff stress τ [Pa]. For a rate-dependent model, the stress at rest.
+/// Returns the Kirchhoff stress τ [Pa]. For a rate-dependent model it is the stress without flow (∇v = 0).
 template <class M, class State>
 FIRN_INLINE auto kirchhoff_stress(const M& model, const State& state) {
     if constexpr (detail::takes<detail::KirchhoffStress, M, State>)
@@ -265,7 +273,8 @@ FIRN_INLINE auto kirchhoff_stress(const M& model, const State& state) {
     else
         return detail::call(detail::KirchhoffStress{}, model, state.F);
 }
-/// The Kirchhoff stress τ [Pa] in a flow of velocity gradient ∇v [1/s]. Models without a rate ignore ∇v.
+/// Returns the Kirchhoff stress τ [Pa] in a flow of velocity gradient ∇v [1/s]. A model whose stress does not depend on
+/// the rate ignores ∇v.
 template <class M, class State, scalar S, int D>
 FIRN_INLINE Mat<S, D> stress_of(const M& model, const State& state, const Mat<S, D>& velocity_gradient) {
     if constexpr (detail::takes<detail::KirchhoffStress, M, State, Mat<S, D>>)
@@ -274,7 +283,8 @@ FIRN_INLINE Mat<S, D> stress_of(const M& model, const State& state, const Mat<S,
         return kirchhoff_stress(model, state);
 }
 
-/// An upper bound of the speed of elastic waves [m/s]. `density` is that of the undeformed material [kg/m³].
+/// Returns an upper bound of the speed of elastic waves [m/s]. `density` is the density of the undeformed material
+/// [kg/m³].
 template <class M, scalar S, class State>
 FIRN_INLINE S wave_speed(const M& model, const S& density, const State& state) {
     if constexpr (detail::takes<detail::WaveSpeed, M, S, State>)
@@ -283,7 +293,7 @@ FIRN_INLINE S wave_speed(const M& model, const S& density, const State& state) {
         return detail::call(detail::WaveSpeed{}, model, density, state.F);
 }
 
-/// The elastic energy ψ [J/m³ of undeformed volume]. \see has_energy_density
+/// Returns the elastic energy ψ [J/m³ of undeformed volume]. \see has_energy_density
 template <class M, class State>
 FIRN_INLINE auto energy_density(const M& model, const State& state) {
     if constexpr (detail::takes<detail::EnergyDensity, M, State>)

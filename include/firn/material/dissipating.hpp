@@ -1,4 +1,4 @@
-/// \file Any plastic model, with a record of the energy that its plastic flow takes.
+/// \file A wrapper around any plastic model, which records the energy that plastic flow dissipates.
 #pragma once
 
 #include <firn/core/names.hpp>
@@ -12,31 +12,34 @@ struct named_dissipating {
 };
 }  // namespace detail
 
-/// Records the elastic energy that a model's return mapping removes, one more field per particle.
+/// A wrapper around a plastic model. In one more field per particle, it records the elastic energy that the model's
+/// return mapping removes.
 ///
 /// The field `dissipated_energy` [J/m³ of undeformed volume] grows in each step by
 ///
 ///     ψ(trial) − ψ(returned)
 ///
-/// If the model hardens while it yields, the energy that hardening adds to ψ is subtracted. All else is as in the
-/// model. Take it to see where plastic flow happens, or to close the balance of energy: Dissipating<Sand<float>>.
+/// ψ is the model's energy_density(), `trial` the state before the return mapping, `returned` the state after it. If
+/// hardening increases ψ during plastic flow, this increase is subtracted. Apart from this record, the material behaves
+/// like the model. Use it to see where plastic flow happens, or to check the energy balance. Example:
+/// Dissipating<Sand<float>>.
 /// \tparam Model  a material with a return mapping and energy_density()
 template <class Model>
 struct Dissipating : Model {
     using scalar_type = material_scalar_t<Model>;
-    using S = scalar_type;  ///< The type of the numbers it computes with.
-    /// The same wrapper around the model with scalar T.
+    using S = scalar_type;  ///< The scalar type of the model.
+    /// The type of this wrapper around the model with scalar type T.
     template <class T>
     using with_scalar = Dissipating<with_scalar_t<Model, T>>;
 
     static constexpr const char* name = detail::joined_names<detail::named_dissipating, Model>::text;
 
-    /// The model's state and the dissipated energy.
+    /// The model's state, with the dissipated energy as one more field.
     template <int D>
     struct state : material_state_t<Model, D> {
         static_assert(!has_updated<Model, D>, "firn: Dissipating takes models with a return mapping");
 
-        S dissipated = S(0);  ///< energy taken by plastic flow so far [J/m³ of undeformed volume]
+        S dissipated = S(0);  ///< energy dissipated by plastic flow so far [J/m³ of undeformed volume]
 
         static constexpr auto fields() {
             return std::tuple_cat(material_state_t<Model, D>::fields(),
@@ -44,17 +47,19 @@ struct Dissipating : Model {
         }
     };
 
-    /// The model's first state, with no energy dissipated.
+    /// Returns the model's first state, with a dissipated energy of zero.
     template <int D>
     state<D> initial_state() const {
         return {firn::initial_state<D>(static_cast<const Model&>(*this)), S(0)};
     }
-    /// The model's return mapping, with the energy that it removes added to the record.
+    /// Returns the state after the model's return mapping. The elastic energy that the mapping removes is added to
+    /// `dissipated`.
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         return loss(trial, returned_by(static_cast<const Model&>(*this), base(trial)));
     }
-    /// The same and the Kirchhoff stress [Pa], if the model computes both together.
+    /// Returns the state that returned() returns, and the Kirchhoff stress [Pa] in it. Exists if the model has
+    /// returned_with_stress().
     template <int D>
         requires has_returned_with_stress<Model, D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
@@ -69,7 +74,8 @@ private:
     FIRN_INLINE static const Base<D>& base(const state<D>& particle) {
         return particle;
     }
-    /// The state after the return mapping, with the lost energy added.
+    /// Returns `after`, the model's state after the return mapping, together with the energy dissipated so far: that of
+    /// `trial` plus ψ(trial) − ψ(after).
     template <int D>
     FIRN_INLINE state<D> loss(const state<D>& trial, const Base<D>& after) const {
         const Model& model = *this;

@@ -13,11 +13,11 @@ namespace firn {
 ///     ψ = μ ‖F − R‖² + λ/2 (J − 1)²                [J/m³ of undeformed volume]
 ///     τ = 2μ (F − R) Fᵀ + λ (J − 1) J I             [Pa]
 ///
-/// with J = det F and F = V R, R the rotation nearest to F. The formulas are computed from V = √(FFᵀ), without R.
-/// In 2D the formulas are the same with 2 × 2 matrices: plane strain.
+/// with J = det F and the polar decomposition F = V R, where R is the rotation nearest to F. The code computes only
+/// V = √(FFᵀ), not R. In 2D the formulas hold for 2 × 2 matrices; this is plane strain.
 ///
 /// It is the usual choice for elastic bodies: energy and stress are finite for every F, so matter that is crushed flat
-/// or turned inside out recovers. Take NeoHookean where the stress must grow without bound as the volume goes to zero.
+/// or turned inside out recovers. Use NeoHookean where the stress must grow without bound as the volume goes to zero.
 ///
 /// Stomakhin et al. 2012, "Energetically consistent invertible elasticity", §3; Jiang et al. 2016, "The Material Point
 /// Method for Simulating Continuum Materials", §6.3.
@@ -32,22 +32,22 @@ struct FixedCorotated {
                           parameter{"lambda", "Pa", &FixedCorotated::lambda}};
     }
 
-    /// The solid of Young's modulus E = `young` [Pa] and Poisson's ratio ν = `poisson` [1].
+    /// Makes the solid with Young's modulus E = `young` [Pa] and Poisson's ratio ν = `poisson` [1].
     /// \throws parameter_error unless E > 0 and −1 < ν < ½
     static FixedCorotated from_young_poisson(double young, double poisson) {
         const Lame lame = lame_from_young_poisson(young, poisson);
         return from_lame(lame.mu, lame.lambda);
     }
-    /// The solid of Lamé parameters μ and λ [Pa].
-    /// \throws parameter_error unless the moduli are those of a stable solid, as check_lame()
+    /// Makes the solid with the Lamé parameters μ and λ [Pa].
+    /// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and both are finite
     static FixedCorotated from_lame(double mu, double lambda) {
         using T = value_type_t<S>;
-        check_lame(double(T(mu)), double(T(lambda)));  // in the precision that is used: a float overflows at 3e38
+        check_lame(double(T(mu)), double(T(lambda)));  // checks the values rounded to T: a float overflows at 3e38
         return {S(mu), S(lambda)};
     }
 
     /// Checks the parameters.
-    /// \throws parameter_error unless the moduli are those of a stable solid, as check_lame()
+    /// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and both are finite
     void check() const
         requires std::floating_point<S>
     {
@@ -68,10 +68,14 @@ struct FixedCorotated {
         return mu * (squared_norm(F) - S(2) * trace(left_stretch(F)) + S(D)) + S(0.5) * lambda * change * change;
     }
 
-    /// Upper bound c of the wave speed [m/s] at an undeformed density ρ0 [kg/m³]: ρ0 c² = 2μ σ_max² + λ J².
+    /// Upper bound c of the wave speed [m/s] at a density ρ0 of the undeformed material [kg/m³]:
     ///
-    /// It bounds the acoustic tensor F F : ∂²ψ/∂F² for n ⊗ n, in which the part of the rotation is negative. At rest it
-    /// is exact, λ + 2μ. squared_stretch_bound() bounds σ_max².
+    ///     ρ0 c² = 2μ σ_max² + λ J²
+    ///
+    /// J = det F, and σ_max is the largest principal stretch. The right-hand side bounds the eigenvalues of the
+    /// acoustic tensor, (Fᵀn)_j (Fᵀn)_l ∂²ψ/∂F_ij∂F_kl, for every unit direction n; the term by which R depends on F is
+    /// negative there and is left out. For F = I the bound is exact, λ + 2μ. The code uses squared_stretch_bound(F),
+    /// which is at least σ_max², in place of σ_max².
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
         const S J = named("J", determinant(F));

@@ -7,15 +7,15 @@
 
 namespace firn {
 
-/// A fluid by measurable properties, for Fluid::from_properties().
+/// Measurable properties of a fluid. Fluid::from_properties() makes the material from them.
 ///
 /// The time step is proportional to 1/√K, so a bulk modulus far below that of real water (2.2e9 Pa) is usual:
-/// K ≥ 100 ρ v² keeps the change of density below one per cent at speeds up to v.
+/// K ≥ 100 ρ v² keeps the change of the density ρ below one per cent at speeds up to v.
 struct FluidProperties {
-    double bulk = 1e5;     ///< bulk modulus at rest, K [Pa]
+    double bulk = 1e5;     ///< bulk modulus K at J = 1 [Pa]
     double gamma = 7;      ///< exponent γ of the equation of state [1]
     double viscosity = 0;  ///< dynamic viscosity μ [Pa s]; water has 0.001
-    double tension = 0;    ///< tension at which the fluid parts [Pa]
+    double tension = 0;    ///< largest tension that the fluid can bear [Pa]
 };
 
 /// A weakly compressible fluid with viscosity: water, honey, spray.
@@ -23,22 +23,22 @@ struct FluidProperties {
 ///     σ = −p I + μ (∇v + ∇vᵀ − ⅔ div v I)           Cauchy stress [Pa]
 ///     p = K/γ (J^−γ − 1), but at least −tension      pressure [Pa]
 ///
-/// A particle's only state is J, its volume over its volume at rest. J is kept in [1/8, 8]. In 2D the fluid flows in a
-/// plane, with the same ⅔.
+/// A particle's only state is J, the ratio of its volume to its volume at rest; J is clamped to [1/8, 8]. In 2D the
+/// fluid flows in a plane, and the factor is ⅔ as in 3D.
 ///
-/// With tension = 0 the particles of a spray do not attract each other: where J > 1 there is no pressure, J still
-/// follows the volume, and pressure returns once J is back below 1.
+/// With tension = 0 the particles of a spray do not attract each other: the pressure is zero for J > 1. J still follows
+/// the volume, and the pressure is positive again as soon as J < 1.
 ///
-/// Take it for every liquid. The bulk modulus K sets the time step; see FluidProperties for how low it may be.
+/// Use it for every liquid. The bulk modulus K sets the time step; FluidProperties says how low K may be.
 ///
 /// The pressure is Tait's equation in Murnaghan's form: Murnaghan 1944, "The compressibility of media under extreme
 /// pressures"; Monaghan 1994, "Simulating free surface flows with SPH".
 template <scalar S = float>
 struct Fluid {
-    S bulk = S(1e5);     ///< bulk modulus at rest, K [Pa]
+    S bulk = S(1e5);     ///< bulk modulus K at J = 1 [Pa]
     S gamma = S(7);      ///< exponent γ of the equation of state [1]
     S viscosity = S(0);  ///< dynamic viscosity μ [Pa s]
-    S tension = S(0);    ///< tension at which the fluid parts [Pa]
+    S tension = S(0);    ///< largest tension that the fluid can bear [Pa]
 
     static constexpr const char* name = "fluid";
     static constexpr auto parameters() {
@@ -46,13 +46,14 @@ struct Fluid {
                           parameter{"viscosity", "Pa s", &Fluid::viscosity},
                           parameter{"tension", "Pa", &Fluid::tension}};
     }
-    /// J is kept at or above this [1].
-    static constexpr double smallest_J = 0.125, largest_J = 8;  ///< J is kept at or below this [1].
+    /// The smallest value of J [1]; smaller values are set to it.
+    static constexpr double smallest_J = 0.125,
+                            largest_J = 8;  ///< The largest value of J [1]; larger values are set to it.
 
     /// The state of a particle: its volume ratio.
     template <int D>
     struct state {
-        S J = S(1);  ///< volume over the volume at rest [1]
+        S J = S(1);  ///< ratio of the volume to the volume at rest [1]
 
         static constexpr auto fields() { return std::tuple{parameter{"volume_ratio", "1", &state::J}}; }
     };
@@ -76,7 +77,7 @@ struct Fluid {
     }
 
     /// Checks the parameters.
-    /// \throws parameter_error as from_properties()
+    /// \throws parameter_error unless K > 0, 1 ≤ γ ≤ 15, μ ≥ 0, tension ≥ 0, and all are finite
     void check() const
         requires std::floating_point<S>
     {
@@ -88,14 +89,14 @@ struct Fluid {
         return named("pressure", max(bulk / gamma * (pow(J, -gamma) - S(1)), -tension));
     }
 
-    /// The state after dt [s] in a flow of velocity gradient ∇v [1/s]: J ← J (1 + dt div v), kept in [1/8, 8].
+    /// The state after dt [s] in a flow of velocity gradient ∇v [1/s]: J ← J (1 + dt div v), clamped to [1/8, 8].
     template <int D>
     FIRN_INLINE state<D> updated(const state<D>& fluid, const Mat<S, D>& velocity_gradient, const S& dt) const {
         const S J = fluid.J + fluid.J * (trace(velocity_gradient) * dt);
         return {max(min(J, S(largest_J)), S(smallest_J))};
     }
 
-    /// Kirchhoff stress at rest, τ = −p J I [Pa].
+    /// Kirchhoff stress of the fluid without flow (∇v = 0), τ = −p J I [Pa].
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& fluid) const {
         return Mat<S, D>::diagonal(-(pressure(fluid.J) * fluid.J));
@@ -112,10 +113,11 @@ struct Fluid {
     ///
     ///     ψ = K/γ ((J^{1−γ} − 1)/(γ − 1) + J − 1),       −ln J instead of the fraction for γ = 1
     ///
-    /// Beyond the J at which p = −tension, ψ grows by tension times the increase of J: without tension it stays 0.
+    /// Above the J at which p = −tension, ψ grows by tension times the increase of J. With tension = 0, ψ is 0 for all
+    /// J ≥ 1.
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& fluid) const {
-        // The J at which p = −tension; largest_J if p stays above that for every J.
+        // The J at which p = −tension; largest_J if p > −tension for every J.
         const S remaining = S(1) - tension * gamma / bulk;
         const S parting = select(S(0) < remaining, pow(max(remaining, S(1e-30)), S(-1) / gamma), S(largest_J));
         const S J = min(fluid.J, max(S(1), parting));
@@ -125,14 +127,14 @@ struct Fluid {
         return bulk / gamma * (fraction + J - S(1)) + tension * (fluid.J - J);
     }
 
-    /// The speed of sound c [m/s] at a density at rest ρ0 [kg/m³]: ρ0 c² = K J^{1−γ}, from c² = dp/dρ. For J > 1 it is
-    /// that at J = 1.
+    /// The speed of sound c [m/s] for a density at rest ρ0 [kg/m³]: ρ0 c² = K J^{1−γ}, from c² = dp/dρ. For J > 1 the
+    /// value at J = 1 is used.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& fluid) const {
         return sqrt(bulk * pow(min(fluid.J, S(1)), S(1) - gamma) / density);
     }
-    /// Diffusivity of momentum, 4/3 μ J / ρ0 [m²/s]: that of a velocity that varies along its own direction, which is
-    /// the largest.
+    /// Diffusivity of momentum by viscosity, 4/3 μ J / ρ0 [m²/s], for a density at rest ρ0 [kg/m³]. It is the
+    /// diffusivity of a velocity that varies along its own direction; in other directions the diffusivity is smaller.
     template <int D>
     FIRN_INLINE S diffusivity(const S& density, const state<D>& fluid) const {
         return S(4. / 3) * viscosity * fluid.J / density;

@@ -10,13 +10,14 @@
 
 namespace firn {
 
-/// The slope α of the Drucker–Prager cone ‖dev τ‖ + α tr τ ≤ 0 [1], from sin φ.
+/// Returns the slope α [1] of the Drucker–Prager cone ‖dev τ‖ + α tr τ ≤ 0, from the sine of the friction angle φ. τ is
+/// the Kirchhoff stress, negative under compression.
 ///
-/// In 3D α = √(2/3) 2 sin φ / (3 − sin φ): the cone touches Mohr and Coulomb's pyramid in triaxial compression (Klár
-/// et al. 2016, "Drucker-Prager elastoplasticity for sand animation", §4.3). In 2D α = sin φ / √2: cone and pyramid
-/// are the same.
+/// In 3D α = √(2/3) 2 sin φ / (3 − sin φ): the cone touches the Mohr–Coulomb pyramid in triaxial compression (Klár et
+/// al. 2016, "Drucker-Prager elastoplasticity for sand animation", §4.3). In 2D α = sin φ / √2: the cone and the
+/// pyramid are the same.
 /// \tparam D  the number of dimensions
-/// \param sine  sin φ of the friction angle φ [1]
+/// \param sine  sine of the friction angle φ [1]
 template <int D, scalar S>
 FIRN_INLINE S friction_slope(const S& sine) {
     if constexpr (D == 3)

@@ -9,14 +9,15 @@
 
 namespace firn {
 
-/// Logarithmic strain εᵢ = ln σᵢ along the directions of the principal stretches σᵢ.
+/// The logarithmic strain in principal axes: εᵢ = ln σᵢ, where σᵢ are the principal stretches, and the directions of
+/// the axes.
 template <class S, int D>
 struct HenckyStrain {
-    Mat<S, D> directions;  ///< U, a rotation; its columns are the directions
-    Vec<S, D> strain;      ///< ε [1], in descending order
+    Mat<S, D> directions;  ///< U, a rotation; column i is the direction of εᵢ
+    Vec<S, D> strain;      ///< εᵢ [1], in descending order
 };
-/// The logarithmic strain of a deformation gradient F. Stretches below 1e-6, negative ones included, count as 1e-6, so
-/// inverted matter resists as if it were crushed.
+/// Returns the logarithmic strain of a deformation gradient F. A stretch below 1e-6 (also a negative one) counts as
+/// 1e-6, so inverted matter has the stress of matter that is compressed to this stretch.
 template <scalar S, int D>
 FIRN_INLINE HenckyStrain<S, D> hencky_strain(const Mat<S, D>& F) {
     const Principal<S, D> p = principal_stretches(F);
@@ -26,7 +27,7 @@ FIRN_INLINE HenckyStrain<S, D> hencky_strain(const Mat<S, D>& F) {
     return hencky;
 }
 
-/// The sum Σ aᵢ of a vector's components.
+/// Returns the sum Σ aᵢ of a vector's components.
 template <class S, int D>
 FIRN_INLINE S sum_of(const Vec<S, D>& a) {
     S sum = a.v[0];
@@ -34,9 +35,11 @@ FIRN_INLINE S sum_of(const Vec<S, D>& a) {
     return sum;
 }
 
-/// F after a return mapping from strain ε to ε′ along the same directions U: U diag(exp(ε′ − ε)) Uᵀ F.
-/// \param from  ε and U of F
-/// \param to    ε′
+/// Returns F after a return mapping that changes the strain from ε to ε′ and keeps the directions U. The result is
+///
+///     U diag(exp(ε′ − ε)) Uᵀ F
+/// \param from  strain ε of F, with its directions U
+/// \param to    principal strains ε′ after the return mapping [1]
 template <scalar S, int D>
 FIRN_INLINE Mat<S, D> returned_to(const Mat<S, D>& F, const HenckyStrain<S, D>& from, const Vec<S, D>& to) {
     Vec<S, D> ratio;
@@ -49,10 +52,10 @@ FIRN_INLINE Mat<S, D> returned_to(const Mat<S, D>& F, const HenckyStrain<S, D>& 
 ///     ψ = μ Σ εᵢ² + λ/2 (Σ εᵢ)²      [J/m³ of undeformed volume]
 ///     τᵢ = 2μ εᵢ + λ Σ ε              [Pa], along the principal directions
 ///
-/// with εᵢ = ln σᵢ, σᵢ the principal stretches of F. In 2D there are two stretches: plane strain.
+/// with εᵢ = ln σᵢ, where σᵢ are the principal stretches of F. In 2D there are two stretches; this is plane strain.
 ///
-/// It is the elasticity of Sand and VonMises, whose return mappings are exact in logarithmic strain. By itself, take it
-/// to compare with them; FixedCorotated costs less.
+/// Sand and VonMises use this elasticity, because their return mappings are exact in logarithmic strain. Use Hencky
+/// alone for comparison with these two; FixedCorotated costs less.
 ///
 /// Xu, Sin, Zhu and Barbič 2015, "Nonlinear material design using principal stretches"; Klár et al. 2016,
 /// "Drucker-Prager elastoplasticity for sand animation", §6.
@@ -66,7 +69,7 @@ struct Hencky {
         return std::tuple{parameter{"mu", "Pa", &Hencky::mu}, parameter{"lambda", "Pa", &Hencky::lambda}};
     }
 
-    /// The solid of Young's modulus E = `young` [Pa] and Poisson's ratio ν = `poisson` [1].
+    /// Makes the solid with Young's modulus E = `young` [Pa] and Poisson's ratio ν = `poisson` [1].
     /// \throws parameter_error unless E > 0 and −1 < ν < ½
     static Hencky from_young_poisson(double young, double poisson) {
         const Lame lame = lame_in<value_type_t<S>>(young, poisson);
@@ -74,7 +77,7 @@ struct Hencky {
     }
 
     /// Checks the parameters.
-    /// \throws parameter_error unless the moduli are those of a stable solid, as check_lame()
+    /// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and both are finite
     void check() const
         requires std::floating_point<S>
     {
@@ -86,7 +89,7 @@ struct Hencky {
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
         return stress_of_strain(hencky_strain(F));
     }
-    /// Kirchhoff stress τ [Pa] of a logarithmic strain.
+    /// Kirchhoff stress τ [Pa] for a given logarithmic strain.
     template <int D>
     FIRN_INLINE Mat<S, D> stress_of_strain(const HenckyStrain<S, D>& hencky) const {
         const S pressure = lambda * sum_of(hencky.strain);
@@ -100,13 +103,14 @@ struct Hencky {
         return mu * dot(strain, strain) + S(0.5) * lambda * volumetric * volumetric;
     }
 
-    /// Upper bound c of the wave speed [m/s] at an undeformed density ρ0 [kg/m³].
+    /// Upper bound c of the wave speed [m/s] at a density ρ0 of the undeformed material [kg/m³].
     ///
     ///     ρ0 c² = λ + 2μ (1 + Δ) − min(0, τ_min),       Δ = ε_max − ε_min
     ///
-    /// Along a principal axis, ρ0 c² is λ + 2μ − τᵢ for the pressure wave and μ 2Δ / (1 − e^{−2Δ}) ≤ μ (1 + 2Δ) for
-    /// the shear wave. FFᵀ bounds ε_max (squared_stretch_bound()), and ln J then bounds ε_min; both bounds are exact
-    /// at rest.
+    /// ε_max and ε_min are the largest and the smallest principal strain, τ_min is the smallest principal stress. Along
+    /// principal axis i, ρ0 c² is λ + 2μ − τᵢ for the pressure wave and μ 2Δ / (1 − e^{−2Δ}) ≤ μ (1 + 2Δ) for the shear
+    /// wave. In place of the strains, the code uses the bounds ε_max ≤ ½ ln squared_stretch_bound(F) and
+    /// ε_min ≥ ln J − (D − 1) ε_max; both are exact for F = I.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
         const S volumetric = log(max(determinant(F), S(1e-18)));

@@ -14,7 +14,8 @@ struct Lame {
     double lambda;  ///< first Lamé parameter [Pa]
 };
 
-/// The Lamé parameters of a solid: μ = E / (2 (1 + ν)), λ = E ν / ((1 + ν)(1 − 2 ν)). The same in 2D (plane strain).
+/// Returns the Lamé parameters of a solid: μ = E / (2 (1 + ν)), λ = E ν / ((1 + ν)(1 − 2 ν)). The formulas also hold in
+/// 2D (plane strain).
 /// \param young    Young's modulus E [Pa]
 /// \param poisson  Poisson's ratio ν [1]
 /// \throws parameter_error unless E > 0 and −1 < ν < ½
@@ -37,15 +38,15 @@ inline void check_lame(double mu, double lambda) {
 }
 
 /// Checks the Lamé parameters of a plastic solid, whose return mapping divides by μ.
-/// \throws parameter_error as check_lame(), and unless μ > 0
+/// \throws parameter_error unless μ > 0, λ + 2 μ/3 > 0 [Pa], and both are finite
 inline void check_lame_of_plastic(double mu, double lambda) {
     check_lame(mu, lambda);
     if (!(mu > 0))
         throw parameter_error("The shear modulus is 0 Pa; a plastic solid needs a positive one. A fluid is Fluid.");
 }
 
-/// The Lamé parameters of Young's modulus [Pa] and Poisson's ratio [1], rounded to T and checked after rounding.
-/// \throws parameter_error as lame_from_young_poisson() and check_lame()
+/// Returns the Lamé parameters for Young's modulus E [Pa] and Poisson's ratio ν [1], rounded to the type T.
+/// \throws parameter_error unless E > 0 and −1 < ν < ½, and if check_lame() throws it for the rounded parameters
 template <std::floating_point T>
 Lame lame_in(double young, double poisson) {
     const Lame exact = lame_from_young_poisson(young, poisson);

@@ -7,31 +7,35 @@
 
 namespace firn {
 
-/// Cam clay by measurable properties, for Nacc::from_properties().
+/// Measurable properties of Cam clay. Nacc::from_properties() makes the material from them.
 struct NaccProperties {
     double young = 1e6;                  ///< Young's modulus [Pa]
     double poisson = 0.3;                ///< Poisson's ratio [1]
     Angle friction_angle = degrees(45);  ///< friction angle φ of the critical state
-    double cohesion = 0.5;               ///< β: the largest tension over the consolidation pressure [1]
-    double consolidation = 2e4;          ///< p₀ before any flow: the pressure that crushes it [Pa]
+    double cohesion = 0.5;               ///< β: largest tension divided by the consolidation pressure p₀ [1]
+    double consolidation = 2e4;          ///< p₀ before any plastic flow: pressure that crushes the clay [Pa]
     double hardening = 3;                ///< ξ: how fast p₀ grows with compaction [1]
 };
 
 /// Non-associated Cam clay: a solid that hardens as it is compacted, and softens and tears as it is pulled apart.
 ///
-/// Elasticity, with b̂ = J^{−2/D} FFᵀ and κ = λ + 2μ/D (in 2D this is plane strain at small strain):
+/// The elasticity, with J = det F, b̂ = J^{−2/D} FFᵀ and the bulk modulus κ = λ + 2μ/D (in 2D this is plane strain if
+/// strains are small), is:
 ///
 ///     ψ = μ/2 (tr b̂ − D) + κ/2 ((J² − 1)/2 − ln J)      [J/m³ of undeformed volume]
 ///     τ = μ dev b̂ + κ/2 (J² − 1) I                       [Pa]
 ///
-/// It yields outside of an ellipse in p = −κ/2 (J² − 1) and q = √((6 − D)/2) ‖μ dev b̂‖:
+/// The clay yields outside of an ellipse in the plane of the pressure p = −κ/2 (J² − 1) and the shear stress
+/// q = √((6 − D)/2) ‖μ dev b̂‖:
 ///
 ///     (1 + 2β) q² + M² (p + β p₀)(p − p₀) > 0,      p₀ = κ (1e-5 + sinh(ξ max(−α, 0)))
 ///
-/// where α is the logarithm of the plastic volume and M = critical_slope() comes from the friction angle.
+/// where p₀ is the consolidation pressure, β the `cohesion`, ξ the `hardening`, and α the logarithm of the plastic
+/// volume ratio; M = critical_slope() follows from the friction angle.
 ///
-/// Take it for bread, mud, chocolate and soft rock: with a larger β it bears more tension, with a larger ξ it hardens
-/// and softens faster. For metal, or clay that keeps its volume, take VonMises; for grains without cohesion, Sand.
+/// Use it for bread, mud, chocolate and soft rock: with a larger β the material bears more tension, with a larger ξ it
+/// hardens and softens faster. For metal, or clay that keeps its volume, use VonMises; for grains without cohesion, use
+/// Sand.
 ///
 /// Wolper et al. 2019, "CD-MPM: Continuum damage material point methods for dynamic fracture animation", §4, with
 /// hardening by the plastic volume.
@@ -39,10 +43,10 @@ template <scalar S = float>
 struct Nacc {
     S mu = S(1e6 / 2.6);                          ///< shear modulus [Pa]
     S lambda = S(3e5 / (1.3 * 0.4));              ///< first Lamé parameter [Pa]
-    S friction_sine = S(0.70710678118654752440);  ///< sin φ of the friction angle [1]
-    S cohesion = S(0.5);                          ///< β: the largest tension over p₀ [1]
+    S friction_sine = S(0.70710678118654752440);  ///< sine of the friction angle φ [1]
+    S cohesion = S(0.5);                          ///< β: largest tension divided by p₀ [1]
     S hardening = S(3);                           ///< ξ: how fast p₀ grows with compaction [1]
-    S first_log_volume = S(-0.0079992322);        ///< α before any flow [1]
+    S first_log_volume = S(-0.0079992322);        ///< α: logarithm of the plastic volume ratio before any flow [1]
 
     static constexpr const char* name = "nacc";
     static constexpr auto parameters() {
@@ -58,7 +62,7 @@ struct Nacc {
     template <int D>
     struct state {
         Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
-        S log_volume = S(0);                  ///< change of α by plastic flow [1]
+        S log_volume = S(0);                  ///< change of α by plastic flow so far [1]
 
         static constexpr auto fields() {
             return std::tuple{parameter{"deformation_gradient", "1", &state::F},
@@ -66,7 +70,8 @@ struct Nacc {
         }
     };
 
-    /// The clay of these properties. p₀ is converted to α with the κ of 3D.
+    /// Makes the material from measurable properties. p₀ is converted to `first_log_volume` with the κ of 3D, also for
+    /// use in 2D.
     /// \throws parameter_error unless E > 0, −1 < ν < ½, 0 ≤ φ < 90°, β ≥ 0, ξ > 0, and 0 < p₀ < κ/2 with the κ of 3D
     static Nacc from_properties(const NaccProperties& clay) {
         const Hencky<S> elastic = Hencky<S>::from_young_poisson(clay.young, clay.poisson);
@@ -91,8 +96,8 @@ struct Nacc {
         return model;
     }
     /// Checks the parameters.
-    /// \throws parameter_error unless the moduli are those of a stable solid with μ > 0, 0 ≤ sin φ < 1, β ≥ 0, ξ > 0,
-    /// and first_log_volume is finite and not positive
+    /// \throws parameter_error unless μ > 0, λ + 2 μ/3 > 0, 0 ≤ sin φ < 1, β ≥ 0, ξ > 0, and first_log_volume is finite
+    /// and not positive
     void check() const
         requires std::floating_point<S>
     {
@@ -115,11 +120,12 @@ struct Nacc {
     FIRN_INLINE S critical_slope() const {
         return friction_slope<D>(friction_sine) * S(D) * sqrt(S((6 - D) * 0.5));
     }
-    /// p₀/κ of a state [1]. Values above ½ have no effect, since no pressure reaches κ/2.
+    /// Returns p₀/κ of a state [1], at most 1e-5 + sinh 2 ≈ 3.6. Where p₀/κ ≥ ½ the clay is not crushed, since p is
+    /// always below κ/2.
     /// \param log_volume  the state's `log_volume` [1]
     FIRN_INLINE S consolidation(const S& log_volume) const {
         const S x = min(S(2), hardening * max(-(first_log_volume + log_volume), S(0)));
-        const S xx = x * x;  // the series of sinh loses no digits near 0; its error is 1e-9 at 2
+        const S xx = x * x;  // the power series of sinh x loses no digits near x = 0; its error at x = 2 is 1e-9
         S sum = S(1);
         unroll<7>([&](auto k) FIRN_LAMBDA {
             constexpr int n = 14 - 2 * int(k);
@@ -144,12 +150,12 @@ struct Nacc {
         const S volumetric = S(0.5) * (J * J - S(1)) - log(max(J, S(1e-18)));
         return S(0.5) * mu * (squared_norm(clay.F) * isochoric<D>(J) - S(D)) + S(0.5) * bulk<D>() * volumetric;
     }
-    /// Upper bound c of the wave speed [m/s] at an undeformed density ρ0 [kg/m³]:
+    /// Upper bound c of the wave speed [m/s] at a density ρ0 of the undeformed material [kg/m³]:
     ///
     ///     ρ0 c² = μ J^{−2/D} (σ_max² + (1 + 2/D) tr b/D) + κ/2 (J² + 1)
     ///
-    /// The acoustic tensor, with b = FFᵀ, is
-    /// μ J^{−2/D} [(n·bn) I − 2/D (bn ⊗ n + n ⊗ bn) + (1 + 2/D)(tr b/D) n ⊗ n] + κ/2 (J² + 1) n ⊗ n.
+    /// Here b = FFᵀ, J = det F, and σ_max is the largest principal stretch. The acoustic tensor for the unit direction
+    /// n is μ J^{−2/D} [(n·bn) I − 2/D (bn ⊗ n + n ⊗ bn) + (1 + 2/D)(tr b/D) n ⊗ n] + κ/2 (J² + 1) n ⊗ n.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& clay) const {
         const S J = determinant(clay.F);
@@ -157,20 +163,21 @@ struct Nacc {
         return sqrt((mu * isochoric<D>(J) * shape + S(0.5) * bulk<D>() * (J * J + S(1))) / density);
     }
 
-    /// The plastic return mapping, in three cases:
+    /// Returns the state after the plastic return mapping, which has three cases:
     ///
-    ///     p > p₀           to the pressure p₀, without shear stress
-    ///     p < −β p₀        to the pressure −β p₀, without shear stress
-    ///     else, if yields  to the ellipse at the same J, by a smaller deviator
+    ///     p > p₀               the new pressure is p₀, without shear stress
+    ///     p < −β p₀            the new pressure is −β p₀, without shear stress
+    ///     else, if it yields   the shear stress is reduced to the ellipse, at the same J
     ///
-    /// α changes by ln J − ln J×. In the first two cases J× is the J of the new pressure; in the third it is that of
-    /// the point where the line from (p, q) to the middle of the ellipse meets the ellipse.
+    /// α changes by ln J − ln J×, where J is that of the trial state. In the first two cases J× is the J of the new
+    /// pressure. In the third case J× is the J of the point where the line from (p, q) to the middle of the ellipse
+    /// crosses the ellipse.
     ///
-    /// A particle that does not yield keeps its state to the bit. p₀ is that of the trial state, so a particle that
-    /// softens may lie outside its new ellipse until the next step.
+    /// A particle that does not yield keeps its state bit for bit. p₀ is computed from the trial state, so the stress
+    /// of a particle that softens may lie outside of the new ellipse until the next step.
     ///
-    /// The third case sets b̂′ = t I + s′/μ, with t from det b̂′ = 1. The paper keeps the old t, and J then changes a
-    /// little.
+    /// In the third case, the new b̂ is t I + s′/μ, where s′ is the reduced deviator of the stress and t follows from
+    /// det b̂ = 1. The paper keeps the old t, by which J changes a little.
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         const HenckyStrain<S, D> hencky = hencky_strain(trial.F);
@@ -181,7 +188,7 @@ struct Nacc {
         const Vec<S, D> deviator = shape - Vec<S, D>::filled(mean);
         const S squared = dot(deviator, deviator);
 
-        // All pressures are divided by κ.
+        // From here on, all pressures are divided by κ.
         const S J = exp(log_J);
         const S p = named("p", S(0.5) * (S(1) - J * J));
         const S p0 = consolidation(trial.log_volume);
@@ -219,13 +226,13 @@ struct Nacc {
     }
 
 private:
-    /// J^{−2/D}
+    /// Returns J^{−2/D}; a J below 1e-18 counts as 1e-18.
     template <int D>
     FIRN_INLINE S isochoric(const S& J) const {
         return exp(S(-2. / D) * log(max(J, S(1e-18))));
     }
-    /// Solves Π (t + eᵢ) = 1 for t, where Σ e = 0: in closed form in 2D, in 3D by Newton's method from above, where
-    /// t³ − a t + Π e − 1 is convex.
+    /// Solves Π (t + eᵢ) = 1 for t, where Σ eᵢ = 0. In 2D the solution has a closed form. In 3D Newton's method starts
+    /// above the solution, where t³ − a t + Π eᵢ − 1, with a = ½ Σ eᵢ², is convex.
     /// \param above  an upper bound of t
     template <int D>
     FIRN_INLINE static S unit_mean(const Vec<S, D>& e, const S& above) {

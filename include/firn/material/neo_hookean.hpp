@@ -13,11 +13,11 @@ namespace firn {
 ///     ψ = μ/2 (tr FFᵀ − D) − μ ln J + λ/2 ln² J     [J/m³ of undeformed volume]
 ///     τ = μ (FFᵀ − I) + λ ln J I                     [Pa]
 ///
-/// In 2D the formulas are the same with 2 × 2 matrices: plane strain.
+/// In 2D the formulas hold for 2 × 2 matrices; this is plane strain.
 ///
-/// Take it for comparison with finite elements and with closed-form solutions, and where the stress must grow without
-/// bound as the volume goes to zero. J = det F must stay positive: otherwise stress and wave speed are NaN, and G2P
-/// reports the particle. FixedCorotated has no such limit.
+/// Use it for comparison with finite elements and with closed-form solutions, and where the stress must grow without
+/// bound as the volume goes to zero. J = det F must stay positive: otherwise stress and wave speed are NaN, and the
+/// step throws a particle_error. FixedCorotated has no such limit.
 ///
 /// Bonet and Wood 2008, "Nonlinear Continuum Mechanics for Finite Element Analysis", §6.4.3.
 template <scalar S = float>
@@ -30,7 +30,7 @@ struct NeoHookean {
         return std::tuple{parameter{"mu", "Pa", &NeoHookean::mu}, parameter{"lambda", "Pa", &NeoHookean::lambda}};
     }
 
-    /// The solid of Young's modulus E = `young` [Pa] and Poisson's ratio ν = `poisson` [1].
+    /// Makes the solid with Young's modulus E = `young` [Pa] and Poisson's ratio ν = `poisson` [1].
     /// \throws parameter_error unless E > 0 and −1 < ν < ½
     static NeoHookean from_young_poisson(double young, double poisson) {
         const Lame lame = lame_in<value_type_t<S>>(young, poisson);
@@ -38,7 +38,7 @@ struct NeoHookean {
     }
 
     /// Checks the parameters.
-    /// \throws parameter_error unless the moduli are those of a stable solid, as check_lame()
+    /// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and both are finite
     void check() const
         requires std::floating_point<S>
     {
@@ -59,12 +59,13 @@ struct NeoHookean {
         return S(0.5) * mu * (squared_norm(F) - S(D)) - mu * log_J + S(0.5) * lambda * log_J * log_J;
     }
 
-    /// Upper bound c of the wave speed [m/s] at an undeformed density ρ0 [kg/m³]:
+    /// Upper bound c of the wave speed [m/s] at a density ρ0 of the undeformed material [kg/m³]:
     ///
     ///     ρ0 c² = μ (σ_max² + 1) + λ (1 − ln J)
     ///
-    /// The acoustic tensor is μ (n·FFᵀn) I + (μ + λ (1 − ln J)) n ⊗ n. Where its second part is negative, the bound is
-    /// that of the shear wave, μ σ_max².
+    /// σ_max is the largest principal stretch; the code uses squared_stretch_bound(F), which is at least σ_max², in
+    /// place of σ_max². The acoustic tensor for the unit direction n is μ (n·FFᵀn) I + (μ + λ (1 − ln J)) n ⊗ n. Where
+    /// the factor of n ⊗ n is negative, the bound is that of the shear wave, ρ0 c² = μ σ_max².
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
         const S shear = mu * squared_stretch_bound(F);

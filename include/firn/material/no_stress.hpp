@@ -7,8 +7,8 @@ namespace firn {
 
 /// Particles that carry mass and nothing else: no stress, no state, no waves.
 ///
-/// Take it for the points of cloth and ropes. Springs and membranes between them are added to the simulation, which
-/// also limits the time step by them. \see SetAccess::add_force
+/// Use it for the points of cloth and ropes. Add springs and membranes between the points to the simulation; it then
+/// limits the time step by their stiffness, too. \see SetAccess::add_force
 template <scalar S = float>
 struct NoStress {
     static constexpr const char* name = "no_stress";
@@ -20,7 +20,7 @@ struct NoStress {
         static constexpr auto fields() { return std::tuple<>{}; }
     };
 
-    /// The same empty state.
+    /// Returns the empty state unchanged.
     template <int D>
     FIRN_INLINE state<D> updated(const state<D>& same, const Mat<S, D>&, const S&) const {
         return same;

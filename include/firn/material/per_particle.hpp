@@ -1,4 +1,4 @@
-/// \file Any model, with some of its parameters given per particle.
+/// \file A wrapper around any material, with some of the material's parameters stored per particle.
 #pragma once
 
 #include <firn/core/names.hpp>
@@ -10,10 +10,10 @@
 
 namespace firn {
 
-/// The name of a parameter as a template argument: a string literal converts to it.
+/// The name of a parameter, as a template argument. A string literal converts to this type.
 template <std::size_t N>
 struct ParameterName {
-    char text[N];  ///< The characters, with the final zero.
+    char text[N];  ///< The characters, including the final zero.
     /// Copies a string literal.
     consteval ParameterName(const char (&name)[N]) { std::copy_n(name, N, text); }
     constexpr bool operator==(const ParameterName&) const = default;
@@ -25,7 +25,7 @@ namespace detail {
 struct named_per_particle {
     static constexpr const char* name = "per_particle";
 };
-/// One parameter of a particle.
+/// The value of one named parameter, in a particle's state.
 template <class S, ParameterName Name>
 struct OfParticle {
     S value = S(1);
@@ -34,18 +34,19 @@ struct OfParticle {
 
 /// A model whose named parameters vary from particle to particle: `PerParticle<Snow<float>, "mu", "lambda">`.
 ///
-/// Each named parameter becomes a field of the particle's state, with the parameter's unit. It costs memory and is
-/// written to files with the state. It begins with the model's own value; set_states() changes it, by
-/// `of<"mu">(state) = 1e5`. Parameters that are not named stay constants of the model.
+/// Each named parameter becomes a field of the particle's state, with the parameter's unit. The field costs memory and
+/// is written to files with the state. Its first value is the model's value of the parameter; to change it, call
+/// set_states() with a function that sets `of<"mu">(state) = 1e5`. A parameter that is not named has the same value for
+/// all particles.
 ///
-/// Take it for matter whose stiffness, strength or friction is not the same everywhere.
+/// Use it for matter whose stiffness, strength or friction is not the same everywhere.
 /// \tparam Model  a material
-/// \tparam Names  names of its parameters, as in Model::parameters()
+/// \tparam Names  names of parameters of Model, as listed in Model::parameters()
 template <class Model, ParameterName... Names>
 struct PerParticle : Model {
     using scalar_type = material_scalar_t<Model>;
-    using S = scalar_type;  ///< The type of the numbers it computes with.
-    /// The same wrapper around the model with scalar T.
+    using S = scalar_type;  ///< The scalar type of the model.
+    /// The type of this wrapper around the model with scalar type T.
     template <class T>
     using with_scalar = PerParticle<with_scalar_t<Model, T>, Names...>;
 
@@ -54,7 +55,8 @@ struct PerParticle : Model {
 private:
     static constexpr auto of_model = Model::parameters();
 
-    /// The index of a parameter in the model's list; the length of the list if no parameter has that name.
+    /// Returns the index of the parameter `Name` in the tuple Model::parameters(), or the size of the tuple if no
+    /// parameter has this name.
     template <ParameterName Name>
     static consteval std::size_t place() {
         return std::apply(
@@ -74,7 +76,7 @@ private:
     }
 
 public:
-    /// The model's state and the named parameters.
+    /// The model's state, with one more field for each named parameter.
     template <int D>
     struct state : material_state_t<Model, D>, detail::OfParticle<S, Names>... {
         static constexpr auto fields() {
@@ -84,14 +86,14 @@ public:
         }
     };
 
-    /// The model's first state, with the model's own values of the named parameters.
+    /// Returns the model's first state, with the model's own values for the named parameters.
     template <int D>
     state<D> initial_state() const {
         Model model = *this;
         return {firn::initial_state<D>(model), {named_parameter<Names>(model)}...};
     }
 
-    /// The model with the parameters of one particle.
+    /// Returns the model with the parameter values of one particle.
     template <int D>
     FIRN_INLINE Model of(const state<D>& particle) const {
         Model model = *this;
@@ -99,7 +101,7 @@ public:
         return model;
     }
 
-    // The model's functions, each with the particle's parameters.
+    // The functions of the model, each computed with the parameter values of the particle.
 
     /// The state after dt [s] in a flow of velocity gradient ∇v [1/s].
     template <int D>
@@ -117,7 +119,7 @@ public:
         static_cast<Base<D>&>(after) = of(trial).returned(base(trial));
         return after;
     }
-    /// The state after the return mapping and its Kirchhoff stress [Pa].
+    /// The state after the return mapping and the Kirchhoff stress [Pa] in it.
     template <int D>
         requires has_returned_with_stress<Model, D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
@@ -137,7 +139,7 @@ public:
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& particle, const Mat<S, D>& velocity_gradient) const {
         return firn::stress_of(of(particle), base(particle), velocity_gradient);
     }
-    /// Upper bound of the wave speed [m/s] at an undeformed density [kg/m³].
+    /// Upper bound of the wave speed [m/s] at a density of the undeformed material [kg/m³].
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& particle) const {
         return firn::wave_speed(of(particle), density, base(particle));
@@ -148,7 +150,7 @@ public:
     FIRN_INLINE S energy_density(const state<D>& particle) const {
         return firn::energy_density(of(particle), base(particle));
     }
-    /// Diffusivity of momentum [m²/s].
+    /// Diffusivity of momentum by viscosity [m²/s], at a density of the undeformed material [kg/m³].
     template <int D>
         requires has_diffusivity<Model, D>
     FIRN_INLINE S diffusivity(const S& density, const state<D>& particle) const {
@@ -164,12 +166,12 @@ private:
     }
 };
 
-/// The parameter of that name in the state of a PerParticle model: `of<"mu">(state) = 1e5`.
+/// Returns the parameter called `Name` from a particle's state of a PerParticle material: `of<"mu">(state) = 1e5`.
 template <ParameterName Name, class S>
 S& of(detail::OfParticle<S, Name>& state) {
     return state.value;
 }
-/// The parameter of that name in the state of a PerParticle model.
+/// Returns the parameter called `Name` from a particle's state of a PerParticle material.
 template <ParameterName Name, class S>
 const S& of(const detail::OfParticle<S, Name>& state) {
     return state.value;

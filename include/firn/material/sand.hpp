@@ -7,42 +7,44 @@
 
 namespace firn {
 
-/// Sand by measurable properties, for Sand::from_properties().
+/// Measurable properties of sand. Sand::from_properties() makes the material from them.
 ///
-/// The sand of Klár et al. 2016 begins at 35° − 10° and hardens by 9° per unit of plastic strain with a decay of 0.2:
+/// In Klár et al. 2016 the friction angle is 35° − 10° before any plastic flow; it hardens by 9° per unit of plastic
+/// strain, with a decay of 0.2:
 /// `{.friction_angle = degrees(35), .hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)}`.
 struct SandProperties {
     double young = 3.537e5;              ///< Young's modulus [Pa]
     double poisson = 0.3;                ///< Poisson's ratio [1]
-    Angle friction_angle = degrees(35);  ///< h₀: friction angle φ after all hardening
-    Angle hardening = degrees(0);        ///< h₁: increase of φ per unit of plastic strain
-    double hardening_decay = 0;          ///< h₂: decay of the hardening with plastic strain [1]
-    Angle initial_loss = degrees(0);     ///< h₃: by how much φ is smaller before any flow
+    Angle friction_angle = degrees(35);  ///< h₀: friction angle φ after complete hardening
+    Angle hardening = degrees(0);        ///< h₁: hardening, an increase of φ per unit of plastic strain
+    double hardening_decay = 0;          ///< h₂: rate at which the hardening decays with plastic strain [1]
+    Angle initial_loss = degrees(0);     ///< h₃: before any plastic flow, φ is h₀ − h₃
 };
 
-/// Grains without cohesion: sand, gravel, grain. They flow down a slope, pile up, and fly apart under tension.
+/// Grains without cohesion: sand, gravel, rice. They flow down a slope, pile up, and fly apart under tension.
 ///
-/// Hencky elasticity, with plastic flow where the shear stress exceeds friction:
+/// The elasticity is that of Hencky. There is plastic flow where the shear stress exceeds friction:
 ///
 ///     ‖dev τ‖ + α tr τ > 0
 ///     φ = h₀ + (h₁ q − h₃) e^{−h₂ q}
 ///
-/// α = friction_slope(sin φ) is the slope of the Drucker–Prager cone, φ the friction angle, q the plastic strain. The
-/// flow keeps the volume (no dilation). In 2D the deviator is that of two dimensions: no plastic flow out of the plane.
+/// α = friction_slope(sin φ) is the slope of the Drucker–Prager cone, φ the friction angle, q the plastic strain; h₀ to
+/// h₃ are parameters. Plastic flow keeps the volume (no dilatancy). In 2D the deviator is taken in two dimensions, so
+/// there is no plastic flow out of the plane.
 ///
-/// Take it for dry grains; the friction angle is near the angle of repose, 30° to 40° for sand. For grains that stick
-/// together, take Nacc.
+/// Use it for dry grains; the friction angle is near the angle of repose, 30° to 40° for sand. For grains that stick
+/// together, use Nacc.
 ///
-/// Klár et al. 2016, "Drucker-Prager elastoplasticity for sand animation"; the volume correction of Tampubolon et al.
-/// 2017, "Multi-species simulation of porous sand and water mixtures", §4.3.
+/// Klár et al. 2016, "Drucker-Prager elastoplasticity for sand animation"; the volume correction is from Tampubolon et
+/// al. 2017, "Multi-species simulation of porous sand and water mixtures", §4.3.
 template <scalar S = float>
 struct Sand {
     S mu = S(3.537e5 / 2.6);                       ///< shear modulus [Pa]
     S lambda = S(1.0611e5 / (1.3 * 0.4));          ///< first Lamé parameter [Pa]
-    S friction_angle = S(0.61086523819801535192);  ///< h₀: friction angle after all hardening [rad]
-    S hardening = S(0);                            ///< h₁: increase per unit of plastic strain [rad]
-    S hardening_decay = S(0);                      ///< h₂: decay of the hardening [1]
-    S initial_loss = S(0);                         ///< h₃: by how much the angle is smaller before any flow [rad]
+    S friction_angle = S(0.61086523819801535192);  ///< h₀: friction angle φ after complete hardening [rad]
+    S hardening = S(0);                            ///< h₁: increase of φ per unit of plastic strain [rad]
+    S hardening_decay = S(0);                      ///< h₂: rate at which the hardening decays with plastic strain [1]
+    S initial_loss = S(0);                         ///< h₃: before any plastic flow, φ is h₀ − h₃ [rad]
 
     static constexpr const char* name = "sand";
     static constexpr auto parameters() {
@@ -58,7 +60,7 @@ struct Sand {
     template <int D>
     struct state {
         Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
-        S volume_gain = S(0);                 ///< v_c: logarithm of the volume gained while grains were apart [1]
+        S volume_gain = S(0);                 ///< v_c: logarithm of the volume ratio gained while grains were apart [1]
         S plastic_strain = S(0);              ///< q: plastic strain so far [1]
 
         static constexpr auto fields() {
@@ -68,9 +70,9 @@ struct Sand {
         }
     };
 
-    /// The sand of these properties.
-    /// \throws parameter_error unless E > 0, −1 < ν < ½, h₁, h₂ ≥ 0, h₂ > 0 if h₁ > 0, and 0° ≤ φ < 90° before, during
-    /// and after hardening
+    /// Makes the material from measurable properties.
+    /// \throws parameter_error unless E > 0, −1 < ν < ½, h₁ ≥ 0, h₂ ≥ 0, h₂ > 0 if h₁ > 0, and 0° ≤ φ < 90° before,
+    /// during and after hardening
     static Sand from_properties(const SandProperties& sand) {
         const Hencky<S> elastic = Hencky<S>::from_young_poisson(sand.young, sand.poisson);
         const double hardening = sand.hardening.in_radians();
@@ -95,8 +97,8 @@ struct Sand {
         return model;
     }
     /// Checks the parameters.
-    /// \throws parameter_error unless the moduli are those of a stable solid with μ > 0, 0 ≤ h₀ < π/2, h₁, h₂ ≥ 0,
-    /// h₂ > 0 if h₁ > 0, and h₃ is finite
+    /// \throws parameter_error unless μ > 0, λ + 2 μ/3 > 0, 0 ≤ h₀ < π/2, h₁ ≥ 0, h₂ ≥ 0, h₂ > 0 if h₁ > 0, and h₃ is
+    /// finite
     void check() const
         requires std::floating_point<S>
     {
@@ -111,38 +113,41 @@ struct Sand {
                          "must be positive."));
     }
 
-    /// The elastic solid of the same moduli.
+    /// The elastic solid with the moduli of this sand.
     FIRN_INLINE Hencky<S> elastic() const { return {mu, lambda}; }
-    /// The slope α of the cone after a plastic strain q [1].
+    /// Returns the slope α [1] of the Drucker–Prager cone after a plastic strain q [1].
     template <int D>
     FIRN_INLINE S slope(const S& plastic_strain) const {
         const S change = (hardening * plastic_strain - initial_loss) * exp(-(hardening_decay * plastic_strain));
         return named("slope", friction_slope<D>(sin(friction_angle + change)));
     }
 
-    /// Kirchhoff stress τ [Pa] of the elastic part.
+    /// Kirchhoff stress τ [Pa], computed as in Hencky from the elastic F.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& sand) const {
         return elastic().kirchhoff_stress(sand.F);
     }
-    /// Elastic energy ψ [J/m³ of undeformed volume].
+    /// Elastic energy ψ [J/m³ of undeformed volume], computed as in Hencky from the elastic F.
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& sand) const {
         return elastic().energy_density(sand.F);
     }
-    /// Upper bound of the wave speed [m/s] at an undeformed density [kg/m³], as Hencky's.
+    /// Upper bound of the wave speed [m/s] at a density of the undeformed material [kg/m³], computed as in Hencky from
+    /// the elastic F.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& sand) const {
         return elastic().wave_speed(density, sand.F);
     }
 
-    /// The plastic return mapping and the stress after it. With ε = ln σ + v_c/D of the trial state:
+    /// Returns the state after the plastic return mapping, and the Kirchhoff stress [Pa] in it. Let ε = ln σ + v_c/D be
+    /// the strain of the trial state, where σ are the singular values of F:
     ///
-    ///     Σ ε > 0   the grains are apart: to the tip of the cone, ε = 0, and v_c = Σ ε
-    ///     else      if δγ = ‖dev ε‖ + α (D λ + 2 μ)/(2 μ) Σ ε is positive, ‖dev ε‖ falls by δγ, onto the cone; v_c = 0
+    ///     Σ ε > 0   the grains are apart: ε becomes 0 (the tip of the cone), and v_c becomes Σ ε
+    ///     else      if δγ = ‖dev ε‖ + α (D λ + 2 μ)/(2 μ) Σ ε is positive, ‖dev ε‖ is reduced by δγ;
+    ///               v_c becomes 0
     ///
-    /// The volume v_c gained at the tip must close before the sand bears pressure again. Where v_c = 0 and δγ ≤ 0, the
-    /// state is kept to the bit.
+    /// The sand bears pressure again only after the volume gained at the tip is lost again. Where v_c = 0, Σ ε ≤ 0 and
+    /// δγ ≤ 0, the state is kept bit for bit.
     template <int D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
         const HenckyStrain<S, D> hencky = hencky_strain(trial.F);

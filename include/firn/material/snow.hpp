@@ -1,4 +1,4 @@
-/// \file Snow: an elastic solid that is crushed and broken, and hardens as it is compacted.
+/// \file Snow: an elastic solid that can be crushed and broken, and hardens as it is compacted.
 #pragma once
 
 #include <firn/material/fixed_corotated.hpp>
@@ -7,8 +7,8 @@
 
 namespace firn {
 
-/// Snow by measurable properties, for Snow::from_properties(). The defaults are those of Stomakhin et al. 2013, table
-/// 2, for a density of 400 kg/m³.
+/// Measurable properties of snow. Snow::from_properties() makes the material from them. The defaults are those of
+/// Stomakhin et al. 2013, table 2, for a density of 400 kg/m³.
 struct SnowProperties {
     double young = 1.4e5;                  ///< Young's modulus before hardening [Pa]
     double poisson = 0.2;                  ///< Poisson's ratio [1]
@@ -17,20 +17,23 @@ struct SnowProperties {
     double hardening = 10;                 ///< ξ: how fast snow stiffens as it is compacted [1]
 };
 
-/// Snow: it holds together, is crushed and breaks, and hardens as it is compacted.
+/// Snow: an elastic solid that can be crushed and broken, and hardens as it is compacted.
 ///
-/// The elasticity is that of FixedCorotated, with moduli that follow the plastic volume J_P:
+/// The elasticity is that of FixedCorotated, with moduli that depend on the plastic volume ratio J_P, and with μ0 and
+/// λ0 before hardening (J_P = 1):
 ///
 ///     μ = μ0 e^{ξ (1 − J_P)}         λ = λ0 e^{ξ (1 − J_P)}       [Pa]
 ///
-/// The singular values of the elastic F stay in [1 − θc, 1 + θs]; the rest of the deformation is plastic and changes
-/// J_P. In 2D there are two singular values: plane strain.
+/// The singular values of the elastic F are clamped to [1 − θc, 1 + θs], where θc and θs are the critical compression
+/// and stretch; the rest of the deformation is plastic and changes J_P. In 2D there are two singular values; this is
+/// plane strain.
 ///
-/// The exponent ξ (1 − J_P) is at most `largest_exponent`, 4, at which snow is 55 times as stiff as at first. The paper
-/// sets no bound; moduli and wave speed could then grow without limit, and the time step shrink.
+/// The exponent ξ (1 − J_P) is at most `largest_exponent`, by default 4, at which snow is 55 times as stiff as before
+/// hardening. The paper sets no bound; moduli and wave speed can then grow without limit, and the time step becomes
+/// very small.
 ///
-/// Take it for dry and wet snow: smaller θc and θs make it more powdery, larger ones more chunky, a larger ξ more
-/// brittle.
+/// Use it for dry and wet snow: smaller θc and θs make the snow more powdery, larger values make it more chunky, a
+/// larger ξ makes it more brittle.
 ///
 /// Stomakhin et al. 2013, "A material point method for snow simulation", §5.
 template <scalar S = float>
@@ -64,7 +67,7 @@ struct Snow {
         }
     };
 
-    /// The snow of these properties.
+    /// Makes the material from measurable properties.
     /// \throws parameter_error unless E > 0, −1 < ν < ½, 0 < θc < 1, θs > 0 and ξ ≥ 0
     static Snow from_properties(const SnowProperties& snow) {
         const auto elastic = FixedCorotated<S>::from_young_poisson(snow.young, snow.poisson);
@@ -86,8 +89,8 @@ struct Snow {
         return model;
     }
     /// Checks the parameters.
-    /// \throws parameter_error unless the moduli are those of a stable solid, 0 < lowest_stretch ≤ 1 ≤ highest_stretch,
-    /// and `hardening` and `largest_exponent` are finite and not negative
+    /// \throws parameter_error unless μ0 ≥ 0, λ0 + 2 μ0/3 > 0, 0 < lowest_stretch ≤ 1 ≤ highest_stretch, and
+    /// `hardening` and `largest_exponent` are finite and not negative
     void check() const
         requires std::floating_point<S>
     {
@@ -103,34 +106,37 @@ struct Snow {
                                            "; both must be finite and not negative."));
     }
 
-    /// The elastic solid with the moduli of snow of plastic volume J_P.
+    /// Returns the elastic solid with the moduli μ and λ of snow whose plastic volume ratio is J_P.
     FIRN_INLINE FixedCorotated<S> hardened(const S& plastic_volume) const {
         const S exponent = hardening * (S(1) - plastic_volume);
         const S factor = named("hardened", exp(min(exponent, largest_exponent)));
         return {mu * factor, lambda * factor};
     }
 
-    /// Kirchhoff stress τ [Pa], as FixedCorotated's with the hardened moduli.
+    /// Kirchhoff stress τ [Pa]: that of FixedCorotated with the hardened moduli.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& snow) const {
         return hardened(snow.plastic_volume).kirchhoff_stress(snow.F);
     }
-    /// Elastic energy ψ [J/m³ of undeformed volume], as FixedCorotated's with the hardened moduli.
+    /// Elastic energy ψ [J/m³ of undeformed volume]: that of FixedCorotated with the hardened moduli.
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& snow) const {
         return hardened(snow.plastic_volume).energy_density(snow.F);
     }
-    /// Upper bound of the wave speed [m/s] at an undeformed density [kg/m³], as FixedCorotated's.
+    /// Upper bound of the wave speed [m/s] at a density of the undeformed material [kg/m³]: that of FixedCorotated with
+    /// the hardened moduli.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& snow) const {
         return hardened(snow.plastic_volume).wave_speed(density, snow.F);
     }
 
-    /// The plastic return mapping: singular values are clamped, σ′ = clamp(σ, 1 − θc, 1 + θs), then
+    /// Returns the state after the plastic return mapping. The singular values σ of F are clamped,
+    /// σ′ = clamp(σ, 1 − θc, 1 + θs), then
     ///
     ///     F ← U diag(σ′/σ) Uᵀ F         J_P ← J_P Π σ/σ′
     ///
-    /// If no σ exceeds its bounds, the state is kept to the bit. An inverted F is turned back. J_P stays in [0, 2^20].
+    /// U are the directions of the σ in space. If all σ lie within the bounds, the state is kept bit for bit. An
+    /// inverted F (det F < 0) becomes one with det F > 0. J_P is clamped to [0, 2^20].
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         const StretchRange<S> squared = squared_stretch_range(trial.F);

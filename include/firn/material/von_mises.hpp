@@ -5,25 +5,26 @@
 
 namespace firn {
 
-/// A plastic solid by measurable properties, for VonMises::from_properties(). The defaults are those of a soft clay.
+/// Measurable properties of a plastic solid. VonMises::from_properties() makes the material from them. The defaults are
+/// those of a soft clay.
 struct VonMisesProperties {
     double young = 1e6;         ///< Young's modulus [Pa]
     double poisson = 0.4;       ///< Poisson's ratio [1]
     double yield_stress = 2e4;  ///< yield stress σ_Y in uniaxial tension [Pa]
-    double hardening = 0;       ///< hardening modulus H = dσ_Y/dα, α the equivalent plastic strain [Pa]
+    double hardening = 0;       ///< hardening modulus H = dσ_Y/dα [Pa]; α: equivalent plastic strain
 };
 
 /// A solid that flows under shear and keeps its volume: metal, clay, plasticine.
 ///
-/// Hencky elasticity, with plastic flow where
+/// The elasticity is that of Hencky. There is plastic flow where
 ///
 ///     ‖dev τ‖ > √⅔ (σ_Y + H α)
 ///
 /// α is the equivalent plastic strain; H > 0 hardens the solid as it flows, H = 0 is perfect plasticity. In 2D the
-/// deviator is that of two dimensions, as in plane strain when the elastic strain is small against the plastic strain:
-/// no plastic flow out of the plane.
+/// deviator is taken in two dimensions, so there is no plastic flow out of the plane. This agrees with plane strain if
+/// the elastic strain is much smaller than the plastic strain.
 ///
-/// Take it where strength does not depend on pressure. Where it does, take Sand or Nacc.
+/// Use it where the strength does not depend on pressure. Where the strength depends on pressure, use Sand or Nacc.
 ///
 /// The radial return is exact in logarithmic strain: Simo and Hughes 1998, "Computational Inelasticity", §3.3 and §9.2.
 template <scalar S = float>
@@ -52,7 +53,7 @@ struct VonMises {
         }
     };
 
-    /// The solid of these properties.
+    /// Makes the material from measurable properties.
     /// \throws parameter_error unless E > 0, −1 < ν < ½, σ_Y > 0 and H ≥ 0
     static VonMises from_properties(const VonMisesProperties& solid) {
         const Hencky<S> elastic = Hencky<S>::from_young_poisson(solid.young, solid.poisson);
@@ -60,7 +61,7 @@ struct VonMises {
         return {elastic.mu, elastic.lambda, S(solid.yield_stress), S(solid.hardening)};
     }
     /// Checks the parameters.
-    /// \throws parameter_error unless the moduli are those of a stable solid with μ > 0, σ_Y > 0 and H ≥ 0
+    /// \throws parameter_error unless μ > 0, λ + 2 μ/3 > 0, σ_Y > 0 and H ≥ 0
     void check() const
         requires std::floating_point<S>
     {
@@ -68,30 +69,32 @@ struct VonMises {
         check_flow(double(yield_stress), double(hardening));
     }
 
-    /// The elastic solid of the same moduli.
+    /// The elastic solid with the moduli of this plastic solid.
     FIRN_INLINE Hencky<S> elastic() const { return {mu, lambda}; }
 
-    /// Kirchhoff stress τ [Pa] of the elastic part.
+    /// Kirchhoff stress τ [Pa], computed as in Hencky from the elastic F.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& solid) const {
         return elastic().kirchhoff_stress(solid.F);
     }
-    /// Elastic energy ψ [J/m³ of undeformed volume].
+    /// Elastic energy ψ [J/m³ of undeformed volume], computed as in Hencky from the elastic F.
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& solid) const {
         return elastic().energy_density(solid.F);
     }
-    /// Upper bound of the wave speed [m/s] at an undeformed density [kg/m³], as Hencky's.
+    /// Upper bound of the wave speed [m/s] at a density of the undeformed material [kg/m³], computed as in Hencky from
+    /// the elastic F.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& solid) const {
         return elastic().wave_speed(density, solid.F);
     }
 
-    /// The plastic return mapping and the stress after it, with f = 2μ ‖dev ε‖ − √⅔ (σ_Y + H α):
+    /// Returns the state after the plastic return mapping, and the Kirchhoff stress [Pa] in it. With the logarithmic
+    /// strain ε of the trial state and f = 2μ ‖dev ε‖ − √⅔ (σ_Y + H α), it sets, where f > 0:
     ///
     ///     dev ε′ = dev ε (1 − Δγ/‖dev ε‖)         α′ = α + √⅔ Δγ         Δγ = f / (2μ + ⅔ H)
     ///
-    /// The volume is kept. Where f ≤ 0 the state is kept to the bit.
+    /// Plastic flow keeps the volume. Where f ≤ 0, the state is kept bit for bit.
     template <int D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
         constexpr double root_two_thirds = 0.81649658092772603273;

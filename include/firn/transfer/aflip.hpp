@@ -5,14 +5,15 @@
 
 namespace firn {
 
-/// AFLIP: Flip that also carries APIC's affine field C from particles to nodes and back.
+/// AFLIP: FLIP whose particles also carry APIC's affine field C.
 ///
 ///     v ← Σ N v_i' + α (v − Σ N v_i)
 ///
-/// v_i are the nodes' velocities before forces acted, v_i' those after the step. The particle moves with Σ N v_i'.
+/// v is the particle's velocity, N its weight at node i. v_i are the nodes' velocities before forces acted, v_i' the
+/// nodes' velocities after the step. The particle moves with Σ N v_i'.
 ///
-/// Take it for lively motion: it is less noisy than Flip and loses less than APIC. It conserves momentum to rounding,
-/// but angular momentum only if the particles' own velocities and C belong to one field.
+/// Use it for lively motion: it is less noisy than Flip and damps less than APIC. It conserves momentum except for
+/// rounding; it conserves angular momentum only if the particles' velocities and C describe one common velocity field.
 ///
 /// Fei et al. 2021, "Revisiting Integration in the Material Point Method: A Scheme for Easier Separation and Less
 /// Dissipation".
@@ -21,21 +22,21 @@ struct Aflip {
     static constexpr const char* name = "aflip";
     static constexpr bool affine = true;  ///< Particles carry C.
 
-    S ratio = S(0.95);  ///< α: 0 (APIC) to 1 [1]
+    S ratio = S(0.95);  ///< α: share of the velocity difference, 0 (APIC) to 1 [1]
 
     /// Checks the parameters.
     /// \throws parameter_error unless 0 ≤ α ≤ 1
     void check() const { check_share(ratio, name, "ratio"); }
     static constexpr auto parameters() { return std::tuple{parameter{"ratio", "1", &Aflip::ratio}}; }
 
-    /// The affine field that a particle keeps: all of C [1/s].
+    /// Returns the affine field that a particle keeps: C, unchanged [1/s].
     template <class T, int D>
     FIRN_INLINE static Mat<T, D> affine_field(const Mat<T, D>& C) {
         return C;
     }
-    /// The particle's velocities after the step.
-    /// \param taken   Σ N v_i', after the step [m/s]
-    /// \param before  Σ N v_i, before forces acted [m/s]
+    /// Returns the particle's velocity after the step, and the velocity with which the particle moves.
+    /// \param taken   Σ N v_i': the grid's velocity after the step [m/s]
+    /// \param before  Σ N v_i: the grid's velocity before forces acted [m/s]
     /// \param own     the particle's velocity before the step [m/s]
     template <class T, int D>
     FIRN_INLINE ParticleVelocity<T, D> blended(const Vec<T, D>& taken, const Vec<T, D>& before, const Vec<T, D>& own,
@@ -44,16 +45,18 @@ struct Aflip {
     }
 };
 
-/// ASFLIP: Aflip whose particles also move by a share β of their own velocity, so that bodies come apart more easily.
+/// ASFLIP: Aflip whose particles also move with a share β of the velocity difference that AFLIP adds, so that bodies
+/// separate more easily.
 ///
 ///     v ← Σ N v_i' + α (v − Σ N v_i)
 ///     dx/dt = Σ N v_i' + β α (v − Σ N v_i)
 ///
-/// v_i are the nodes' velocities before forces acted, v_i' those after the step. β is `separation` where the flow
-/// around the particle expands (tr ∇v ≥ 0), else `approach`: particles that are pressed together stay with the grid,
-/// and matter does not pass through matter. Expansion is told from ∇v, which exists for every material.
+/// v and x are the particle's velocity and position, N its weight at node i. v_i are the nodes' velocities before
+/// forces acted, v_i' the nodes' velocities after the step. β is `separation` where the flow around the particle
+/// expands (tr ∇v ≥ 0), else `approach`. By default `approach` is 0: particles that are pressed together move with the
+/// grid, so matter does not pass through matter. The criterion uses ∇v, since ∇v exists for every material.
 ///
-/// Take it where bodies that touch must part without sticking, such as sand and splashing water.
+/// Use it where bodies in contact must separate without sticking, for example sand and splashing water.
 ///
 /// Fei et al. 2021, "Revisiting Integration in the Material Point Method: A Scheme for Easier Separation and Less
 /// Dissipation".
@@ -62,12 +65,12 @@ struct Asflip {
     static constexpr const char* name = "asflip";
     static constexpr bool affine = true;  ///< Particles carry C.
 
-    S ratio = S(0.95);    ///< α: 0 to 1 [1]
-    S separation = S(1);  ///< β where matter expands: 0 to 1 [1]
-    S approach = S(0);    ///< β where matter is compressed: 0 to 1 [1]
+    S ratio = S(0.95);    ///< α: share of the velocity difference, 0 to 1 [1]
+    S separation = S(1);  ///< β where the flow expands: 0 to 1 [1]
+    S approach = S(0);    ///< β where the flow compresses matter: 0 to 1 [1]
 
     /// Checks the parameters.
-    /// \throws parameter_error unless all three are from 0 to 1
+    /// \throws parameter_error unless `ratio`, `separation` and `approach` are from 0 to 1
     void check() const {
         check_share(ratio, name, "ratio");
         check_share(separation, name, "separation");
@@ -78,14 +81,14 @@ struct Asflip {
                           parameter{"approach", "1", &Asflip::approach}};
     }
 
-    /// The affine field that a particle keeps: all of C [1/s].
+    /// Returns the affine field that a particle keeps: C, unchanged [1/s].
     template <class T, int D>
     FIRN_INLINE static Mat<T, D> affine_field(const Mat<T, D>& C) {
         return C;
     }
-    /// The particle's velocities after the step.
-    /// \param taken   Σ N v_i', after the step [m/s]
-    /// \param before  Σ N v_i, before forces acted [m/s]
+    /// Returns the particle's velocity after the step, and the velocity with which the particle moves.
+    /// \param taken   Σ N v_i': the grid's velocity after the step [m/s]
+    /// \param before  Σ N v_i: the grid's velocity before forces acted [m/s]
     /// \param own     the particle's velocity before the step [m/s]
     /// \param velocity_gradient  ∇v around the particle [1/s]
     template <class T, int D>

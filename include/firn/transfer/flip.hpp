@@ -9,10 +9,11 @@ namespace firn {
 ///
 ///     v ← α (v + Σ N (v_i' − v_i)) + (1 − α) Σ N v_i'
 ///
-/// v_i are the nodes' velocities before forces acted, v_i' those after the step. The particle moves with Σ N v_i'.
+/// v is the particle's velocity, N its weight at node i. v_i are the nodes' velocities before forces acted, v_i' the
+/// nodes' velocities after the step. The particle moves with Σ N v_i'.
 ///
-/// α = 1 loses no motion, but also keeps for good any noise that the grid cannot see; α = 0 is PIC. Take it for
-/// comparison with other programs; Aflip is less noisy.
+/// α = 1 does not damp motion, but noise in the particles' velocities that the grid cannot represent then never decays;
+/// α = 0 is PIC. Use it for comparison with other programs; Aflip is less noisy.
 ///
 /// Brackbill and Ruppel 1986, "FLIP: A method for adaptively zoned, particle-in-cell calculations of fluid flows in two
 /// dimensions"; Zhu and Bridson 2005, "Animating sand as a fluid"; for MPM Stomakhin et al. 2013, "A material point
@@ -29,14 +30,14 @@ struct Flip {
     void check() const { check_share(ratio, name, "ratio"); }
     static constexpr auto parameters() { return std::tuple{parameter{"ratio", "1", &Flip::ratio}}; }
 
-    /// The affine field that a particle keeps: none, C = 0.
+    /// Returns zero: a particle keeps no affine field C.
     template <class T, int D>
     FIRN_INLINE static Mat<T, D> affine_field(const Mat<T, D>&) {
         return Mat<T, D>::zero();
     }
-    /// The particle's velocities after the step.
-    /// \param taken   Σ N v_i', after the step [m/s]
-    /// \param before  Σ N v_i, before forces acted [m/s]
+    /// Returns the particle's velocity after the step, and the velocity with which the particle moves.
+    /// \param taken   Σ N v_i': the grid's velocity after the step [m/s]
+    /// \param before  Σ N v_i: the grid's velocity before forces acted [m/s]
     /// \param own     the particle's velocity before the step [m/s]
     template <class T, int D>
     FIRN_INLINE ParticleVelocity<T, D> blended(const Vec<T, D>& taken, const Vec<T, D>& before, const Vec<T, D>& own,

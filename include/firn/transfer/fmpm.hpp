@@ -5,24 +5,26 @@
 
 namespace firn {
 
-/// FMPM: PIC with an approximate inverse of the full mass matrix, which damps less the higher its order.
+/// FMPM: PIC with an approximate inverse of the full mass matrix. The higher its order, the less it damps.
 ///
-/// A node's velocity is a series, with p and m the node's momentum and mass and A the operator from nodes to particles
-/// (Σ N v_i) and back (Σ m N v_p / m_i):
+/// The nodes' velocities v are the sum of a series. p and m are the nodes' momenta and masses. A is an operator on the
+/// nodes' velocities: it interpolates them to the particles (v_p = Σ N v_i) and back to the nodes (Σ m_p N v_p / m_i).
+/// v_j is the sum of the first j terms:
 ///
 ///     v = Σ_{k < order} (1 − A)^k p/m
 ///     v_1 = p/m,      v_{j+1} = v_1 + v_j − A v_j
 ///
-/// The series tends to the inverse of the mass matrix times p. Particles take Σ N v_i, as in PIC. Order 1 is PIC. With
-/// a higher order, less is lost of the motion that the grid can represent, and noise that it cannot represent is still
-/// removed. The boundary acts on the sum of the series.
+/// With growing order, v tends to the inverse of the full mass matrix times p. The particles' velocities become
+/// Σ N v_i, as in PIC; order 1 is PIC. A higher order damps less of the motion that the grid can represent, and noise
+/// that the grid cannot represent is still removed. The boundary acts on the sum of the series.
 ///
-/// Take order 2 to 8 for low damping without FLIP's noise. Each order above 1 costs one more P2G of velocities and one
-/// more gather.
+/// Use order 2 to 8 for low damping without FLIP's noise. Each order above 1 costs one more transfer of velocities from
+/// the nodes to the particles and back.
 ///
-/// The series makes the stiffest motions of the nodes stiffer: with quadratic splines, in matter without gaps,
-/// symplectic Euler is stable up to 1.63 h/c for order 1, and up to 1.24, 0.96, 0.77, 0.67 h/c for orders 2, 4, 8, 16.
-/// The bound of the time step does not include this: above order 8, take half of it.
+/// The series raises the highest frequencies of the nodes. With quadratic splines, in matter without gaps, symplectic
+/// Euler is stable for time steps up to 1.63 h/c for order 1, and up to 1.24, 0.96, 0.77, 0.67 h/c for orders 2, 4, 8,
+/// 16, where h is the cell size and c the wave speed. The bound that firn computes for the time step does not include
+/// this effect: above order 8, use half of the bound.
 ///
 /// Nairn and Hammerquist 2021, "Material point method simulations using an approximate full mass matrix inverse"; the
 /// series is that of XPIC, Hammerquist and Nairn 2017, "A new method for material point method particle updates that
@@ -42,13 +44,15 @@ struct Fmpm {
     }
     static constexpr auto parameters() { return std::tuple{parameter{"order", "1", &Fmpm::order}}; }
 
-    /// The affine field that a particle keeps: none, C = 0.
+    /// Returns zero: a particle keeps no affine field C.
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> affine_field(const Mat<S, D>&) {
         return Mat<S, D>::zero();
     }
 
-    /// The next sum of the series, v_{j+1} = v_1 + v_j − A v_j [m/s].
+    /// Returns the next partial sum of the series, v_{j+1} = v_1 + v_j − A v_j [m/s].
+    /// \param v_1             p/m [m/s]
+    /// \param v_j             the sum of the first j terms [m/s]
     /// \param there_and_back  A v_j [m/s]
     template <scalar S, int D>
     FIRN_INLINE static Vec<S, D> next(const Vec<S, D>& v_1, const Vec<S, D>& v_j, const Vec<S, D>& there_and_back) {

@@ -5,18 +5,20 @@
 
 namespace firn {
 
-/// PIC: a particle carries a velocity only, and takes it anew from the grid in every step.
+/// PIC: a particle carries only a velocity v, which is replaced by the grid's velocity in every step.
 ///
 ///     v ← Σ N v_i
 ///
-/// It is stable, and damps rotation and shear strongly. Take it for comparison, or to bring matter to rest quickly.
+/// N is the particle's weight at node i, v_i the node's velocity.
+///
+/// It is stable, and damps rotation and shear strongly. Use it for comparison, or to bring matter to rest quickly.
 ///
 /// Harlow 1964, "The particle-in-cell computing method for fluid dynamics".
 struct Pic {
     static constexpr const char* name = "pic";
     static constexpr bool affine = false;  ///< Particles carry no C.
 
-    /// The affine field that a particle keeps: none, C = 0.
+    /// Returns zero: a particle keeps no affine field C.
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> affine_field(const Mat<S, D>&) {
         return Mat<S, D>::zero();
