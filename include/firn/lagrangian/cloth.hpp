@@ -22,8 +22,8 @@ enum class Diagonals {
 /// Stretch links join neighbours along u and v, shear links are both diagonals of every cell, and bend links join each
 /// point to its second neighbours along u and v (Provot 1995, "Deformation constraints in a mass-spring model to
 /// describe rigid cloth behavior"). Each cell has two triangles, counter-clockwise if u × v points to the viewer.
-/// \throws parameter_error  unless origin, u and v are finite, u and v are not parallel, both numbers of cells are
-///                          at least 1, and there are at most `max_points` points
+/// \throws parameter_error  unless origin, u and v are finite, u and v are not parallel, both numbers of cells are at
+///                          least 1, and there are at most `max_points` points
 /// \throws memory_error     if the net does not fit into memory
 inline Net<3> cloth(const Vec<double, 3>& origin, const Vec<double, 3>& u, const Vec<double, 3>& v,
                     const std::array<std::size_t, 2>& cells, Diagonals diagonals = Diagonals::alternating) {

@@ -1,9 +1,10 @@
 /// \file Finds points that are near each other, by sorting points by the cells of a uniform grid.
 ///
 /// The points are sorted by cell; cells are ordered so that the index along the first axis changes fastest. So all
-/// neighbours of a point lie in 3 (2D) or 9 (3D) contiguous ranges of the sorted points, each of which covers three cells
-/// along the first axis. If the box around the points has at most a few cells per point, a table stores where each cell
-/// begins. Otherwise the ranges are found by a search in the sorted cell numbers. The result is the same in both cases.
+/// neighbours of a point lie in 3 (2D) or 9 (3D) contiguous ranges of the sorted points, each of which covers three
+/// cells along the first axis. If the box around the points has at most a few cells per point, a table stores where
+/// each cell begins. Otherwise the ranges are found by a search in the sorted cell numbers. The result is the same in
+/// both cases.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -85,8 +86,8 @@ public:
         /// Makes an object that finds neighbours in `grid`. The grid must exist as long as this object.
         explicit Neighbours(const CollisionGrid& grid) : grid_(grid) {}
 
-        /// Returns ranges of sorted points that contain all neighbours of sorted point k. They contain also point k itself,
-        /// and points that are farther away. From call to call, k must not decrease.
+        /// Returns ranges of sorted points that contain all neighbours of sorted point k. They contain also point k
+        /// itself, and points that are farther away. From call to call, k must not decrease.
         FIRN_INLINE const std::array<SortedRange, rows>& of(std::size_t k) {
             if (grid_.table_.empty()) {
                 const std::uint64_t key = grid_.far_.items[k].key;
@@ -192,8 +193,8 @@ private:
     }
 
     void lay_out(const PointMasses<S, D>& points, double reach) {
-        // The cells are computed in double and slightly larger than needed, so that rounding cannot put two neighbours more
-        // than one cell apart.
+        // The cells are computed in double and slightly larger than needed, so that rounding cannot put two neighbours
+        // more than one cell apart.
         side_ = (reach > 0 ? reach : 2 * double(largest_)) * (1 + 1e-6);
         if (size_ == 0) return;
         constexpr double most = D == 2 ? double(1 << 30) : double(1 << 20);  // cells along an axis; 62-bit keys
@@ -218,8 +219,8 @@ private:
                       (D == 3 ? std::int64_t(stride_[D - 1]) * (std::int64_t(r / 3) - 1) : 0);
     }
 
-    /// Returns an interval along an axis [m] that contains most points: of about a thousand sampled points, a sixteenth lies
-    /// below and a sixteenth above the interval.
+    /// Returns an interval along an axis [m] that contains most points: of about a thousand sampled points, a sixteenth
+    /// lies below and a sixteenth above the interval.
     std::array<double, 2> where_most_are(const PointMasses<S, D>& points, int axis) const {
         std::vector<S> sample;
         const std::size_t step = count_ / 1024 + 1;
@@ -228,8 +229,8 @@ private:
         return {double(sample[sample.size() / 16]), double(sample[sample.size() - 1 - sample.size() / 16])};
     }
 
-    /// Returns the number of the cell at position x. If x is outside of the grid, it is the number of the nearest cell, so
-    /// that neighbours are still at most one cell apart.
+    /// Returns the number of the cell at position x. If x is outside of the grid, it is the number of the nearest cell,
+    /// so that neighbours are still at most one cell apart.
     FIRN_INLINE std::uint64_t key_of(const V& x) const {
         std::uint64_t key = 0;
         unroll<D>([&](auto a) FIRN_LAMBDA {

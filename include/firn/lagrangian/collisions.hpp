@@ -1,9 +1,9 @@
 /// \file Collisions of point masses with each other, with restitution and friction.
 ///
-/// Contacts are found once per step. A contact is stored twice, once for each of its two points, so each point can sum the
-/// impulses of its own contacts, in the same order for any number of threads. The impulses on the two points of a contact
-/// are computed separately and are exact opposites in floating point, because swapping the points only changes the sign
-/// of each formula. Momentum is conserved up to the rounding errors of the sums.
+/// Contacts are found once per step. A contact is stored twice, once for each of its two points, so each point can sum
+/// the impulses of its own contacts, in the same order for any number of threads. The impulses on the two points of a
+/// contact are computed separately and are exact opposites in floating point, because swapping the points only changes
+/// the sign of each formula. Momentum is conserved up to the rounding errors of the sums.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -32,8 +32,8 @@ namespace firn {
 
 namespace detail {
 
-/// Returns a unit vector that serves as the normal of a contact if both points are at the same position. It depends on the
-/// ids only and is pseudo-random. If the two ids are swapped, its sign changes.
+/// Returns a unit vector that serves as the normal of a contact if both points are at the same position. It depends on
+/// the ids only and is pseudo-random. If the two ids are swapped, its sign changes.
 template <std::floating_point S, int D>
 Vec<S, D> direction_of_ids(std::uint32_t from, std::uint32_t to) {
     const std::uint64_t seed = std::uint64_t(std::min(from, to)) << 32 | std::max(from, to);
@@ -47,28 +47,28 @@ Vec<S, D> direction_of_ids(std::uint32_t from, std::uint32_t to) {
 
 /// Resolves collisions of points with each other, and with the surfaces of a boundary.
 ///
-/// Two points collide if their distance is below the sum of their radii. They do not collide if one of the radii is 0, if
-/// both points are in the same group and this is not group 0, or if the pair is excluded.
+/// Two points collide if their distance is below the sum of their radii. They do not collide if one of the radii is 0,
+/// if both points are in the same group and this is not group 0, or if the pair is excluded.
 ///
-/// Velocities. Each contact has an impulse J, which is computed in several passes. In a pass, v is the relative velocity
-/// that the two points would have without J. The wanted impulse changes v to velocity_after_impact(): the points
-/// then separate with at least the speed u, and friction is at most μ times the normal part of the impulse. Here u is e
-/// times the speed of approach before the first pass, or 0 if the points were not approaching. J is then moved by
-/// the fraction 1/n towards the wanted impulse; n is the number of contacts at that one of the two points which has more.
-/// All contacts are updated at the same time (Jacobi iteration). Because of 1/n, the change of a point's velocity is at
-/// most the mean of the changes that its contacts want. For two points without other contacts, the first pass is exact;
-/// otherwise the impulses converge.
+/// Velocities. Each contact has an impulse J, which is computed in several passes. In a pass, v is the relative
+/// velocity that the two points would have without J. The wanted impulse changes v to velocity_after_impact(): the
+/// points then separate with at least the speed u, and friction is at most μ times the normal part of the impulse. Here
+/// u is e times the speed of approach before the first pass, or 0 if the points were not approaching. J is then moved
+/// by the fraction 1/n towards the wanted impulse; n is the number of contacts at that one of the two points which has
+/// more. All contacts are updated at the same time (Jacobi iteration). Because of 1/n, the change of a point's velocity
+/// is at most the mean of the changes that its contacts want. For two points without other contacts, the first pass is
+/// exact; otherwise the impulses converge.
 ///
 /// The first pass starts from the impulses at the end of the last step. Where an impulse had been smaller one step
-/// earlier, it is first reduced to that size. So the impulse of an impact, which lasts one step, is not repeated, but an
-/// impulse that supports a weight is kept. This is why piles come to rest with few passes.
+/// earlier, it is first reduced to that size. So the impulse of an impact, which lasts one step, is not repeated, but
+/// an impulse that supports a weight is kept. This is why piles come to rest with few passes.
 ///
-/// Since all contacts of a step act at the same time, restitution drives all balls of a touching row apart at once. With
-/// small gaps between the balls, they would collide one after the other.
+/// Since all contacts of a step act at the same time, restitution drives all balls of a touching row apart at once.
+/// With small gaps between the balls, they would collide one after the other.
 ///
-/// Positions. Further passes shift overlapping points apart until the overlap is at most the fraction contact_slack. The
-/// two points of a contact are shifted in proportion to their inverse masses, each pass by the fraction 1/n. Shifts do
-/// not change velocities.
+/// Positions. Further passes shift overlapping points apart until the overlap is at most the fraction contact_slack.
+/// The two points of a contact are shifted in proportion to their inverse masses, each pass by the fraction 1/n. Shifts
+/// do not change velocities.
 template <std::floating_point S, int D>
 class Collisions {
 public:
@@ -135,16 +135,18 @@ public:
     /// Finds the contacts between points, and their speeds of approach for restitution.
     /// \param points   the points; they do not change
     /// \param threads  number of threads; 0: the number that thread_count() returns
-    /// \throws particle_error   if a position or radius is not finite, a radius is negative, or there are too many points
+    /// \throws particle_error   if a position or radius is not finite, a radius is negative, or there are too many
+    ///                          points
     /// \throws parameter_error  if check() throws it, or an excluded pair names a point that does not exist
     void find(const PointMasses<S, D>& points, int threads = 0) { find(points, NoBoundary{}, 0, threads); }
-    /// Finds the contacts of points with each other and with the surfaces of a boundary, and their speeds of approach for
-    /// restitution. Only surfaces with Contact::separate are listed.
+    /// Finds the contacts of points with each other and with the surfaces of a boundary, and their speeds of approach
+    /// for restitution. Only surfaces with Contact::separate are listed.
     /// \param points                   the points; they do not change
     /// \param boundary                 a boundary with scalar type S and a member surfaces(), see has_surfaces
     /// \param restitution_of_surfaces  Newton's e between points and surfaces, from 0 to 1 [1]
     /// \param threads                  number of threads; 0: the number that thread_count() returns
-    /// \throws particle_error   if a position or radius is not finite, a radius is negative, or there are too many points
+    /// \throws particle_error   if a position or radius is not finite, a radius is negative, or there are too many
+    ///                          points
     /// \throws parameter_error  if check() throws it, an excluded pair names a point that does not exist, or
     ///                          restitution_of_surfaces is not from 0 to 1
     template <class B>
@@ -178,8 +180,8 @@ public:
         for (const auto& chunk : table_.chunks) both_sides += chunk.used - chunk.surfaces.size();
         return both_sides / 2;
     }
-    /// Calls f(i, j) and f(j, i) for each contact of two points, where i and j are their indices (into PointMasses). Call
-    /// for_contacts() after find() and before points are removed.
+    /// Calls f(i, j) and f(j, i) for each contact of two points, where i and j are their indices (into PointMasses).
+    /// Call for_contacts() after find() and before points are removed.
     template <class F>
     void for_contacts(const F& f) const {
         for (std::size_t k = 0; k < grid_.size(); ++k)
@@ -214,8 +216,8 @@ public:
         begun_ = table_.has_kept = true;
     }
 
-    /// Returns the impulses of the last step, from which the next step starts, sorted by ids. Returns std::nullopt if there
-    /// was no step yet, or if velocity_passes is 0.
+    /// Returns the impulses of the last step, from which the next step starts, sorted by ids. Returns std::nullopt if
+    /// there was no step yet, or if velocity_passes is 0.
     std::optional<std::vector<KeptImpulse<S, D>>> kept() const {
         if (!table_.has_kept) return {};
         return table_.kept();
@@ -270,8 +272,8 @@ private:
     /// direction_or_up().
     static constexpr S least_square = S(1e-30);
 
-    /// The data of several contacts, one per SIMD lane. Each contact has an `own` point, which feels the impulse, and an
-    /// `other` point. Contact q of a block is in the lane l with quad_of_lane(l) = q.
+    /// The data of several contacts, one per SIMD lane. Each contact has an `own` point, which feels the impulse, and
+    /// an `other` point. Contact q of a block is in the lane l with quad_of_lane(l) = q.
     struct alignas(64) Block {
         S normal[D][lanes];   ///< unit vector from the other point to the own point
         S impulse[D][lanes];  ///< J times the sum of the inverse masses: the change of the relative velocity [m/s]
@@ -296,8 +298,9 @@ private:
 
     std::size_t end_of(std::size_t chunk) const { return std::min((chunk + 1) * chunk_size, grid_.size()); }
 
-    /// Copies the values of the points of a chunk to x_ and v_, as quads (groups of four numbers). Surfaces are stored after
-    /// all points, as if they were pinned points. Their radius is a huge negative number, so that shift() ignores them.
+    /// Copies the values of the points of a chunk to x_ and v_, as quads (groups of four numbers). Surfaces are stored
+    /// after all points, as if they were pinned points. Their radius is a huge negative number, so that shift() ignores
+    /// them.
     void copy_points(std::size_t which, const PointMasses<S, D>& points) {
         const auto quad = [](S* to, const V& vector, S number) {
             for (int a = 0; a < 4; ++a) to[a] = a < D ? vector[a] : a == D ? number : S(0);
@@ -347,7 +350,7 @@ private:
                 (kept ? Row::load(kept) : Row(0)).store(scratch.data() + 4 * c);
             }
         }
-        for (std::size_t c = chunk.used; c < lanes * blocks.size(); ++c) {  // unused lanes: a point in contact with itself, no effect
+        for (std::size_t c = chunk.used; c < lanes * blocks.size(); ++c) {  // unused lanes: contacts without effect
             blocks[c / lanes].own[c % lanes] = blocks[c / lanes].other[c % lanes] = std::uint32_t(which * chunk_size);
             Row(0).store(scratch.data() + 4 * c);
         }
@@ -410,7 +413,8 @@ private:
         P::load(mu).store(block.friction);
     }
 
-    /// Stores the impulse of each contact of a chunk, and its length in the last step, in Chunk::kept for the next step.
+    /// Stores the impulse of each contact of a chunk, and its length in the last step, in Chunk::kept for the next
+    /// step.
     void keep(std::size_t which) {
         auto& chunk = table_.chunks[which];
         const auto& blocks = blocks_[which];
@@ -440,9 +444,9 @@ private:
         parallel_for(grid_.size(), threads, copy, chunk_size);
     }
 
-    /// Runs passes over all contacts. In each pass, the vector of each point changes by the point's inverse mass times the
-    /// sum of act(block, own, other) over the contacts of the point. `own` and `other` are the values after the previous
-    /// pass.
+    /// Runs passes over all contacts. In each pass, the vector of each point changes by the point's inverse mass times
+    /// the sum of act(block, own, other) over the contacts of the point. `own` and `other` are the values after the
+    /// previous pass.
     /// \param values  one quad per point: D components of a vector (velocity or position), and one more number
     template <class Act>
     void relax(aligned_vector<S>& values, int passes, int threads, const Act& act) {
@@ -481,7 +485,7 @@ private:
     aligned_vector<S> w_;             ///< inverse masses by rank [1/kg]
     bool begun_ = false;              ///< whether the impulses of the last step were applied in this step
     std::vector<std::size_t> phases_;
-    std::vector<aligned_vector<S>> felt_;  ///< for each thread: the result of act() for each contact of a chunk, as quads
+    std::vector<aligned_vector<S>> felt_;  ///< for each thread: the result of act() for each contact, as quads
 };
 
 }  // namespace firn

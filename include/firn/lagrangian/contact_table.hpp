@@ -31,8 +31,8 @@ struct KeptImpulse {
     /// The ids of the two points, the lower one first; or the id of a point and the entry of a surface, see
     /// ContactTable::first_surface.
     std::array<std::uint32_t, 2> ids{};
-    /// The first D numbers are the impulse on the first point, multiplied by the sum of the two inverse masses [m/s]. The
-    /// last number is the length that this vector had one step earlier [m/s].
+    /// The first D numbers are the impulse on the first point, multiplied by the sum of the two inverse masses [m/s].
+    /// The last number is the length that this vector had one step earlier [m/s].
     std::array<S, std::size_t(D) + 1> numbers{};
 
     bool operator==(const KeptImpulse&) const = default;
@@ -40,15 +40,15 @@ struct KeptImpulse {
 
 /// Lists the contacts of every point. A contact of two points is listed twice, once for each of them.
 ///
-/// The collision grid sorts the points that can collide. The *rank* of a point is its index in this sorted order, from 0.
-/// The contacts of 256 points of consecutive ranks are stored in one Chunk, for any number of threads. The memory is used
-/// again in the next step.
+/// The collision grid sorts the points that can collide. The *rank* of a point is its index in this sorted order, from
+/// 0. The contacts of 256 points of consecutive ranks are stored in one Chunk, for any number of threads. The memory is
+/// used again in the next step.
 template <std::floating_point S, int D>
 struct ContactTable {
     static constexpr std::size_t chunk_size = 256;      ///< Number of points per chunk.
     static constexpr std::uint32_t none = no_particle;  ///< Stands for "no point".
-    /// The entry of Chunk::others or Chunk::ids that stands for the boundary's first surface. The boundary's surface number
-    /// k, from 0, is the entry first_surface − k.
+    /// The entry of Chunk::others or Chunk::ids that stands for the boundary's first surface. The boundary's surface
+    /// number k, from 0, is the entry first_surface − k.
     static constexpr std::uint32_t first_surface = none - 1;
     /// Entries from this value on stand for surfaces. The number of points must be below this value.
     static constexpr std::uint32_t most_points = none - 4096;
@@ -62,7 +62,7 @@ struct ContactTable {
         std::vector<std::uint32_t> ids;     ///< For each contact, the id of the other point or the surface's entry.
         std::vector<TouchedSurface<S, D>> surfaces;  ///< One per contact with a surface, in the order of contacts.
         std::size_t surfaces_before = 0;             ///< Sum of surfaces.size() over all earlier chunks.
-        aligned_vector<S> kept;           ///< Four numbers per contact: KeptImpulse::numbers, in 2D with a zero at the end.
+        aligned_vector<S> kept;  ///< Four numbers per contact: KeptImpulse::numbers, in 2D with a zero at the end.
         std::vector<std::uint32_t> near;  ///< Scratch memory for the candidates of one point.
     };
     std::vector<Chunk> chunks;            ///< The point of rank k belongs to chunks[k / chunk_size].
@@ -140,11 +140,11 @@ struct ContactTable {
     FIRN_INLINE std::uint32_t rank_of(std::uint32_t place, std::uint32_t wanted) const {
         if (place < places.size() && places[place].id == wanted) return places[place].rank;
         const auto before = [](const Place& one, std::uint32_t id) { return one.id < id; };
-        const auto found = std::lower_bound(places.begin(), places.end(), wanted, before);  // the point's index has changed
+        const auto found = std::lower_bound(places.begin(), places.end(), wanted, before);  // its index has changed
         return found == places.end() || found->id != wanted ? none : found->rank;
     }
-    /// Returns the four numbers in Chunk::kept for the contact between the point of rank `of_rank` and the point with id
-    /// `other_id` (or the surface with that entry); nullptr if there is no such contact.
+    /// Returns the four numbers in Chunk::kept for the contact between the point of rank `of_rank` and the point with
+    /// id `other_id` (or the surface with that entry); nullptr if there is no such contact.
     FIRN_INLINE const S* kept_of(std::uint32_t of_rank, std::uint32_t other_id) const {
         if (of_rank == none) return nullptr;
         const Chunk& chunk = chunks[of_rank / chunk_size];
@@ -153,8 +153,8 @@ struct ContactTable {
         return nullptr;
     }
 
-    /// Returns the kept impulses, sorted by KeptImpulse::ids, one per contact. It is the impulse on the point with the lower
-    /// id; the impulse on the other point is the exact opposite.
+    /// Returns the kept impulses, sorted by KeptImpulse::ids, one per contact. It is the impulse on the point with the
+    /// lower id; the impulse on the other point is the exact opposite.
     std::vector<KeptImpulse<S, D>> kept() const {
         std::vector<KeptImpulse<S, D>> all;
         for (const Place& place : places) {

@@ -17,11 +17,11 @@ enum class ConstraintUpdate {
 
 /// The options of the constraints that are made from the links of one kind.
 struct ConstraintOptions {
-    /// α [m/N], the inverse of a spring's stiffness, as in XPBD; 0: rigid. The stiffness that results depends neither on
-    /// the number of iterations nor on the time step.
+    /// α [m/N], the inverse of a spring's stiffness, as in XPBD; 0: rigid. The stiffness that results depends neither
+    /// on the number of iterations nor on the time step.
     double compliance = 0;
-    /// The fraction of each correction that is applied, above 0 and at most 1. The stiffness that results depends on the
-    /// number of iterations.
+    /// The fraction of each correction that is applied, above 0 and at most 1. The stiffness that results depends on
+    /// the number of iterations.
     double relaxation = 1;
     bool kept = true;  ///< false: no constraints are made from these links.
 
@@ -39,10 +39,10 @@ using ConstraintsOfKinds = std::array<ConstraintOptions, link_kinds>;  ///< One 
 
 namespace detail {
 
-/// The correction of the distance l between two points a and b: x_a −= w_a Δλ e and x_b += w_b Δλ e, with
-/// e = (x_b − x_a)/l, Δλ = (l₀ − l − α̃ λ)/(w_a + w_b + α̃) and α̃ = α/dt² (Macklin, Müller, Chentanez 2016, eq. 18).
-/// Here x are positions, w inverse masses, l₀ is the length at rest, α the compliance, and λ the sum of earlier Δλ in the
-/// step. If both points are at one position, e is the second axis. The constructor takes w_a + w_b as `weights`, and α̃ as
+/// The correction of the distance l between two points a and b: x_a −= w_a Δλ e and x_b += w_b Δλ e, with e = (x_b −
+/// x_a)/l, Δλ = (l₀ − l − α̃ λ)/(w_a + w_b + α̃) and α̃ = α/dt² (Macklin, Müller, Chentanez 2016, eq. 18). Here x are
+/// positions, w inverse masses, l₀ is the length at rest, α the compliance, and λ the sum of earlier Δλ in the step. If
+/// both points are at one position, e is the second axis. The constructor takes w_a + w_b as `weights`, and α̃ as
 /// `compliance`.
 template <scalar S, int D>
 struct DistanceCorrection {
@@ -175,9 +175,9 @@ public:
         }
     }
 
-    /// Removes the constraints that are longer than tear_factor allows. If there are any, it then removes the shear and bend
-    /// constraints whose two end points no longer have a common neighbour, that is, a point joined to both of them by
-    /// stretch constraints.
+    /// Removes the constraints that are longer than tear_factor allows. If there are any, it then removes the shear and
+    /// bend constraints whose two end points no longer have a common neighbour, that is, a point joined to both of them
+    /// by stretch constraints.
     /// \param position  position of each point [m]
     /// \return the end points of all removed constraints
     std::vector<Torn> torn(std::span<const Vec<S, D>> position) {
@@ -195,8 +195,8 @@ public:
         return broken;
     }
 
-    /// Updates the constraints' point indices. Call renumber() after points are removed. Constraints that have lost an end
-    /// point are removed, too.
+    /// Updates the constraints' point indices. Call renumber() after points are removed. Constraints that have lost an
+    /// end point are removed, too.
     /// \param new_place  what PointMasses::remove_if returned: the new index for each old one
     /// \throws parameter_error  if a constraint names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) {
@@ -287,7 +287,8 @@ private:
             for (std::size_t k = 0; k < size(); ++k) correct<Soft>(k, position, inverse_mass, per_dt2);
             return;
         }
-        // The constraints of one colour are split into pieces that run in parallel. Those without a colour run one by one.
+        // The constraints of one colour are split into pieces that run in parallel. Those without a colour run one by
+        // one.
         std::vector<std::size_t> counts(colour_end_.size());
         for (std::size_t c = 0; c < counts.size(); ++c)
             counts[c] = is_serial(c) ? 1 : (colour_end_[c] - colour_begin(c) + detail::at_once - 1) / detail::at_once;
@@ -298,8 +299,9 @@ private:
         });
     }
 
-    /// One iteration of ConstraintUpdate::averaged. Each correction is divided by n, the number of constraints at that one
-    /// of its two end points which has more. This conserves momentum, and the sum at a point cannot become too large.
+    /// One iteration of ConstraintUpdate::averaged. Each correction is divided by n, the number of constraints at that
+    /// one of its two end points which has more. This conserves momentum, and the sum at a point cannot become too
+    /// large.
     void average(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, S per_dt2, int threads) {
         renew(impulses_, size(), thread_count(threads));
         detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {

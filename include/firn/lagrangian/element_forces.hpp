@@ -39,13 +39,12 @@ private:
 }  // namespace detail
 
 /// The forces of many elements of the same law.
-/// \tparam Law  the law of an element: springs, membranes, drag on facets, …
-///              It must have the type Law::Element (the data of one element), the number of corners Law::corners = K,
-///              and law.forces(element, x, v), which returns the K forces [N] on the corners from their positions x [m]
-///              and velocities v [m/s].
-///              Optional members are energy(element, x) [J]; stiffness(element, x) [N/m] and damping(element) [N s/m],
-///              upper bounds of the eigenvalues of the element's stiffness and damping matrices, which bound the time
-///              step; and check(element) and check(), which throw if a parameter is out of range.
+/// \tparam Law  the law of an element: springs, membranes, drag on facets, … It must have the type Law::Element (the
+///              data of one element), the number of corners Law::corners = K, and law.forces(element, x, v), which
+///              returns the K forces [N] on the corners from their positions x [m] and velocities v [m/s]. Optional
+///              members are energy(element, x) [J]; stiffness(element, x) [N/m] and damping(element) [N s/m], upper
+///              bounds of the eigenvalues of the element's stiffness and damping matrices, which bound the time step;
+///              and check(element) and check(), which throw if a parameter is out of range.
 /// \tparam D    2 or 3
 template <class Law, int D>
 class ElementForces {

@@ -25,16 +25,19 @@ struct EmitterHistory {
     std::vector<EmittedChild> children = {};  ///< Particles that may be alive. \see Emitter::children
 };
 
-/// Adds particles at a steady rate. Birth k (k = 0, 1, …) is due at the time start + k / rate; births after `end` do not
-/// happen. The random numbers of birth k depend on `seed` and k only, not on the number of threads or the time step. A
-/// particle that is born during a step is added at the end of the step, at the position that it has reached by then.
+/// Adds particles at a steady rate. Birth k (k = 0, 1, …) is due at the time start + k / rate; births after `end` do
+/// not happen. The random numbers of birth k depend on `seed` and k only, not on the number of threads or the time
+/// step. A particle that is born during a step is added at the end of the step, at the position that it has reached by
+/// then.
 ///
-/// A birth that is due while `maximum` particles of the emitter are alive is left out. It does not happen later, and its
-/// number k is not used for another birth.
+/// A birth that is due while `maximum` particles of the emitter are alive is left out. It does not happen later, and
+/// its number k is not used for another birth.
 template <int D>
 struct Emitter {
-    static constexpr double forever = std::numeric_limits<double>::infinity();              ///< Value of `end` or `lifespan` for no limit [s].
-    static constexpr std::uint64_t no_maximum = std::numeric_limits<std::uint64_t>::max();  ///< Value of `maximum` for no limit.
+    /// Value of `end` or `lifespan` for no limit [s].
+    static constexpr double forever = std::numeric_limits<double>::infinity();
+    /// Value of `maximum` for no limit.
+    static constexpr std::uint64_t no_maximum = std::numeric_limits<std::uint64_t>::max();
 
     Vec<double, D> position{};           ///< Centre of the nozzle [m].
     Vec<double, D> direction = up();     ///< Direction of the jet; its length has no effect.
@@ -58,9 +61,9 @@ struct Emitter {
 
     /// Checks the parameters above.
     /// \throws parameter_error  unless position, direction, nozzle, speed, rate, start, mass and radius are finite; the
-    ///                          direction is not zero; rate, mass and lifespan are positive, nozzle, speed and radius not
-    ///                          negative; the spreads are from 0 to speed and to lifespan; the cone is from 0 to π; the
-    ///                          end is not before the start; and the maximum is at least 1
+    ///                          direction is not zero; rate, mass and lifespan are positive, nozzle, speed and radius
+    ///                          not negative; the spreads are from 0 to speed and to lifespan; the cone is from 0 to π;
+    ///                          the end is not before the start; and the maximum is at least 1
     void check() const {
         if (!detail::is_finite(position))
             throw parameter_error(sentence("An emitter is at ", detail::describe(position), " m; give finite metres."));
@@ -118,8 +121,8 @@ struct Emitter {
     /// \param given      number of births and living particles in the other run
     /// \param time       time that the other run had reached [s]
     /// \param has_given  true if all births due by `time` had happened in the other run
-    /// \throws parameter_error  if the history does not fit this emitter: another number of births is due by `time`, or the
-    ///                          ids of the particles are not ascending. This emitter has not changed then.
+    /// \throws parameter_error  if the history does not fit this emitter: another number of births is due by `time`, or
+    ///                          the ids of the particles are not ascending. This emitter has not changed then.
     void resume(const EmitterHistory& given, double time, bool has_given) {
         const detail::Recurrence schedule = recurrence();
         const bool too_many = given.births > births && !schedule.is_due(given.births - 1, time);
@@ -135,8 +138,8 @@ struct Emitter {
         children = given.children;
     }
 
-    /// Adds the particles of all births that are due up to and including `time` and have not been handled yet. Particles
-    /// whose life ends by `time` are not added.
+    /// Adds the particles of all births that are due up to and including `time` and have not been handled yet.
+    /// Particles whose life ends by `time` are not added.
     /// \param points        the points to add the particles to
     /// \param time          present time [s]
     /// \param acceleration  acceleration of the new particles from their birth to `time` [m/s²]
@@ -148,7 +151,8 @@ struct Emitter {
         if (!schedule.is_due(births, time)) return 0;
         check();
         schedule.require_ids(births, time, 1, no_particle - points.next_id());
-        std::priority_queue<double, std::vector<double>, std::greater<>> ends;  // of the living particles, earliest first
+        // When the lives of the living particles end, earliest first.
+        std::priority_queue<double, std::vector<double>, std::greater<>> ends;
         if (maximum != no_maximum) {
             forget_missing(points);
             for (const EmittedChild& child : children) ends.push(child.end);

@@ -1,7 +1,7 @@
 /// \file Time integrators: symplectic Euler and Verlet.
 ///
-/// In each step of length dt, both first change velocities by v ← v + a k (the kick) and then positions by
-/// x ← x + v dt. They differ in k, the time for which the acceleration a acts.
+/// In each step, both first change velocities, v ← v + a k (the kick), and then positions, x ← x + v dt. Here dt is the
+/// time step, a the acceleration, and k the time for which a acts; the integrators differ in k.
 #pragma once
 
 #include <concepts>

@@ -47,8 +47,8 @@ struct SystemMoment {
 /// 4. Constraints move points towards their distances at rest. This changes velocities, too.
 /// 5. The boundary moves. Collisions move overlapping points apart; this does not change velocities.
 /// 6. The contact with the surfaces of the boundary changes velocities and positions, see meet_surfaces().
-/// 7. Links tear, points are removed at the end of their life, and emitters add points. In the first step, emitters also
-///    add the points that are due at its beginning, before everything else.
+/// 7. Links tear, points are removed at the end of their life, and emitters add points. In the first step, emitters
+///    also add the points that are due at its beginning, before everything else.
 ///
 /// \tparam D           2 or 3
 /// \tparam S           float or double
@@ -89,8 +89,8 @@ public:
     /// \param options   masses, radius and group of the points
     /// \param velocity  velocity of every point [m/s]
     /// \return the index of the net's first point in `points`; the others follow it
-    /// \throws parameter_error  if PointMasses::check throws it, `masses` is not empty and has not one entry per point, or a
-    ///                          facet names a point that does not exist. Nothing is added then.
+    /// \throws parameter_error  if PointMasses::check throws it, `masses` is not empty and has not one entry per point,
+    ///                          or a facet names a point that does not exist. Nothing is added then.
     std::size_t add(const Net<D>& net, const NetOptions& options, const Vec<double, D>& velocity = {}) {
         if (!options.masses.empty() && options.masses.size() != net.positions.size())
             throw parameter_error(sentence("A net of ", net.positions.size(), " points is given ",
@@ -124,8 +124,8 @@ public:
         return forces_.emplace_back(std::move(force)).template as<Force>();
     }
 
-    /// Adds an emitter. If the system has taken a step, births due up to the present time are left out; before the first
-    /// step, they happen at the beginning of the first step.
+    /// Adds an emitter. If the system has taken a step, births due up to the present time are left out; before the
+    /// first step, they happen at the beginning of the first step.
     /// \throws parameter_error  if Emitter::check throws it
     void add_emitter(const Emitter<D>& emitter) {
         emitter.check();
@@ -139,8 +139,8 @@ public:
     /// Removes each point, with index i, for which wanted(i) is true, and the point's springs, constraints, facets and
     /// excluded pairs. The indices of the remaining points may change.
     /// \return the number of points removed
-    /// \throws parameter_error  if a force, constraint, excluded pair or facet names a point that does not exist; the system
-    ///                          must not be used then
+    /// \throws parameter_error  if a force, constraint, excluded pair or facet names a point that does not exist; the
+    ///                          system must not be used then
     template <class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
         const std::vector<std::uint32_t> new_place = points.remove_if(wanted);
@@ -154,8 +154,8 @@ public:
         return new_place.size() - points.size();
     }
 
-    /// Returns the largest time step [s] for which the springs and dampers are stable in their present state; infinite if
-    /// there are none. With larger steps, velocities may grow without bound. Constraints do not limit the time step.
+    /// Returns the largest time step [s] for which the springs and dampers are stable in their present state; infinite
+    /// if there are none. With larger steps, velocities may grow without bound. Constraints do not limit the time step.
     double stable_time_step() {
         double bound = 0;
         parallel_region(workers_of_steps(),
@@ -171,8 +171,8 @@ public:
     /// If a force throws an exception, step() throws it, too.
     void step(double dt) { take_steps(dt, 1); }
 
-    /// Takes steps of equal length until `duration` [s] has passed. The length is dt [s] or a little less, so that a whole
-    /// number of steps takes exactly `duration`.
+    /// Takes steps of equal length until `duration` [s] has passed. The length is dt [s] or a little less, so that a
+    /// whole number of steps takes exactly `duration`.
     /// \throws parameter_error  if step() throws it, or the duration is negative or not finite
     /// \throws particle_error   if step() throws it
     void advance(double duration, double dt) {
@@ -186,8 +186,8 @@ public:
     /// Returns the torn links whose two end points still exist, as indices into `points`.
     const std::vector<Torn>& torn() const { return torn_; }
 
-    /// Continues another run from a saved moment. The results are the same, bit for bit, as if that run had continued. Before
-    /// the call, set up this system exactly as the other one was before its first step.
+    /// Continues another run from a saved moment. The results are the same, bit for bit, as if that run had continued.
+    /// Before the call, set up this system exactly as the other one was before its first step.
     /// \throws usage_error      if this system has already taken a step
     /// \throws parameter_error  if the moment does not fit this system; nothing has changed then
     void resume(SystemMoment<S, D> moment) {
@@ -218,7 +218,8 @@ public:
         const auto resume_forces = [&](std::span<detail::AnyForce<S, D>> forces) {
             for (auto& force : forces) force.renumber(new_place), force.tear(moment.torn);
         };
-        std::vector<detail::AnyForce<S, D>> rehearsal = forces_;  // a copy, because this may throw, and users may have references into forces_
+        // Tries on a copy first, because this may throw. forces_ stays in memory, as users may refer to its elements.
+        std::vector<detail::AnyForce<S, D>> rehearsal = forces_;
         resume_forces(rehearsal);
         resume_forces(forces_);
         points = std::move(moment.points);
@@ -288,8 +289,8 @@ private:
         emit();
     }
 
-    /// Returns the warning that the time step dt is above stable_time_step(), or an empty text. The bound is computed again
-    /// every 64 steps, and after forces or points are added or removed.
+    /// Returns the warning that the time step dt is above stable_time_step(), or an empty text. The bound is computed
+    /// again every 64 steps, and after forces or points are added or removed.
     std::string warning_of(double dt) {
         if (largest_step_ == 0 || now_.steps % 64 == 0) largest_step_ = stable_time_step();
         const double ratio = dt / largest_step_;  // infinite if largest_step_ is 0
@@ -319,8 +320,8 @@ private:
         if (wrong) throw_not_finite(dt, "Nothing has moved.");
     }
 
-    /// Throws a particle_error. The message names the number of points with a position, velocity or force that is not finite,
-    /// and the first of them.
+    /// Throws a particle_error. The message names the number of points with a position, velocity or force that is not
+    /// finite, and the first of them.
     [[noreturn, gnu::cold]] void throw_not_finite(double dt, const char* done) const {
         std::size_t first = points.size(), count = 0;
         for (std::size_t i = points.size(); i-- > 0;)
@@ -403,8 +404,8 @@ private:
         largest_step_ = 0;
     }
 
-    /// Returns, for each point of this system, its index in `later`, the points of a later moment of the run; no_particle if
-    /// the point was removed.
+    /// Returns, for each point of this system, its index in `later`, the points of a later moment of the run;
+    /// no_particle if the point was removed.
     /// \throws parameter_error  if `later` cannot have come from the points of this system
     std::vector<std::uint32_t> places_in(const PointMasses<S, D>& later) const {
         std::vector<std::uint32_t> places(points.size(), no_particle);

@@ -45,9 +45,9 @@ struct PointMass {
     double end = std::numeric_limits<double>::infinity();  ///< Time at which the point is removed [s].
 };
 
-/// The points of a system, sorted by id. Each field is an array of its own; element i of every field belongs to the point
-/// with index i. The index of a point may change when points are removed, its id never does; place() returns the index of
-/// a point with a given id.
+/// The points of a system, sorted by id. Each field is an array of its own; element i of every field belongs to the
+/// point with index i. The index of a point may change when points are removed, its id never does; place() returns the
+/// index of a point with a given id.
 ///
 /// A point can be pinned; its inverse mass is then 0. A pinned point moves with its velocity, which forces, constraints
 /// and collisions do not change.
@@ -118,8 +118,8 @@ struct PointMasses {
     /// Returns the id that the next new point will get. Each id is used for one point only.
     std::uint32_t next_id() const { return ids_.next(); }
 
-    /// Allocates memory for at least `count` points. Each thread is the first to write its part of the new memory, so that
-    /// this part lies near the thread's processor.
+    /// Allocates memory for at least `count` points. Each thread is the first to write its part of the new memory, so
+    /// that this part lies near the thread's processor.
     /// \param count    number of points, including existing ones
     /// \param threads  number of threads; 0: the number that thread_count() returns
     /// \throws memory_error  if there is not enough memory
@@ -147,8 +147,8 @@ struct PointMasses {
     }
 
     /// Checks that a point could be added with the id `as`.
-    /// \throws parameter_error  unless position, velocity, mass, 1/mass and radius are finite after rounding to S, the mass
-    ///                          is positive, the radius is not negative, `end` is not NaN, and `as` is a valid id
+    /// \throws parameter_error  unless position, velocity, mass, 1/mass and radius are finite after rounding to S, the
+    ///                          mass is positive, the radius is not negative, `end` is not NaN, and `as` is a valid id
     static void check(const PointMass<D>& point, std::uint64_t as) {
         const auto refuse = [&](const char* what, double given, const char* allowed) {
             throw parameter_error(sentence("The ", what, " of point ", as, " is ", given, "; it must be ", allowed,
@@ -216,8 +216,8 @@ struct PointMasses {
         since[i] = 0;
     }
 
-    /// Removes each point, with index i, for which wanted(i) is true. The remaining points keep their order; their indices
-    /// become 0, 1, 2, …
+    /// Removes each point, with index i, for which wanted(i) is true. The remaining points keep their order; their
+    /// indices become 0, 1, 2, …
     /// \return for each old index the new index, or no_particle if the point was removed; empty if no point was removed
     template <class Wanted>
     std::vector<std::uint32_t> remove_if(const Wanted& wanted) {

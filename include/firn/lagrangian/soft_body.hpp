@@ -105,8 +105,8 @@ public:
         cell[axis] += steps;
         return cell;
     }
-    /// Returns the lattice index of a corner of a cell. Bit a of `corner` is 0 for the lower and 1 for the upper side along
-    /// axis a.
+    /// Returns the lattice index of a corner of a cell. Bit a of `corner` is 0 for the lower and 1 for the upper side
+    /// along axis a.
     static Index corner_of(Index cell, std::uint32_t corner) {
         for (std::size_t a = 0; a < D; ++a) cell[a] += (corner >> a) & 1;
         return cell;
@@ -141,8 +141,8 @@ std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& plac
                     return place_of(node);
                 };
                 if constexpr (D == 2) {
-                    // For the upper face along x and the lower face along y, the outside is on the right on the way from
-                    // node 0 to node 1.
+                    // For the upper face along x and the lower face along y, the outside is on the right on the way
+                    // from node 0 to node 1.
                     const bool onwards = (up == 1) == (a == 0);
                     facets.push_back({at(onwards ? 0 : 1, 0), at(onwards ? 1 : 0, 0)});
                 } else {
@@ -173,8 +173,8 @@ std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& plac
 /// The surface is closed. It consists of the faces that belong to only one cell; in 3D each is cut into two triangles.
 /// Where two cells touch only along an edge (in 2D: at a corner), one more cell is added between them.
 /// \param samples  the centres of the cells, and the volume of one cell
-/// \throws parameter_error  unless there are samples, they lie on one lattice whose cells have the samples' volume, each at
-///                          its own position, and every cell is connected to the others by shared faces
+/// \throws parameter_error  unless there are samples, they lie on one lattice whose cells have the samples' volume,
+///                          each at its own position, and every cell is connected to the others by shared faces
 /// \throws memory_error     if the body does not fit into memory
 template <int D>
 SoftBody<D> lattice_body(const Samples<D>& samples) {
@@ -184,8 +184,8 @@ SoftBody<D> lattice_body(const Samples<D>& samples) {
         throw parameter_error("A soft body needs samples, but there are none. Fill a shape with samples.");
     detail::check_positive(samples.volume, "The volume of a sample", D == 3 ? "m^3" : "m^2");
     const double side = D == 2 ? std::sqrt(samples.volume) : std::cbrt(samples.volume);
-    // Estimated memory per cell: one tree node here and one in check_connected(), the tree nodes of the corners, and the
-    // links, because links that several cells share are stored more than once at first.
+    // Estimated memory per cell: one tree node here and one in check_connected(), the tree nodes of the corners, and
+    // the links, because links that several cells share are stored more than once at first.
     constexpr double tree_node = 4 * sizeof(void*) + sizeof(typename Cells::Index) + sizeof(double);
     constexpr double links = Cells::corners * (Cells::corners - 1) / 2 + D * Cells::corners / 2;
     require_memory(double(samples.positions.size()) * (3 * tree_node + links * sizeof(Link)),
@@ -240,9 +240,9 @@ SoftBody<D> lattice_body(const Samples<D>& samples) {
 
 namespace detail {
 
-/// Follows a ray from inside a mesh to the first triangle through which the ray leaves the mesh. Returns that corner of the
-/// triangle which is nearest to the point of intersection; `none` if the ray does not leave the mesh. Möller & Trumbore
-/// 1997, "Fast, minimum storage ray/triangle intersection".
+/// Follows a ray from inside a mesh to the first triangle through which the ray leaves the mesh. Returns that corner of
+/// the triangle which is nearest to the point of intersection; `none` if the ray does not leave the mesh. Möller &
+/// Trumbore 1997, "Fast, minimum storage ray/triangle intersection".
 /// \param mesh   the closed mesh
 /// \param from   the vertex at which the ray begins
 /// \param along  direction of the ray, a unit vector
@@ -270,8 +270,8 @@ inline std::uint32_t opposite_vertex(const TriangleMesh& mesh, std::uint32_t fro
     return found;
 }
 
-/// Returns the outward unit normal at each vertex: the mean of the normals of the triangles at the vertex, weighted by their
-/// area. It is zero if this mean is zero.
+/// Returns the outward unit normal at each vertex: the mean of the normals of the triangles at the vertex, weighted by
+/// their area. It is zero if this mean is zero.
 inline std::vector<Vec<double, 3>> vertex_normals(const TriangleMesh& mesh) {
     std::vector<Vec<double, 3>> normals(mesh.vertices.size());
     for (const auto& [a, b, c] : mesh.triangles) {
@@ -288,17 +288,17 @@ inline std::vector<Vec<double, 3>> vertex_normals(const TriangleMesh& mesh) {
 
 }  // namespace detail
 
-/// Builds a hollow body from a closed mesh. The surface gets stretch and bend links as in cloth(); support links through
-/// the inside keep its shape.
+/// Builds a hollow body from a closed mesh. The surface gets stretch and bend links as in cloth(); support links
+/// through the inside keep its shape.
 ///
-/// Up to four support links join every vertex to the other side of the body: one in the direction opposite to the vertex's
-/// normal, and three at 35° to this direction, 120° apart from each other. Each link ends at the vertex nearest to the
-/// point where its line leaves the mesh. The straight links keep the body's thickness, the three inclined ones resist
-/// shear. The body deforms under load and returns to its shape afterwards.
+/// Up to four support links join every vertex to the other side of the body: one in the direction opposite to the
+/// vertex's normal, and three at 35° to this direction, 120° apart from each other. Each link ends at the vertex
+/// nearest to the point where its line leaves the mesh. The straight links keep the body's thickness, the three
+/// inclined ones resist shear. The body deforms under load and returns to its shape afterwards.
 ///
-/// All points are vertices of the mesh, so there are fewer points than in lattice_body(). Each point's part of the enclosed
-/// volume is proportional to the area of its facets. The computing time is proportional to the number of vertices times
-/// the number of triangles: less than a second for 1800 vertices and 3700 triangles.
+/// All points are vertices of the mesh, so there are fewer points than in lattice_body(). Each point's part of the
+/// enclosed volume is proportional to the area of its facets. The computing time is proportional to the number of
+/// vertices times the number of triangles: less than a second for 1800 vertices and 3700 triangles.
 ///
 /// If the normals of the mesh point inwards, the triangles are reversed.
 /// \throws mesh_error  if check_closed() or cloth() throws it, or the mesh encloses no volume

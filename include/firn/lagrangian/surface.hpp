@@ -125,8 +125,7 @@ std::vector<double> facet_masses(const Net<D>& net, double density) {
 /// Returns the mass of every point [kg], in the order of the net's points, of ropes of `density` [kg/m]. Each stretch
 /// link gives half of its mass to each end.
 /// \throws parameter_error  unless the density is positive and finite, and every point belongs to a stretch link that
-/// is
-///                          longer than zero
+///                          is longer than zero
 template <int D>
 std::vector<double> link_masses(const Net<D>& net, double density) {
     detail::check_positive(density, "The density of the rope", "kg/m");
