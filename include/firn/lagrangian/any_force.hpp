@@ -102,8 +102,8 @@ private:
 };
 
 /// Returns the largest time step [s] for which an explicit integrator is stable under the forces in their present
-/// state; infinite if there are no springs and dampers. A point of stiffness k, damping c and mass m needs k dt²/m + 2
-/// c dt/m ≤ 4 (Jury's criterion for v ← v + a dt, x ← x + v dt).
+/// state; infinite if there are no springs and dampers. For a point of stiffness k, damping c and mass m, stability
+/// requires k dt²/m + 2 c dt/m ≤ 4 (Jury's criterion for v ← v + a dt, x ← x + v dt).
 template <class S, int D>
 double largest_step(std::span<AnyForce<S, D>> forces, const PointView<S, D>& points, int threads) {
     aligned_vector<double> stiffness, damping;

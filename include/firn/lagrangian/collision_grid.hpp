@@ -197,7 +197,8 @@ private:
         // more than one cell apart.
         side_ = (reach > 0 ? reach : 2 * double(largest_)) * (1 + 1e-6);
         if (size_ == 0) return;
-        constexpr double most = D == 2 ? double(1 << 30) : double(1 << 20);  // cells along an axis; 62-bit keys
+        constexpr double most =
+            D == 2 ? double(1 << 30) : double(1 << 20);  // most cells along an axis: keys fit 62 bits
         side_ = std::max(side_, std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon());
         Vec<double, D> upper = cast<double>(upper_);
         from_ = cast<double>(lower_);

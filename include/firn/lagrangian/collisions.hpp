@@ -268,8 +268,7 @@ private:
     using Table = ContactTable<S, D>;
     static constexpr std::size_t lanes = std::size_t(scalar_traits<P>::lanes);
     static constexpr std::size_t chunk_size = Table::chunk_size;
-    /// If the squared distance [m²] of two points is below this, their difference is not used as a direction; compare
-    /// direction_or_up().
+    /// If the squared distance [m²] of two points is below this, direction_of_ids() gives the normal of their contact.
     static constexpr S least_square = S(1e-30);
 
     /// The data of several contacts, one per SIMD lane. Each contact has an `own` point, which feels the impulse, and

@@ -1,5 +1,4 @@
-/// \file Colours for links. Links of one colour have no point in common, so several threads may move their end points
-/// at the same time.
+/// \file Colours for links. Links of one colour have no point in common, so threads can move their ends in parallel.
 #pragma once
 
 #include <firn/core/requirements.hpp>

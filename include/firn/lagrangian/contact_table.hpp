@@ -55,7 +55,7 @@ struct ContactTable {
     /// Returns whether an entry of Chunk::others or Chunk::ids stands for a surface.
     static constexpr bool is_surface(std::uint32_t other) { return other >= most_points; }
 
-    /// The contacts of `chunk_size` consecutive points.
+    /// The contacts of `chunk_size` points of consecutive ranks.
     struct Chunk {
         std::size_t used = 0;               ///< Number of contacts. The arrays below may be longer.
         std::vector<std::uint32_t> others;  ///< For each contact, the rank of the other point or the surface's entry.
@@ -63,7 +63,7 @@ struct ContactTable {
         std::vector<TouchedSurface<S, D>> surfaces;  ///< One per contact with a surface, in the order of contacts.
         std::size_t surfaces_before = 0;             ///< Sum of surfaces.size() over all earlier chunks.
         aligned_vector<S> kept;  ///< Four numbers per contact: KeptImpulse::numbers, in 2D with a zero at the end.
-        std::vector<std::uint32_t> near;  ///< Scratch memory for the candidates of one point.
+        std::vector<std::uint32_t> near;  ///< Temporary memory: ranks of the points near one point.
     };
     std::vector<Chunk> chunks;            ///< The point of rank k belongs to chunks[k / chunk_size].
     aligned_vector<std::uint32_t> first,  ///< first[k] is the index, in its chunk, of the first contact of rank k.
@@ -90,7 +90,7 @@ struct ContactTable {
     /// Finds all contacts.
     /// \param grid      the points, sorted
     /// \param points    the same points
-    /// \param excluded  pairs of points that do not collide; its prepare() must have been called
+    /// \param excluded  pairs of points that do not collide; call excluded.prepare() first
     /// \param surfaces  surfaces(x, seen) calls seen(…) for each surface of the boundary. \see has_surfaces
     /// \param threads   number of threads
     /// \throws particle_error  if there are `most_points` or more points
@@ -153,8 +153,8 @@ struct ContactTable {
         return nullptr;
     }
 
-    /// Returns the kept impulses, sorted by KeptImpulse::ids, one per contact. It is the impulse on the point with the
-    /// lower id; the impulse on the other point is the exact opposite.
+    /// Returns the kept impulses, sorted by KeptImpulse::ids, one per contact: the impulse on the point with the lower
+    /// id. The impulse on the other point is the exact opposite.
     std::vector<KeptImpulse<S, D>> kept() const {
         std::vector<KeptImpulse<S, D>> all;
         for (const Place& place : places) {
@@ -173,7 +173,7 @@ struct ContactTable {
     /// \throws parameter_error  unless the impulses are finite and sorted by ids, each contact once; the table has not
     ///                          changed then
     void resume(std::span<const KeptImpulse<S, D>> all) {
-        std::vector<KeptImpulse<S, D>> sides;  // both sides of all contacts
+        std::vector<KeptImpulse<S, D>> sides;  // each contact of two points twice: as seen from either point
         for (std::size_t k = 0; k < all.size(); ++k) {
             const auto [own, other] = all[k].ids;
             const auto finite = [](S number) { return std::isfinite(number); };
@@ -257,8 +257,8 @@ private:
         }
     }
 
-    /// Adds the surfaces with Contact::separate that the point with index i touches to the chunk. Surfaces with other
-    /// contacts are left to meet_surfaces().
+    /// Adds to the chunk a contact for each surface that the point with index i touches and that has Contact::separate.
+    /// Surfaces with another Contact are left to meet_surfaces().
     template <class Surfaces>
     static void list_surfaces(Chunk& chunk, std::size_t i, const PointMasses<S, D>& points, const Surfaces& surfaces) {
         std::uint32_t name = first_surface;

@@ -35,15 +35,17 @@ struct ConstraintOptions {
                                            "and at most 1."));
     }
 };
-using ConstraintsOfKinds = std::array<ConstraintOptions, link_kinds>;  ///< One per LinkKind, in its order.
+using ConstraintsOfKinds = std::array<ConstraintOptions, link_kinds>;  ///< One per LinkKind, same order.
 
 namespace detail {
 
-/// The correction of the distance l between two points a and b: x_a −= w_a Δλ e and x_b += w_b Δλ e, with e = (x_b −
-/// x_a)/l, Δλ = (l₀ − l − α̃ λ)/(w_a + w_b + α̃) and α̃ = α/dt² (Macklin, Müller, Chentanez 2016, eq. 18). Here x are
-/// positions, w inverse masses, l₀ is the length at rest, α the compliance, and λ the sum of earlier Δλ in the step. If
-/// both points are at one position, e is the second axis. The constructor takes w_a + w_b as `weights`, and α̃ as
-/// `compliance`.
+/// The correction of the distance l between two points a and b (Macklin, Müller, Chentanez 2016, eq. 18):
+///
+///     x_a −= w_a Δλ e,  x_b += w_b Δλ e,  with  e = (x_b − x_a)/l,  Δλ = (l₀ − l − α̃ λ)/(w_a + w_b + α̃),  α̃ = α/dt²
+///
+/// Here x are positions, w inverse masses, l₀ is the length at rest, α the compliance, and λ the sum of earlier Δλ in
+/// the step. If both points are at one position, e is the second axis. The constructor takes w_a + w_b as `weights`,
+/// and α̃ as `compliance`.
 template <scalar S, int D>
 struct DistanceCorrection {
     Vec<S, D> impulse;  ///< Δλ e [kg m]
@@ -249,7 +251,7 @@ public:
                 "Two constraints of one colour share a point; the constraints of a point need different colours.");
         order_by_colours(history.colours);
         ordered_ = true;
-        checked_for_ = std::numeric_limits<std::size_t>::max();  // not yet
+        checked_for_ = std::numeric_limits<std::size_t>::max();  // not checked yet
         ordered_for_ = ConstraintUpdate::coloured;
         find_colours();
     }

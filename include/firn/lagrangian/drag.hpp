@@ -36,8 +36,8 @@ struct Drag {
     }
 
     /// Returns the force [N] on a ball.
-    /// \param velocity  of the ball [m/s]
-    /// \param radius    of the ball [m]
+    /// \param velocity  velocity of the ball [m/s]
+    /// \param radius    radius of the ball [m]
     FIRN_INLINE Vec<S, D> force(const Vec<S, D>& velocity, const S& radius) const {
         const Vec<S, D> v = velocity - wind;
         const S area = D == 3 ? S(std::numbers::pi) * radius * radius : S(2) * radius;

@@ -21,7 +21,7 @@ struct EmittedChild {
 };
 /// The part of an emitter that changes during a run. \see Emitter::resume
 struct EmitterHistory {
-    std::uint64_t births = 0;                 ///< Number of births due so far. \see Emitter::births
+    std::uint64_t births = 0;                 ///< Number of births so far. \see Emitter::births
     std::vector<EmittedChild> children = {};  ///< Particles that may be alive. \see Emitter::children
 };
 
@@ -55,7 +55,7 @@ struct Emitter {
     std::uint32_t group = 0;             ///< Group of a particle; see PointMass::group.
     std::uint64_t maximum = no_maximum;  ///< The largest number of this emitter's particles alive at one time.
     std::uint64_t seed = 1;              ///< Seed of the random numbers.
-    std::uint64_t births = 0;            ///< Number of births due so far, including births that were left out.
+    std::uint64_t births = 0;            ///< Number of births so far, including births that were left out.
     /// The particles that may still be alive, in the order of their ids. Empty if `maximum` is no_maximum.
     std::vector<EmittedChild> children = {};
 
@@ -114,13 +114,13 @@ struct Emitter {
         return point;
     }
 
-    /// Leaves out all births that are due up to and including `time` [s].
+    /// Leaves out all births that are due up to and including `time` [s]: their particles are never added.
     void skip(double time) { births = recurrence().first_after(births, time); }
 
     /// Continues from the history of the same emitter in another run, up to `time`.
     /// \param given      number of births and living particles in the other run
     /// \param time       time that the other run had reached [s]
-    /// \param has_given  true if all births due by `time` had happened in the other run
+    /// \param has_given  true if the other run had added the particles of all births due by `time`
     /// \throws parameter_error  if the history does not fit this emitter: another number of births is due by `time`, or
     ///                          the ids of the particles are not ascending. This emitter has not changed then.
     void resume(const EmitterHistory& given, double time, bool has_given) {

@@ -7,7 +7,7 @@
 namespace firn {
 
 /// Checks a coefficient of restitution.
-/// \throws parameter_error  unless 0 ≤ e ≤ 1
+/// \throws parameter_error  unless `restitution` is from 0 (no rebound) to 1 (no loss of energy)
 inline void check_restitution(double restitution) {
     if (!(restitution >= 0 && restitution <= 1))
         throw parameter_error(sentence("The coefficient of restitution is ", restitution,

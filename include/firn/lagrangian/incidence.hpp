@@ -36,8 +36,8 @@ public:
     void clear() { first_.clear(); }
     /// Returns the number of points.
     std::size_t points() const { return first_.empty() ? 0 : first_.size() - 1; }
-    /// Returns the corners that lie on a point. Corner c of element e (0 ≤ c < K, e counted from 0) is listed as K e +
-    /// c.
+    /// Returns the corners of elements that lie on a point. Corner c of element e is listed as the number K e + c,
+    /// where K is the number of corners of an element; e and c are counted from 0.
     std::span<const std::uint32_t> of(std::size_t point) const {
         return std::span(corners_).subspan(first_[point], first_[point + 1] - first_[point]);
     }

@@ -60,8 +60,8 @@ struct SpringOptions {
     /// \throws parameter_error  unless both are finite and not negative
     void check() const { detail::check_spring(stiffness, damping); }
 };
-using SpringsOfKinds =
-    std::array<SpringOptions, link_kinds>;  ///< One SpringOptions per LinkKind, in the order of LinkKind.
+/// One SpringOptions per LinkKind, in the order of LinkKind.
+using SpringsOfKinds = std::array<SpringOptions, link_kinds>;
 
 /// Makes springs along the links of a net. The length at rest of each spring is the length of its link in the net.
 /// \param net      the net

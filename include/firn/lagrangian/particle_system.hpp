@@ -81,7 +81,7 @@ public:
     Boundary boundary{};           ///< The boundary. Steps move its moving parts.
     double restitution = 0;        ///< Newton's e between points and the boundary, from 0 to 1 [1].
     int threads = 0;               ///< Number of threads; 0: the number that thread_count() returns.
-    std::vector<Facet<D>> facets;  ///< The surface, for output, as indices of points. Torn facets are removed.
+    std::vector<Facet<D>> facets;  ///< The surface, for output, as point indices. Facets with a torn link are removed.
 
     /// Adds the points and facets of a net. To add springs or constraints along the net's links, call springs_of() or
     /// constraints.add() with the returned index as `first`.

@@ -33,8 +33,8 @@ struct DragOnPoints {
     }
 };
 
-/// A force that the user defines for each point. of_point(points, i) must return the force [N] on the point with index
-/// i. Several threads call of_point at the same time.
+/// A force that the user defines for each point. The function of_point(points, i) must return the force [N] on the
+/// point with index i. Several threads call it at the same time.
 /// \tparam OfPoint  callable as of_point(const PointView<S, D>&, std::size_t), returns Vec<S, D>
 template <class OfPoint>
 struct ForceOnEach {

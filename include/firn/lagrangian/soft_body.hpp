@@ -31,7 +31,7 @@ struct SoftBody {
 
 namespace detail {
 
-/// A set of lattice cells: cubes, or squares in 2D. The cell of the first sample has the index (0, 0, 0).
+/// A set of lattice cells: cubes, or squares in 2D. The cell of the first sample has index 0 along every axis.
 template <int D>
 class Cells {
 public:
@@ -271,7 +271,7 @@ inline std::uint32_t opposite_vertex(const TriangleMesh& mesh, std::uint32_t fro
 }
 
 /// Returns the outward unit normal at each vertex: the mean of the normals of the triangles at the vertex, weighted by
-/// their area. It is zero if this mean is zero.
+/// their area. Where this mean is zero, the result is the zero vector.
 inline std::vector<Vec<double, 3>> vertex_normals(const TriangleMesh& mesh) {
     std::vector<Vec<double, 3>> normals(mesh.vertices.size());
     for (const auto& [a, b, c] : mesh.triangles) {

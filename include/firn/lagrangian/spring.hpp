@@ -19,9 +19,12 @@ inline void check_spring(double stiffness, double damping) {
 }
 }  // namespace detail
 
-/// The law of a spring and a damper between two points. The forces on the points are f₁ = f e and f₂ = −f₁ with f = k_s
-/// (l − l₀) − k_d (v₁ − v₂)·e. Here r₁ and r₂ are the positions, v₁ and v₂ the velocities, l = |r₂ − r₁|, and e = (r₂ −
-/// r₁)/l. If l = 0, there is no direction e, and the forces are zero.
+/// The law of a spring and a damper between two points. The forces on the points are
+///
+///     f₁ = f e,  f₂ = −f₁,  with  f = k_s (l − l₀) − k_d (v₁ − v₂)·e,  l = |r₂ − r₁|,  e = (r₂ − r₁)/l
+///
+/// where r₁ and r₂ are the positions and v₁ and v₂ the velocities of the points, l₀ is the length at rest, k_s the
+/// stiffness and k_d the damping. If l = 0, there is no direction e, and the forces are zero.
 template <scalar S>
 struct SpringDamper {
     using scalar_type = S;

@@ -71,7 +71,7 @@ inline void check_positive(double value, const char* what, const char* unit) {
 }
 
 /// Shares the measure (length or area) of each piece equally among the points of the piece.
-/// \param net      its points are counted
+/// \param net      the net with these points
 /// \param pieces   for each piece, the indices of its points
 /// \param kind     what a piece is, for messages: "facet"
 /// \param measure  measure(piece) returns the length [m] or area [m²] of a piece
