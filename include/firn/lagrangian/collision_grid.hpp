@@ -36,7 +36,7 @@ class CollisionGrid {
 public:
     using V = Vec<S, D>;                         ///< A vector in space.
     static constexpr int rows = D == 2 ? 3 : 9;  ///< Number of ranges in which the neighbours of a point lie.
-    static constexpr std::size_t padding = 16;   ///< Number of zeros after the last coordinate and radius, for SIMD.
+    static constexpr std::size_t padding = 16;   ///< Number of zeros after the coordinates and radii, for SIMD loads.
 
     /// Sorts the points whose radius is positive; points of radius 0 are left out.
     /// \param points   the points to sort; they do not change
@@ -86,8 +86,8 @@ public:
         /// Makes an object that finds neighbours in `grid`. The grid must exist as long as this object.
         explicit Neighbours(const CollisionGrid& grid) : grid_(grid) {}
 
-        /// Returns ranges of sorted points that contain all neighbours of sorted point k. They contain also point k
-        /// itself, and points that are farther away. From call to call, k must not decrease.
+        /// Returns ranges of sorted points that contain all neighbours of sorted point k. The ranges also contain point
+        /// k itself and some points that are not neighbours. From call to call, k must not decrease.
         FIRN_INLINE const std::array<SortedRange, rows>& of(std::size_t k) {
             if (grid_.table_.empty()) {
                 const std::uint64_t key = grid_.far_.items[k].key;
@@ -197,8 +197,8 @@ private:
         // more than one cell apart.
         side_ = (reach > 0 ? reach : 2 * double(largest_)) * (1 + 1e-6);
         if (size_ == 0) return;
-        constexpr double most =
-            D == 2 ? double(1 << 30) : double(1 << 20);  // most cells along an axis: keys fit 62 bits
+        // The largest number of cells along an axis. Cell numbers then need at most 62 bits.
+        constexpr double most = D == 2 ? double(1 << 30) : double(1 << 20);
         side_ = std::max(side_, std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon());
         Vec<double, D> upper = cast<double>(upper_);
         from_ = cast<double>(lower_);

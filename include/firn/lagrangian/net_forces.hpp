@@ -53,8 +53,8 @@ inline std::uint32_t moved_place(std::uint32_t point, std::size_t first) { retur
 
 /// The stiffness and damping of the springs that are made from the links of one kind.
 struct SpringOptions {
-    double stiffness = 0;  ///< k_s [N/m]. If stiffness and damping are both 0, no springs are made.
-    double damping = 0;    ///< k_d [N s/m].
+    double stiffness = 0;  ///< Stiffness k_s [N/m]. If stiffness and damping are both 0, no springs are made.
+    double damping = 0;    ///< Damping k_d [N s/m].
 
     /// Checks stiffness and damping.
     /// \throws parameter_error  unless both are finite and not negative

@@ -31,9 +31,9 @@ struct SpringDamper {
     static constexpr int corners = 2;  ///< Number of end points of a spring.
     /// The data of one spring.
     struct Element {
-        S rest = S(1);       ///< l₀, length at rest [m].
-        S stiffness = S(0);  ///< k_s [N/m].
-        S damping = S(0);    ///< k_d [N s/m].
+        S rest = S(1);       ///< Length at rest l₀ [m].
+        S stiffness = S(0);  ///< Stiffness k_s [N/m].
+        S damping = S(0);    ///< Damping k_d [N s/m].
     };
 
     /// Returns the force [N] on each of the two end points, which have positions x [m] and velocities v [m/s].
@@ -87,8 +87,8 @@ struct Anchor {
     /// The data of one anchor.
     struct Element {
         Vec<S, D> place{};   ///< x₀, the position that the point is pulled to [m].
-        S stiffness = S(0);  ///< k_s [N/m].
-        S damping = S(0);    ///< k_d [N s/m].
+        S stiffness = S(0);  ///< Stiffness k_s [N/m].
+        S damping = S(0);    ///< Damping k_d [N s/m].
     };
 
     /// Returns the force [N] on a point with position x [m] and velocity v [m/s].
