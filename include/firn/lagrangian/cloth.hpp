@@ -69,7 +69,7 @@ inline Net<3> cloth(const Vec<double, 3>& origin, const Vec<double, 3>& u, const
 namespace detail {
 
 /// Checks that cloth can be built from a mesh.
-/// \throws mesh_error  if check_mesh() throws it, a triangle has no area, or no triangle uses some vertex
+/// \throws mesh_error  if check_mesh() throws it, a triangle has no area, or some vertex belongs to no triangle
 inline void check_surface(const TriangleMesh& mesh) {
     check_mesh(mesh);
     std::vector<bool> used(mesh.vertices.size());
@@ -124,7 +124,7 @@ inline std::vector<Side> sorted_sides(const TriangleMesh& mesh) {
 /// vertices opposite to that edge, unless an edge joins these vertices already. Where more than two triangles share an
 /// edge, every pair of them gets a bend link. Vertices at the same position are not merged.
 /// \throws mesh_error  if check_mesh() throws it, a triangle has no area, two triangles are folded onto each other, or
-///                     no triangle uses some vertex
+///                     some vertex belongs to no triangle
 inline Net<3> cloth(const TriangleMesh& mesh) {
     detail::check_surface(mesh);
     Net<3> net{mesh.vertices, {}, {}};

@@ -42,7 +42,7 @@ struct KeptImpulse {
 ///
 /// The collision grid sorts the points that can collide. The *rank* of a point is its index in this sorted order, from
 /// 0. The contacts of 256 points of consecutive ranks are stored in one Chunk, for any number of threads. The memory is
-/// used again in the next step.
+///    used again in the next step.
 template <std::floating_point S, int D>
 struct ContactTable {
     static constexpr std::size_t chunk_size = 256;      ///< Number of points per chunk.
@@ -58,8 +58,8 @@ struct ContactTable {
     /// The contacts of `chunk_size` points of consecutive ranks.
     struct Chunk {
         std::size_t used = 0;               ///< Number of contacts. The arrays below may be longer.
-        std::vector<std::uint32_t> others;  ///< For each contact, the rank of the other point or the surface's entry.
-        std::vector<std::uint32_t> ids;     ///< For each contact, the id of the other point or the surface's entry.
+        std::vector<std::uint32_t> others;  ///< For each contact, the rank of the other point, or first_surface − k.
+        std::vector<std::uint32_t> ids;     ///< For each contact, the id of the other point, or first_surface − k.
         std::vector<TouchedSurface<S, D>> surfaces;  ///< One per contact with a surface, in the order of contacts.
         std::size_t surfaces_before = 0;             ///< Sum of surfaces.size() over all earlier chunks.
         aligned_vector<S> kept;  ///< Four numbers per contact: KeptImpulse::numbers, in 2D with a zero at the end.

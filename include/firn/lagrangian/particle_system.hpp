@@ -171,8 +171,8 @@ public:
     /// If a force throws an exception, step() throws it, too.
     void step(double dt) { take_steps(dt, 1); }
 
-    /// Takes steps of equal length until `duration` [s] has passed. The length is dt [s] or a little less, so that a
-    /// whole number of steps takes exactly `duration`.
+    /// Takes steps of equal length until `duration` [s] has passed. The length is at most dt [s], and it is chosen so
+    /// that a whole number of steps takes exactly `duration`.
     /// \throws parameter_error  if step() throws it, or the duration is negative or not finite
     /// \throws particle_error   if step() throws it
     void advance(double duration, double dt) {
