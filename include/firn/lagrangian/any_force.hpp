@@ -1,4 +1,4 @@
-/// \file The concept of a force on points, and a holder for forces of any type.
+/// \file The concept of a force on points, and a class that stores a force of any type.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -13,21 +13,23 @@ namespace firn {
 /// A force on the points of a system: `f.add_forces(points, force, threads)` adds the force [N] on each point to
 /// `force`, which has one entry per point.
 ///
-/// The system calls add_forces outside of any parallel region, so a force may open its own. A force that declares
-/// `static constexpr bool opens_no_region = true` may be called inside the parallel region of the steps.
+/// By default, the system calls add_forces outside of any parallel region, so the force may open its own region. A
+/// force that never does so should declare `static constexpr bool opens_no_region = true`; add_forces may then be
+/// called inside the system's parallel region, which is faster.
 ///
-/// A force may have more members. `add_stiffness(points, stiffness, damping, threads)` bounds the time step,
-/// `renumber(new_place)` is called when points are removed, `tear(torn)` when links tear. \see ElementForces
+/// A force may have three more members: `add_stiffness(points, stiffness, damping, threads)`, which bounds the time
+/// step; `renumber(new_place)`, called after points are removed; and `tear(torn)`, called after links tear.
+/// ElementForces has all three.
 template <class F, class S, int D>
 concept point_force =
     requires(F f, const PointView<S, D>& points, std::span<Vec<S, D>> force) { f.add_forces(points, force, 1); };
 
-/// The places of the two ends of a torn link, in any order.
+/// The indices (into PointMasses) of the two end points of a torn link, in any order.
 using Torn = std::array<std::uint32_t, 2>;
 
 namespace detail {
 
-/// Holds a force of any type at a fixed address. A copy holds a copy of the force.
+/// Stores a force of any type. Moving this object does not move the force in memory. A copy stores a copy of the force.
 template <class S, int D>
 class AnyForce {
 public:
@@ -47,13 +49,15 @@ public:
     void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) {
         held_->add_forces(points, force, threads);
     }
-    /// Adds the stiffness [N/m] and damping [N s/m] at each point, if the force has them.
+    /// Adds the force's stiffness [N/m] and damping [N s/m] at each point to `stiffness` and `damping`, which have one
+    /// entry per point. A force without add_stiffness() adds nothing.
     void add_stiffness(const PointView<S, D>& points, std::span<double> stiffness, std::span<double> damping,
                        int threads) {
         held_->add_stiffness(points, stiffness, damping, threads);
     }
     bool may_open_regions() const { return held_->may_open_regions(); }
-    /// Call it after points were removed. \see PointMasses::remove_if
+    /// Updates the point indices in the force. Call renumber() after points are removed, with what
+    /// PointMasses::remove_if returned.
     void renumber(std::span<const std::uint32_t> new_place) { held_->renumber(new_place); }
     void tear(std::span<const Torn> torn) { held_->tear(torn); }
 
@@ -97,9 +101,9 @@ private:
     std::unique_ptr<Base> held_;
 };
 
-/// The largest stable step [s] of an explicit scheme under the forces in their present state; infinite without springs
-/// and dampers. A point of stiffness k and damping c needs k dt²/m + 2 c dt/m ≤ 4 (Jury's criterion for
-/// v ← v + a dt, x ← x + v dt).
+/// Returns the largest time step [s] for which an explicit integrator is stable under the forces in their present
+/// state; infinite if there are no springs and dampers. For a point of stiffness k, damping c and mass m, stability
+/// requires k dt²/m + 2 c dt/m ≤ 4 (Jury's criterion for v ← v + a dt, x ← x + v dt).
 template <class S, int D>
 double largest_step(std::span<AnyForce<S, D>> forces, const PointView<S, D>& points, int threads) {
     aligned_vector<double> stiffness, damping;

@@ -9,19 +9,21 @@
 
 namespace firn {
 
-/// How each cell of a rectangle is cut into two triangles.
+/// How each cell of a rectangular cloth is cut into two triangles.
 enum class Diagonals {
-    alternating,  ///< Along either diagonal in turn, as on a chessboard: no direction is preferred.
-    parallel      ///< Along the same diagonal in all cells.
+    alternating,  ///< Neighbouring cells are cut along different diagonals, so the cloth has no preferred direction.
+    parallel      ///< All cells are cut along the same diagonal.
 };
 
-/// Builds a rectangle (or parallelogram) of cells[0] × cells[1] cells, spanned at `origin` by the edges u and v [m].
-/// Point (i, j) lies at origin + i/cells[0] u + j/cells[1] v and has the place i + (cells[0] + 1) j.
+/// Builds a rectangular cloth (or a parallelogram) of cells[0] × cells[1] cells. One corner is `origin` [m]; the
+/// vectors u and v [m] are the two edges from that corner. Point (i, j) lies at origin + i/cells[0] u + j/cells[1] v
+/// and has index i + (cells[0] + 1) j.
 ///
-/// Stretch links run along u and v, shear links along both diagonals of every cell, bend links to the second neighbours
-/// along u and v (Provot 1995, "Deformation constraints in a mass-spring model to describe rigid cloth behavior"). Each
-/// cell has two triangles, counter-clockwise if u × v points to the viewer.
-/// \throws parameter_error  unless all numbers are finite, u and v span an area, and each edge has at least one cell
+/// Stretch links join neighbours along u and v, shear links are both diagonals of every cell, and bend links join each
+/// point to its second neighbours along u and v (Provot 1995, "Deformation constraints in a mass-spring model to
+/// describe rigid cloth behavior"). Each cell has two triangles, counter-clockwise if u × v points to the viewer.
+/// \throws parameter_error  unless origin, u and v are finite, u and v are not parallel, both numbers of cells are at
+///                          least 1, and there are at most `max_points` points
 /// \throws memory_error     if the net does not fit into memory
 inline Net<3> cloth(const Vec<double, 3>& origin, const Vec<double, 3>& u, const Vec<double, 3>& v,
                     const std::array<std::size_t, 2>& cells, Diagonals diagonals = Diagonals::alternating) {
@@ -66,8 +68,8 @@ inline Net<3> cloth(const Vec<double, 3>& origin, const Vec<double, 3>& u, const
 
 namespace detail {
 
-/// Checks a mesh before it becomes cloth.
-/// \throws mesh_error  as check_mesh(); for a triangle without area; for a vertex that no triangle uses
+/// Checks that cloth can be built from a mesh.
+/// \throws mesh_error  if check_mesh() throws it, a triangle has no area, or some vertex belongs to no triangle
 inline void check_surface(const TriangleMesh& mesh) {
     check_mesh(mesh);
     std::vector<bool> used(mesh.vertices.size());
@@ -90,13 +92,13 @@ inline void check_surface(const TriangleMesh& mesh) {
                                   " (from 0) of the mesh, so it would be a loose point. Remove it."));
 }
 
-/// An edge of a triangle and the corner opposite to it.
+/// An edge of a triangle, from vertex `low` to vertex `high`, and the triangle's third vertex, `opposite`.
 struct Side {
     std::uint32_t low, high, opposite;
     std::size_t triangle;
 };
 
-/// The sides of all triangles, sorted so that sides on one edge are next to each other.
+/// Returns the three sides of every triangle, sorted so that the sides which lie on one edge follow each other.
 inline std::vector<Side> sorted_sides(const TriangleMesh& mesh) {
     std::vector<Side> sides;
     sides.reserve(3 * mesh.triangles.size());
@@ -115,13 +117,14 @@ inline std::vector<Side> sorted_sides(const TriangleMesh& mesh) {
 
 }  // namespace detail
 
-/// Builds cloth from a mesh, open or closed. It keeps the points and facets of the mesh and their order.
+/// Builds cloth from a mesh, open or closed. Points are the mesh's vertices and facets are its triangles, in the same
+/// order.
 ///
-/// Stretch links run along the edges. Bend links join the corners opposite to a shared edge, unless an edge joins them
-/// already; where more than two triangles share an edge, every pair gets a bend link. Vertices at the same position
-/// are not merged.
-/// \throws mesh_error  as check_mesh(); for a triangle without area, for two triangles folded onto each other, and for
-///                     a vertex that no triangle uses
+/// Each edge of the mesh becomes a stretch link. Where two triangles share an edge, a bend link joins their two
+/// vertices opposite to that edge, unless an edge joins these vertices already. Where more than two triangles share an
+/// edge, every pair of them gets a bend link. Vertices at the same position are not merged.
+/// \throws mesh_error  if check_mesh() throws it, a triangle has no area, two triangles are folded onto each other, or
+///                     some vertex belongs to no triangle
 inline Net<3> cloth(const TriangleMesh& mesh) {
     detail::check_surface(mesh);
     Net<3> net{mesh.vertices, {}, {}};

@@ -1,9 +1,10 @@
-/// \file Finds points that are near each other: points sorted by the cells of a uniform grid.
+/// \file Finds points that are near each other, by sorting points by the cells of a uniform grid.
 ///
-/// The grid stores no cells, only the points in the order of their cells, the first axis fastest. All neighbours of a
-/// point lie in 3 (2D) or 9 (3D) contiguous ranges of that order, each three cells long. If the box around the points
-/// has at most a few cells per point, a table holds the beginning of each cell. If points lie far apart, the ranges are
-/// found by walking along the sorted keys. Order and ranges are the same either way.
+/// The points are sorted by cell; cells are ordered so that the index along the first axis changes fastest. So all
+/// neighbours of a point lie in 3 (2D) or 9 (3D) contiguous ranges of the sorted points, each of which covers three
+/// cells along the first axis. If the box around the points has at most a few cells per point, a table stores where
+/// each cell begins. Otherwise the ranges are found by a search in the sorted cell numbers. The result is the same in
+/// both cases.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -21,13 +22,13 @@
 
 namespace firn {
 
-/// A range of points in the order of cells.
+/// A range of the sorted points of a CollisionGrid.
 struct SortedRange {
-    std::uint32_t begin,  ///< The first point.
-        end;              ///< One past the last point.
+    std::uint32_t begin,  ///< Index of the first point among the sorted points.
+        end;              ///< Index of the last point plus one.
 };
 
-/// Sorts points by the cells of a uniform grid. Neighbours then lists the points near each point.
+/// Sorts points by the cells of a uniform grid. After build(), the class Neighbours finds the points near each point.
 /// \tparam S  float or double
 /// \tparam D  2 or 3
 template <std::floating_point S, int D>
@@ -35,13 +36,14 @@ class CollisionGrid {
 public:
     using V = Vec<S, D>;                         ///< A vector in space.
     static constexpr int rows = D == 2 ? 3 : 9;  ///< Number of ranges in which the neighbours of a point lie.
-    static constexpr std::size_t padding = 16;   ///< How many numbers past the last one may be read.
+    static constexpr std::size_t padding = 16;   ///< Number of zeros after the coordinates and radii, for SIMD loads.
 
-    /// Sorts the points whose radius is positive.
-    /// \param threads  0: as many as thread_count() says
-    /// \param reach  the distance [m] up to which points are neighbours; 0: twice the largest radius
-    /// \throws particle_error   if a position or radius is not finite, or a radius is negative; it names the points
-    /// \throws parameter_error  if the reach is not finite or negative
+    /// Sorts the points whose radius is positive; points of radius 0 are left out.
+    /// \param points   the points to sort; they do not change
+    /// \param threads  number of threads; 0: the number that thread_count() returns
+    /// \param reach    two points are neighbours if their distance is at most this [m]; 0: twice the largest radius
+    /// \throws particle_error   if a position or radius is not finite, or a radius is negative
+    /// \throws parameter_error  if `reach` is negative or not finite
     void build(const PointMasses<S, D>& points, int threads = 0, double reach = 0) {
         if (!(reach >= 0) || !std::isfinite(reach))
             throw parameter_error(sentence("The reach of neighbours is ", reach,
@@ -59,17 +61,17 @@ public:
         }
     }
 
-    /// Number of points that were sorted.
+    /// Returns the number of sorted points: those with a positive radius.
     std::size_t size() const { return size_; }
-    /// The place, among all points, of the k-th sorted point.
+    /// Returns the index (into PointMasses) of sorted point k, 0 ≤ k < size().
     std::uint32_t place(std::size_t k) const { return order_[k]; }
-    /// The coordinates of the sorted points along an axis [m], in order, with `padding` numbers after them.
+    /// Returns the coordinates of the sorted points along an axis [m], in sorted order, followed by `padding` zeros.
     const S* coordinates(int axis) const { return coordinates_[std::size_t(axis)].data(); }
-    /// The radii of the sorted points [m], in order, with `padding` numbers after them.
+    /// Returns the radii of the sorted points [m], in sorted order, followed by `padding` zeros.
     const S* radii() const { return radii_.data(); }
-    /// The side of a cell [m].
+    /// Returns the side of a cell [m].
     double cell_side() const { return side_; }
-    /// Memory in use [bytes].
+    /// Returns the size of the allocated memory [bytes].
     std::size_t bytes() const {
         std::size_t sum = (near_.items.capacity() * 2) * sizeof(near_.items[0]) +
                           (far_.items.capacity() * 2) * sizeof(far_.items[0]) + table_.capacity() * 4 +
@@ -78,14 +80,14 @@ public:
         return sum;
     }
 
-    /// Lists the neighbours of one point after the other. From call to call, k must not decrease.
+    /// Finds the neighbours of the sorted points, for one point after another.
     class Neighbours {
     public:
-        /// Begins at the first point of a grid, which must outlive this object.
+        /// Makes an object that finds neighbours in `grid`. The grid must exist as long as this object.
         explicit Neighbours(const CollisionGrid& grid) : grid_(grid) {}
 
-        /// The ranges that contain all points within reach of the k-th point, and that point itself. They may contain
-        /// points beyond the reach, too.
+        /// Returns ranges of sorted points that contain all neighbours of sorted point k. The ranges also contain point
+        /// k itself and some points that are not neighbours. From call to call, k must not decrease.
         FIRN_INLINE const std::array<SortedRange, rows>& of(std::size_t k) {
             if (grid_.table_.empty()) {
                 const std::uint64_t key = grid_.far_.items[k].key;
@@ -126,7 +128,7 @@ public:
     };
 
 private:
-    struct Part {  // a part of the points, surveyed by one thread
+    struct Part {  // bounds and counts of a part of the points, computed by one thread
         V lower, upper;
         S largest = 0;
         std::size_t wrong = 0, first_wrong = 0, sorted = 0;
@@ -176,7 +178,7 @@ private:
                 upper_[a] = std::max(upper_[a], part.upper[a]);
             }
             const std::size_t sorted = part.sorted;
-            part.sorted = size_;  // from now on: where its first point goes
+            part.sorted = size_;  // from now on: the index of the part's first point in the list to sort
             size_ += sorted;
         }
     }
@@ -191,10 +193,12 @@ private:
     }
 
     void lay_out(const PointMasses<S, D>& points, double reach) {
-        // In double: rounding of cells and distances must not put points within reach two cells apart.
+        // The cells are computed in double and slightly larger than needed, so that rounding cannot put two neighbours
+        // more than one cell apart.
         side_ = (reach > 0 ? reach : 2 * double(largest_)) * (1 + 1e-6);
         if (size_ == 0) return;
-        constexpr double most = D == 2 ? double(1 << 30) : double(1 << 20);  // cells along an axis; 62-bit keys
+        // The largest number of cells along an axis. Cell numbers then need at most 62 bits.
+        constexpr double most = D == 2 ? double(1 << 30) : double(1 << 20);
         side_ = std::max(side_, std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon());
         Vec<double, D> upper = cast<double>(upper_);
         from_ = cast<double>(lower_);
@@ -209,14 +213,15 @@ private:
         for (int a = 0; a < D; ++a) {
             last_[a] = std::floor(std::min((upper[a] - from_[a]) / side_, most - 1));
             stride_[std::size_t(a)] = cells_;
-            cells_ *= std::uint64_t(last_[a]) + 3;  // with an empty cell on either side
+            cells_ *= std::uint64_t(last_[a]) + 3;  // with an empty cell at both ends
         }
         for (std::size_t r = 0; r < rows; ++r)
             row_[r] = std::int64_t(stride_[1]) * (std::int64_t(r % 3) - 1) +
                       (D == 3 ? std::int64_t(stride_[D - 1]) * (std::int64_t(r / 3) - 1) : 0);
     }
 
-    /// The interval along an axis [m] that holds the middle seven eighths of about a thousand sampled points.
+    /// Returns an interval along an axis [m] that contains most points: of about a thousand sampled points, a sixteenth
+    /// lies below and a sixteenth above the interval.
     std::array<double, 2> where_most_are(const PointMasses<S, D>& points, int axis) const {
         std::vector<S> sample;
         const std::size_t step = count_ / 1024 + 1;
@@ -225,8 +230,8 @@ private:
         return {double(sample[sample.size() / 16]), double(sample[sample.size() - 1 - sample.size() / 16])};
     }
 
-    /// The key of the cell of a point. A point outside of all cells belongs to the outermost cell, so that neighbours
-    /// are still at most one cell apart.
+    /// Returns the number of the cell at position x. If x is outside of the grid, it is the number of the nearest cell,
+    /// so that neighbours are still at most one cell apart.
     FIRN_INLINE std::uint64_t key_of(const V& x) const {
         std::uint64_t key = 0;
         unroll<D>([&](auto a) FIRN_LAMBDA {
@@ -280,13 +285,13 @@ private:
     V lower_{}, upper_{};
     S largest_ = 0;
     double side_ = 0, per_side_ = 0;
-    Vec<double, D> from_{}, last_{};  ///< lower corner of the cells [m]; last cell along each axis
+    Vec<double, D> from_{}, last_{};  ///< lower corner of the grid [m]; index of the last cell along each axis
     std::uint64_t cells_ = 0;
     std::array<std::uint64_t, std::size_t(D)> stride_{};
     std::array<std::int64_t, rows> row_{};
     RadixSort<std::uint32_t> near_;
     RadixSort<std::uint64_t> far_;
-    aligned_vector<std::uint32_t> table_;  ///< where each cell begins; empty if points lie far apart
+    aligned_vector<std::uint32_t> table_;  ///< index of each cell's first sorted point; empty if points lie far apart
     aligned_vector<std::uint32_t> order_;
     aligned_vector<S> radii_;
     std::array<aligned_vector<S>, std::size_t(D)> coordinates_;

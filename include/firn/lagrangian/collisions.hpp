@@ -1,9 +1,9 @@
 /// \file Collisions of point masses with each other, with restitution and friction.
 ///
-/// Contacts are found once per step. Each is stored at both of its points, so a point sums its own contacts, in the
-/// same order for any number of threads. The impulses on the two points of a contact are exact opposites in floating
-/// point, too: swapping the points only changes the sign of each formula. Momentum is conserved up to the rounding of
-/// the sums.
+/// Contacts are found once per step. A contact is stored twice, once for each of its two points, so each point can sum
+/// the impulses of its own contacts, in the same order for any number of threads. The impulses on the two points of a
+/// contact are computed separately and are exact opposites in floating point, because swapping the points only changes
+/// the sign of each formula. Momentum is conserved up to the rounding errors of the sums.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -32,7 +32,8 @@ namespace firn {
 
 namespace detail {
 
-/// A unit vector for two points at one position. It depends on their ids only and changes sign if they are swapped.
+/// Returns a unit vector that serves as the normal of a contact if both points are at the same position. It depends on
+/// the ids only and is pseudo-random. If the two ids are swapped, its sign changes.
 template <std::floating_point S, int D>
 Vec<S, D> direction_of_ids(std::uint32_t from, std::uint32_t to) {
     const std::uint64_t seed = std::uint64_t(std::min(from, to)) << 32 | std::max(from, to);
@@ -46,25 +47,28 @@ Vec<S, D> direction_of_ids(std::uint32_t from, std::uint32_t to) {
 
 /// Resolves collisions of points with each other, and with the surfaces of a boundary.
 ///
-/// Two points collide if they are nearer than the sum of their radii. They do not collide if a radius is 0, if both are
-/// in the same group other than 0, or if the pair is excluded.
+/// Two points collide if their distance is below the sum of their radii. They do not collide if one of the radii is 0,
+/// if both points are in the same group and this is not group 0, or if the pair is excluded.
 ///
-/// Velocities. Each contact carries an impulse J, which is found in passes. A pass takes the relative velocity that the
-/// two points would have without J, and finds the impulse by which velocity_after_impact() answers it. The normal part
-/// of that impulse separates the points at least at the speed u; friction is at most μ times the normal part. u is
-/// e times the speed of approach before the passes, or 0 if there was none. J moves towards that impulse by the
-/// fraction 1/n, where n is the larger number of contacts of the two points. All contacts act together (Jacobi), so a
-/// point never moves by more than the mean of what its contacts ask for. The first pass is exact for two points that
-/// touch nothing else; other contacts converge.
+/// Velocities. Each contact has an impulse J, which is computed in several passes. In a pass, v is the relative
+/// velocity that the two points would have without J. The wanted impulse changes v to velocity_after_impact(): the
+/// points then separate with at least the speed u, and friction is at most μ times the normal part of the impulse. Here
+/// u is e times the speed of approach before the first pass, or 0 if the points were not approaching. J is then moved
+/// by the fraction 1/n towards the wanted impulse; n is the number of contacts at that one of the two points which has
+/// more. All contacts are updated at the same time (Jacobi iteration). Because of 1/n, the change of a point's velocity
+/// is at most the mean of the changes that its contacts want. For two points without other contacts, the first pass is
+/// exact; otherwise the impulses converge.
 ///
-/// The first pass starts from the impulses of the last step, or of the step before it where those were smaller: an
-/// impact is over after one step, a weight stays. This is why piles rest with few passes.
+/// The first pass starts from the impulses at the end of the last step. Where an impulse had been smaller one step
+/// earlier, it is first reduced to that size. So the impulse of an impact, which lasts one step, is not repeated, but
+/// an impulse that supports a weight is kept. This is why piles come to rest with few passes.
 ///
-/// All contacts of a step act at the same time. Restitution throws a row of touching balls apart as a whole; balls a
-/// little apart would collide one after the other.
+/// Since all contacts of a step act at the same time, restitution drives all balls of a touching row apart at once.
+/// With small gaps between the balls, they would collide one after the other.
 ///
-/// Positions. Passes of shifts remove the overlaps, except for contact_slack. The two points of a contact share its
-/// shift by their inverse masses and numbers of contacts. Shifts change no velocity.
+/// Positions. Further passes shift overlapping points apart until the overlap is at most the fraction contact_slack.
+/// The two points of a contact are shifted in proportion to their inverse masses, each pass by the fraction 1/n. Shifts
+/// do not change velocities.
 template <std::floating_point S, int D>
 class Collisions {
 public:
@@ -72,11 +76,11 @@ public:
 
     double restitution = 0;   ///< Newton's e, from 0 to 1 [1].
     double friction = 0;      ///< Coulomb's μ [1].
-    int velocity_passes = 4;  ///< Passes over the velocities per step.
-    int shift_passes = 2;     ///< Passes over the positions per step.
-    bool remember = true;     ///< Whether to start from the impulses of the last step.
+    int velocity_passes = 4;  ///< Number of passes per step that change velocities.
+    int shift_passes = 2;     ///< Number of passes per step that shift positions.
+    bool remember = true;     ///< true: the first pass starts from the impulses of the last step; false: from zero.
 
-    /// Checks the members above.
+    /// Checks the parameters above.
     /// \throws parameter_error  unless 0 ≤ e ≤ 1, μ is finite and not negative, and no number of passes is negative
     void check() const {
         check_restitution(restitution);
@@ -88,31 +92,38 @@ public:
                 throw parameter_error(sentence("Collisions have ", passes, " passes per step; give 0 or more."));
     }
 
-    /// Excludes pairs of points, given by their places, from collisions, in addition to earlier ones.
+    /// Excludes pairs of points from collisions, in addition to pairs excluded earlier.
+    /// \param pairs  the indices (into PointMasses) of the two points of each pair
     void exclude(std::span<const std::array<std::uint32_t, 2>> pairs) { excluded_.add(pairs); }
-    /// Excludes the two ends of each link from collisions.
-    /// \param first  the place of the point that links call 0
+    /// Excludes collisions between the two end points of each link, in addition to pairs excluded earlier.
+    /// \param links  links of a net
+    /// \param first  the index of the net's first point in the system, as ParticleSystem::add returned it
     void exclude(std::span<const Link> links, std::uint32_t first = 0) {
         std::vector<std::array<std::uint32_t, 2>> pairs;
         pairs.reserve(links.size());
         for (const Link& link : links) pairs.push_back({first + link.a, first + link.b});
         excluded_.add(pairs);
     }
-    /// All excluded pairs, by places.
+    /// Returns all excluded pairs, as indices into PointMasses.
     const std::vector<std::array<std::uint32_t, 2>>& excluded() const { return excluded_.pairs(); }
-    /// Updates the excluded pairs after points were removed.
-    /// \param new_place  what PointMasses::remove_if returned
+    /// Updates the point indices of the excluded pairs. Call renumber() after points are removed.
+    /// \param new_place  what PointMasses::remove_if returned: the new index for each old one
     /// \throws parameter_error  if a pair names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) { excluded_.renumber(new_place); }
 
-    /// Finds contacts, changes velocities and shifts positions. Call it once per step, after points have moved.
-    /// \throws parameter_error, particle_error  as find()
+    /// Finds contacts, changes velocities and shifts positions. Call apply() once per step, after points have moved.
+    /// \param points   the points, changed in place
+    /// \param threads  number of threads; 0: the number that thread_count() returns
+    /// \throws parameter_error, particle_error  if find() throws it
     void apply(PointMasses<S, D>& points, int threads = 0) { apply(points, NoBoundary{}, 0, threads); }
-    /// Same, with the surfaces of a boundary. Surfaces with Contact::separate take part in the passes, so that piles
-    /// stand on them. At the end, meet_surfaces() applies all surfaces.
-    /// \param boundary  a boundary policy in S that has surfaces(), see has_surfaces
+    /// Finds contacts of points with each other and with the surfaces of a boundary, changes velocities and shifts
+    /// positions. Call apply() once per step, after points have moved. Surfaces with Contact::separate take part in the
+    /// passes, so that piles can rest on them. Finally, meet_surfaces() applies the contact with all surfaces.
+    /// \param points                   the points, changed in place
+    /// \param boundary                 a boundary with scalar type S and a member surfaces(), see has_surfaces
     /// \param restitution_of_surfaces  Newton's e between points and surfaces, from 0 to 1 [1]
-    /// \throws parameter_error, particle_error  as find() and meet_surfaces()
+    /// \param threads                  number of threads; 0: the number that thread_count() returns
+    /// \throws parameter_error, particle_error  if find() or meet_surfaces() throws it
     template <class B>
     void apply(PointMasses<S, D>& points, const B& boundary, double restitution_of_surfaces, int threads = 0) {
         find(points, boundary, restitution_of_surfaces, threads);
@@ -121,12 +132,23 @@ public:
         if constexpr (!std::same_as<B, NoBoundary>) meet_surfaces(points, boundary, restitution_of_surfaces, threads);
     }
 
-    /// Finds the contacts, and the speeds of approach for restitution.
-    /// \throws particle_error   if a position or radius is not finite, or a radius is negative; it names the points
-    /// \throws parameter_error  as check(), and if an excluded pair names a point that does not exist
+    /// Finds the contacts between points, and their speeds of approach for restitution.
+    /// \param points   the points; they do not change
+    /// \param threads  number of threads; 0: the number that thread_count() returns
+    /// \throws particle_error   if a position or radius is not finite, a radius is negative, or there are too many
+    ///                          points
+    /// \throws parameter_error  if check() throws it, or an excluded pair names a point that does not exist
     void find(const PointMasses<S, D>& points, int threads = 0) { find(points, NoBoundary{}, 0, threads); }
-    /// Same, with the surfaces of a boundary. \see apply
-    /// \throws parameter_error, particle_error  as above, and if restitution_of_surfaces is not from 0 to 1
+    /// Finds the contacts of points with each other and with the surfaces of a boundary, and their speeds of approach
+    /// for restitution. Only surfaces with Contact::separate are listed.
+    /// \param points                   the points; they do not change
+    /// \param boundary                 a boundary with scalar type S and a member surfaces(), see has_surfaces
+    /// \param restitution_of_surfaces  Newton's e between points and surfaces, from 0 to 1 [1]
+    /// \param threads                  number of threads; 0: the number that thread_count() returns
+    /// \throws particle_error   if a position or radius is not finite, a radius is negative, or there are too many
+    ///                          points
+    /// \throws parameter_error  if check() throws it, an excluded pair names a point that does not exist, or
+    ///                          restitution_of_surfaces is not from 0 to 1
     template <class B>
     void find(const PointMasses<S, D>& points, const B& boundary, double restitution_of_surfaces, int threads = 0) {
         check();
@@ -152,13 +174,14 @@ public:
         });
     }
 
-    /// Number of pairs of points in contact.
+    /// Returns the number of contacts between two points. Contacts with surfaces are not counted.
     std::size_t contacts() const {
         std::size_t both_sides = 0;
         for (const auto& chunk : table_.chunks) both_sides += chunk.used - chunk.surfaces.size();
         return both_sides / 2;
     }
-    /// Calls f(place, place of the other point) for each contact of two points, once from either side.
+    /// Calls f(i, j) and f(j, i) for each contact of two points, where i and j are their indices (into PointMasses).
+    /// Call for_contacts() after find() and before points are removed.
     template <class F>
     void for_contacts(const F& f) const {
         for (std::size_t k = 0; k < grid_.size(); ++k)
@@ -167,8 +190,9 @@ public:
                     f(grid_.place(k), grid_.place(other));
     }
 
-    /// Changes the velocities of points in contact.
-    /// \param points  the points that were passed to find()
+    /// Changes the velocities of points in contact. Call find() first.
+    /// \param points   the points that were passed to find()
+    /// \param threads  number of threads; 0: the number that thread_count() returns
     void change_velocities(PointMasses<S, D>& points, int threads = 0) {
         if (velocity_passes == 0) return;
         threads = thread_count(threads);
@@ -192,21 +216,24 @@ public:
         begun_ = table_.has_kept = true;
     }
 
-    /// The impulses of the last step, from which the next step starts; nothing before the first step or without passes.
+    /// Returns the impulses of the last step, from which the next step starts, sorted by ids. Returns std::nullopt if
+    /// there was no step yet, or if velocity_passes is 0.
     std::optional<std::vector<KeptImpulse<S, D>>> kept() const {
         if (!table_.has_kept) return {};
         return table_.kept();
     }
     /// Makes the next step start from the kept impulses of another run.
-    /// \throws parameter_error  as ContactTable::resume; nothing has changed then
+    /// \param kept  what kept() returned in the other run
+    /// \throws parameter_error  if ContactTable::resume throws it; nothing has changed then
     void resume(const std::optional<std::vector<KeptImpulse<S, D>>>& kept) {
         Table resumed;
         if (kept) resumed.resume(*kept);
         table_ = std::move(resumed);
     }
 
-    /// Moves points that overlap apart.
-    /// \param points  the points that were passed to find()
+    /// Moves overlapping points apart. Velocities do not change. Call find() first.
+    /// \param points   the points that were passed to find()
+    /// \param threads  number of threads; 0: the number that thread_count() returns
     void shift(PointMasses<S, D>& points, int threads = 0) {
         if (shift_passes == 0) return;
         threads = thread_count(threads);
@@ -224,9 +251,9 @@ public:
         scatter(points.position, x_, threads);
     }
 
-    /// The grid that find() built.
+    /// Returns the grid of points that find() built.
     const CollisionGrid<S, D>& grid() const { return grid_; }
-    /// Memory in use [bytes].
+    /// Returns the size of the allocated memory [bytes].
     std::size_t bytes() const {
         std::size_t sum = grid_.bytes() + table_.bytes() + before_.bytes() +
                           (x_.capacity() + v_.capacity() + next_.capacity() + w_.capacity()) * sizeof(S);
@@ -241,20 +268,20 @@ private:
     using Table = ContactTable<S, D>;
     static constexpr std::size_t lanes = std::size_t(scalar_traits<P>::lanes);
     static constexpr std::size_t chunk_size = Table::chunk_size;
-    /// Below this squared distance [m²], a difference of positions has no direction, as in direction_or_up().
+    /// If the squared distance [m²] of two points is below this, direction_of_ids() gives the normal of their contact.
     static constexpr S least_square = S(1e-30);
 
-    /// One contact per lane, seen from one of its points. Contact q of a block is in the lane l with
-    /// quad_of_lane(l) = q.
+    /// The data of several contacts, one per SIMD lane. Each contact has an `own` point, which feels the impulse, and
+    /// an `other` point. Contact q of a block is in the lane l with quad_of_lane(l) = q.
     struct alignas(64) Block {
-        S normal[D][lanes];   ///< unit vector, from the other point to this one
-        S impulse[D][lanes];  ///< times the sum of the inverse masses: its change of the relative velocity [m/s]
-        S share[lanes];       ///< 1 / (larger number of contacts of the two points)
-        S mass[lanes];        ///< 1 / (sum of the inverse masses), or 0 if both are pinned [kg]
-        S leaving[lanes];     ///< speed of separation by restitution [m/s]
+        S normal[D][lanes];   ///< unit vector from the other point to the own point
+        S impulse[D][lanes];  ///< J times the sum of the inverse masses: the change of the relative velocity [m/s]
+        S share[lanes];       ///< 1/n, where n is the number of contacts of that point of the two which has more
+        S mass[lanes];        ///< 1 / (sum of the inverse masses), or 0 if both points are pinned [kg]
+        S leaving[lanes];     ///< u: e times the speed of approach [m/s]
         S friction[lanes];
-        S last[lanes];                           ///< length of `impulse` at the end of the last step
-        std::uint32_t own[lanes], other[lanes];  ///< ranks of points; by contact, not by lane
+        S last[lanes];                           ///< length of `impulse` at the end of the last step [m/s]
+        std::uint32_t own[lanes], other[lanes];  ///< ranks of the points; index q (the contact), not l (the lane)
 
         FIRN_INLINE static PV vector(const S (&of)[D][lanes]) {
             PV r;
@@ -262,7 +289,7 @@ private:
             return r;
         }
     };
-    /// A vector and a number of one point per lane.
+    /// Values of one point per SIMD lane: position and radius, or velocity and inverse mass.
     struct Seen {
         PV vector;
         P number;
@@ -270,8 +297,9 @@ private:
 
     std::size_t end_of(std::size_t chunk) const { return std::min((chunk + 1) * chunk_size, grid_.size()); }
 
-    /// Copies a chunk of points to quads (four numbers each). Surfaces come after the points, as pinned points with a
-    /// radius so far below zero that shifts ignore them.
+    /// Copies the values of the points of a chunk to x_ and v_, as quads (groups of four numbers). Surfaces are stored
+    /// after all points, as if they were pinned points. Their radius is a huge negative number, so that shift() ignores
+    /// them.
     void copy_points(std::size_t which, const PointMasses<S, D>& points) {
         const auto quad = [](S* to, const V& vector, S number) {
             for (int a = 0; a < 4; ++a) to[a] = a < D ? vector[a] : a == D ? number : S(0);
@@ -321,7 +349,7 @@ private:
                 (kept ? Row::load(kept) : Row(0)).store(scratch.data() + 4 * c);
             }
         }
-        for (std::size_t c = chunk.used; c < lanes * blocks.size(); ++c) {  // contact with itself: no effect
+        for (std::size_t c = chunk.used; c < lanes * blocks.size(); ++c) {  // unused lanes: contacts without effect
             blocks[c / lanes].own[c % lanes] = blocks[c / lanes].other[c % lanes] = std::uint32_t(which * chunk_size);
             Row(0).store(scratch.data() + 4 * c);
         }
@@ -384,7 +412,8 @@ private:
         P::load(mu).store(block.friction);
     }
 
-    /// Keeps a quad for each contact for the next step.
+    /// Stores the impulse of each contact of a chunk, and its length in the last step, in Chunk::kept for the next
+    /// step.
     void keep(std::size_t which) {
         auto& chunk = table_.chunks[which];
         const auto& blocks = blocks_[which];
@@ -414,9 +443,10 @@ private:
         parallel_for(grid_.size(), threads, copy, chunk_size);
     }
 
-    /// Runs passes. Each adds to every point the sum of act(block, own, other) over its contacts, times its inverse
-    /// mass, computed from the values of the pass before.
-    /// \param values  a vector and a number per point, as quads
+    /// Runs passes over all contacts. In each pass, the vector of each point changes by the point's inverse mass times
+    /// the sum of act(block, own, other) over the contacts of the point. `own` and `other` are the values after the
+    /// previous pass.
+    /// \param values  one quad per point: D components of a vector (velocity or position), and one more number
     template <class Act>
     void relax(aligned_vector<S>& values, int passes, int threads, const Act& act) {
         felt_.resize(std::max(felt_.size(), std::size_t(threads)));
@@ -448,13 +478,13 @@ private:
 
     ExcludedPairs excluded_;
     CollisionGrid<S, D> grid_;
-    Table table_, before_;                       ///< of this step, of the last step
-    std::vector<aligned_vector<Block>> blocks_;  ///< of each chunk
-    aligned_vector<S> x_, v_, next_;  ///< quads: position and radius; velocity and inverse mass; the next pass
-    aligned_vector<S> w_;             ///< inverse masses [1/kg]
-    bool begun_ = false;              ///< whether the impulses of the last step were applied
+    Table table_, before_;                       ///< the contacts of this step, and those of the last step
+    std::vector<aligned_vector<Block>> blocks_;  ///< for each chunk, its blocks of contacts
+    aligned_vector<S> x_, v_, next_;  ///< quads: position and radius; velocity and inverse mass; result of a pass
+    aligned_vector<S> w_;             ///< inverse masses by rank [1/kg]
+    bool begun_ = false;              ///< whether the impulses of the last step were applied in this step
     std::vector<std::size_t> phases_;
-    std::vector<aligned_vector<S>> felt_;  ///< by thread: the effect of each contact of a chunk, as quads
+    std::vector<aligned_vector<S>> felt_;  ///< for each thread: the result of act() for each contact, as quads
 };
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-/// \file Colours for links. Links of one colour share no point, so they may move their ends at the same time.
+/// \file Colours for links. Links of one colour have no point in common, so threads can move their ends in parallel.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -12,15 +12,19 @@
 
 namespace firn {
 
-/// Colours links in their order. Each link gets the lowest colour that no link at either of its ends has.
+/// Gives each link a colour, so that links of one colour have no point in common. Links are coloured in the order
+/// given; each gets the lowest colour that no earlier link at either of its two end points has.
 struct LinkColours {
-    /// The largest number of colours. At a point with more than half as many links, some links may get no colour.
+    /// The largest number of colours. If the two end points of a link have together 64 or more other links, the link
+    /// may get no colour.
     static constexpr int most = 64;
 
-    std::vector<std::uint8_t> colour;  ///< Of each link. `most`: no colour, such links must act one after another.
-    int count = 0;                     ///< Number of colours in use.
+    std::vector<std::uint8_t> colour;  ///< One per link. `most`: no colour; such links must be handled one by one.
+    int count = 0;                     ///< Number of colours used.
 
-    /// Colours links, given by the places of their ends, each below `points`.
+    /// Colours links.
+    /// \param links   the indices of the two end points of each link
+    /// \param points  number of points; every index must be below this
     LinkColours(std::span<const std::array<std::uint32_t, 2>> links, std::size_t points) {
         std::vector<std::uint64_t> taken(points, 0);
         colour.reserve(links.size());
@@ -35,9 +39,10 @@ struct LinkColours {
     }
 };
 
-/// Whether there is a colour for each link, and no two links of one colour share a point.
-/// \param colour  one per link; LinkColours::most: no colour
-/// \param points  number of points; the ends of links are below it
+/// Returns whether `colour` has one entry per link, and no two links of one colour have a point in common.
+/// \param colour  the colour of each link; LinkColours::most: no colour
+/// \param links   the indices of the two end points of each link
+/// \param points  number of points; every index in `links` must be below this
 inline bool are_colours(std::span<const std::uint8_t> colour, std::span<const std::array<std::uint32_t, 2>> links,
                         std::size_t points) {
     if (colour.size() != links.size()) return false;

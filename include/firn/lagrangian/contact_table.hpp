@@ -1,4 +1,4 @@
-/// \file The contacts of every point, found once per step.
+/// \file A table of the contacts of every point. It is made once per step.
 #pragma once
 
 #include <firn/boundary/contact.hpp>
@@ -20,70 +20,80 @@ namespace firn {
 /// A surface that a point touches.
 template <std::floating_point S, int D>
 struct TouchedSurface {
-    Vec<S, D> normal,  ///< Outward unit normal.
-        velocity;      ///< [m/s]
-    S friction;        ///< Coulomb's μ [1].
+    Vec<S, D> normal,  ///< Outward unit normal at the point.
+        velocity;      ///< Velocity of the surface at the point [m/s].
+    S friction;        ///< Coulomb's μ of the surface [1].
 };
 
 /// The impulse of a contact in one step, kept for the next step.
 template <std::floating_point S, int D>
 struct KeptImpulse {
-    std::array<std::uint32_t, 2> ids{};  ///< Of two points, ascending, or of a point and a surface; see ContactTable.
-    /// The impulse on the first, times the sum of the inverse masses, and its length one step earlier [m/s].
+    /// The ids of the two points, the lower one first; or the id of a point and the entry of a surface, see
+    /// ContactTable::first_surface.
+    std::array<std::uint32_t, 2> ids{};
+    /// The first D numbers are the impulse on the first point, multiplied by the sum of the two inverse masses [m/s].
+    /// The last number is the length that this vector had one step earlier [m/s].
     std::array<S, std::size_t(D) + 1> numbers{};
 
     bool operator==(const KeptImpulse&) const = default;
 };
 
-/// Lists every contact at both of its points, in the order of the collision grid. Consecutive points share a chunk; the
-/// chunks do not depend on the number of threads. Memory is kept for the next step.
+/// Lists the contacts of every point. A contact of two points is listed twice, once for each of them.
 ///
-/// The *rank* of a point is its index in the order of the collision grid.
+/// The collision grid sorts the points that can collide. The *rank* of a point is its index in this sorted order, from
+/// 0. The contacts of 256 points of consecutive ranks are stored in one Chunk, for any number of threads. The memory is
+///    used again in the next step.
 template <std::floating_point S, int D>
 struct ContactTable {
-    static constexpr std::size_t chunk_size = 256;      ///< Points per chunk.
-    static constexpr std::uint32_t none = no_particle;  ///< No point.
-    /// The first surface that a point touches, instead of another point. The second surface is one less, and so on.
+    static constexpr std::size_t chunk_size = 256;      ///< Number of points per chunk.
+    static constexpr std::uint32_t none = no_particle;  ///< Stands for "no point".
+    /// The entry of Chunk::others or Chunk::ids that stands for the boundary's first surface. The boundary's surface
+    /// number k, from 0, is the entry first_surface − k.
     static constexpr std::uint32_t first_surface = none - 1;
-    static constexpr std::uint32_t most_points = none - 4096;  ///< The number of points must be below this.
-    /// Whether an entry of Chunk::others or Chunk::ids is a surface.
+    /// Entries from this value on stand for surfaces. The number of points must be below this value.
+    static constexpr std::uint32_t most_points = none - 4096;
+    /// Returns whether an entry of Chunk::others or Chunk::ids stands for a surface.
     static constexpr bool is_surface(std::uint32_t other) { return other >= most_points; }
 
-    /// The contacts of `chunk_size` consecutive points.
+    /// The contacts of `chunk_size` points of consecutive ranks.
     struct Chunk {
-        std::size_t used = 0;                        ///< Number of contacts; the arrays may be longer.
-        std::vector<std::uint32_t> others;           ///< Ranks of the other points, or surfaces.
-        std::vector<std::uint32_t> ids;              ///< Ids of the other points, or surfaces.
-        std::vector<TouchedSurface<S, D>> surfaces;  ///< Those touched, in the order of contacts.
-        std::size_t surfaces_before = 0;             ///< Number of surfaces in the chunks before this one.
-        aligned_vector<S> kept;           ///< Four numbers per contact, kept for the next step; see KeptImpulse.
-        std::vector<std::uint32_t> near;  ///< Scratch memory for the candidates of one point.
+        std::size_t used = 0;               ///< Number of contacts. The arrays below may be longer.
+        std::vector<std::uint32_t> others;  ///< For each contact, the rank of the other point, or first_surface − k.
+        std::vector<std::uint32_t> ids;     ///< For each contact, the id of the other point, or first_surface − k.
+        std::vector<TouchedSurface<S, D>> surfaces;  ///< One per contact with a surface, in the order of contacts.
+        std::size_t surfaces_before = 0;             ///< Sum of surfaces.size() over all earlier chunks.
+        aligned_vector<S> kept;  ///< Four numbers per contact: KeptImpulse::numbers, in 2D with a zero at the end.
+        std::vector<std::uint32_t> near;  ///< Temporary memory: ranks of the points near one point.
     };
-    std::vector<Chunk> chunks;            ///< By rank / `chunk_size`.
-    aligned_vector<std::uint32_t> first,  ///< By rank: a point's first contact in its chunk.
-        count;                            ///< By rank: the number of a point's contacts.
+    std::vector<Chunk> chunks;            ///< The point of rank k belongs to chunks[k / chunk_size].
+    aligned_vector<std::uint32_t> first,  ///< first[k] is the index, in its chunk, of the first contact of rank k.
+        count;                            ///< count[k] is the number of contacts of the point of rank k.
     /// A point's id and rank.
     struct Place {
         std::uint32_t id,  ///< The point's id.
-            rank;          ///< Its rank, or none.
+            rank;          ///< The point's rank; `none` if the point cannot collide, because its radius is 0.
     };
-    aligned_vector<Place> places;  ///< Of all points, by place.
-    bool has_kept = false;         ///< Whether Chunk::kept holds the impulses of this step.
+    aligned_vector<Place> places;  ///< One per point, in the order of PointMasses.
+    bool has_kept = false;         ///< Whether Chunk::kept contains the impulses of this step.
     /// A point's id and group.
     struct Name {
         std::uint32_t id,  ///< The point's id.
-            group;         ///< Its group; see PointMass.
+            group;         ///< The point's group; see PointMass::group.
     };
-    aligned_vector<Name> names;  ///< By rank.
+    aligned_vector<Name> names;  ///< One per point that can collide, in the order of ranks.
 
-    /// Number of contacts with surfaces.
+    /// Returns the number of contacts with surfaces.
     std::size_t surface_count() const {
         return chunks.empty() ? 0 : chunks.back().surfaces_before + chunks.back().surfaces.size();
     }
 
     /// Finds all contacts.
-    /// \param surfaces  surfaces(x, seen) calls `seen` as a boundary does. \see has_surfaces
-    /// \throws particle_error  if there are too many points
+    /// \param grid      the points, sorted
+    /// \param points    the same points
+    /// \param excluded  pairs of points that do not collide; call excluded.prepare() first
+    /// \param surfaces  surfaces(x, seen) calls seen(…) for each surface of the boundary. \see has_surfaces
+    /// \param threads   number of threads
+    /// \throws particle_error  if there are `most_points` or more points
     template <class Surfaces>
     void find(const CollisionGrid<S, D>& grid, const PointMasses<S, D>& points, const ExcludedPairs& excluded,
               const Surfaces& surfaces, int threads) {
@@ -124,14 +134,17 @@ struct ContactTable {
         }
     }
 
-    /// The rank that the point of this id had when the table was made, or none. `place` is where to look first.
+    /// Returns the rank that a point had when this table was made, or `none` if the point had no rank then.
+    /// \param place   the point's index now; if the point had the same index then, no search is needed
+    /// \param wanted  the point's id
     FIRN_INLINE std::uint32_t rank_of(std::uint32_t place, std::uint32_t wanted) const {
         if (place < places.size() && places[place].id == wanted) return places[place].rank;
         const auto before = [](const Place& one, std::uint32_t id) { return one.id < id; };
-        const auto found = std::lower_bound(places.begin(), places.end(), wanted, before);  // its place has changed
+        const auto found = std::lower_bound(places.begin(), places.end(), wanted, before);  // its index has changed
         return found == places.end() || found->id != wanted ? none : found->rank;
     }
-    /// The four numbers kept of the contact of a point, given by its rank, with another; or nullptr.
+    /// Returns the four numbers in Chunk::kept for the contact between the point of rank `of_rank` and the point with
+    /// id `other_id` (or the surface with that entry); nullptr if there is no such contact.
     FIRN_INLINE const S* kept_of(std::uint32_t of_rank, std::uint32_t other_id) const {
         if (of_rank == none) return nullptr;
         const Chunk& chunk = chunks[of_rank / chunk_size];
@@ -140,7 +153,8 @@ struct ContactTable {
         return nullptr;
     }
 
-    /// The kept impulses in the order of ids. Each contact is there once: the other point feels the exact opposite.
+    /// Returns the kept impulses, sorted by KeptImpulse::ids, one per contact: the impulse on the point with the lower
+    /// id. The impulse on the other point is the exact opposite.
     std::vector<KeptImpulse<S, D>> kept() const {
         std::vector<KeptImpulse<S, D>> all;
         for (const Place& place : places) {
@@ -155,10 +169,11 @@ struct ContactTable {
         std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.ids < b.ids; });
         return all;
     }
-    /// Replaces the table by one that holds these kept impulses and nothing else.
-    /// \throws parameter_error  unless they are in the order of ids, each once, and finite; nothing has changed then
+    /// Replaces the table by one that contains only these kept impulses, as kept() returned them.
+    /// \throws parameter_error  unless the impulses are finite and sorted by ids, each contact once; the table has not
+    ///                          changed then
     void resume(std::span<const KeptImpulse<S, D>> all) {
-        std::vector<KeptImpulse<S, D>> sides;  // both sides of all contacts
+        std::vector<KeptImpulse<S, D>> sides;  // each contact of two points twice: as seen from either point
         for (std::size_t k = 0; k < all.size(); ++k) {
             const auto [own, other] = all[k].ids;
             const auto finite = [](S number) { return std::isfinite(number); };
@@ -188,7 +203,7 @@ struct ContactTable {
         has_kept = true;
     }
 
-    /// Memory in use [bytes].
+    /// Returns the size of the allocated memory [bytes].
     std::size_t bytes() const {
         std::size_t sum = (first.capacity() + count.capacity()) * 4 + places.capacity() * sizeof(Place) +
                           names.capacity() * sizeof(Name);
@@ -242,7 +257,8 @@ private:
         }
     }
 
-    /// Lists the surfaces of contacts that separate. Points that stick or slip are handled by meet_surfaces().
+    /// Adds to the chunk a contact for each surface that the point with index i touches and that has Contact::separate.
+    /// Surfaces with another Contact are left to meet_surfaces().
     template <class Surfaces>
     static void list_surfaces(Chunk& chunk, std::size_t i, const PointMasses<S, D>& points, const Surfaces& surfaces) {
         std::uint32_t name = first_surface;

@@ -8,23 +8,24 @@
 
 namespace firn {
 
-/// The order in which constraints correct positions.
+/// The order in which constraints correct positions in one iteration.
 enum class ConstraintUpdate {
     immediate,  ///< One by one, in the order they were added, on one thread. Converges fastest for chains.
-    coloured,   ///< Colour by colour, in parallel. Gives the same bits for any number of threads.
-    averaged    ///< All from the same positions, then summed at each point. Converges slowest.
+    coloured,   ///< Colour by colour, in parallel. The result is the same, bit for bit, for any number of threads.
+    averaged    ///< All at once: each point moves by a mean of its constraints' corrections. Converges slowest.
 };
 
-/// How the links of one kind become constraints.
+/// The options of the constraints that are made from the links of one kind.
 struct ConstraintOptions {
-    /// α [m/N], the inverse of a spring's stiffness, as in XPBD: its effect depends on neither the number of iterations
-    /// nor the time step. 0: rigid.
+    /// α [m/N], the inverse of a spring's stiffness, as in XPBD; 0: rigid. The stiffness that results depends neither
+    /// on the number of iterations nor on the time step.
     double compliance = 0;
-    /// The fraction of a correction that one iteration makes, in ]0, 1]. Its effect depends on how many there are.
+    /// The fraction of each correction that is applied, above 0 and at most 1. The stiffness that results depends on
+    /// the number of iterations.
     double relaxation = 1;
-    bool kept = true;  ///< false: these links do not become constraints.
+    bool kept = true;  ///< false: no constraints are made from these links.
 
-    /// Checks the numbers.
+    /// Checks compliance and relaxation.
     /// \throws parameter_error  if the compliance is negative or not finite, or the relaxation is outside ]0, 1]
     void check() const {
         if (!(compliance >= 0) || !std::isfinite(compliance) || !(relaxation > 0 && relaxation <= 1))
@@ -34,17 +35,21 @@ struct ConstraintOptions {
                                            "and at most 1."));
     }
 };
-using ConstraintsOfKinds = std::array<ConstraintOptions, link_kinds>;  ///< Options for each LinkKind.
+using ConstraintsOfKinds = std::array<ConstraintOptions, link_kinds>;  ///< One per LinkKind, same order.
 
 namespace detail {
 
-/// The correction of one distance, along e = (x_b − x_a)/l: x_a −= w_a Δλ e, x_b += w_b Δλ e with
-/// Δλ = (l₀ − l − α̃ λ)/(w_a + w_b + α̃), α̃ = α/dt² (Macklin, Müller, Chentanez 2016, eq. 18). Two points at one
-/// position are pushed apart along the second axis. It takes one square root and one division.
+/// The correction of the distance l between two points a and b (Macklin, Müller, Chentanez 2016, eq. 18):
+///
+///     x_a −= w_a Δλ e,  x_b += w_b Δλ e,  with  e = (x_b − x_a)/l,  Δλ = (l₀ − l − α̃ λ)/(w_a + w_b + α̃),  α̃ = α/dt²
+///
+/// Here x are positions, w inverse masses, l₀ is the length at rest, α the compliance, and λ the sum of earlier Δλ in
+/// the step. If both points are at one position, e is the second axis. The constructor takes w_a + w_b as `weights`,
+/// and α̃ as `compliance`.
 template <scalar S, int D>
 struct DistanceCorrection {
-    Vec<S, D> impulse;  ///< Δλ e
-    S multiplier;       ///< Δλ
+    Vec<S, D> impulse;  ///< Δλ e [kg m]
+    S multiplier;       ///< Δλ [kg m]
 
     FIRN_INLINE DistanceCorrection(const Vec<S, D>& a, const Vec<S, D>& b, const S& weights, const S& rest,
                                    const S& compliance, const S& lambda) {
@@ -65,40 +70,44 @@ struct DistanceCorrection {
 
 }  // namespace detail
 
-/// What has happened to constraints in a run. A constraint's number is how many were added before it.
+/// The changes of constraints during a run. Constraints are numbered 0, 1, 2, … in the order they were added.
 struct ConstraintHistory {
-    std::uint32_t added = 0;               ///< Number of constraints added.
-    std::vector<std::uint32_t> gone = {};  ///< Numbers of those that tore or lost an end, ascending.
-    /// Colours of the others, in the order they were added; empty until colours are needed.
+    std::uint32_t added = 0;  ///< Number of constraints added, including those that were removed later.
+    /// Numbers, ascending, of the constraints that were removed because they tore or lost an end point.
+    std::vector<std::uint32_t> gone = {};
+    /// One colour per remaining constraint, in the order they were added; empty if no colours were computed yet.
     std::vector<std::uint8_t> colours = {};
 };
 
-/// Constraints |x_b − x_a| = l₀, solved by iterations of position-based dynamics.
+/// Distance constraints |x_b − x_a| = l₀ between pairs of points, solved by iterations of position-based dynamics.
 template <std::floating_point S, int D>
 class DistanceConstraints {
 public:
-    using Ends = std::array<std::uint32_t, 2>;  ///< The places of two points.
+    using Ends = std::array<std::uint32_t, 2>;  ///< The indices (into PointMasses) of two points.
 
     ConstraintUpdate update = ConstraintUpdate::coloured;  ///< The order of corrections.
-    /// A constraint tears if, after a step, it is longer than this many times its length at rest; above 1. \see torn
+    /// A constraint tears if, after a step, its length is above tear_factor times its length at rest. Must be above 1;
+    /// infinite: constraints never tear. \see torn
     double tear_factor = std::numeric_limits<double>::infinity();
 
     /// A constraint: two points and their distance at rest.
     struct Constraint {
-        Ends ends{};  ///< Places of the two points.
+        Ends ends{};  ///< The indices of the two points.
         S rest = 1;   ///< l₀, length at rest [m].
     };
 
-    /// Number of constraints.
+    /// Returns the number of constraints.
     std::size_t size() const { return all_.size(); }
-    /// The constraints, in the order in which they are solved.
+    /// Returns the constraints, in the order in which solve() corrects them.
     std::span<const Constraint> all() const { return all_; }
 
     /// Adds one constraint.
-    /// \param ends  the places of two points
-    /// \param rest  their distance at rest [m]
-    /// \param kind  shear and bend constraints may be removed when others tear, see torn()
-    /// \throws parameter_error  unless the length is positive and the ends differ; and as ConstraintOptions::check
+    /// \param ends     the indices of the two points
+    /// \param rest     the distance of the two points at rest [m]
+    /// \param options  compliance and relaxation of the constraint; `kept` has no effect
+    /// \param kind     kind of link; if others tear, shear and bend constraints may be removed, too. \see torn
+    /// \throws parameter_error  if the distance at rest is not positive and finite, both indices are equal, or
+    ///                          ConstraintOptions::check throws it
     void add(const Ends& ends, double rest, const ConstraintOptions& options = {}, LinkKind kind = LinkKind::stretch) {
         options.check();
         if (!(S(rest) > 0) || !std::isfinite(S(rest)) || ends[0] == ends[1])
@@ -111,10 +120,12 @@ public:
         is_soft_ = is_soft_ || options.compliance > 0 || options.relaxation < 1;
         ordered_ = false;
     }
-    /// Adds the links of a net. Their lengths at rest are those in the net.
-    /// \param options  for each kind of link
-    /// \param first    the place of the net's first point in the system
-    /// \throws parameter_error  if a link has no length or names a point that does not exist
+    /// Adds a constraint for each link of a net. The length at rest is the length of the link in the net.
+    /// \param net      the net
+    /// \param options  the options for each kind of link
+    /// \param first    the index of the net's first point in the system, as ParticleSystem::add returned it
+    /// \throws parameter_error  if a link has length zero or names a point that does not exist, or if
+    ///                          ConstraintOptions::check throws it
     void add(const Net<D>& net, const ConstraintsOfKinds& options, std::size_t first = 0) {
         for (const ConstraintOptions& each : options) each.check();
         for (const Link& link : net.links) detail::checked_rest_length(net, link);
@@ -123,17 +134,24 @@ public:
                 add({detail::moved_place(link.a, first), detail::moved_place(link.b, first)},
                     detail::checked_rest_length(net, link), of, link.kind);
     }
-    /// Same, with the same options for all links.
+    /// Adds a constraint for each link of a net, with the same options for all kinds of links.
+    /// \param net     the net
+    /// \param of_all  the options for all links
+    /// \param first   the index of the net's first point in the system, as ParticleSystem::add returned it
+    /// \throws parameter_error  if a link has length zero or names a point that does not exist, or if
+    ///                          ConstraintOptions::check throws it
     void add(const Net<D>& net, const ConstraintOptions& of_all = {}, std::size_t first = 0) {
         ConstraintsOfKinds options;
         options.fill(of_all);
         add(net, options, first);
     }
 
-    /// Moves points towards their distances at rest by iterations.
-    /// \param position      [m], one per point
-    /// \param inverse_mass  [1/kg], one per point; 0: the point does not move
+    /// Moves the points so that their distances approach the lengths at rest.
+    /// \param position      position of each point [m], changed in place
+    /// \param inverse_mass  inverse mass of each point [1/kg]; 0: the point does not move
     /// \param dt            time step [s]
+    /// \param iterations    number of iterations, 0 or more
+    /// \param threads       number of threads; 0: the number that thread_count() returns
     /// \throws parameter_error  if a constraint names a point that does not exist, tear_factor is not above 1, dt is
     ///                          not positive, iterations is negative, or there is not one inverse mass per point
     void solve(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, double dt, int iterations, int threads) {
@@ -159,10 +177,11 @@ public:
         }
     }
 
-    /// Removes the constraints that are longer than tear_factor allows. Then it removes the shear and bend links whose
-    /// ends no longer have a common neighbour along stretch links.
-    /// \param position  [m], one per point
-    /// \return the ends of all removed constraints
+    /// Removes the constraints that are longer than tear_factor allows. If there are any, it then removes the shear and
+    /// bend constraints whose two end points no longer have a common neighbour, that is, a point joined to both of them
+    /// by stretch constraints.
+    /// \param position  position of each point [m]
+    /// \return the end points of all removed constraints
     std::vector<Torn> torn(std::span<const Vec<S, D>> position) {
         std::vector<Torn> broken;
         if (!std::isfinite(tear_factor)) return broken;
@@ -178,15 +197,16 @@ public:
         return broken;
     }
 
-    /// Updates places after points were removed. Constraints that lost an end are removed.
-    /// \param new_place  what PointMasses::remove_if returned
+    /// Updates the constraints' point indices. Call renumber() after points are removed. Constraints that have lost an
+    /// end point are removed, too.
+    /// \param new_place  what PointMasses::remove_if returned: the new index for each old one
     /// \throws parameter_error  if a constraint names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) {
         keep_if([&](Constraint& each, const Origin&) { return detail::renumbered(each.ends, new_place); });
         incidence_.clear();
     }
 
-    /// What has happened to these constraints so far. \see resume
+    /// Returns which of these constraints were removed so far, and the colours of the others. \see resume
     ConstraintHistory history() const {
         constexpr std::uint8_t none = 255;
         std::vector<std::uint8_t> colour(added_, none);
@@ -200,10 +220,12 @@ public:
         }
         return history;
     }
-    /// Repeats what happened to the same constraints in another run.
-    /// \param new_place  the places of the points at the time of the history, as PointMasses::remove_if returns them
-    /// \param points     number of points at that time
-    /// \throws parameter_error  if it is not a history of these constraints; some may then be gone
+    /// Brings these constraints to the state that the same constraints had in another run.
+    /// \param history    what history() returned in the other run
+    /// \param new_place  for each present index of a point, its index in the other run, or no_particle if the point was
+    ///                   removed there
+    /// \param points     number of points in the other run
+    /// \throws parameter_error  if the history does not fit these constraints; some of them may be removed then
     void resume(const ConstraintHistory& history, std::span<const std::uint32_t> new_place, std::size_t points) {
         if (history.added != added_)
             throw parameter_error(sentence("The run to resume had ", history.added,
@@ -229,19 +251,19 @@ public:
                 "Two constraints of one colour share a point; the constraints of a point need different colours.");
         order_by_colours(history.colours);
         ordered_ = true;
-        checked_for_ = std::numeric_limits<std::size_t>::max();  // not yet
+        checked_for_ = std::numeric_limits<std::size_t>::max();  // not checked yet
         ordered_for_ = ConstraintUpdate::coloured;
         find_colours();
     }
 
 private:
-    /// The part of a constraint that iterations read only if any constraint is soft.
+    /// The part of a constraint that is needed only if some constraint has a compliance or relaxation.
     struct Softness {
         S compliance = 0, relaxation = 1;
-        S lambda = 0;  // of the step so far [N s²]
+        S lambda = 0;  // λ: the sum of Δλ in this step [N s²]
     };
     struct Origin {
-        std::uint32_t number = 0;  // how many were added before it
+        std::uint32_t number = 0;  // number of constraints that were added before this one
         LinkKind kind = LinkKind::stretch;
         std::uint8_t colour = 0;
     };
@@ -267,7 +289,8 @@ private:
             for (std::size_t k = 0; k < size(); ++k) correct<Soft>(k, position, inverse_mass, per_dt2);
             return;
         }
-        // Pieces of one colour run in parallel. Constraints without a colour run on one thread.
+        // The constraints of one colour are split into pieces that run in parallel. Those without a colour run one by
+        // one.
         std::vector<std::size_t> counts(colour_end_.size());
         for (std::size_t c = 0; c < counts.size(); ++c)
             counts[c] = is_serial(c) ? 1 : (colour_end_[c] - colour_begin(c) + detail::at_once - 1) / detail::at_once;
@@ -278,8 +301,9 @@ private:
         });
     }
 
-    /// Divides every correction by the larger number of constraints at its two ends. This conserves momentum, and no
-    /// sum overshoots.
+    /// One iteration of ConstraintUpdate::averaged. Each correction is divided by n, the number of constraints at that
+    /// one of its two end points which has more. This conserves momentum, and the sum at a point cannot become too
+    /// large.
     void average(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, S per_dt2, int threads) {
         renew(impulses_, size(), thread_count(threads));
         detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
@@ -339,7 +363,7 @@ private:
     void order_by_number() {
         order_by([](const Origin& a, const Origin& b) { return a.number < b.number; });
     }
-    /// Sorts by colour. The constraints must be in the order of their numbers.
+    /// Sorts the constraints by colour, those of one colour by number. Before the call they must be sorted by number.
     void order_by_colours(std::span<const std::uint8_t> colours) {
         for (std::size_t k = 0; k < size(); ++k) origin_[k].colour = colours[k];
         order_by([](const Origin& a, const Origin& b) {
@@ -365,7 +389,7 @@ private:
             if (k + 1 == size() || origin_[k].colour != origin_[k + 1].colour) colour_end_.push_back(k + 1);
     }
 
-    /// Removes the others. Those that are left keep their order and colours.
+    /// Removes the constraints for which wanted(constraint, origin) is false. The others keep their order and colours.
     template <class Wanted>
     void keep_if(const Wanted& wanted) {
         std::size_t to = 0;
@@ -410,7 +434,7 @@ private:
     aligned_vector<Vec<S, D>> impulses_;
     std::uint32_t added_ = 0;
     bool is_soft_ = false, ordered_ = false;
-    std::size_t checked_for_ = 0;  // points
+    std::size_t checked_for_ = 0;  // the number of points for which the indices were checked
     ConstraintUpdate ordered_for_ = ConstraintUpdate::coloured;
 };
 

@@ -19,15 +19,15 @@ inline void check_air(double density, double coefficient) {
 }
 }  // namespace detail
 
-/// The drag −½ ρ c_d A |v| v on a ball of radius r, where v is its velocity relative to the wind. A = π r²; in 2D, A =
-/// 2 r for a disk one metre thick.
+/// The drag −½ ρ c_d A |v| v on a ball of radius r, where v is the ball's velocity relative to the wind and A = π r².
+/// In 2D, A = 2 r: a disk one metre thick.
 template <scalar S, int D>
 struct Drag {
     S density = S(1.2);       ///< ρ, density of the air [kg/m³; kg/m² in 2D].
-    S coefficient = S(0.47);  ///< c_d [1]; 0.47 is a smooth ball at Reynolds numbers of 1e4 to 1e5.
+    S coefficient = S(0.47);  ///< Drag coefficient c_d [1]; 0.47: smooth ball at Reynolds numbers of 1e4 to 1e5.
     Vec<S, D> wind{};         ///< Velocity of the air [m/s].
 
-    /// Checks the numbers.
+    /// Checks density and coefficient.
     /// \throws parameter_error  unless density and coefficient are finite and not negative
     void check() const
         requires std::floating_point<S>
@@ -35,7 +35,9 @@ struct Drag {
         detail::check_air(double(density), double(coefficient));
     }
 
-    /// The force [N] on a ball of a velocity [m/s] and radius [m].
+    /// Returns the force [N] on a ball.
+    /// \param velocity  velocity of the ball [m/s]
+    /// \param radius    radius of the ball [m]
     FIRN_INLINE Vec<S, D> force(const Vec<S, D>& velocity, const S& radius) const {
         const Vec<S, D> v = velocity - wind;
         const S area = D == 3 ? S(std::numbers::pi) * radius * radius : S(2) * radius;
@@ -43,20 +45,20 @@ struct Drag {
     }
 };
 
-/// The drag −½ ρ c_d A |v| (v·n) n on a facet of area A and unit normal n, an equal part on each corner. v is the mean
-/// velocity of the corners relative to the wind. A facet without area feels no force.
+/// The drag −½ ρ c_d A |v| (v·n) n on a facet of area A and unit normal n, where v is the mean velocity of the corners
+/// relative to the wind. Each corner gets an equal part of the force. On a facet without area the force is zero.
 template <scalar S, int D>
 struct AerodynamicDrag {
     using scalar_type = S;
-    static constexpr int corners = D;  ///< Points of a facet.
-    /// A facet has no data of its own.
+    static constexpr int corners = D;  ///< Number of corners of a facet.
+    /// The data of one facet: none.
     struct Element {};
 
     S density = S(1.2);    ///< ρ, density of the air [kg/m³].
-    S coefficient = S(1);  ///< c_d [1]; about 1.2 for a plate across the wind.
+    S coefficient = S(1);  ///< Drag coefficient c_d [1]; about 1.2 for a plate across the wind.
     Vec<S, D> wind{};      ///< Velocity of the air [m/s].
 
-    /// Checks the numbers.
+    /// Checks density and coefficient.
     /// \throws parameter_error  unless density and coefficient are finite and not negative
     void check() const
         requires std::floating_point<S>
@@ -64,7 +66,7 @@ struct AerodynamicDrag {
         detail::check_air(double(density), double(coefficient));
     }
 
-    /// The forces [N] on the corners of a facet, at positions x [m] with velocities v [m/s].
+    /// Returns the force [N] on each corner of a facet whose corners have positions x [m] and velocities v [m/s].
     FIRN_INLINE std::array<Vec<S, D>, D> forces(const Element&, const std::array<Vec<S, D>, D>& x,
                                                 const std::array<Vec<S, D>, D>& v) const {
         Vec<S, D> mean = v[0];

@@ -1,4 +1,4 @@
-/// \file Forces of elements that join a few points each, such as springs and triangles.
+/// \file Forces of elements, such as springs and triangles, each of which joins a few points.
 ///
 /// Forces are computed element by element, then summed at each point, in the same order for any number of threads.
 #pragma once
@@ -14,7 +14,7 @@ namespace firn {
 
 namespace detail {
 
-/// Torn links, sorted for search by their ends.
+/// Torn links, sorted by their end points for fast search.
 class TornLinks {
 public:
     explicit TornLinks(std::span<const Torn> torn) : links_(torn.begin(), torn.end()) {
@@ -22,7 +22,7 @@ public:
         std::sort(links_.begin(), links_.end());
     }
 
-    /// Whether both ends of a torn link are among the corners.
+    /// Returns whether any torn link has both of its end points among the corners.
     template <std::size_t K>
     bool are_in(std::array<std::uint32_t, K> corners) const {
         std::sort(corners.begin(), corners.end());
@@ -38,40 +38,42 @@ private:
 
 }  // namespace detail
 
-/// The forces of elements that follow one law.
-/// \tparam Law  the law of an element: springs, membranes, drag on facets, …
-///              It has Law::Element, Law::corners = K, and law.forces(element, x, v), which returns K forces [N] from
-///              the corners' positions [m] and velocities [m/s].
-///              Optional are energy(element, x) [J]; stiffness(element, x) [N/m] and damping(element) [N s/m], the
-///              largest eigenvalues, for the bound of the time step; check(element) and check(), which throw.
+/// The forces of many elements of the same law.
+/// \tparam Law  the law of an element: springs, membranes, drag on facets, … It must have the type Law::Element (the
+///              data of one element), the number of corners Law::corners = K, and law.forces(element, x, v), which
+///              returns the K forces [N] on the corners from their positions x [m] and velocities v [m/s]. Optional
+///              members are energy(element, x) [J]; stiffness(element, x) [N/m] and damping(element) [N s/m], upper
+///              bounds of the eigenvalues of the element's stiffness and damping matrices, which bound the time step;
+///              and check(element) and check(), which throw if a parameter is out of range.
 /// \tparam D    2 or 3
 template <class Law, int D>
 class ElementForces {
 public:
     using S = typename Law::scalar_type;            ///< float or double.
     using Element = typename Law::Element;          ///< The data of one element.
-    static constexpr std::size_t K = Law::corners;  ///< Points of an element.
-    static constexpr bool opens_no_region = true;   ///< \see point_force
-    using Corners = std::array<std::uint32_t, K>;   ///< The places of an element's points.
+    static constexpr std::size_t K = Law::corners;  ///< Number of corners of an element.
+    static constexpr bool opens_no_region = true;   ///< add_forces() opens no parallel region. \see point_force
+    using Corners = std::array<std::uint32_t, K>;   ///< The indices (into PointMasses) of an element's corner points.
 
-    /// No elements, with a law.
+    /// Makes an object without elements, for a given law.
     explicit ElementForces(const Law& with = {}) : law(with) {}
 
-    Law law;  ///< The law of all elements.
+    Law law;  ///< The law that all elements follow.
 
     /// Number of elements.
     std::size_t size() const { return corners_.size(); }
-    /// The places of the points of element e.
+    /// Returns the indices (into PointMasses) of the corner points of element e.
     const Corners& corners(std::size_t e) const { return corners_[e]; }
     /// @{
-    /// The data of element e.
+    /// Returns the data of element e.
     Element& element(std::size_t e) { return elements_[e]; }
     const Element& element(std::size_t e) const { return elements_[e]; }
     /// @}
 
     /// Adds an element.
-    /// \param corners  the places of its points
-    /// \throws parameter_error  as the law's check of an element, if it has one
+    /// \param corners  the indices (into PointMasses) of the corner points
+    /// \param element  the data of the element
+    /// \throws parameter_error  if law.check(element) throws it
     void add(const Corners& corners, const Element& element = {}) {
         if constexpr (requires { law.check(element); }) law.check(element);
         corners_.push_back(corners);
@@ -79,8 +81,8 @@ public:
         incidence_.clear();
     }
 
-    /// Adds the force [N] of the elements on each point to `force`, which has one entry per point.
-    /// \throws parameter_error  if an element names a point that does not exist; and as the law's check
+    /// Adds to `force`, which has one entry per point, the force [N] of all elements on each point.
+    /// \throws parameter_error  if an element names a point that does not exist, or if law.check() throws it
     void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) {
         if constexpr (requires { law.check(); }) law.check();
         prepare(points.size());
@@ -98,8 +100,9 @@ public:
         });
     }
 
-    /// Adds the stiffness [N/m] and damping [N s/m] of the elements at each point. Divided by the point's mass, the
-    /// stiffness bounds the squares of frequencies and the damping bounds rates.
+    /// Adds, for each point, the stiffness [N/m] and damping [N s/m] of the elements at the point to the point's
+    /// entries of `stiffness` and `damping`. Divided by the point's mass, the stiffness is an upper bound for the
+    /// squared angular frequencies [1/s²], the damping one for the decay rates [1/s].
     /// \throws parameter_error  if an element names a point that does not exist
     void add_stiffness(const PointView<S, D>& points, std::span<double> stiffness, std::span<double> damping,
                        int threads) {
@@ -120,7 +123,7 @@ public:
         }
     }
 
-    /// Elastic energy of all elements [J], summed in double in their order.
+    /// Returns the elastic energy of all elements [J], summed in double precision in the order of the elements.
     /// \throws parameter_error  if an element names a point that does not exist
     double energy(const PointView<S, D>& points) {
         prepare(points.size());
@@ -130,13 +133,14 @@ public:
         return sum;
     }
 
-    /// Updates places after points were removed. Elements that lost a corner are removed.
-    /// \param new_place  what PointMasses::remove_if returned
+    /// Updates the elements' point indices. Call renumber() after points are removed. Elements that have lost a corner
+    /// point are removed, too.
+    /// \param new_place  what PointMasses::remove_if returned: the new index for each old one
     /// \throws parameter_error  if an element names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) {
         keep_if([&](Corners& corners) { return detail::renumbered(corners, new_place); });
     }
-    /// Removes the elements that have both ends of a torn link among their corners.
+    /// Removes each element that has both end points of a torn link among its corners.
     void tear(std::span<const Torn> torn) {
         const detail::TornLinks links(torn);
         keep_if([&](const Corners& corners) { return !links.are_in(corners); });
@@ -184,8 +188,8 @@ private:
     std::vector<Corners> corners_;
     std::vector<Element> elements_;
     Incidence incidence_;
-    aligned_vector<std::array<double, 2>> bounds_;  // stiffness and damping of each element
-    aligned_vector<Vec<S, D>> parts_;               // the force on every corner of every element
+    aligned_vector<std::array<double, 2>> bounds_;  // one per element: stiffness [N/m] and damping [N s/m]
+    aligned_vector<Vec<S, D>> parts_;               // K per element: the forces on its corners [N]
 };
 
 }  // namespace firn

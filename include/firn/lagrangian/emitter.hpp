@@ -1,4 +1,4 @@
-/// \file Emitters: particles are born one by one at a steady rate and live for a limited time.
+/// \file Emitters: they add particles one by one at a steady rate; a particle is removed after a limited time.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -14,49 +14,56 @@
 
 namespace firn {
 
-/// A particle that an emitter has added.
+/// The id and end of life of a particle that an emitter has added.
 struct EmittedChild {
     std::uint32_t id;  ///< The particle's id.
-    double end;        ///< When it is removed [s].
+    double end;        ///< The time at which the particle is removed [s].
 };
-/// What an emitter has done up to some time.
+/// The part of an emitter that changes during a run. \see Emitter::resume
 struct EmitterHistory {
-    std::uint64_t births = 0;                 ///< \see Emitter::births
-    std::vector<EmittedChild> children = {};  ///< \see Emitter::children
+    std::uint64_t births = 0;                 ///< Number of births so far. \see Emitter::births
+    std::vector<EmittedChild> children = {};  ///< Particles that may be alive. \see Emitter::children
 };
 
-/// Adds particles at a steady rate. Birth k is due at start + k / rate, unless that is after `end`. Its random numbers
-/// depend on `seed` and k only, so they depend on neither the number of threads nor the time step. A particle that is
-/// born within a step is placed where it would have flown to by the end of the step.
+/// Adds particles at a steady rate. Birth k (k = 0, 1, …) is due at the time start + k / rate; births after `end` do
+/// not happen. The random numbers of birth k depend on `seed` and k only, not on the number of threads or the time
+/// step. A particle that is born during a step is added at the end of the step, at the position that it has reached by
+/// then.
 ///
-/// A birth that is due while `maximum` particles of the emitter are alive does not happen. It is not made up for later,
-/// and no other birth gets its number.
+/// A birth that is due while `maximum` particles of the emitter are alive is left out. It does not happen later, and
+/// its number k is not used for another birth.
 template <int D>
 struct Emitter {
-    static constexpr double forever = std::numeric_limits<double>::infinity();              ///< No end [s].
-    static constexpr std::uint64_t no_maximum = std::numeric_limits<std::uint64_t>::max();  ///< No limit of `maximum`.
+    /// Value of `end` or `lifespan` for no limit [s].
+    static constexpr double forever = std::numeric_limits<double>::infinity();
+    /// Value of `maximum` for no limit.
+    static constexpr std::uint64_t no_maximum = std::numeric_limits<std::uint64_t>::max();
 
-    Vec<double, D> position{};           ///< Middle of the nozzle [m].
-    Vec<double, D> direction = up();     ///< Direction of the jet, of any length.
-    double nozzle = 0;                   ///< Radius of a disc across the direction; in 2D, half of a segment [m].
+    Vec<double, D> position{};           ///< Centre of the nozzle [m].
+    Vec<double, D> direction = up();     ///< Direction of the jet; its length has no effect.
+    double nozzle = 0;                   ///< Radius of the nozzle, a disc across the jet; in 2D half its width [m].
     double speed = 1;                    ///< Mean speed of a particle at its birth [m/s].
-    double speed_spread = 0;             ///< Speeds are spread evenly over speed ± this [m/s].
-    double cone = 0;                     ///< Half of the jet's opening angle, filled evenly; π: all directions [rad].
+    double speed_spread = 0;             ///< Speeds are uniform random values in speed ± speed_spread [m/s].
+    double cone = 0;                     ///< Half the opening angle of the jet; π: all directions [rad].
     double rate = 100;                   ///< Births per second [1/s].
     double start = 0;                    ///< Time of the first birth [s].
-    double end = forever;                ///< No births after this time [s].
+    double end = forever;                ///< Time of the last birth, at the latest [s].
     double lifespan = forever;           ///< Mean time from a particle's birth to its removal [s].
-    double lifespan_spread = 0;          ///< Lifespans are spread evenly over lifespan ± this [s].
+    double lifespan_spread = 0;          ///< Lifespans are uniform random values in lifespan ± lifespan_spread [s].
     double mass = 1;                     ///< Mass of a particle [kg].
     double radius = 0;                   ///< Radius of a particle [m].
-    std::uint32_t group = 0;             ///< Group of a particle; see PointMass.
-    std::uint64_t maximum = no_maximum;  ///< How many particles of this emitter may be alive at a time.
+    std::uint32_t group = 0;             ///< Group of a particle; see PointMass::group.
+    std::uint64_t maximum = no_maximum;  ///< The largest number of this emitter's particles alive at one time.
     std::uint64_t seed = 1;              ///< Seed of the random numbers.
-    std::uint64_t births = 0;            ///< Number of births due so far, including those that did not happen.
-    std::vector<EmittedChild> children = {};  ///< Particles that may be alive, by id; kept only if there is a maximum.
+    std::uint64_t births = 0;            ///< Number of births so far, including births that were left out.
+    /// The particles that may still be alive, in the order of their ids. Empty if `maximum` is no_maximum.
+    std::vector<EmittedChild> children = {};
 
-    /// Checks the members above.
-    /// \throws parameter_error  unless all numbers are in range
+    /// Checks the parameters above.
+    /// \throws parameter_error  unless position, direction, nozzle, speed, rate, start, mass and radius are finite; the
+    ///                          direction is not zero; rate, mass and lifespan are positive, nozzle, speed and radius
+    ///                          not negative; the spreads are from 0 to speed and to lifespan; the cone is from 0 to π;
+    ///                          the end is not before the start; and the maximum is at least 1
     void check() const {
         if (!detail::is_finite(position))
             throw parameter_error(sentence("An emitter is at ", detail::describe(position), " m; give finite metres."));
@@ -75,10 +82,10 @@ struct Emitter {
         if (maximum == 0) throw parameter_error("An emitter's maximum is 0 particles; give 1 or more.");
     }
 
-    /// When birth number `birth` is due [s].
+    /// Returns the time at which birth number `birth` is due [s].
     double time_of(std::uint64_t birth) const { return recurrence().time_of(birth); }
 
-    /// The particle of birth k, at the time of its birth.
+    /// Returns the particle of birth k as it is at the time of its birth.
     PointMass<D> born(std::uint64_t k) const {
         const auto random = [&](std::uint64_t which) { return unit_interval(random_bits(seed, 8 * k + which)); };
         const auto within = [&](double mean, double spread, std::uint64_t which) {
@@ -94,7 +101,8 @@ struct Emitter {
             along = ahead * std::cos(angle) + left * std::sin(angle);
         } else {
             const auto [u, v] = perpendicular(ahead);
-            // Evenly over the disc, and over the cap of the unit sphere, whose area grows with its height (Archimedes).
+            // Positions are uniform over the disc. Directions are uniform over a cap of the unit sphere, whose area is
+            // proportional to its height (Archimedes), so the cosine is uniform.
             const double r = nozzle * std::sqrt(random(0)), turn = 2 * std::numbers::pi * random(1);
             point.position += (u * std::cos(turn) + v * std::sin(turn)) * r;
             const double cosine = 1 - random(2) * (1 - std::cos(cone)), around = 2 * std::numbers::pi * random(3);
@@ -106,12 +114,15 @@ struct Emitter {
         return point;
     }
 
-    /// Skips all births that are due up to and including `time` [s].
+    /// Leaves out all births that are due up to and including `time` [s]: their particles are never added.
     void skip(double time) { births = recurrence().first_after(births, time); }
 
-    /// Takes over what the same emitter has done up to `time` [s] in another run.
-    /// \param has_given  whether it had added all particles that were due then
-    /// \throws parameter_error  if this emitter would not have done the same; nothing has changed then
+    /// Continues from the history of the same emitter in another run, up to `time`.
+    /// \param given      number of births and living particles in the other run
+    /// \param time       time that the other run had reached [s]
+    /// \param has_given  true if the other run had added the particles of all births due by `time`
+    /// \throws parameter_error  if the history does not fit this emitter: another number of births is due by `time`, or
+    ///                          the ids of the particles are not ascending. This emitter has not changed then.
     void resume(const EmitterHistory& given, double time, bool has_given) {
         const detail::Recurrence schedule = recurrence();
         const bool too_many = given.births > births && !schedule.is_due(given.births - 1, time);
@@ -127,17 +138,21 @@ struct Emitter {
         children = given.children;
     }
 
-    /// Adds the particles that were born up to and including `time` [s] and are still alive then.
-    /// \param acceleration  acts on them from their birth to `time` [m/s²]
+    /// Adds the particles of all births that are due up to and including `time` and have not been handled yet.
+    /// Particles whose life ends by `time` are not added.
+    /// \param points        the points to add the particles to
+    /// \param time          present time [s]
+    /// \param acceleration  acceleration of the new particles from their birth to `time` [m/s²]
     /// \return the number of particles added
-    /// \throws parameter_error  as check(), and as PointMasses::add()
+    /// \throws parameter_error  if check() or PointMasses::add() throws it, or there are not enough ids left
     template <std::floating_point S>
     std::size_t give(PointMasses<S, D>& points, double time, const Vec<double, D>& acceleration = {}) {
         const detail::Recurrence schedule = recurrence();
         if (!schedule.is_due(births, time)) return 0;
         check();
         schedule.require_ids(births, time, 1, no_particle - points.next_id());
-        std::priority_queue<double, std::vector<double>, std::greater<>> ends;  // of those alive, earliest first
+        // When the lives of the living particles end, earliest first.
+        std::priority_queue<double, std::vector<double>, std::greater<>> ends;
         if (maximum != no_maximum) {
             forget_missing(points);
             for (const EmittedChild& child : children) ends.push(child.end);
@@ -161,7 +176,7 @@ struct Emitter {
 private:
     detail::Recurrence recurrence() const { return {"An emitter", "births", rate, start, end}; }
 
-    /// Forgets the children that no longer exist. Both lists are in the order of ids.
+    /// Removes from `children` the particles that are no longer among the points. Both lists are in the order of ids.
     template <std::floating_point S>
     void forget_missing(const PointMasses<S, D>& points) {
         auto at = points.id.begin();

@@ -16,18 +16,20 @@ namespace firn {
 /// A set of pairs of points that do not collide.
 class ExcludedPairs {
 public:
-    using Pair = std::array<std::uint32_t, 2>;  ///< The places of two points.
+    using Pair = std::array<std::uint32_t, 2>;  ///< The indices (into PointMasses) of two points.
 
-    /// Adds pairs.
+    /// Adds pairs to the set.
     void add(std::span<const Pair> pairs) {
         pairs_.insert(pairs_.end(), pairs.begin(), pairs.end());
         partners_are_known_ = false;
     }
-    /// All pairs.
+    /// Returns all pairs.
     const std::vector<Pair>& pairs() const { return pairs_; }
 
-    /// Updates places after points were removed. Pairs that lost a point are removed.
-    /// \param new_place  what PointMasses::remove_if returned; if it is empty, nothing happens
+    /// Updates the pairs' point indices. Call renumber() after points are removed. Pairs that have lost a point are
+    /// removed, too.
+    /// \param new_place  what PointMasses::remove_if returned: the new index for each old one. If new_place is empty,
+    ///                   nothing changes.
     /// \throws parameter_error  if a pair names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) {
         if (new_place.empty()) return;
@@ -40,8 +42,8 @@ public:
         partners_are_known_ = false;
     }
 
-    /// Call it before contains().
-    /// \param points  number of points
+    /// Prepares contains(): call prepare() after pairs are added or renumbered and before contains().
+    /// \param points  number of points in the system
     /// \throws parameter_error  if a pair names a point that does not exist
     void prepare(std::size_t points) {
         if (partners_are_known_ && around_.points() <= points) return;
@@ -54,9 +56,9 @@ public:
         partners_are_known_ = true;
     }
 
-    /// Whether there is any pair.
+    /// Returns whether there is any pair.
     bool any() const { return !pairs_.empty(); }
-    /// Whether the points at the places a and b are a pair, in either order.
+    /// Returns whether the points with indices a and b are an excluded pair, in either order.
     bool contains(std::uint32_t a, std::uint32_t b) const {
         if (a >= around_.points()) return false;
         const auto corners = around_.of(a);
@@ -66,7 +68,7 @@ public:
 
 private:
     std::vector<Pair> pairs_;
-    Incidence around_;  ///< of the pairs, up to the last point of any pair
+    Incidence around_;  ///< for each point, the pairs it belongs to; ends at the last point of any pair
     bool partners_are_known_ = true;
 };
 

@@ -1,4 +1,4 @@
-/// \file Contact with restitution.
+/// \file Contact with restitution (rebound).
 #pragma once
 
 #include <firn/boundary/contact.hpp>
@@ -6,25 +6,27 @@
 
 namespace firn {
 
-/// Checks a coefficient of restitution e.
-/// \throws parameter_error  unless 0 ≤ e ≤ 1
+/// Checks a coefficient of restitution.
+/// \throws parameter_error  unless `restitution` is from 0 (no rebound) to 1 (no loss of energy)
 inline void check_restitution(double restitution) {
     if (!(restitution >= 0 && restitution <= 1))
         throw parameter_error(sentence("The coefficient of restitution is ", restitution,
                                        "; it must be from 0 (no rebound) to 1 (no loss)."));
 }
 
-/// The fraction of the sum of two radii by which points may overlap [1]. Only overlap beyond it is removed, so contacts
-/// last from step to step, and so do the impulses that hold a pile.
+/// The overlap that two colliding points may keep, as a fraction of the sum of their radii [1]. Only overlap beyond
+/// this fraction is removed. So points at rest stay in contact from step to step, and a pile keeps the impulses that
+/// support it.
 inline constexpr double contact_slack = 1e-3;
 
-/// The velocity [m/s] after a contact with restitution. It is velocity_after_contact(), except that a contact that
-/// separates leaves with at least the outward speed `leaving` ≥ 0 [m/s]: −e times the outward speed before the contact,
-/// where e is Newton's coefficient of restitution. Friction takes the whole normal impulse into account, restitution
-/// included. Stick and slip have no restitution.
-/// \param v  velocity relative to the surface [m/s]
-/// \param normal  outward unit normal of the surface
+/// Returns the velocity after a contact with restitution, relative to the surface [m/s]. For Contact::separate, the
+/// outward speed after the contact is at least `leaving`, and friction is limited by the total normal impulse,
+/// including the impulse of restitution. For the other contacts, the result is that of velocity_after_contact().
+/// \param v         velocity before the contact, relative to the surface [m/s]
+/// \param normal    outward unit normal of the surface
+/// \param contact   how matter moves at the surface
 /// \param friction  Coulomb's μ [1]
+/// \param leaving   e times the speed of approach [m/s], not negative; e is Newton's coefficient of restitution
 template <scalar S, int D>
 FIRN_INLINE Vec<S, D> velocity_after_impact(const Vec<S, D>& v, const Vec<S, D>& normal, Contact contact,
                                             const S& friction, const S& leaving) {

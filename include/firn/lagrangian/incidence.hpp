@@ -1,4 +1,5 @@
-/// \file Which elements a point belongs to. Sums over these elements need neither atomics nor colours.
+/// \file For each point, the elements that it belongs to. Each point can sum over its own elements, so several threads
+/// need neither atomic operations nor colours.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -10,11 +11,13 @@
 
 namespace firn {
 
-/// For every point, the element corners that lie on it, in the order of the elements.
+/// Lists, for each point, the corners of elements that lie on this point, in the order of the elements.
 class Incidence {
 public:
-    Incidence() = default;  ///< For no points.
-    /// For elements of K corners each, over `points` points. Corners are places of points, below `points`.
+    Incidence() = default;  ///< Makes an empty list for zero points.
+    /// Makes the list.
+    /// \param elements  for each element, the point indices of its K corners, each below `points`
+    /// \param points    number of points
     template <std::size_t K>
     Incidence(std::span<const std::array<std::uint32_t, K>> elements, std::size_t points) : first_(points + 1, 0) {
         for (const auto& corners : elements)
@@ -27,13 +30,14 @@ public:
             for (const std::uint32_t point : corners) corners_[next[point]++] = corner++;
     }
 
-    /// Whether it was made for this number of points, and not cleared since.
+    /// Returns whether the list was made for this number of points and has not been cleared since then.
     bool is_for(std::size_t points) const { return first_.size() == points + 1; }
-    /// Makes is_for() false for any number of points.
+    /// Marks the list as out of date: is_for() is then false for any number of points.
     void clear() { first_.clear(); }
-    /// Number of points.
+    /// Returns the number of points.
     std::size_t points() const { return first_.empty() ? 0 : first_.size() - 1; }
-    /// The corners on a point, each as K · element + the corner's number in the element, 0 to K − 1.
+    /// Returns the corners of elements that lie on a point. Corner c of element e is listed as the number K e + c,
+    /// where K is the number of corners of an element; e and c are counted from 0.
     std::span<const std::uint32_t> of(std::size_t point) const {
         return std::span(corners_).subspan(first_[point], first_[point + 1] - first_[point]);
     }

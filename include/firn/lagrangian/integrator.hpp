@@ -1,49 +1,52 @@
 /// \file Time integrators: symplectic Euler and Verlet.
 ///
-/// Both move positions by x ← x + v dt, with v after the kick. They differ in how long an acceleration acts in a step.
+/// In each step, both first change velocities, v ← v + a k (the kick), and then positions, x ← x + v dt. Here dt is the
+/// time step, a the acceleration, and k the time for which a acts; the integrators differ in k.
 #pragma once
 
 #include <concepts>
 
 namespace firn {
 
-/// Symplectic Euler: v ← v + a dt, x ← x + v dt. First order.
+/// The symplectic Euler method: v ← v + a dt, then x ← x + v dt. It is of first order.
 struct SymplecticEuler {
     static constexpr const char* name = "symplectic_euler";
 
-    /// How long the acceleration acts on the velocity in a step of dt [s]. The second parameter is the time [s] by
-    /// which the velocity lags behind the position at the beginning of the step.
-    /// \return [s]
+    /// Returns for how long [s] the acceleration changes the velocity in a step of dt [s]: dt. The second parameter is
+    /// not used; see Verlet::kick.
     template <class S>
     static S kick(const S& dt, const S&) {
         return dt;
     }
-    /// The time [s] by which the velocity lags behind the position after a step: none.
+    /// Returns the time [s] by which the velocity lags behind the position after a step: 0.
     template <class S>
     static S since(const S&) {
         return S(0);
     }
 };
 
-/// Verlet's scheme in positions, corrected for changing time steps:
+/// Verlet's method for positions, corrected for time steps that change:
 ///
-///     x₊ = x + (x − x₋)(dt/dt₋) + a dt (dt + dt₋)/2,    first step x + v dt + ½ a dt²
+///     x₊ = x + (x − x₋)(dt/dt₋) + a dt (dt + dt₋)/2,    in the first step x₊ = x + v dt + ½ a dt²
 ///
-/// It stores the velocity v = (x − x₋)/dt₋, which belongs to the middle of the last step. The acceleration acts from
-/// there to the middle of the next step, for (dt + dt₋)/2. In floating point this is more accurate than a difference of
-/// two positions, and a point that is new, or whose velocity was set, can begin with a first step of its own. Second
-/// order in x; velocities lag by half a step.
+/// Here x₋, x and x₊ are the previous, present and next positions, a is the acceleration, dt₋ is the previous and dt
+/// the present time step. It is of second order in x.
+///
+/// Instead of x₋, the velocity v = (x − x₋)/dt₋ is stored, because this has smaller rounding errors. It is the velocity
+/// in the middle of the previous step, so it lags behind the position by dt₋/2. The acceleration changes it for the
+/// time (dt + dt₋)/2, until the middle of the present step. For a point that is new or unpinned, the lag is 0, so that
+/// its next step is a first step.
 struct Verlet {
     static constexpr const char* name = "verlet";
 
-    /// How long the acceleration acts on the velocity in a step [s].
+    /// Returns for how long [s] the acceleration changes the velocity in a step.
     /// \param dt     time step [s]
     /// \param since  time by which the velocity lags behind the position at the beginning of the step [s]
     template <class S>
     static S kick(const S& dt, const S& since) {
         return dt * S(0.5) + since;
     }
-    /// The time [s] by which the velocity lags behind the position after a step of dt [s].
+    /// Returns the time [s] by which the velocity lags behind the position after a step of dt [s].
     template <class S>
     static S since(const S& dt) {
         return dt * S(0.5);

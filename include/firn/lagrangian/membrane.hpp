@@ -1,4 +1,4 @@
-/// \file Membranes: triangles of cloth made of any elastic material.
+/// \file Membranes: triangles that stretch and shear like a thin sheet of any elastic material.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -10,31 +10,35 @@ namespace firn {
 
 /// The law of a membrane: a linear triangle in space that does not resist bending.
 ///
-/// Its deformation gradient F = [x₂ − x₁, x₃ − x₁] D_m⁻¹, 3 × 2, is Q R, where the columns of Q are orthonormal. The
-/// isotropic material computes the Kirchhoff stress τ [Pa] from R, 2 × 2, as in plane strain. With P = Q τ R⁻ᵀ, the
-/// forces are −A₀ h P D_m⁻ᵀ (Jiang, Gast, Teran 2017, §4, after Sifakis and Barbic 2012, §4).
-/// \tparam Material  a model whose stress depends on F only
+/// The corners are at x₁, x₂, x₃. The columns of D_m, 2 × 2, are the edges x₂ − x₁ and x₃ − x₁ at rest, in the plane of
+/// the triangle. The deformation gradient F = [x₂ − x₁, x₃ − x₁] D_m⁻¹, 3 × 2, is factored into Q R, where Q, 3 × 2,
+/// has orthonormal columns and R, 2 × 2, is upper triangular. The material, which must be isotropic, computes the
+/// Kirchhoff stress τ [Pa] from R as in plane strain. With P = Q τ R⁻ᵀ, the area at rest A₀ and the thickness h, the
+/// columns of −A₀ h P D_m⁻ᵀ are the forces on corners 2 and 3; the force on corner 1 is minus their sum (Jiang, Gast,
+/// Teran 2017, §4, after Sifakis and Barbic 2012, §4).
+/// \tparam Material  an isotropic material whose stress depends on F only
 template <class Material>
     requires has_kirchhoff_stress<Material, 2>
 struct Membrane {
     using S = material_scalar_t<Material>;  ///< float or double.
     using scalar_type = S;
-    static constexpr int corners = 3;  ///< Points of a triangle.
-    /// A triangle at rest.
+    static constexpr int corners = 3;  ///< Number of corners of a triangle.
+    /// The data of one triangle, at rest.
     struct Element {
         Mat<S, 2> inverse_rest = Mat<S, 2>::identity();  ///< D_m⁻¹ [1/m].
-        S volume = S(0);                                 ///< A₀ h, area at rest times thickness [m³].
+        S volume = S(0);                                 ///< A₀ h, the area at rest times the thickness [m³].
     };
 
     Material material{};  ///< The material of all triangles.
 
-    /// The factors of F = Q R. R(0, 0) and R(1, 1) are at least 1e-12, for triangles without area, too.
+    /// The factors Q and R of the deformation gradient F = Q R. R(0, 0) and R(1, 1) are at least 1e-12, even if the
+    /// triangle has no area.
     struct InPlane {
-        Mat<S, 2> R;      ///< Upper triangular [1].
+        Mat<S, 2> R;      ///< R, upper triangular [1].
         Vec<S, 3> first,  ///< First column of Q.
             second;       ///< Second column of Q.
     };
-    /// The factors of F for a triangle with corners at x [m].
+    /// Returns the factors of the deformation gradient F = Q R of a triangle with corners at x [m].
     FIRN_INLINE InPlane in_plane(const Element& element, const std::array<Vec<S, 3>, 3>& x) const {
         const Vec<S, 3> a = x[1] - x[0], b = x[2] - x[0];
         const Mat<S, 2>& inverse = element.inverse_rest;
@@ -48,12 +52,13 @@ struct Membrane {
         return {Mat<S, 2>::rows(r00, r01, S(0), r11), first, across * (S(1) / r11)};
     }
 
-    /// The forces [N] on the corners of a triangle at x [m]. They do not depend on velocities.
+    /// Returns the force [N] on each corner of a triangle with corners at x [m]. The last parameter, the velocities of
+    /// the corners, is not used.
     FIRN_INLINE std::array<Vec<S, 3>, 3> forces(const Element& element, const std::array<Vec<S, 3>, 3>& x,
                                                 const std::array<Vec<S, 3>, 3>&) const {
         const InPlane plane = in_plane(element, x);
         const Mat<S, 2> tau = firn::kirchhoff_stress(material, ElasticState<S, 2>{plane.R});
-        // R⁻ᵀ of an upper triangular R
+        // R is upper triangular, so R⁻ᵀ is lower triangular.
         const S i00 = S(1) / plane.R(0, 0), i11 = S(1) / plane.R(1, 1);
         const Mat<S, 2> inverse_transposed = Mat<S, 2>::rows(i00, S(0), -plane.R(0, 1) * i00 * i11, i11);
         const Mat<S, 2> H = tau * inverse_transposed * transpose(element.inverse_rest) * (-element.volume);
@@ -62,15 +67,15 @@ struct Membrane {
         return {-(second + third), second, third};
     }
 
-    /// The elastic energy of a triangle with corners at x [m]. \return [J]
+    /// Returns the elastic energy [J] of a triangle with corners at x [m].
     FIRN_INLINE S energy(const Element& element, const std::array<Vec<S, 3>, 3>& x) const
         requires has_energy_density<Material, 2>
     {
         return element.volume * firn::energy_density(material, ElasticState<S, 2>{in_plane(element, x).R});
     }
 
-    /// An upper bound of the largest eigenvalue of a triangle's stiffness matrix [N/m]: ρ c² of the material times the
-    /// volume and the squared gradients of the shape functions.
+    /// Returns an upper bound for the eigenvalues of the triangle's stiffness matrix [N/m]: ρ c² V Σᵢ |∇Nᵢ|². Here ρ is
+    /// the density and c the wave speed of the material, V = A₀ h the volume, and Nᵢ the shape function of corner i.
     S stiffness(const Element& element, const std::array<Vec<S, 3>, 3>& x) const {
         const S speed = firn::wave_speed(material, S(1), ElasticState<S, 2>{in_plane(element, x).R});
         const Mat<S, 2>& B = element.inverse_rest;

@@ -1,4 +1,5 @@
-/// \file Nets: points, the links between them, and facets. Builders of cloth, ropes and soft bodies return them.
+/// \file Nets: points, links between points, and facets. The functions that build cloth, ropes and soft bodies return
+/// nets.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -12,30 +13,31 @@ namespace firn {
 
 /// The purpose of a link between two points. Each kind may have its own stiffness.
 enum class LinkKind : std::uint8_t {
-    stretch,  ///< Along an edge of the surface or of a lattice.
-    shear,    ///< Along a diagonal of a cell.
-    bend,     ///< To a neighbour's neighbour.
-    support   ///< Through the inside of a body.
+    stretch,  ///< Resists stretch: joins neighbours along an edge of a surface or of a lattice cell.
+    shear,    ///< Resists shear: joins two points along a diagonal of a cell.
+    bend,     ///< Resists bending: joins a point to a neighbour's neighbour.
+    support   ///< Supports a hollow body from inside: joins a point of the surface to one on the other side.
 };
-inline constexpr int link_kinds = 4;  ///< Number of kinds in LinkKind.
+inline constexpr int link_kinds = 4;  ///< Number of values of LinkKind.
 
 /// A link between two points.
 struct Link {
-    std::uint32_t a = 0,                ///< The place of one point.
-        b = 0;                          ///< The place of the other point.
-    LinkKind kind = LinkKind::stretch;  ///< Its purpose.
+    std::uint32_t a = 0,                ///< The index of one point.
+        b = 0;                          ///< The index of the other point.
+    LinkKind kind = LinkKind::stretch;  ///< The purpose of the link.
 
     bool operator==(const Link&) const = default;
 };
 
-/// A piece of surface, given by the places of its corners. In 3D it is a triangle, counter-clockwise seen from outside.
-/// In 2D it is an edge with the outside on its right.
+/// A piece of a surface, given by the point indices of its corners. In 3D it is a triangle, counter-clockwise seen from
+/// outside. In 2D it is an edge; the outside is on the right on the way from its first point to its second.
 template <int D>
 using Facet = std::array<std::uint32_t, D>;
 
 /// @{
-/// A facet's outward normal, whose length is the facet's area [m²], or the length of an edge [m] in 2D.
-/// \param x  the corners [m]
+/// Returns the outward normal of a facet. The length of this normal is the facet's area [m²], or in 2D the edge's
+/// length [m].
+/// \param x  the positions of the facet's corners [m]
 template <scalar S>
 FIRN_INLINE Vec<S, 3> area_vector(const std::array<Vec<S, 3>, 3>& x) {
     return cross(x[1] - x[0], x[2] - x[0]) * S(0.5);
@@ -47,12 +49,12 @@ FIRN_INLINE Vec<S, 2> area_vector(const std::array<Vec<S, 2>, 2>& x) {
 }
 /// @}
 
-/// Points, links and facets. Links and facets name points by their place in `positions`, counted from 0.
+/// Points, links between points, and facets. Links and facets refer to points by index in `positions`, from 0.
 template <int D>
 struct Net {
-    std::vector<Vec<double, D>> positions;  ///< Points at rest [m].
-    std::vector<Link> links;                ///< Links between points.
-    std::vector<Facet<D>> facets;           ///< The surface.
+    std::vector<Vec<double, D>> positions;  ///< Positions of the points at rest [m].
+    std::vector<Link> links;                ///< Links between two points each.
+    std::vector<Facet<D>> facets;           ///< The facets of the surface.
 };
 
 }  // namespace firn

@@ -1,4 +1,4 @@
-/// \file Makes forces from a net: springs along its links, wind and membranes on its facets.
+/// \file Makes forces from a net: springs along its links, and drag of air and membranes on its facets.
 #pragma once
 
 #include <firn/lagrangian/drag.hpp>
@@ -15,13 +15,13 @@ namespace firn {
 /// Springs and dampers between pairs of points.
 template <class S, int D>
 using Springs = ElementForces<SpringDamper<S>, D>;
-/// Springs and dampers that hold single points at a position.
+/// Springs and dampers that pull single points to fixed positions.
 template <class S, int D>
 using Anchors = ElementForces<Anchor<S, D>, D>;
 /// Drag of air on facets.
 template <class S, int D>
 using AerodynamicSurface = ElementForces<AerodynamicDrag<S, D>, D>;
-/// Triangles of an elastic material.
+/// Triangular membranes of an elastic material.
 template <class Material>
 using Membranes = ElementForces<Membrane<Material>, 3>;
 
@@ -35,8 +35,8 @@ const Vec<double, D>& point_of(const Net<D>& net, std::uint32_t point) {
     return net.positions[point];
 }
 
-/// rest_length() of a link.
-/// \throws parameter_error  unless both ends exist and are apart
+/// Returns the length at rest of a link [m].
+/// \throws parameter_error  unless both end points exist and have different, finite positions
 template <int D>
 double checked_rest_length(const Net<D>& net, const Link& link) {
     for (const std::uint32_t end : {link.a, link.b}) point_of(net, end);
@@ -51,21 +51,24 @@ inline std::uint32_t moved_place(std::uint32_t point, std::size_t first) { retur
 
 }  // namespace detail
 
-/// How the links of one kind become springs.
+/// The stiffness and damping of the springs that are made from the links of one kind.
 struct SpringOptions {
-    double stiffness = 0;  ///< k_s [N/m]. If damping is 0, too, these links do not become springs.
-    double damping = 0;    ///< k_d [N s/m].
+    double stiffness = 0;  ///< Stiffness k_s [N/m]. If stiffness and damping are both 0, no springs are made.
+    double damping = 0;    ///< Damping k_d [N s/m].
 
-    /// Checks the numbers.
+    /// Checks stiffness and damping.
     /// \throws parameter_error  unless both are finite and not negative
     void check() const { detail::check_spring(stiffness, damping); }
 };
-using SpringsOfKinds = std::array<SpringOptions, link_kinds>;  ///< Options for each LinkKind.
+/// One SpringOptions per LinkKind, in the order of LinkKind.
+using SpringsOfKinds = std::array<SpringOptions, link_kinds>;
 
-/// Makes springs along the links of a net. Their lengths at rest are those in the net.
-/// \param options  for each kind of link
-/// \param first    the place of the net's first point in the system
-/// \throws parameter_error  if a link has no length or names a point that does not exist; and as SpringOptions::check
+/// Makes springs along the links of a net. The length at rest of each spring is the length of its link in the net.
+/// \param net      the net
+/// \param options  the options for each kind of link
+/// \param first    the index of the net's first point in the system, as ParticleSystem::add returned it
+/// \throws parameter_error  if a link has length zero or names a point that does not exist, or if SpringOptions::check
+///                          throws it
 template <class S, int D>
 Springs<S, D> springs_of(const Net<D>& net, const SpringsOfKinds& options, std::size_t first = 0) {
     for (const SpringOptions& each : options) each.check();
@@ -78,7 +81,13 @@ Springs<S, D> springs_of(const Net<D>& net, const SpringsOfKinds& options, std::
     }
     return springs;
 }
-/// Same, with the same options for all links.
+/// Makes springs along the links of a net, with the same options for all kinds of links. The length at rest of each
+/// spring is the length of its link in the net.
+/// \param net     the net
+/// \param of_all  the options for all links
+/// \param first   the index of the net's first point in the system, as ParticleSystem::add returned it
+/// \throws parameter_error  if a link has length zero or names a point that does not exist, or if SpringOptions::check
+///                          throws it
 template <class S, int D>
 Springs<S, D> springs_of(const Net<D>& net, const SpringOptions& of_all, std::size_t first = 0) {
     SpringsOfKinds options;
@@ -87,7 +96,9 @@ Springs<S, D> springs_of(const Net<D>& net, const SpringOptions& of_all, std::si
 }
 
 /// Makes the drag of air on the facets of a net.
-/// \param first  the place of the net's first point in the system
+/// \param net    the net
+/// \param law    the law of the drag, for all facets
+/// \param first  the index of the net's first point in the system, as ParticleSystem::add returned it
 /// \throws parameter_error  if a facet names a point that does not exist
 template <class S, int D>
 AerodynamicSurface<S, D> aerodynamic_surface_of(const Net<D>& net, const AerodynamicDrag<S, D>& law,
@@ -103,11 +114,13 @@ AerodynamicSurface<S, D> aerodynamic_surface_of(const Net<D>& net, const Aerodyn
     return surface;
 }
 
-/// Makes membranes from the facets of a net, at rest as they are in the net.
-/// \param thickness  [m]
-/// \param first      the place of the net's first point in the system
+/// Makes one membrane from each facet of a net. The shape of a facet in the net is the membrane's shape at rest.
+/// \param net        the net
+/// \param material   the material of all membranes
+/// \param thickness  the thickness of all membranes [m]
+/// \param first      the index of the net's first point in the system, as ParticleSystem::add returned it
 /// \throws parameter_error  if the thickness is not positive, a facet names a point that does not exist, or
-///                          check_material() refuses the material
+///                          check_material() throws it
 /// \throws mesh_error       if a triangle has no area
 template <class Material>
 Membranes<Material> membranes_of(const Net<3>& net, const Material& material, double thickness, std::size_t first = 0) {
@@ -122,12 +135,12 @@ Membranes<Material> membranes_of(const Net<3>& net, const Material& material, do
         const Vec<double, 3> a = detail::point_of(net, corners[1]) - origin;
         const Vec<double, 3> b = detail::point_of(net, corners[2]) - origin;
         const double base = norm(a), area = norm(cross(a, b)) / 2;
-        // Below this, the rounding error of the corners is as large as the triangle's height.
+        // Below this limit, the rounding errors of the corners' positions are as large as the triangle's height.
         if (!(area > 1e-12 * (dot(a, a) + dot(b, b))) || !std::isfinite(area))
             throw mesh_error(sentence("Triangle ", t, " (from 0) of the net has area ", area, " m²: its corners ",
                                       corners[0], ", ", corners[1], " and ", corners[2],
                                       " lie on a line. Take it out, or move a corner."));
-        // With the first edge along x: D_m = [[base, along], [0, high]]
+        // If the first edge lies along x, D_m = [[base, along], [0, high]].
         const double along = dot(a, b) / base, high = 2 * area / base;
         membranes.add({detail::moved_place(corners[0], first), detail::moved_place(corners[1], first),
                        detail::moved_place(corners[2], first)},

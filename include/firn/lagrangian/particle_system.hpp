@@ -1,4 +1,4 @@
-/// \file A system of points under forces, constraints and collisions, stepped through time.
+/// \file A system of point masses that move under forces, constraints and collisions.
 #pragma once
 
 #include <firn/core/optimised.hpp>
@@ -18,42 +18,42 @@
 
 namespace firn {
 
-/// How the points of a net become point masses.
+/// The masses, radius and group of the point masses that are made from the points of a net.
 struct NetOptions {
-    double mass = 1;                  ///< Mass of every point [kg].
+    double mass = 1;                  ///< Mass of every point if `masses` is empty [kg].
     std::vector<double> masses = {};  ///< One mass per point [kg]; empty: all points have `mass`.
     double radius = 0;                ///< Radius of every point [m].
-    std::uint32_t group = 0;          ///< \see PointMass
+    std::uint32_t group = 0;          ///< Group of every point, for collisions. \see PointMass::group
 };
 
-/// The state of a ParticleSystem after a step: everything that steps change, except the boundary.
+/// The state of a ParticleSystem between two steps: everything that steps change, except the boundary.
 template <std::floating_point S, int D>
 struct SystemMoment {
     PointMasses<S, D> points;                                ///< All points.
-    std::vector<Facet<D>> facets;                            ///< The surface, by places.
-    std::vector<Torn> torn;                                  ///< Torn links, by places.
-    ConstraintHistory constraints;                           ///< \see DistanceConstraints::history
+    std::vector<Facet<D>> facets;                            ///< The surface, as indices of points.
+    std::vector<Torn> torn;                                  ///< Torn links, as indices of points.
+    ConstraintHistory constraints;                           ///< Changes of constraints; DistanceConstraints::history.
     std::vector<EmitterHistory> emitters;                    ///< One per emitter, in the order they were added.
-    std::optional<std::vector<KeptImpulse<S, D>>> impulses;  ///< \see Collisions::kept
-    Moment now;                                              ///< Time and number of steps.
+    std::optional<std::vector<KeptImpulse<S, D>>> impulses;  ///< Impulses of contacts; Collisions::kept.
+    Moment now;                                              ///< Time, number of steps and last time step.
 };
 
-/// Points under forces, constraints and collisions, stepped through time.
+/// A system of point masses that move under forces, constraints and collisions.
 ///
 /// A step does the following, in this order:
 /// 1. Forces, gravity and damping change velocities.
 /// 2. Collisions with other points and with the boundary change velocities.
 /// 3. Points move.
-/// 4. Constraints move points towards their distances at rest, which changes velocities, too.
-/// 5. The boundary moves. Collisions move overlapping points apart, which changes no velocity.
-/// 6. Points at the surfaces of the boundary obey their contact, see meet_surfaces().
-/// 7. Links tear, points are removed at the end of their life, and emitters add points. Before the first step,
-///    emitters add the points that are due by then.
+/// 4. Constraints move points towards their distances at rest. This changes velocities, too.
+/// 5. The boundary moves. Collisions move overlapping points apart; this does not change velocities.
+/// 6. The contact with the surfaces of the boundary changes velocities and positions, see meet_surfaces().
+/// 7. Links tear, points are removed at the end of their life, and emitters add points. In the first step, emitters
+///    also add the points that are due at its beginning, before everything else.
 ///
 /// \tparam D           2 or 3
 /// \tparam S           float or double
 /// \tparam Integrator  SymplecticEuler or Verlet
-/// \tparam Boundary    a boundary policy in S that has surfaces(): Walls, Collider, Together, …
+/// \tparam Boundary    a boundary with scalar type S and a member surfaces(): Walls, Collider, Together, …
 template <int D, std::floating_point S = float, integrator Integrator = Verlet, class Boundary = NoBoundary>
 class ParticleSystem : public Stepper<D> {
     using Stepper<D>::now_;
@@ -63,32 +63,34 @@ public:
     using scalar_type = S;
     static constexpr int dimension = D;
 
-    /// No points, and a default boundary.
+    /// Makes a system without points, with a default boundary.
     ParticleSystem() : ParticleSystem(Boundary{}) {}
-    /// No points, and a boundary.
+    /// Makes a system without points, with the given boundary.
     explicit ParticleSystem(const Boundary& with) : boundary(with) {
         detail::tell_unoptimised<FIRN_TELLS_UNOPTIMISED>();
     }
 
     PointMasses<S, D> points;  ///< All points.
     using Stepper<D>::gravity;
-    using Stepper<D>::warn;                 ///< Warns of a time step above stable_time_step().
+    using Stepper<D>::warn;                 ///< Called with a warning if a time step is above stable_time_step().
     double damping = 0;                     ///< c [1/s]: each step multiplies velocities by e^(−c dt).
-    DistanceConstraints<S, D> constraints;  ///< Distances that points keep.
-    int iterations = 8;                     ///< Iterations of the constraints per step.
-    /// If set, points collide with each other.
+    DistanceConstraints<S, D> constraints;  ///< Constraints on the distances between points.
+    int iterations = 8;                     ///< Number of iterations of the constraints per step.
+    /// If this has a value, points collide with each other: system.collisions.emplace().
     std::optional<Collisions<S, D>> collisions{};
     Boundary boundary{};           ///< The boundary. Steps move its moving parts.
-    double restitution = 0;        ///< Newton's e of points at the boundary, from 0 to 1 [1].
-    int threads = 0;               ///< Number of threads; 0: as many as thread_count() says.
-    std::vector<Facet<D>> facets;  ///< The surface, by places, for output. It tears with the constraints.
+    double restitution = 0;        ///< Newton's e between points and the boundary, from 0 to 1 [1].
+    int threads = 0;               ///< Number of threads; 0: the number that thread_count() returns.
+    std::vector<Facet<D>> facets;  ///< The surface, for output, as point indices. Facets with a torn link are removed.
 
-    /// Adds the points and facets of a net. Springs and constraints along its links are added separately, with the
-    /// returned place as their `first`.
-    /// \param velocity  of every point [m/s]
-    /// \return the place of the net's first point
-    /// \throws parameter_error  as PointMasses::check; if there is not one mass per point; or if a facet names a point
-    ///                          that does not exist. Nothing is added then.
+    /// Adds the points and facets of a net. To add springs or constraints along the net's links, call springs_of() or
+    /// constraints.add() with the returned index as `first`.
+    /// \param net       the net
+    /// \param options   masses, radius and group of the points
+    /// \param velocity  velocity of every point [m/s]
+    /// \return the index of the net's first point in `points`; the others follow it
+    /// \throws parameter_error  if PointMasses::check throws it, `masses` is not empty and has not one entry per point,
+    ///                          or a facet names a point that does not exist. Nothing is added then.
     std::size_t add(const Net<D>& net, const NetOptions& options, const Vec<double, D>& velocity = {}) {
         if (!options.masses.empty() && options.masses.size() != net.positions.size())
             throw parameter_error(sentence("A net of ", net.positions.size(), " points is given ",
@@ -113,8 +115,8 @@ public:
         return first;
     }
 
-    /// Adds a force that acts in every step from now on.
-    /// \return the stored force; its parameters may be changed
+    /// Adds a force that acts in every step from now on. The system stores a copy of it.
+    /// \return a reference to the stored force, through which its parameters may be changed
     template <class Force>
         requires point_force<Force, S, D>
     Force& add_force(Force force) {
@@ -122,20 +124,23 @@ public:
         return forces_.emplace_back(std::move(force)).template as<Force>();
     }
 
-    /// Adds an emitter. Births that were due before the present time are skipped, unless no step has been taken.
-    /// \throws parameter_error  as Emitter::check
+    /// Adds an emitter. If the system has taken a step, births due up to the present time are left out; before the
+    /// first step, they happen at the beginning of the first step.
+    /// \throws parameter_error  if Emitter::check throws it
     void add_emitter(const Emitter<D>& emitter) {
         emitter.check();
         Emitter<D> added = emitter;
         if (now_.steps > 0) added.skip(now_.time);
         emitters_.push_back(std::move(added));
     }
-    /// All emitters, in the order they were added.
+    /// Returns all emitters, in the order they were added.
     const std::vector<Emitter<D>>& emitters() const { return emitters_; }
 
-    /// Removes the points for which wanted(place) is true, with their springs, constraints, facets and excluded pairs.
+    /// Removes each point, with index i, for which wanted(i) is true, and the point's springs, constraints, facets and
+    /// excluded pairs. The indices of the remaining points may change.
     /// \return the number of points removed
-    /// \throws parameter_error  if a force or constraint names a point that does not exist; the system is then invalid
+    /// \throws parameter_error  if a force, constraint, excluded pair or facet names a point that does not exist; the
+    ///                          system must not be used then
     template <class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
         const std::vector<std::uint32_t> new_place = points.remove_if(wanted);
@@ -149,8 +154,8 @@ public:
         return new_place.size() - points.size();
     }
 
-    /// The largest stable time step [s] of the springs and dampers in their present state; infinite without any. With
-    /// larger steps, motion may grow without bound. Constraints do not limit the time step.
+    /// Returns the largest time step [s] for which the springs and dampers are stable in their present state; infinite
+    /// if there are none. With larger steps, velocities may grow without bound. Constraints do not limit the time step.
     double stable_time_step() {
         double bound = 0;
         parallel_region(workers_of_steps(),
@@ -159,15 +164,17 @@ public:
     }
 
     /// Takes one step of dt [s].
-    /// \throws parameter_error  if dt is not positive, or a parameter of the system is out of range
-    /// \throws particle_error   if a point or the force on it is not finite; nothing has moved then
-    /// \throws particle_error   if a point would not be finite after the step; all points are invalid then
+    /// \throws parameter_error  if dt is not positive and finite, or a parameter of the system is out of range
+    /// \throws particle_error   if a position, velocity or force is not finite before the step; nothing has moved then
+    /// \throws particle_error   if a position or velocity is not finite after the step; all points are invalid then
     ///
-    /// Exceptions that forces throw pass through.
+    /// If a force throws an exception, step() throws it, too.
     void step(double dt) { take_steps(dt, 1); }
 
-    /// Takes steps of equal length, at most dt [s], until `duration` [s] has passed.
-    /// \throws parameter_error, particle_error  as step(); and if the duration is negative
+    /// Takes steps of equal length until `duration` [s] has passed. The length is at most dt [s], and it is chosen so
+    /// that a whole number of steps takes exactly `duration`.
+    /// \throws parameter_error  if step() throws it, or the duration is negative or not finite
+    /// \throws particle_error   if step() throws it
     void advance(double duration, double dt) {
         check(dt);
         if (!(duration >= 0) || !std::isfinite(duration))
@@ -176,13 +183,13 @@ public:
         if (count > 0) take_steps(duration / double(count), count);
     }
 
-    /// The torn links between points that still exist, by places.
+    /// Returns the torn links whose two end points still exist, as indices into `points`.
     const std::vector<Torn>& torn() const { return torn_; }
 
-    /// Continues from a moment of another run and gives the same bits as that run would. This system must be set up as
-    /// the other one was before its first step.
-    /// \throws usage_error      if this system has taken a step
-    /// \throws parameter_error  if the moment does not come from such a run; nothing has changed then
+    /// Continues another run from a saved moment. The results are the same, bit for bit, as if that run had continued.
+    /// Before the call, set up this system exactly as the other one was before its first step.
+    /// \throws usage_error      if this system has already taken a step
+    /// \throws parameter_error  if the moment does not fit this system; nothing has changed then
     void resume(SystemMoment<S, D> moment) {
         if (now_.steps > 0)
             throw usage_error(
@@ -211,7 +218,8 @@ public:
         const auto resume_forces = [&](std::span<detail::AnyForce<S, D>> forces) {
             for (auto& force : forces) force.renumber(new_place), force.tear(moment.torn);
         };
-        std::vector<detail::AnyForce<S, D>> rehearsal = forces_;  // may throw; users may refer to forces_
+        // Tries on a copy first, because this may throw. forces_ stays in memory, as users may refer to its elements.
+        std::vector<detail::AnyForce<S, D>> rehearsal = forces_;
         resume_forces(rehearsal);
         resume_forces(forces_);
         points = std::move(moment.points);
@@ -238,7 +246,8 @@ private:
         check_boundary(boundary);
     }
 
-    /// Workers of a region that spans several steps. It is 1 if a user's force may open a region of its own.
+    /// Returns the number of workers of a parallel region that contains several steps. It is 1 if some force may open a
+    /// parallel region of its own.
     int workers_of_steps() const {
         const bool is_left =
             std::any_of(forces_.begin(), forces_.end(), [](const auto& f) { return f.may_open_regions(); });
@@ -280,10 +289,11 @@ private:
         emit();
     }
 
-    /// The warning about a step above the bound, or nothing. The bound is recomputed every 64 steps and after changes.
+    /// Returns the warning that the time step dt is above stable_time_step(), or an empty text. The bound is computed
+    /// again every 64 steps, and after forces or points are added or removed.
     std::string warning_of(double dt) {
         if (largest_step_ == 0 || now_.steps % 64 == 0) largest_step_ = stable_time_step();
-        const double ratio = dt / largest_step_;  // infinite if no step is small enough
+        const double ratio = dt / largest_step_;  // infinite if largest_step_ is 0
         if (!(ratio >= warned_ratio_) || std::isinf(warned_ratio_)) return {};
         warned_ratio_ = 1.2 * ratio;
         if (!warn) return {};
@@ -297,11 +307,12 @@ private:
         return sum;
     }
 
-    /// \throws particle_error  if a point or the force on it is not finite
+    /// Checks that the positions and velocities of all points and the forces on them are finite.
+    /// \throws particle_error  if they are not
     void check_finite(double dt) const {
         std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            S all = 0;  // 0 times a number that is not finite is not 0
+            S all = 0;  // stays 0 if all numbers are finite: 0 times infinity or NaN is NaN
             for (std::size_t i = first; i < last; ++i)
                 all += (total(points.position[i]) + total(points.velocity[i]) + total(force_[i])) * S(0);
             if (!(all == 0)) wrong = true;
@@ -309,7 +320,8 @@ private:
         if (wrong) throw_not_finite(dt, "Nothing has moved.");
     }
 
-    /// Throws an error that names the first point that is not finite, and the number of such points.
+    /// Throws a particle_error. The message names the number of points with a position, velocity or force that is not
+    /// finite, and the first of them.
     [[noreturn, gnu::cold]] void throw_not_finite(double dt, const char* done) const {
         std::size_t first = points.size(), count = 0;
         for (std::size_t i = points.size(); i-- > 0;)
@@ -392,7 +404,9 @@ private:
         largest_step_ = 0;
     }
 
-    /// The places, in a later moment, of the points that this system has now; no_particle for removed points.
+    /// Returns, for each point of this system, its index in `later`, the points of a later moment of the run;
+    /// no_particle if the point was removed.
+    /// \throws parameter_error  if `later` cannot have come from the points of this system
     std::vector<std::uint32_t> places_in(const PointMasses<S, D>& later) const {
         std::vector<std::uint32_t> places(points.size(), no_particle);
         std::size_t known = 0;
@@ -417,7 +431,7 @@ private:
     double largest_step_ = 0, warned_ratio_ = 1;
 };
 
-/// Deduces precision and dimension from a boundary: firn::ParticleSystem system(firn::Together(walls, ball));
+/// Deduces the scalar type and the dimension from a boundary: firn::ParticleSystem system(firn::Together(walls, ball));
 template <class Boundary>
 explicit ParticleSystem(const Boundary&)
     -> ParticleSystem<detail::made_for<Boundary>::D, typename detail::made_for<Boundary>::S, Verlet, Boundary>;

@@ -1,4 +1,4 @@
-/// \file Forces on single points: drag and a user's own force.
+/// \file Forces on single points: drag of air, and a force that the user defines.
 #pragma once
 
 #include <firn/lagrangian/any_force.hpp>
@@ -6,22 +6,23 @@
 
 namespace firn {
 
-/// The drag of air on every point, as on a ball of the point's radius.
+/// The drag of air on every point. Each point is a ball with the point's radius.
 template <std::floating_point S, int D>
 struct DragOnPoints {
-    static constexpr bool opens_no_region = true;  ///< \see point_force
-    Drag<S, D> law;                                ///< The drag on one ball.
+    static constexpr bool opens_no_region = true;  ///< add_forces() opens no parallel region. \see point_force
+    Drag<S, D> law;                                ///< The law of the drag on a ball.
 
     /// Adds the drag [N] on each point to `force`, which has one entry per point.
-    /// \throws parameter_error  as Drag::check
+    /// \throws parameter_error  if Drag::check throws it
     void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) const {
         law.check();
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) force[i] += law.force(points.velocity[i], points.radius[i]);
         });
     }
-    /// Adds a bound of the damping [N s/m] at each point: the derivative of the drag by the velocity is at most twice
-    /// the force divided by the speed.
+    /// Adds an upper bound of the damping [N s/m] of each point to `damping`, which has one entry per point. The bound
+    /// is 2 |drag| / |velocity relative to the wind|, the largest derivative of the drag with respect to the velocity.
+    /// `stiffness`, the second parameter, does not change.
     void add_stiffness(const PointView<S, D>& points, std::span<double>, std::span<double> damping, int threads) const {
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
@@ -32,12 +33,13 @@ struct DragOnPoints {
     }
 };
 
-/// A user's force on every point. of_point(points, i) returns the force on point i [N]; several threads call it.
+/// A force that the user defines for each point. The function of_point(points, i) must return the force [N] on the
+/// point with index i. Several threads call it at the same time.
 /// \tparam OfPoint  callable as of_point(const PointView<S, D>&, std::size_t), returns Vec<S, D>
 template <class OfPoint>
 struct ForceOnEach {
-    static constexpr bool opens_no_region = true;  ///< \see point_force
-    OfPoint of_point;                              ///< Returns the force on one point [N].
+    static constexpr bool opens_no_region = true;  ///< add_forces() opens no parallel region. \see point_force
+    OfPoint of_point;                              ///< The user's function: returns the force on one point [N].
 
     /// Adds the force [N] on each point to `force`, which has one entry per point.
     template <class S, int D>
@@ -47,7 +49,7 @@ struct ForceOnEach {
         });
     }
 };
-/// Deduces the type from a function.
+/// Deduces OfPoint from the function: ForceOnEach{f}.
 template <class OfPoint>
 ForceOnEach(OfPoint) -> ForceOnEach<OfPoint>;
 

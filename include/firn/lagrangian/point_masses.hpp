@@ -1,4 +1,4 @@
-/// \file Point masses: the particles of a ParticleSystem, which has no grid.
+/// \file Point masses: the particles of a ParticleSystem. There is no grid.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -19,50 +19,53 @@
 
 namespace firn {
 
-/// A read-only view of n points for forces. All fields are indexed by place, 0 ≤ i < n.
+/// A read-only view of n points, for functions that compute forces. Element i of every field, 0 ≤ i < n, belongs to the
+/// point with index i.
 template <class S, int D>
 struct PointView {
-    std::span<const Vec<S, D>> position;  ///< [m]
-    std::span<const Vec<S, D>> velocity;  ///< [m/s]
-    std::span<const S> mass;              ///< [kg]
-    std::span<const S> radius;            ///< [m]
+    std::span<const Vec<S, D>> position;  ///< Positions [m].
+    std::span<const Vec<S, D>> velocity;  ///< Velocities [m/s].
+    std::span<const S> mass;              ///< Masses [kg].
+    std::span<const S> radius;            ///< Radii [m].
     double time = 0;                      ///< Present time [s].
 
-    /// Number of points.
+    /// Returns the number of points.
     std::size_t size() const { return position.size(); }
 };
 
-/// The data of a point to add.
+/// The data of a new point. \see PointMasses::add
 template <int D>
 struct PointMass {
-    Vec<double, D> position{};  ///< [m]
-    Vec<double, D> velocity{};  ///< [m/s]
-    double mass = 1;            ///< [kg]
-    double radius = 0;          ///< For collisions and drag [m].
-    /// Points of one group do not collide with each other. Points of group 0 collide with all points.
+    Vec<double, D> position{};  ///< Position [m].
+    Vec<double, D> velocity{};  ///< Velocity [m/s].
+    double mass = 1;            ///< Mass [kg].
+    double radius = 0;          ///< Radius, for collisions and drag [m].
+    /// Points of the same group do not collide with each other. A point of group 0 collides with points of any group.
     std::uint32_t group = 0;
-    double end = std::numeric_limits<double>::infinity();  ///< When the point is removed [s].
+    double end = std::numeric_limits<double>::infinity();  ///< Time at which the point is removed [s].
 };
 
-/// Points in the order of their ids. Each field has an array of its own, so that reading one field of a point takes one
-/// or two cache lines. A point's place may change when points are removed; its id never changes.
+/// The points of a system, sorted by id. Each field is an array of its own; element i of every field belongs to the
+/// point with index i. The index of a point may change when points are removed, its id never does; place() returns the
+/// index of a point with a given id.
 ///
-/// A pinned point has inverse mass 0. No force, constraint or collision moves it; it moves with its velocity.
+/// A point can be pinned; its inverse mass is then 0. A pinned point moves with its velocity, which forces, constraints
+/// and collisions do not change.
 template <std::floating_point S, int D>
 struct PointMasses {
     using V = Vec<S, D>;  ///< A vector in space.
 
-    FieldArray<V> position;           ///< [m]
-    FieldArray<V> velocity;           ///< [m/s]
-    FieldArray<S> mass;               ///< [kg]
-    FieldArray<S> inverse_mass;       ///< [1/kg]; 0: the point is pinned.
-    FieldArray<S> radius;             ///< [m]
+    FieldArray<V> position;           ///< Positions [m].
+    FieldArray<V> velocity;           ///< Velocities [m/s].
+    FieldArray<S> mass;               ///< Masses [kg].
+    FieldArray<S> inverse_mass;       ///< 1/mass, or 0 for a pinned point [1/kg].
+    FieldArray<S> radius;             ///< Radii, for collisions and drag [m].
     FieldArray<S> since;              ///< Time by which the velocity lags behind the position [s]; see Verlet.
-    FieldArray<std::uint32_t> group;  ///< \see PointMass
-    FieldArray<std::uint32_t> id;     ///< Permanent name; ascending.
-    FieldArray<double> end;           ///< When the point is removed [s].
+    FieldArray<std::uint32_t> group;  ///< Groups for collisions; see PointMass::group.
+    FieldArray<std::uint32_t> id;     ///< Ids, ascending. The id of a point never changes.
+    FieldArray<double> end;           ///< Times at which points are removed [s].
 
-    /// Calls f(info, pointer to member) for every field above.
+    /// Calls f(info, member) for every field above, with its FieldInfo and the pointer to this member.
     template <class F>
     static void for_fields(const F& f) {
         using enum FieldShape;
@@ -79,18 +82,18 @@ struct PointMasses {
         f(FieldInfo{"id", "1", scalar, given, {}, not_negative, FieldNumber::uint32}, &P::id);
         f(FieldInfo{"end", "s", scalar, given, {}, finite, FieldNumber::float64}, &P::end);
     }
-    /// The descriptions of all fields.
+    /// Returns the descriptions (name, unit, shape, …) of all fields.
     static FieldTable table() {
         FieldTable all;
         for_fields([&](const FieldInfo& info, auto) { all.push_back(info); });
         return all;
     }
 
-    PointMasses() : memory_(table(), D, sizeof(S), SlotOrder::by_id) {}  ///< No points.
+    PointMasses() : memory_(table(), D, sizeof(S), SlotOrder::by_id) {}  ///< Makes an object without points.
     /// \name Copy, move and swap
     /// @{
 
-    /// Copies, moves or swaps all points with their ids. After a move, the source has no points.
+    /// Copies, moves or swaps all points. They keep their ids. After a move, the source has no points.
     PointMasses(const PointMasses& other) : size_(other.size_), ids_(other.ids_), memory_(other.memory_) { bind(); }
     PointMasses(PointMasses&& other) noexcept : PointMasses() { swap(other); }
     PointMasses& operator=(PointMasses other) noexcept {
@@ -107,15 +110,18 @@ struct PointMasses {
     }
     /// @}
 
-    /// Number of points.
+    /// Returns the number of points.
     std::size_t size() const { return size_; }
-    /// A view of the points at a time [s], valid until points are added or removed.
+    /// Returns a view of all points. The view is valid until points are added or removed.
+    /// \param time  the present time [s], stored in the view
     PointView<S, D> view(double time = 0) const { return {position, velocity, mass, radius, time}; }
-    /// The id of the next point. No id is given out twice.
+    /// Returns the id that the next new point will get. Each id is used for one point only.
     std::uint32_t next_id() const { return ids_.next(); }
 
-    /// Allocates memory for `count` points. Each worker is the first to write its share of the memory.
-    /// \param threads  0: as many as thread_count() says
+    /// Allocates memory for at least `count` points. Each thread is the first to write its part of the new memory, so
+    /// that this part lies near the thread's processor.
+    /// \param count    number of points, including existing ones
+    /// \param threads  number of threads; 0: the number that thread_count() returns
     /// \throws memory_error  if there is not enough memory
     void reserve(std::size_t count, int threads = 0) {
         if (count <= memory_.slots()) return;
@@ -127,11 +133,11 @@ struct PointMasses {
         bind();
     }
 
-    /// Ensures that no id below `next` is given out.
+    /// Ensures that new points get no id below `next`.
     void skip_ids(std::uint32_t next) { ids_.skip(next); }
 
-    /// Appends a point with the id `as`. Its other fields are not set.
-    /// \return its place
+    /// Appends a point with the id `as`. The caller must set all other fields of the point.
+    /// \return the index of the point
     std::size_t append(std::uint32_t as) {
         if (size_ == memory_.slots()) reserve(std::max<std::size_t>(4 * pack_size, size_ + 1));
         const std::size_t place = size_++;
@@ -140,8 +146,9 @@ struct PointMasses {
         return place;
     }
 
-    /// Checks whether a point could be added with the id `as`.
-    /// \throws parameter_error  unless, in S, all numbers are finite, the mass is positive, the radius not negative
+    /// Checks that a point could be added with the id `as`.
+    /// \throws parameter_error  unless position, velocity, mass, 1/mass and radius are finite after rounding to S, the
+    ///                          mass is positive, the radius is not negative, `end` is not NaN, and `as` is a valid id
     static void check(const PointMass<D>& point, std::uint64_t as) {
         const auto refuse = [&](const char* what, double given, const char* allowed) {
             throw parameter_error(sentence("The ", what, " of point ", as, " is ", given, "; it must be ", allowed,
@@ -159,9 +166,9 @@ struct PointMasses {
         if (as >= no_particle) throw parameter_error(sentence("All ", no_particle, " ids of points are given out."));
     }
 
-    /// Adds a point.
-    /// \return its id
-    /// \throws parameter_error  as check()
+    /// Adds a point at the end of all fields.
+    /// \return the id of the new point
+    /// \throws parameter_error  if check() throws it; nothing is added then
     std::uint32_t add(const PointMass<D>& point) {
         check(point, next_id());
         const std::size_t i = append(ids_.give());
@@ -176,8 +183,8 @@ struct PointMasses {
         return id[i];
     }
 
-    /// The place of the point with an id.
-    /// \throws parameter_error  if there is no such point
+    /// Returns the index of the point with the id `wanted`.
+    /// \throws parameter_error  if there is no point with this id
     std::size_t place(std::uint32_t wanted) const {
         const auto found = std::lower_bound(id.begin(), id.end(), wanted);
         if (found == id.end() || *found != wanted)
@@ -186,10 +193,12 @@ struct PointMasses {
         return std::size_t(found - id.begin());
     }
 
-    /// Whether the point at place i is pinned.
+    /// Returns whether the point with index i is pinned.
     bool is_pinned(std::size_t i) const { return inverse_mass[i] == 0; }
-    /// Pins the point with the id `wanted`. It stays where it is, or moves with a velocity [m/s] that nothing changes.
-    /// \throws parameter_error  if there is no point of this id, or the velocity is not finite
+    /// Pins the point with the id `wanted`. The point then moves with the constant velocity `v`.
+    /// \param wanted  id of the point
+    /// \param v       velocity of the pinned point [m/s]; by default it stays where it is
+    /// \throws parameter_error  if there is no point with this id, or the velocity is not finite
     void pin(std::uint32_t wanted, const Vec<double, D>& v = {}) {
         const std::size_t i = place(wanted);
         for (int a = 0; a < D; ++a)
@@ -199,16 +208,17 @@ struct PointMasses {
         inverse_mass[i] = 0;
         velocity[i] = cast<S>(v);
     }
-    /// Unpins the point with the id `wanted`. It keeps its velocity.
-    /// \throws parameter_error  if there is no point of this id
+    /// Unpins the point with the id `wanted`. The point keeps its present velocity until forces change it.
+    /// \throws parameter_error  if there is no point with this id
     void unpin(std::uint32_t wanted) {
         const std::size_t i = place(wanted);
         inverse_mass[i] = 1 / mass[i];
         since[i] = 0;
     }
 
-    /// Removes the points for which wanted(place) is true. The others close the gaps and keep their order.
-    /// \return the new place for every old place, no_particle for removed points; empty if none was removed
+    /// Removes each point, with index i, for which wanted(i) is true. The remaining points keep their order; their
+    /// indices become 0, 1, 2, …
+    /// \return for each old index the new index, or no_particle if the point was removed; empty if no point was removed
     template <class Wanted>
     std::vector<std::uint32_t> remove_if(const Wanted& wanted) {
         std::vector<std::uint32_t> places;
@@ -233,7 +243,7 @@ struct PointMasses {
     }
 
 private:
-    /// Tells every field its address and size.
+    /// Sets the address and the size of every field.
     void bind() {
         std::size_t f = 0;
         for_fields([&](const FieldInfo&, auto member) {
@@ -249,8 +259,11 @@ private:
 
 namespace detail {
 
-/// Replaces places by new places, as PointMasses::remove_if returned them. \return whether all points still exist
-/// \throws parameter_error  if a place has no entry in new_place
+/// Replaces the indices of points by their new indices.
+/// \param points     indices of points, changed in place
+/// \param new_place  for each old index the new one, as PointMasses::remove_if returned it
+/// \return whether all these points still exist
+/// \throws parameter_error  if an index has no entry in new_place
 template <std::size_t K>
 bool renumbered(std::array<std::uint32_t, K>& points, std::span<const std::uint32_t> new_place) {
     bool all = true;

@@ -1,13 +1,15 @@
-/// \file Builds ropes. In 2D, a rope is also the cross-section of cloth.
+/// \file Builds ropes. In 2D, a rope can also stand for the cross-section of a cloth.
 #pragma once
 
 #include <firn/lagrangian/surface.hpp>
 
 namespace firn {
 
-/// Builds a straight rope of `segments` + 1 evenly spaced points from a to b [m]. Stretch links run along it, bend
-/// links to the second neighbours. In 2D its segments are facets, with the outside on the right on the way from a to b.
-/// \throws parameter_error  unless a and b are finite and apart, and there is at least one segment
+/// Builds a straight rope of `segments` + 1 evenly spaced points from a to b [m], in this order. Stretch links join
+/// neighbouring points, bend links join each point to its second neighbours. In 2D the segments are facets, too; their
+/// outside is on the right on the way from a to b.
+/// \throws parameter_error  unless a and b are finite and differ, and there is at least one segment and less than
+///                          `max_points`
 /// \throws memory_error     if the net does not fit into memory
 template <int D>
 Net<D> rope(const Vec<double, D>& a, const Vec<double, D>& b, std::size_t segments) {

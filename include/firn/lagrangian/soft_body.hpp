@@ -1,4 +1,4 @@
-/// \file Builds soft bodies: a lattice of cells that fills a shape, or a closed surface supported from inside.
+/// \file Builds soft bodies: a lattice of cells that fills a shape, or a closed surface with support links inside it.
 #pragma once
 
 #include <firn/data/mesh.hpp>
@@ -13,14 +13,14 @@
 
 namespace firn {
 
-/// A net whose facets enclose a volume.
+/// A net whose facets enclose a volume, and each point's part of this volume.
 template <int D>
 struct SoftBody {
-    Net<D> net;                   ///< Points, links and surface.
-    std::vector<double> volumes;  ///< Each point's part of the enclosed volume [m³; m² in 2D].
+    Net<D> net;                   ///< Points, links and facets.
+    std::vector<double> volumes;  ///< One per point: its part of the enclosed volume [m³; m² in 2D].
 
-    /// The mass of every point [kg] of a body of `density` [kg/m³; kg/m² in 2D].
-    /// \throws parameter_error  unless the density is positive
+    /// Returns the mass of every point [kg], in the order of the points, for a body of `density` [kg/m³; kg/m² in 2D].
+    /// \throws parameter_error  unless the density is positive and finite
     std::vector<double> masses(double density) const {
         detail::check_positive(density, "The density of the body", D == 3 ? "kg/m^3" : "kg/m^2");
         auto masses = volumes;
@@ -31,15 +31,17 @@ struct SoftBody {
 
 namespace detail {
 
-/// Cells of a lattice, squares in 2D. Their indices are relative to the cell of the first sample.
+/// A set of lattice cells: cubes, or squares in 2D. The cell of the first sample has index 0 along every axis.
 template <int D>
 class Cells {
 public:
     using Index = std::array<std::int64_t, D>;
     static constexpr std::uint32_t corners = 1u << D;
 
-    /// One cell around each sample.
-    /// \throws parameter_error  unless the samples are the centres of cells of one lattice, each once
+    /// Makes one cell around each sample.
+    /// \param samples  the centres of the cells
+    /// \param side     side of a cell [m]
+    /// \throws parameter_error  unless all samples lie on one lattice with spacing `side`, each at its own position
     explicit Cells(const Samples<D>& samples, double side) {
         const Vec<double, D> first = samples.positions.front();
         for (const auto& x : samples.positions) {
@@ -60,8 +62,8 @@ public:
     const std::set<Index>& all() const { return cells_; }
     bool has(const Index& cell) const { return cells_.contains(cell); }
 
-    /// Fills one common neighbour of each two cells that touch only along an edge (in 2D: at a corner). Otherwise four
-    /// faces would share the edge, and the edge would be a hinge of the body.
+    /// Adds cells: where two cells touch only along an edge (in 2D: at a corner), one of their two common neighbours is
+    /// added. Without it, the two cells could turn about the edge as about a hinge.
     void fill_hinges() {
         std::vector<Index> open(cells_.begin(), cells_.end());
         while (!open.empty()) {
@@ -80,7 +82,8 @@ public:
         }
     }
 
-    /// \throws parameter_error  unless faces connect every cell with every other one
+    /// Checks that the cells form one connected body. Two cells are connected if they share a face (in 2D: an edge).
+    /// \throws parameter_error  if they do not
     void check_connected() const {
         std::set<Index> left = cells_;
         std::vector<Index> open{*left.begin()};
@@ -102,7 +105,8 @@ public:
         cell[axis] += steps;
         return cell;
     }
-    /// A corner of a cell. Bit a of `corner` is 1 for the upper one along axis a.
+    /// Returns the lattice index of a corner of a cell. Bit a of `corner` is 0 for the lower and 1 for the upper side
+    /// along axis a.
     static Index corner_of(Index cell, std::uint32_t corner) {
         for (std::size_t a = 0; a < D; ++a) cell[a] += (corner >> a) & 1;
         return cell;
@@ -118,7 +122,9 @@ private:
     std::set<Index> cells_;
 };
 
-/// The faces that belong to only one cell, as facets that face outwards.
+/// Returns the faces that belong to only one cell, as facets whose normals point outwards.
+/// \param cells     the cells of the body
+/// \param place_of  place_of(node) returns the point index of the lattice node with this index
 template <int D, class PlaceOf>
 std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& place_of) {
     using Index = typename Cells<D>::Index;
@@ -135,14 +141,14 @@ std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& plac
                     return place_of(node);
                 };
                 if constexpr (D == 2) {
-                    // On the way from node 0 to 1, the outside is on the right for the upper face along x and the lower
-                    // one along y.
+                    // For the upper face along x and the lower face along y, the outside is on the right on the way
+                    // from node 0 to node 1.
                     const bool onwards = (up == 1) == (a == 0);
                     facets.push_back({at(onwards ? 0 : 1, 0), at(onwards ? 1 : 0, 0)});
                 } else {
                     std::array<std::uint32_t, 4> quad{at(0, 0), at(1, 0), at(1, 1), at(0, 1)};
                     if (up == 0) std::swap(quad[1], quad[3]);
-                    // Diagonals alternate as on a chessboard.
+                    // Neighbouring faces are cut along different diagonals, as the colours of a chessboard alternate.
                     if ((base[0] + base[1] + base[2] - base[a]) % 2 == 0)
                         facets.insert(facets.end(), {{quad[0], quad[1], quad[2]}, {quad[0], quad[2], quad[3]}});
                     else
@@ -156,18 +162,19 @@ std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& plac
 
 }  // namespace detail
 
-/// Builds a body of cubic cells (squares in 2D), one around each sample. sample_box(), sample_sphere() and
-/// sample_mesh() with Pattern::lattice fill shapes with samples.
+/// Builds a body of cubic cells (squares in 2D), one cell around each sample. To make the samples, fill a shape with
+/// sample_box(), sample_sphere() or sample_mesh() and Pattern::lattice.
 ///
-/// The points of the body are the corners of cells, the first axis fastest. Stretch links run along the edges of cells,
-/// shear links along the diagonals of their faces and of the cells, bend links to the second neighbours along the axes.
-/// The three kinds resist stretch, shear and bending, and a body that is squeezed along one axis swells along the
-/// others.
+/// The points of the body are the corners of the cells, sorted so that the index of the first axis changes fastest.
+/// Stretch links are the edges of cells, shear links are the diagonals of faces and of cells, and bend links join each
+/// point to its second neighbours along the axes. The body resists stretch, shear and bending, and if it is compressed
+/// along one axis, it expands along the others.
 ///
-/// The surface is closed. It consists of the faces that belong to only one cell, each cut into two triangles in 3D.
-/// Where two cells touch only along an edge, one more cell is filled in between.
-/// \throws parameter_error  unless the samples lie on one lattice of cubes of their volume, each once, and faces
-///                          connect all cells
+/// The surface is closed. It consists of the faces that belong to only one cell; in 3D each is cut into two triangles.
+/// Where two cells touch only along an edge (in 2D: at a corner), one more cell is added between them.
+/// \param samples  the centres of the cells, and the volume of one cell
+/// \throws parameter_error  unless there are samples, they lie on one lattice whose cells have the samples' volume,
+///                          each at its own position, and every cell is connected to the others by shared faces
 /// \throws memory_error     if the body does not fit into memory
 template <int D>
 SoftBody<D> lattice_body(const Samples<D>& samples) {
@@ -177,8 +184,8 @@ SoftBody<D> lattice_body(const Samples<D>& samples) {
         throw parameter_error("A soft body needs samples, but there are none. Fill a shape with samples.");
     detail::check_positive(samples.volume, "The volume of a sample", D == 3 ? "m^3" : "m^2");
     const double side = D == 2 ? std::sqrt(samples.volume) : std::cbrt(samples.volume);
-    // Per cell: a tree node here and in check_connected(), the tree nodes of its corners, and its links, before the
-    // links that cells share are merged.
+    // Estimated memory per cell: one tree node here and one in check_connected(), the tree nodes of the corners, and
+    // the links, because links that several cells share are stored more than once at first.
     constexpr double tree_node = 4 * sizeof(void*) + sizeof(typename Cells::Index) + sizeof(double);
     constexpr double links = Cells::corners * (Cells::corners - 1) / 2 + D * Cells::corners / 2;
     require_memory(double(samples.positions.size()) * (3 * tree_node + links * sizeof(Link)),
@@ -187,7 +194,7 @@ SoftBody<D> lattice_body(const Samples<D>& samples) {
     cells.fill_hinges();
     cells.check_connected();
 
-    // Compare the last axis first, so that the first axis runs fastest.
+    // Compares the last axis first, so that in the sorted order the index of the first axis changes fastest.
     const auto by_last_axis = [](const auto& left, const auto& right) {
         return std::lexicographical_compare(left.rbegin(), left.rend(), right.rbegin(), right.rend());
     };
@@ -233,9 +240,14 @@ SoftBody<D> lattice_body(const Samples<D>& samples) {
 
 namespace detail {
 
-/// The vertex nearest to where a ray first leaves the mesh, among the corners of the triangle that it hits; or `none`.
-/// The ray begins at vertex `from` and runs along the unit vector `along`; hits nearer than `least` [m] are ignored.
-/// Möller & Trumbore 1997, "Fast, minimum storage ray/triangle intersection".
+/// Follows a ray from inside a mesh to the first triangle through which the ray leaves the mesh. Returns that corner of
+/// the triangle which is nearest to the point of intersection; `none` if the ray does not leave the mesh. Möller &
+/// Trumbore 1997, "Fast, minimum storage ray/triangle intersection".
+/// \param mesh   the closed mesh
+/// \param from   the vertex at which the ray begins
+/// \param along  direction of the ray, a unit vector
+/// \param least  intersections nearer than this to the vertex `from` are ignored [m]
+/// \param none   what to return if there is no intersection
 inline std::uint32_t opposite_vertex(const TriangleMesh& mesh, std::uint32_t from, const Vec<double, 3>& along,
                                      double least, std::uint32_t none) {
     const auto& x = mesh.vertices[from];
@@ -246,10 +258,10 @@ inline std::uint32_t opposite_vertex(const TriangleMesh& mesh, std::uint32_t fro
         const auto ab = mesh.vertices[std::size_t(triangle[1])] - a, ac = mesh.vertices[std::size_t(triangle[2])] - a;
         const auto p = cross(along, ac);
         const double det = dot(ab, p);
-        if (!(det < 0)) continue;  // the ray enters the mesh there
+        if (!(det < 0)) continue;  // the ray enters the mesh through this triangle, or is parallel to it
         const auto s = x - a, q = cross(s, ab);
         const double u = dot(s, p) / det, v = dot(along, q) / det, t = dot(ac, q) / det;
-        constexpr double over = -1e-9;  // so that a ray through an edge hits at least one of its triangles
+        constexpr double over = -1e-9;  // below 0, so that no ray passes between two triangles
         if (!(u >= over && v >= over && u + v <= 1 - over && t > least && t < nearest)) continue;
         nearest = t;
         const double w = 1 - u - v;
@@ -258,7 +270,8 @@ inline std::uint32_t opposite_vertex(const TriangleMesh& mesh, std::uint32_t fro
     return found;
 }
 
-/// The unit normal at each vertex: the mean over the triangles around it, weighted by their area.
+/// Returns the outward unit normal at each vertex: the mean of the normals of the triangles at the vertex, weighted by
+/// their area. Where this mean is zero, the result is the zero vector.
 inline std::vector<Vec<double, 3>> vertex_normals(const TriangleMesh& mesh) {
     std::vector<Vec<double, 3>> normals(mesh.vertices.size());
     for (const auto& [a, b, c] : mesh.triangles) {
@@ -275,19 +288,20 @@ inline std::vector<Vec<double, 3>> vertex_normals(const TriangleMesh& mesh) {
 
 }  // namespace detail
 
-/// Builds a body from a closed mesh: its surface with stretch and bend links, see cloth(), supported from inside.
+/// Builds a hollow body from a closed mesh. The surface gets stretch and bend links as in cloth(); support links
+/// through the inside keep its shape.
 ///
-/// Four support links run from every vertex to the other side of the body: one against the vertex's normal and three at
-/// 35° to it, a third of a turn apart. Each ends at the corner nearest to where the ray leaves the mesh. The straight
-/// links keep the body's thickness, the slanted ones brace it against shear. Together they form a truss that yields
-/// under load and springs back.
+/// Up to four support links join every vertex to the other side of the body: one in the direction opposite to the
+/// vertex's normal, and three at 35° to this direction, 120° apart from each other. Each link ends at the vertex
+/// nearest to the point where its line leaves the mesh. The straight links keep the body's thickness, the three
+/// inclined ones resist shear. The body deforms under load and returns to its shape afterwards.
 ///
-/// All points are vertices of the mesh, so the body is cheaper than a lattice. The body's volume is shared among its
-/// points by the area of their facets. The work is proportional to vertices × triangles: less than a second for
-/// 1800 × 3700.
+/// All points are vertices of the mesh, so there are fewer points than in lattice_body(). Each point's part of the
+/// enclosed volume is proportional to the area of its facets. The computing time is proportional to the number of
+/// vertices times the number of triangles: less than a second for 1800 vertices and 3700 triangles.
 ///
-/// If the facets of the mesh face inwards, they are reversed.
-/// \throws mesh_error  as check_closed() and cloth(); if the mesh encloses no volume
+/// If the normals of the mesh point inwards, the triangles are reversed.
+/// \throws mesh_error  if check_closed() or cloth() throws it, or the mesh encloses no volume
 inline SoftBody<3> mesh_body(const TriangleMesh& given) {
     check_closed(given);
     double volume = signed_volume(given);

@@ -10,7 +10,7 @@
 namespace firn {
 
 namespace detail {
-/// Checks the numbers of a spring.
+/// Checks the stiffness [N/m] and damping [N s/m] of a spring.
 /// \throws parameter_error  unless both are finite and not negative
 inline void check_spring(double stiffness, double damping) {
     if (!(stiffness >= 0) || !std::isfinite(stiffness) || !(damping >= 0) || !std::isfinite(damping))
@@ -19,20 +19,24 @@ inline void check_spring(double stiffness, double damping) {
 }
 }  // namespace detail
 
-/// The law of a spring and a damper between two points: f₁ = f e, f₂ = −f₁ with e = (r₂ − r₁)/l and
-/// f = k_s (l − l₀) − k_d (v₁ − v₂)·e. If both ends are at one position, there is no direction and no force.
+/// The law of a spring and a damper between two points. The forces on the points are
+///
+///     f₁ = f e,  f₂ = −f₁,  with  f = k_s (l − l₀) − k_d (v₁ − v₂)·e,  l = |r₂ − r₁|,  e = (r₂ − r₁)/l
+///
+/// where r₁ and r₂ are the positions and v₁ and v₂ the velocities of the points, l₀ is the length at rest, k_s the
+/// stiffness and k_d the damping. If l = 0, there is no direction e, and the forces are zero.
 template <scalar S>
 struct SpringDamper {
     using scalar_type = S;
-    static constexpr int corners = 2;  ///< Points of a spring.
-    /// The numbers of one spring.
+    static constexpr int corners = 2;  ///< Number of end points of a spring.
+    /// The data of one spring.
     struct Element {
-        S rest = S(1);       ///< l₀, length at rest [m].
-        S stiffness = S(0);  ///< k_s [N/m].
-        S damping = S(0);    ///< k_d [N s/m].
+        S rest = S(1);       ///< Length at rest l₀ [m].
+        S stiffness = S(0);  ///< Stiffness k_s [N/m].
+        S damping = S(0);    ///< Damping k_d [N s/m].
     };
 
-    /// The forces [N] on the two ends, at positions x [m] with velocities v [m/s].
+    /// Returns the force [N] on each of the two end points, which have positions x [m] and velocities v [m/s].
     template <int D>
     FIRN_INLINE std::array<Vec<S, D>, 2> forces(const Element& spring, const std::array<Vec<S, D>, 2>& x,
                                                 const std::array<Vec<S, D>, 2>& v) const {
@@ -46,23 +50,23 @@ struct SpringDamper {
         return {f, -f};
     }
 
-    /// The elastic energy ½ k_s (l − l₀)² [J], with the ends at x [m].
+    /// Returns the elastic energy ½ k_s (l − l₀)² [J] of a spring with end points at x [m].
     template <int D>
     FIRN_INLINE S energy(const Element& spring, const std::array<Vec<S, D>, 2>& x) const {
         const S longer = norm(x[1] - x[0]) - spring.rest;
         return S(0.5) * spring.stiffness * longer * longer;
     }
 
-    /// The largest eigenvalue of the stiffness matrix [N/m].
+    /// Returns 2 k_s, the largest eigenvalue of the spring's stiffness matrix [N/m].
     template <int D>
     S stiffness(const Element& spring, const std::array<Vec<S, D>, 2>&) const {
         return S(2) * spring.stiffness;
     }
-    /// The largest eigenvalue of the damping matrix [N s/m].
+    /// Returns 2 k_d, the largest eigenvalue of the spring's damping matrix [N s/m].
     S damping(const Element& spring) const { return S(2) * spring.damping; }
 
-    /// Checks the numbers of a spring.
-    /// \throws parameter_error  unless all are finite and not negative
+    /// Checks the data of a spring.
+    /// \throws parameter_error  unless length, stiffness and damping are finite and not negative
     static void check(const Element& spring)
         requires std::floating_point<S>
     {
@@ -73,38 +77,39 @@ struct SpringDamper {
     }
 };
 
-/// The law of an anchor: a spring of zero length and a damper that hold one point at a position, with the force
-/// k_s (x₀ − x) − k_d v. It is a soft pin for particles that the grid moves. The position may be changed.
+/// The law of an anchor: a spring of zero length at rest and a damper pull one point to a position x₀. The force on a
+/// point at x with velocity v is k_s (x₀ − x) − k_d v. Use an anchor instead of a pin for particles that the grid
+/// moves. x₀ may be changed between steps.
 template <scalar S, int D>
 struct Anchor {
     using scalar_type = S;
-    static constexpr int corners = 1;  ///< Points of an anchor.
-    /// The numbers of one anchor.
+    static constexpr int corners = 1;  ///< Number of points that an anchor pulls.
+    /// The data of one anchor.
     struct Element {
-        Vec<S, D> place{};   ///< x₀, the position that holds the point [m].
-        S stiffness = S(0);  ///< k_s [N/m].
-        S damping = S(0);    ///< k_d [N s/m].
+        Vec<S, D> place{};   ///< x₀, the position that the point is pulled to [m].
+        S stiffness = S(0);  ///< Stiffness k_s [N/m].
+        S damping = S(0);    ///< Damping k_d [N s/m].
     };
 
-    /// The force [N] on the point, at position x [m] with velocity v [m/s].
+    /// Returns the force [N] on a point with position x [m] and velocity v [m/s].
     FIRN_INLINE std::array<Vec<S, D>, 1> forces(const Element& held, const std::array<Vec<S, D>, 1>& x,
                                                 const std::array<Vec<S, D>, 1>& v) const {
         return {(held.place - x[0]) * held.stiffness - v[0] * held.damping};
     }
 
-    /// The elastic energy ½ k_s |x₀ − x|² [J], with the point at x [m].
+    /// Returns the elastic energy ½ k_s |x₀ − x|² [J] for a point at x [m].
     FIRN_INLINE S energy(const Element& held, const std::array<Vec<S, D>, 1>& x) const {
         const Vec<S, D> away = held.place - x[0];
         return S(0.5) * held.stiffness * dot(away, away);
     }
 
-    /// The largest eigenvalue of the stiffness matrix [N/m].
+    /// Returns k_s, the only eigenvalue of the anchor's stiffness matrix [N/m].
     S stiffness(const Element& held, const std::array<Vec<S, D>, 1>&) const { return held.stiffness; }
-    /// The largest eigenvalue of the damping matrix [N s/m].
+    /// Returns k_d, the only eigenvalue of the anchor's damping matrix [N s/m].
     S damping(const Element& held) const { return held.damping; }
 
-    /// Checks the numbers of an anchor.
-    /// \throws parameter_error  unless all are finite, and stiffness and damping are not negative
+    /// Checks the data of an anchor.
+    /// \throws parameter_error  unless x₀, stiffness and damping are finite, and stiffness and damping are not negative
     static void check(const Element& held)
         requires std::floating_point<S>
     {

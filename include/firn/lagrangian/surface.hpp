@@ -1,4 +1,4 @@
-/// \file Lengths and areas of nets, and the masses of points that follow from them.
+/// \file Lengths of links and areas of facets, and the masses of points computed from them.
 #pragma once
 
 #include <firn/data/memory.hpp>
@@ -17,10 +17,10 @@
 
 namespace firn {
 
-/// The largest number of points in a net: links and facets name points by 32 bits.
+/// The largest number of points in a net: links and facets store the index of a point in 32 bits.
 inline constexpr std::size_t max_points = std::numeric_limits<std::uint32_t>::max();
 
-/// The area of a facet [m²], or the length of an edge [m] in 2D.
+/// Returns the area of a facet [m²], or in 2D the length of an edge [m].
 template <int D>
 double facet_area(const Net<D>& net, const std::type_identity_t<Facet<D>>& facet) {
     std::array<Vec<double, D>, D> corners;
@@ -28,13 +28,14 @@ double facet_area(const Net<D>& net, const std::type_identity_t<Facet<D>>& facet
     return norm(area_vector(corners));
 }
 
-/// The length of a link at rest [m].
+/// Returns the length at rest of a link of a net [m].
 template <int D>
 double rest_length(const Net<D>& net, const Link& link) {
     return norm(net.positions[link.a] - net.positions[link.b]);
 }
 
-/// The facets of a net as a mesh whose vertices are all points of the net, to check, draw or write it.
+/// Returns the facets of a net as a mesh, for example to draw it or to write it to a file. The vertices are all points
+/// of the net, in the same order.
 inline TriangleMesh surface_mesh(const Net<3>& net) {
     TriangleMesh mesh{net.positions, {}};
     mesh.triangles.reserve(net.facets.size());
@@ -43,7 +44,7 @@ inline TriangleMesh surface_mesh(const Net<3>& net) {
     return mesh;
 }
 
-/// Two unit vectors u, v perpendicular to the unit vector n and to each other; n, u, v are right-handed.
+/// Returns two unit vectors u and v that are perpendicular to the unit vector n and to each other: u × v = n.
 inline std::array<Vec<double, 3>, 2> perpendicular(const Vec<double, 3>& n) {
     int flattest = 0;
     for (int a = 1; a < 3; ++a)
@@ -56,7 +57,8 @@ inline std::array<Vec<double, 3>, 2> perpendicular(const Vec<double, 3>& n) {
 
 namespace detail {
 
-/// \throws memory_error  if a net with these numbers of points, links and facets does not fit into memory
+/// Checks that a net with these numbers of points, links and facets fits into memory.
+/// \throws memory_error  if it does not
 template <int D>
 void require_net_memory(double points, double links, double facets) {
     require_memory(points * sizeof(Vec<double, D>) + links * sizeof(Link) + facets * sizeof(Facet<D>),
@@ -68,7 +70,13 @@ inline void check_positive(double value, const char* what, const char* unit) {
         throw parameter_error(sentence(what, " is ", value, " ", unit, "; it must be positive and finite."));
 }
 
-/// Shares the measure of each piece equally among its points. \return each point's sum
+/// Shares the measure (length or area) of each piece equally among the points of the piece.
+/// \param net      the net with these points
+/// \param pieces   for each piece, the indices of its points
+/// \param kind     what a piece is, for messages: "facet"
+/// \param measure  measure(piece) returns the length [m] or area [m²] of a piece
+/// \return for each point, the sum of its shares
+/// \throws parameter_error  if a piece names a point that does not exist, or a point gets no share
 template <int D, class Pieces, class Measure>
 std::vector<double> shared_out(const Net<D>& net, const Pieces& pieces, const char* kind, const Measure& measure) {
     std::vector<double> parts(net.positions.size());
@@ -86,8 +94,8 @@ std::vector<double> shared_out(const Net<D>& net, const Pieces& pieces, const ch
     return parts;
 }
 
-/// Sorts links by their points, the lower point first, and keeps one link per pair of points: the one whose kind comes
-/// first in LinkKind.
+/// Returns the links without duplicates. Of several links between the same two points, the one whose kind comes first
+/// in LinkKind is kept. In each link a < b, and the links are sorted by a, then b.
 inline std::vector<Link> unique_links(std::vector<Link> links) {
     for (auto& link : links)
         if (link.b < link.a) std::swap(link.a, link.b);
@@ -103,9 +111,9 @@ inline std::vector<Link> unique_links(std::vector<Link> links) {
 
 }  // namespace detail
 
-/// The mass of every point [kg] of a surface of `density` [kg/m²; kg/m in 2D]. Each triangle gives a third of its mass
-/// to each corner; in 2D, each edge gives half of its mass to each end.
-/// \throws parameter_error  unless the density is positive and every point belongs to a facet with an area
+/// Returns the mass of every point [kg], in the order of the net's points, of a surface of `density` [kg/m²; kg/m in
+/// 2D]. Each triangle gives a third of its mass to each corner; in 2D, each edge gives half of its mass to each end.
+/// \throws parameter_error  unless the density is positive and finite, and every point belongs to a facet with an area
 template <int D>
 std::vector<double> facet_masses(const Net<D>& net, double density) {
     detail::check_positive(density, "The density of the surface", D == 3 ? "kg/m^2" : "kg/m");
@@ -114,8 +122,10 @@ std::vector<double> facet_masses(const Net<D>& net, double density) {
     return masses;
 }
 
-/// The mass of every point [kg] of ropes of `density` [kg/m]. Each stretch link gives half of its mass to each end.
-/// \throws parameter_error  unless the density is positive and every point belongs to a stretch link with a length
+/// Returns the mass of every point [kg], in the order of the net's points, of ropes of `density` [kg/m]. Each stretch
+/// link gives half of its mass to each end.
+/// \throws parameter_error  unless the density is positive and finite, and every point belongs to a stretch link that
+///                          is longer than zero
 template <int D>
 std::vector<double> link_masses(const Net<D>& net, double density) {
     detail::check_positive(density, "The density of the rope", "kg/m");

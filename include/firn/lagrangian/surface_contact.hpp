@@ -1,4 +1,5 @@
-/// \file Contact of point masses with boundaries: the same walls and colliders, moving or not, that grid nodes meet.
+/// \file Contact of point masses with boundaries: the same (fixed or moving) walls and colliders that act on grid
+/// nodes.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -11,21 +12,21 @@ namespace firn {
 
 /// Applies the contact of one point with the surfaces of a boundary, one surface after another.
 ///
-/// A point touches a surface if it is nearer than its radius. Its velocity relative to the surface then obeys the
-/// surface's contact, with restitution if the contact separates. Its position is moved to where it just touches the
-/// surface (overlap of contact_slack), which changes no velocity.
-/// \param boundary  in S, lifted
-/// \param restitution  Newton's e [1]
-/// \param radius  of the point [m]
-/// \param x  its position [m], changed in-place
-/// \param v  its velocity [m/s], changed in-place
+/// The point touches a surface if its distance from the surface is below its radius. The surface's Contact then changes
+/// the point's velocity relative to the surface; Contact::separate acts with restitution. The point is also moved
+/// outwards until it overlaps the surface by contact_slack times its radius only; this shift changes no velocity.
+/// \param boundary     a boundary with scalar type S, as lift<S>() returns it
+/// \param restitution  Newton's e between point and surface [1]
+/// \param radius       radius of the point [m]
+/// \param x            position of the point [m], changed in place
+/// \param v            velocity of the point [m/s], changed in place
 template <class B, std::floating_point S, int D>
 FIRN_INLINE void meet_surfaces(const B& boundary, S restitution, S radius, Vec<S, D>& x, Vec<S, D>& v) {
     const Vec<S, D> from = x;
     boundary.surfaces(from, [&](S distance, const Vec<S, D>& normal, const Vec<S, D>& of_surface, Contact contact,
                                 S friction) FIRN_LAMBDA {
         if (contact == Contact::none) return;
-        const S gap = distance + dot(normal, x - from) - radius;  // after earlier surfaces have moved the point
+        const S gap = distance + dot(normal, x - from) - radius;  // after the shifts by earlier surfaces
         if (!(gap < 0)) return;
         const Vec<S, D> relative = v - of_surface;
         const S into = min(dot(relative, normal), S(0));
@@ -34,12 +35,13 @@ FIRN_INLINE void meet_surfaces(const B& boundary, S restitution, S radius, Vec<S
     });
 }
 
-/// Applies the contact of all points that are not pinned with a boundary. A point of radius 0 touches a surface when it
-/// has passed it.
-/// \param boundary     a boundary policy in S that has surfaces(), see has_surfaces
-/// \param restitution  Newton's e, from 0 to 1 [1]
-/// \param threads      0: as many as thread_count() says
-/// \throws parameter_error  if the restitution is not from 0 to 1, and as check_boundary()
+/// Applies the contact of all points with the surfaces of a boundary; pinned points do not change. A point of radius 0
+/// touches a surface when it is inside the solid.
+/// \param points       positions and velocities are changed
+/// \param boundary     a boundary with scalar type S and a member surfaces(), see has_surfaces
+/// \param restitution  Newton's e between points and surfaces, from 0 to 1 [1]
+/// \param threads      number of threads; 0: the number that thread_count() returns
+/// \throws parameter_error  if the restitution is not from 0 to 1, or if check_boundary() throws it
 template <std::floating_point S, int D, class B>
 void meet_surfaces(PointMasses<S, D>& points, const B& boundary, double restitution = 0, int threads = 0) {
     static_assert(has_surfaces<with_scalar_t<B, S>, S, D>,
