@@ -108,8 +108,12 @@ struct BoundaryList {
         return largest;
     }
 
-    /// Returns the number of boundaries in the list.
-    int part_count() const { return int(all.size()); }
+    /// Returns the number of parts: one for each boundary in the list, or as many as that boundary has itself.
+    int part_count() const {
+        int count = 0;
+        for (const B& one : all) count += firn::part_count(one);
+        return count;
+    }
     /// Returns what velocity() returns, but also takes the surfaces of other solids into account. Calls `seen` with a
     /// node's velocity before and after each boundary acted. \see firn::velocity_among
     template <class S, int D, class Others, class Seen>
@@ -122,14 +126,21 @@ struct BoundaryList {
                     for (const B& other : all)
                         if (&other != &one) other.surfaces(at, see);
             };
-            v = firn::velocity_among(one, x, v, beside, seen, first++);
+            v = firn::velocity_among(one, x, v, beside, seen, first);
+            first += firn::part_count(one);
         }
         return v;
     }
-    /// Returns the point [m] about which the torque on boundary all[k] is computed. \see firn::part_centre
+    /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. Parts are
+    /// counted as in part_count(). \see firn::part_centre
     template <int D>
     Vec<double, D> centre_of_part(int k) const {
-        return part_centre<D>(all[std::size_t(k)], 0);
+        for (const B& one : all) {
+            const int count = firn::part_count(one);
+            if (k < count) return part_centre<D>(one, k);
+            k -= count;
+        }
+        return Vec<double, D>::zero();
     }
 
     /// Returns the descriptions of the boundaries, separated by "; ", as they are written into files.

@@ -109,6 +109,28 @@ TEMPLATE_TEST_CASE("reactions have the same bits for any number of threads", "[b
     for (const auto& other : of_threads) CHECK(same_bits(other, of_threads[0]));
 }
 
+TEST_CASE("a list of joined solids has the parts of all of them, in order", "[boundary][reactions]") {
+    using Ball = Collider<Sphere<double, 2>>;
+    const auto ball_at = [](double x, double spin) {
+        return Ball{.shape = {0.1}, .contact = Contact::stick, .position = {x, 0.3}, .angular_velocity = spin};
+    };
+    const auto reactions_of = [](const auto& boundary) {
+        Simulation simulation(Domain<2>{.lower = {0, 0}, .upper = {1, 1}, .cell_size = 1.0 / 32},
+                              FixedCorotated<double>{}, boundary);
+        simulation.gravity = {0, 0};
+        simulation.warn = {};
+        simulation.add(sample_box<2>({0.1, 0.2}, {0.9, 0.4}, {.spacing = 1.0 / 64}), 1000);
+        simulation.reactions.emplace();
+        simulation.step();
+        return *simulation.reactions;
+    };
+    const Ball a = ball_at(0.2, 1), b = ball_at(0.4, 2), c = ball_at(0.6, 3), d = ball_at(0.8, 4);
+    const auto joined = reactions_of(Together(a, b, c, d));
+    CHECK(same_bits(reactions_of(BoundaryList<Together<Ball, Ball>>{{Together(a, b), Together(c, d)}}), joined));
+    REQUIRE(joined.parts.size() == 4);
+    for (int k = 0; k < 4; ++k) CHECK(joined.parts[std::size_t(k)].about[0] == Approx(0.2 * (k + 1)));
+}
+
 TEST_CASE("torques are about each part's position where no point is given", "[boundary][reactions]") {
     const auto boundary = scene<2>();
     SparseGrid<double, 2> grid({{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16});
