@@ -18,7 +18,7 @@ namespace firn {
 template <int D>
 inline constexpr int symmetric_size = D * (D + 1) / 2;
 
-/// \name Upper triangle
+/// \name Index in the upper triangle of a symmetric matrix
 /// @{
 
 /// Returns the index of element (i, j) of a symmetric d × d matrix whose upper triangle is stored row by row (xx, xy,

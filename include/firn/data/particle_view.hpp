@@ -11,10 +11,10 @@
 
 namespace firn {
 
-/// \name Numbers in a field of a material's state
+/// \name Number of components of a type
 /// @{
 
-/// Number of components of type T: 1 for a scalar, D for a `Vec<S, D>`, D² for a `Mat<S, D>`.
+/// Number of components of T: 1 for a scalar, D for a `Vec<S, D>`, D² for a `Mat<S, D>`.
 template <class T>
 inline constexpr int component_count = 1;
 template <class S, int D>

@@ -48,7 +48,7 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
     using Index = std::array<std::int64_t, D>;
     constexpr std::int64_t r = std::int64_t(1) << 20;
     constexpr std::int64_t cell = D == 2 ? 741455 : 605389;  // ⌊r/√D⌋
-    constexpr std::int64_t reach = 2;                        // ⌈r/cell⌉ [cells]: points closer than r lie within
+    constexpr std::int64_t reach = 2;                        // ⌈r/cell⌉: points closer than r are at most 2 cells away
 
     if (!(radius > 0) || !std::isfinite(radius)) {
         throw parameter_error(sentence("The Poisson-disk radius is ", radius, " m; it must be finite and above 0."));

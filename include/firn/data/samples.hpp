@@ -25,11 +25,11 @@ enum class Pattern {
 /// Options of how a shape is filled with particles. The same options give the same positions, bit for bit, with every
 /// compiler.
 struct SamplingOptions {
-    double spacing = 0;                         ///< mean distance between particles [m], above 0; must be given
+    double spacing = 0;                         ///< mean distance [m], above 0: one particle per spacing^D; required
     Pattern pattern = Pattern::lattice;         ///< how particles are arranged
     double jitter = 0.25;                       ///< largest random shift [spacings], 0 to 0.5; for Pattern::jittered
-    std::uint64_t seed = 1;                     ///< of random numbers; for Pattern::jittered and poisson_disk
-    std::uint64_t max_particles = 200'000'000;  ///< if there would be more, an error is thrown
+    std::uint64_t seed = 1;                     ///< seed of the random numbers; for jittered and poisson_disk
+    std::uint64_t max_particles = 200'000'000;  ///< largest number of particles; more are an error
 };
 
 /// The particles that fill a shape.

@@ -135,7 +135,7 @@ private:
         std::size_t first = 0;            // index of its first block among those of all threads
     };
 
-    /// Returns the first index that thread t processes. Its last index is the one before first_of(t + 1).
+    /// Returns the first index that thread t processes. The last one is first_of(t + 1) − 1.
     std::size_t first_of(std::size_t t) const {
         if (t == std::size_t(threads_)) return candidates_;
         return candidates_ * t / std::size_t(threads_) / pack_size * pack_size;
@@ -197,7 +197,7 @@ private:
             }
             std::uint32_t* const id_of = number_of_ + first_place_[r];  // ids of the particles in `to`
             std::uint32_t last_id[block_nodes<D>] = {};
-            std::uint64_t disordered = 0;  // one bit per cell: ids are not sorted
+            std::uint64_t disordered = 0;  // one bit per cell, set if the ids in the cell are not sorted
             for (std::size_t i = 0; i < range.particles; ++i) {
                 const std::uint32_t place = from[i], id = ids_[place], cell = cell_of_[place], at = next[cell]++;
                 to[at] = place;
@@ -209,7 +209,7 @@ private:
                 const int cell = std::countr_zero(disordered);
                 const std::size_t begin = cell == 0 ? 0 : next[cell - 1], count = next[cell] - begin;
                 if (count <= pack_size && range.particles >= pack_size) {
-                    const std::size_t first = std::min(begin, range.particles - pack_size);  // of a pack around them
+                    const std::size_t first = std::min(begin, range.particles - pack_size);  // of a pack with these ids
                     order_few(to + first, id_of + first, begin - first, count);
                 } else {
                     std::sort(to + begin, to + begin + count,
@@ -248,7 +248,7 @@ private:
     std::uint32_t* number_of_;  // per index: number of its block among those of its thread, or no_particle
     std::uint32_t* by_block_;   // indices of particles, range by range
     std::uint8_t* cell_of_;
-    std::vector<std::size_t> places_;       // per block of each thread: particles, then where the next goes
+    std::vector<std::size_t> places_;  // per block of each thread: particle count, later the next index in by_block_
     std::vector<std::uint32_t> block_of_;   // per block of each thread: its index among the sorted blocks
     std::vector<std::size_t> first_place_;  // per range: where it begins in by_block_
 };
