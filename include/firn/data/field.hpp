@@ -22,7 +22,7 @@ inline constexpr std::uint32_t no_particle = 0xffffffffu;
 /// The slots that one SIMD register processes: as many consecutive slots as the register has lanes.
 struct Slots {
     std::size_t first;           ///< the first slot
-    const std::uint32_t* index;  ///< their particles, or no_particle; for particles not in the order of slots
+    const std::uint32_t* index;  ///< each slot's particle, or no_particle; only for StridedSpan
 };
 
 /// A field of particles that are stored in packs, in the order [pack][component][lane].

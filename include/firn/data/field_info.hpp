@@ -88,7 +88,7 @@ struct FieldInfo {
     constexpr int components_in_state(int d) const {
         return shape == FieldShape::symmetric_matrix ? d * d : components(d);
     }
-    /// Returns the index of a stored component for component k of a state. In a state, matrices are stored row by row.
+    /// Returns the index at which component k of a state is stored in the field. In a state, matrices are row by row.
     constexpr int component_of(int d, int k) const {
         switch (shape) {
             case FieldShape::matrix:

@@ -68,8 +68,8 @@ public:
     /// Returns the id that the next new particle will get. No id is given out twice.
     std::uint32_t next_id() const { return ids_.next(); }
 
-    /// Appends a particle at x [m]. All other fields get their start values. The particle's id is next_id(). Afterwards
-    /// particles must be sorted again.
+    /// Appends a particle at x [m]. All other fields get their start values. The particle's id is what next_id()
+    /// returned before. Afterwards particles must be sorted again.
     /// \return the slot of the new particle
     /// \throws parameter_error  if all ids have been given out
     /// \throws memory_error     if there is no memory for more slots
@@ -134,7 +134,7 @@ public:
     S mass(std::size_t slot) const { return fields_.template at<S>(of_mass, slot, 0); }
     /// Returns the initial volume V0 [m^D].
     S volume(std::size_t slot) const { return fields_.template at<S>(of_volume, slot, 0); }
-    /// Returns the Kirchhoff stress τ [Pa], computed from the current state.
+    /// Returns the Kirchhoff stress τ [Pa] of the particle's current state.
     Mat<S, D> stress(std::size_t slot) const { return matrix(of_stress, slot); }
 
     /// Returns one component of a field, as it is stored. \param field  index of the field in the table

@@ -24,7 +24,7 @@ public:
     explicit Particles(const Domain<D>& domain) : Store(domain, field_table<S, D, State>()) {}
 
     using Store::push_back;
-    /// Appends a particle. Its id is next_id(). Afterwards particles must be sorted again.
+    /// Appends a particle. Its id is what next_id() returned before. Afterwards particles must be sorted again.
     /// \param x       position [m]
     /// \param v       velocity [m/s]
     /// \param mass    mass [kg]

@@ -57,13 +57,13 @@ public:
     /// @}
 
     /// Returns the indices of the 3^D blocks around the block of range r, the last axis fastest. The block itself is
-    /// the middle one. Call activate() with the partition before.
+    /// the middle one. activate() must have been called with the partition.
     const std::uint32_t* neighbours(const BlockPartition<D>& partition, std::size_t r) const {
         return neighbours_.data() + (partition.first_row + r) * neighbour_count;
     }
 
     /// Checks that activate() was called for a partition with this many ranges.
-    /// \throws usage_error  if it was not called, or for fewer ranges only
+    /// \throws usage_error  if the grid has no table of neighbours for so many ranges
     void require_active(const BlockPartition<D>& partition) const {
         if ((partition.first_row + partition.ranges.size()) * neighbour_count > neighbours_.size())
             throw usage_error(sentence("The grid has no nodes for a partition of ", partition.ranges.size(),
@@ -130,8 +130,8 @@ public:
         return found != blocks_.end() && *found == key ? std::uint32_t(found - blocks_.begin()) : no_block;
     }
 
-    /// Returns the numbers of the node that has these indices along the axes, counted from the domain's lower corner
-    /// (ghost nodes: −1, …). Returns nullptr if the grid does not contain the node's block.
+    /// Returns the numbers of a node, or nullptr if the grid does not contain the node's block.
+    /// \param node  index of the node along each axis, counted from the domain's lower corner (ghost nodes: −1, …)
     const S* find_node(const std::array<int, std::size_t(D)>& node) const {
         BlockCoordinate<D> block{};
         std::size_t within = 0;

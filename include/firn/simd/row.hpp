@@ -43,9 +43,9 @@ FIRN_INLINE V rounded_product(const V& a, const V& b) {
 }
 
 /// A register of N numbers: N/4 nodes with four numbers each. Arithmetic uses the compilers' vector extension. x86
-/// intrinsics are used only for shuffles between registers of different widths, because g++ 12 would do them through
-/// memory.
-/// \tparam S  a floating-point type, or an integer type, for sums only
+/// intrinsics are used only for shuffles between registers of different widths, because g++ 12 would store the numbers
+/// and load them again.
+/// \tparam S  a floating-point type; or an integer type, which is used for sums only
 template <class S, int N>
 struct node_register {
     using vector [[gnu::vector_size(N * sizeof(S))]] = S;
@@ -175,7 +175,7 @@ struct row_of {
     /// Number of the target's registers that the row fills.
     static constexpr int registers = int((width * sizeof(S) - 1) / register_bytes + 1) + Rest::registers;
 
-    Number first;                     ///< the first register
+    Number first;                     ///< the nodes in the first register
     [[no_unique_address]] Rest rest;  ///< the nodes in the other registers
 
     /// Reads the nodes from consecutive memory.

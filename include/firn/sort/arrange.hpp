@@ -8,8 +8,8 @@
 
 namespace firn {
 
-/// The least number of cubes of sparse blocks in a phase, approximately. With many more, their nodes leave the cache
-/// before the next phase uses them; with fewer, threads wait for each other too often.
+/// About the least number of cubes of sparse blocks that a phase should have. With many more cubes, their nodes leave
+/// the cache before the next phase uses them; with fewer, threads wait for each other too often.
 inline constexpr std::size_t cubes_of_phase = 64;
 
 /// Chooses the phases in which cubes of sparse blocks are scattered.
