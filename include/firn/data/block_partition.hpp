@@ -117,9 +117,9 @@ struct BlockRange {
     std::size_t particles;     ///< number of particles
 };
 
-/// The most particles of a group that is spray. A group of sparse blocks is spray if it has so few particles that most
-/// nodes of its arena would stay empty. Spray therefore uses no arena: P2G and G2P access only the nodes that its
-/// particles need, directly in the grid.
+/// The largest number of particles in a group of sparse blocks that is treated as spray. Most nodes of the group's
+/// arena would stay empty. Therefore P2G clears and adds to the grid only the nodes of the arena that spray scatters
+/// to, and G2P reads the nodes from the grid, without an arena.
 inline constexpr std::size_t spray_particles = 64;
 
 /// Particles that one worker scatters together: those of one dense block, or those of all sparse blocks of a cube. The
