@@ -1,7 +1,9 @@
-/// \file Memory that starts on a cache line. Large allocations start on a large page and request large pages.
+/// \file Vectors whose memory starts on a cache line. Large ones start on a large page (2 MiB) and ask the system for
+/// large pages.
 ///
-/// If each processor has its own memory (NUMA), a page is placed near the processor that first writes to it. So
-/// resize() leaves new numbers unset, and each worker is the first to write to its share of new memory.
+/// On a machine where each processor has memory of its own (NUMA), the system places a page of memory near the
+/// processor that first writes to the page. So resize() leaves new numbers uninitialised, and in renew() and grow()
+/// each worker is the first to write to its part of new memory.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -19,28 +21,29 @@
 
 namespace firn {
 
-/// A standard allocator of aligned memory. It leaves numbers unset where std::allocator sets them to zero.
+/// An allocator of aligned memory for standard containers. It leaves new numbers uninitialised, where std::allocator
+/// sets them to zero.
 template <class T>
 struct aligned_allocator {
-    using value_type = T;                                            ///< what it allocates
+    using value_type = T;                                            ///< type of the allocated values
     static constexpr std::size_t large_page = std::size_t(1) << 21;  ///< size of a large page [bytes]
 
     aligned_allocator() = default;
-    /// From an allocator of another type, as containers need it.
+    /// Converts an allocator of another value type; standard containers require this constructor.
     template <class U>
     aligned_allocator(const aligned_allocator<U>&) {}
 
-    /// Allocates n values.
+    /// Allocates memory for n values.
     T* allocate(std::size_t n) {
         const std::size_t bytes = n * sizeof(T);
         void* memory = ::operator new(bytes, alignment(bytes));
 #ifdef MADV_HUGEPAGE
-        // Only a request: if it is refused, pages are small.
+        // This is only a request. If the system refuses it, pages are small.
         if (bytes >= 2 * large_page) madvise(memory, bytes / large_page * large_page, MADV_HUGEPAGE);
 #endif
         return static_cast<T*>(memory);
     }
-    /// Constructs a value. Without arguments, numbers stay unset.
+    /// Constructs a value at address p. If there are no arguments, a number stays uninitialised.
     template <class U, class... Arguments>
     void construct(U* p, Arguments&&... arguments) {
         if constexpr (sizeof...(Arguments) == 0)
@@ -48,9 +51,9 @@ struct aligned_allocator {
         else
             ::new (static_cast<void*>(p)) U(std::forward<Arguments>(arguments)...);
     }
-    /// Frees n values.
+    /// Frees the memory that allocate(n) returned.
     void deallocate(T* p, std::size_t n) { ::operator delete(p, alignment(n * sizeof(T))); }
-    /// Always true: any allocator can free what another has allocated.
+    /// Always true: any aligned_allocator can free what another one allocated.
     template <class U>
     bool operator==(const aligned_allocator<U>&) const {
         return true;
@@ -62,22 +65,24 @@ private:
     }
 };
 
-/// A vector in aligned memory. resize() leaves new numbers unset.
+/// A vector in aligned memory. resize() leaves new numbers uninitialised.
 template <class T>
 using aligned_vector = std::vector<T, aligned_allocator<T>>;
 
 namespace detail {
 
-/// Less memory than this [bytes] is not shared among workers.
+/// If an array is smaller than this [bytes], one worker initialises it alone.
 inline constexpr std::size_t least_shared_bytes = std::size_t(1) << 18;
 
-/// Calls body(first, last) for each worker's share of n values of T. One worker gets all of little memory.
+/// Divides n values of type T among the workers and calls body(first, last) for each worker's part. If the values take
+/// less than least_shared_bytes, one worker gets them all.
 template <class T, class Body>
 void for_shares_of(std::size_t n, int workers, const Body& body) {
     for_shares(n, n * sizeof(T) < least_shared_bytes ? 1 : workers, body);
 }
 
-/// Writes n numbers: the first `there` are copied, the others get `value`. Each worker writes its share.
+/// Writes n values to `to`: copies the first `there` values of `from`, and sets the others to `value`. Each worker
+/// writes its part.
 template <class T>
 void copy_and_fill(const T* from, std::size_t there, T* to, std::size_t n, const T& value, int workers) {
     for_shares_of<T>(n, workers, [&](std::size_t first, std::size_t last) {
@@ -89,7 +94,8 @@ void copy_and_fill(const T* from, std::size_t there, T* to, std::size_t n, const
 
 }  // namespace detail
 
-/// Resizes to n numbers, unset; the old ones are lost. Each worker is the first to write to its share of new memory.
+/// Resizes the vector to n uninitialised numbers and discards the old ones. Each worker is the first to write to its
+/// part of new memory.
 template <class T>
 void renew(aligned_vector<T>& numbers, std::size_t n, int workers) {
     static_assert(std::is_trivially_default_constructible_v<T>);
@@ -105,7 +111,8 @@ void renew(aligned_vector<T>& numbers, std::size_t n, int workers) {
     });
 }
 
-/// Lengthens to n numbers; new ones get `value`. Each worker is the first to write to its share of the new memory.
+/// Lengthens the vector to n values and sets the new ones to `value`. Each worker is the first to write to its part of
+/// the new memory.
 template <class T>
 void grow(aligned_vector<T>& numbers, std::size_t n, const T& value, int workers) {
     aligned_vector<T> larger;

@@ -1,4 +1,4 @@
-/// \file Checks for particles that no simulation can use, before the first step.
+/// \file Checks, before the first step, that particles lie in the domain and have a mass.
 #pragma once
 
 #include <firn/data/domain.hpp>
@@ -25,11 +25,11 @@ std::string point_text(std::size_t i, int dimension, const Position& position) {
 }  // namespace detail
 
 /// Checks that all particles lie in the domain.
-/// \param count     number of places to look at
-/// \param position  position(i, axis) [m]
-/// \param id_of     id_of(i) is the id of the particle at place i, or no_particle
-/// \throws particle_error  if there are no particles, if there are too many, or if positions are not finite or outside
-///                         the domain; it says how many, and names the first three
+/// \param count     number of indices i to check, those of padding included
+/// \param position  position(i, axis) is a coordinate [m] of particle i
+/// \param id_of     id_of(i) is the id of particle i, or no_particle if i is padding
+/// \throws particle_error  if there are no particles, if there are too many, or if a position is not finite or outside
+///                         the domain; the message tells how many such positions there are, and names the first three
 template <std::floating_point S, int D, class Position, class IdOf>
 void check_positions(std::size_t count, const Domain<D>& domain, const Position& position, const IdOf& id_of) {
     if (count == 0) throw particle_error("There are no particles. Add at least one before simulating.");
@@ -37,7 +37,7 @@ void check_positions(std::size_t count, const Domain<D>& domain, const Position&
         throw particle_error(
             sentence("There are ", count, " particles; up to ", 0xfffffffeu, " are possible in one set."));
     std::size_t particles = 0;
-    std::vector<std::pair<std::uint32_t, std::size_t>> wrong;  // ids and places
+    std::vector<std::pair<std::uint32_t, std::size_t>> wrong;  // ids and indices
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint32_t id = id_of(i);
         if (id == no_particle) continue;
@@ -62,15 +62,21 @@ void check_positions(std::size_t count, const Domain<D>& domain, const Position&
                                   detail::point_text(0, D, lower), " m to ", detail::point_text(0, D, upper),
                                   " m; the first: ", first, ". Move them inside, or enlarge the domain."));
 }
-/// The same for particles whose ids are their places.
+/// Checks that all particles lie in the domain. The id of a particle is its index.
+/// \param count     number of particles
+/// \param position  position(i, axis) is a coordinate [m] of particle i
+/// \throws particle_error  if there are no particles, if there are too many, or if a position is not finite or outside
+///                         the domain; the message tells how many such positions there are, and names the first three
 template <std::floating_point S, int D, class Position>
 void check_positions(std::size_t count, const Domain<D>& domain, const Position& position) {
     check_positions<S, D>(count, domain, position, [](std::size_t i) { return std::uint32_t(i); });
 }
 
 /// Checks that all masses are positive and finite.
-/// \param mass  mass(i) [kg]
-/// \throws particle_error  if some are not; it says how many, and names the first three
+/// \param count  number of particles
+/// \param mass   mass(i) is the mass [kg] of particle i
+/// \throws particle_error  if a mass is not; the message tells how many such masses there are, and names the first
+///                         three
 template <std::floating_point S, class Mass>
 void check_masses(std::size_t count, const Mass& mass) {
     std::size_t wrong = 0;

@@ -1,4 +1,4 @@
-/// \file The box in which matter moves, and its cells.
+/// \file The domain: the box in which matter moves, divided into cells.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -10,28 +10,31 @@
 namespace firn {
 
 namespace detail {
-// A constant, not a call in Domain: g++ 12 stops with an internal error at Simulation({{0, 0}, {1, 1}, 0.1}).
+// This is a constant because g++ 12 stops with an internal error at Simulation({{0, 0}, {1, 1}, 0.1}) if Domain
+// contains the call.
 template <int D>
 inline constexpr auto ones = Vec<double, D>::filled(1.0);
 }  // namespace detail
 
-/// An axis-aligned box of any size, with cubic cells of any size. Nodes lie at multiples of `cell_size` from `lower`.
+/// An axis-aligned box of any size, with cubic cells of any size (in 2D: squares). Nodes lie at `lower` plus multiples
+/// of `cell_size`.
 template <int D>
 struct Domain {
     Vec<double, D> lower{};                  ///< the lower corner [m]
     Vec<double, D> upper = detail::ones<D>;  ///< the upper corner [m]
-    double cell_size = 1.0 / 64;             ///< h [m]
+    double cell_size = 1.0 / 64;             ///< h, the edge length of a cell [m]
 
-    /// Periodic axes: matter that leaves at one end enters at the other. The number of cells along such an axis must be
-    /// a multiple of 16 (of 48 with the cubic kernel). Boundaries do not repeat. Walls across a periodic axis must be
-    /// Contact::none, as they are by default.
+    /// True for each periodic axis: matter that leaves the domain at one end enters it at the other. The number of
+    /// cells along such an axis must be a multiple of 16 (with the cubic kernel: of 48). Boundaries are not repeated in
+    /// the next period. Walls across a periodic axis must be Contact::none, which is the default.
     std::array<bool, std::size_t(D)> periodic{};
 
-    /// Number of cells along an axis. The last cell reaches beyond `upper` if the extent is no multiple of h.
+    /// Returns the number of cells along an axis. If the extent is no multiple of h, the last cell extends beyond
+    /// `upper`.
     int cells(int axis) const { return int(std::ceil((upper[axis] - lower[axis]) / cell_size - 1e-6)); }
 };
 
-/// The extent along an axis [cells], rounded to S but never beyond `upper`.
+/// Returns the extent of the domain along an axis [cells], rounded to type S, but never above the exact extent.
 template <std::floating_point S, int D>
 S extent_in_cells(const Domain<D>& domain, int axis) {
     const double cells = (domain.upper[axis] - domain.lower[axis]) / domain.cell_size;
@@ -39,16 +42,18 @@ S extent_in_cells(const Domain<D>& domain, int axis) {
     return double(rounded) > cells ? std::nextafter(rounded, S(0)) : rounded;
 }
 
-/// The most cells along an axis. Block coordinates have 21 bits per axis: 2²⁰ blocks of four cells in each direction
-/// from the lower corner.
+/// The maximum number of cells along an axis. Block coordinates have 21 bits per axis, which is enough for 2²⁰ blocks
+/// of four cells on each side of the domain's lower corner.
 inline constexpr double most_cells_per_axis = 4.0 * (1 << 20) - 16;
 
-/// The number of cells along a periodic axis is a multiple of this, so that colours of blocks continue across its ends.
+/// The number of cells along a periodic axis must be a multiple of this, so that the colours of blocks repeat without a
+/// break across the ends of the domain.
 inline constexpr int periodic_multiple = 16;
 
 /// Checks a domain.
-/// \throws parameter_error  if the box is empty or not finite, if it has too many or too few cells, or if the number of
-///                          cells along a periodic axis is no multiple of periodic_multiple
+/// \throws parameter_error  if the box is empty or not finite, if the cell size is not positive and finite, if there
+///                          are too many or too few cells, or if the number of cells along a periodic axis is no
+///                          multiple of periodic_multiple
 template <int D>
 void check(const Domain<D>& domain) {
     if (!(domain.cell_size > 0) || !std::isfinite(domain.cell_size))

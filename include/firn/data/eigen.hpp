@@ -1,7 +1,9 @@
-/// \file Particles, points, meshes and a program's own arrays as Eigen's matrices, one column each.
+/// \file Conversions between Eigen's matrices and firn's particles, points and meshes: each particle, point, vertex or
+/// triangle is one column.
 ///
-/// as_… gives a map of existing memory. copy_of_… gives a new matrix, because firn's particles lie in packs of sixteen,
-/// which no strides describe. For a vector of points (samples, nets, PointMasses, meshes), use as_eigen(vector).
+/// Functions named as_… return a map of existing memory and copy nothing. Functions named copy_of_… return a new
+/// matrix, because firn stores particles in packs of sixteen, which no strides describe. For a std::vector of points
+/// (of samples, nets, PointMasses or meshes), use as_eigen(vector).
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -14,9 +16,9 @@
 
 namespace firn {
 
-/// Collects f(slot) of every particle, in the order of slots: one column for each Vec or Mat (column after column), one
-/// row for each number. All copy_of_… use the same order until particles are added, removed or sorted;
-/// a step may do that.
+/// Returns f(slot) for all particles, in the order of slots. If f returns a Vec or a Mat: a matrix with one column per
+/// particle (a Mat is stored column after column). If f returns a number: a vector with one row per particle. All
+/// functions copy_of_… use this order. It changes when particles are added, removed or sorted; a step may sort them.
 template <std::floating_point S, int D, class State, class F>
 auto copy_of(const Particles<S, D, State>& particles, const F& f) {
     std::vector<decltype(f(std::size_t(0)))> all;
@@ -26,41 +28,43 @@ auto copy_of(const Particles<S, D, State>& particles, const F& f) {
     return as_eigen(std::move(all));
 }
 
-/// Positions x [m] as precise as they are stored, one per particle: D × n.
+/// Returns the positions x [m], as precise as they are stored: a D × n matrix with one column per particle, in the
+/// order of copy_of().
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<double, D, Eigen::Dynamic> copy_of_positions(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.exact_position(slot); });
 }
-/// Velocities v [m/s], one per particle: D × n.
+/// Returns the velocities v [m/s]: a D × n matrix with one column per particle, in the order of copy_of().
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, D, Eigen::Dynamic> copy_of_velocities(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.velocity(slot); });
 }
-/// Masses m [kg], one per particle: n.
+/// Returns the masses m [kg]: a vector with one row per particle, in the order of copy_of().
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, Eigen::Dynamic, 1> copy_of_masses(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.mass(slot); });
 }
-/// Deformation gradients F [1], if particles have them: D² × n, column after column.
-/// `.col(i).reshaped(D, D)` is the matrix of a particle.
+/// Returns the deformation gradients F [1] of particles whose material has them: a D² × n matrix with one column per
+/// particle, in the order of copy_of(). Each F is stored column after column; `.col(i).reshaped(D, D)` is one F.
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, D * D, Eigen::Dynamic> copy_of_deformation_gradients(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.state(slot).F; });
 }
-/// Kirchhoff stresses τ [Pa], one per particle: D² × n.
+/// Returns the Kirchhoff stresses τ [Pa]: a D² × n matrix with one column per particle, in the order of copy_of(). Each
+/// τ is stored column after column.
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, D * D, Eigen::Dynamic> copy_of_stresses(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.stress(slot); });
 }
-/// Ids, one per particle: n.
+/// Returns the particles' ids: a vector with one row per particle, in the order of copy_of().
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<std::uint32_t, Eigen::Dynamic, 1> copy_of_ids(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.id(slot); });
 }
 
-/// The columns of a matrix as a vector of points, for Samples, Net and others.
-/// \tparam Rows  D; must be given if the matrix does not know its number of rows at compile time
-/// \throws parameter_error  if the matrix has not D rows
+/// Returns the columns of a matrix as a vector of points, for example for Samples or Net.
+/// \tparam Rows  the dimension D; must be given if the matrix does not know its number of rows at compile time
+/// \throws parameter_error  if the matrix does not have D rows
 template <int Rows = Eigen::Dynamic, class E>
 auto points_of(const Eigen::MatrixBase<E>& columns) {
     constexpr int D = Rows == Eigen::Dynamic ? int(E::RowsAtCompileTime) : Rows;
@@ -71,8 +75,9 @@ auto points_of(const Eigen::MatrixBase<E>& columns) {
     return points;
 }
 
-/// A mesh from 3 × n vertices [m] and 3 × m indices, one column each.
-/// \throws parameter_error  if one of the matrices has not 3 rows
+/// Makes a mesh from a 3 × n matrix of positions [m] and a 3 × m matrix of indices. A column is the position of one
+/// vertex, or the three vertex indices (from 0) of one triangle.
+/// \throws parameter_error  if one of the matrices does not have 3 rows
 template <class V, class T>
 TriangleMesh triangle_mesh(const Eigen::MatrixBase<V>& vertices, const Eigen::MatrixBase<T>& triangles) {
     if (triangles.rows() != 3)
@@ -92,9 +97,11 @@ concept eigen_memory =
     (std::is_lvalue_reference_v<E> || !eigen_owning<std::remove_cvref_t<E>>);
 }  // namespace detail
 
-/// A program's own columns as a field of ForeignParticles. Each column is a scalar, a vector, or a matrix column after
-/// column. Takes a matrix that has a name, or a map, block or transpose of one.
-/// \throws parameter_error  if a column has more than nine numbers
+/// Makes a field of ForeignParticles from a program's own matrix, without a copy. Column i is a scalar, a vector, or a
+/// matrix (column after column) of particle i.
+/// \param columns  a matrix that has a name, or a map, block or transpose of one; the span is valid as long as its
+///                 memory
+/// \throws parameter_error  if a column has more than nine elements
 template <detail::eigen_memory E>
 auto as_span(E&& columns) {
     using S = std::remove_pointer_t<decltype(columns.data())>;

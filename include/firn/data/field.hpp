@@ -1,7 +1,8 @@
-/// \file Where a particle's numbers lie in memory, and how lanes read and write them.
+/// \file How the fields of particles are stored in memory, and how SIMD lanes read and write them.
 ///
-/// A *slot* is a place in the order in which particles are worked through; sixteen slots make a pack. firn's own
-/// particles lie in that order (BlockedSpan). Arrays of another program are reached through an index (StridedSpan).
+/// A *slot* is an index in the order in which particles are processed. Sixteen consecutive slots form a pack. firn's
+/// own particles are stored in the order of slots (BlockedSpan). Arrays of another program are not; a list of indices
+/// tells which particle belongs to each slot (StridedSpan).
 #pragma once
 
 #include <firn/core/pack.hpp>
@@ -12,40 +13,41 @@
 
 namespace firn {
 
-/// Particles per pack. Loops over lanes work on structures of arrays of this length.
+/// Number of particles in a pack. A pack stores each component of a field as an array of this length.
 inline constexpr int pack_size = 16;
 
-/// In an index of slots: the slot is padding and holds no particle.
+/// Used instead of a particle's index or id if a slot is padding: it holds no particle.
 inline constexpr std::uint32_t no_particle = 0xffffffffu;
 
-/// The slots of one register: as many consecutive slots as it has lanes.
+/// The slots that one SIMD register processes: as many consecutive slots as the register has lanes.
 struct Slots {
     std::size_t first;           ///< the first slot
-    const std::uint32_t* index;  ///< their particles, or no_particle; for particles not in the order of slots
+    const std::uint32_t* index;  ///< each slot's particle, or no_particle; only for StridedSpan
 };
 
-/// A field of particles that lie in packs: [pack][component][lane].
+/// A field of particles that are stored in packs, in the order [pack][component][lane].
 template <class S>
 struct BlockedSpan {
-    S* data;         ///< the first number
-    int components;  ///< numbers per particle
+    S* data;         ///< address of the field's first number
+    int components;  ///< number of components per particle
 
-    /// Reads one component in the slots.
+    /// Reads one component of the field for the particles in the slots.
     template <class P>
     FIRN_INLINE P load(const Slots& slots, int component) const {
         return P::load(at(slots.first, component));
     }
-    /// Reads one component in the slots; padding gives zero where a field starts at zero.
+    /// Reads one component of the field for the particles in the slots. Use it only for fields whose start value is
+    /// zero; lanes of padding are then zero.
     template <class P>
     FIRN_INLINE P load_or_zero(const Slots& slots, int component) const {
         return load<P>(slots, component);
     }
-    /// Writes one component in the slots.
+    /// Writes one component of the field for the particles in the slots.
     template <class P>
     FIRN_INLINE void store(const Slots& slots, int component, const P& value) const {
         value.store(at(slots.first, component));
     }
-    /// Prefetches the pack that begins at `slot`. \tparam Components  equal to `components`
+    /// Prefetches the field's pack that begins at `slot`. \tparam Components  equal to `components`
     template <int Components>
     FIRN_INLINE void prefetch(std::size_t slot) const {
         const S* pack = data + slot * std::size_t(Components);
@@ -53,33 +55,35 @@ struct BlockedSpan {
         unroll<Components * pack_size / per_line>([&](auto line)
                                                       FIRN_LAMBDA { __builtin_prefetch(pack + per_line * line); });
     }
-    /// One component in the first of the slots.
+    /// Returns one component of the field for the particle in the first of the slots.
     FIRN_INLINE S& at(const Slots& slots, int component) const { return *at(slots.first, component); }
-    /// The address of one component in a slot.
+    /// Returns the address of one component of the field for the particle in a slot.
     FIRN_INLINE S* at(std::size_t slot, int component) const {
         return data + (slot / pack_size) * std::size_t(components * pack_size) + std::size_t(component * pack_size) +
                slot % pack_size;
     }
 };
 
-/// A field in another program's layout: component k of particle i is data[i * stride + offset[k]]. It describes arrays
-/// of structures, structures of arrays, and matrices by rows or by columns.
+/// A field in another program's layout: component k of particle i is data[i * stride + offset[k]]. This describes
+/// arrays of structures, structures of arrays, and matrices stored by rows or by columns.
 template <class S>
 struct StridedSpan {
-    S* data = nullptr;                       ///< what strides and offsets count from
-    std::ptrdiff_t stride = 0;               ///< from one particle to the next, in numbers
-    std::array<std::ptrdiff_t, 9> offset{};  ///< of each component, matrices by columns
+    S* data = nullptr;                       ///< address from which stride and offsets count
+    std::ptrdiff_t stride = 0;               ///< distance between two particles, in numbers (not bytes)
+    std::array<std::ptrdiff_t, 9> offset{};  ///< of each component, in numbers; a matrix by columns
 
-    /// One number per particle.
+    /// Describes a field of one number per particle. \param stride  distance between two particles, in numbers
     static StridedSpan scalars(S* data, std::ptrdiff_t stride = 1) { return {data, stride, {}}; }
-    /// Vectors of D consecutive numbers.
+    /// Describes a field of vectors of D consecutive numbers. \param stride  distance between two particles, in numbers
     template <int D>
     static StridedSpan vectors(S* data, std::ptrdiff_t stride = D) {
         StridedSpan span{data, stride, {}};
         for (int k = 0; k < D; ++k) span.offset[std::size_t(k)] = k;
         return span;
     }
-    /// D × D matrices of consecutive numbers, row after row (C, NumPy) or column after column (Eigen, Fortran).
+    /// Describes a field of D × D matrices of consecutive numbers.
+    /// \param by_rows  true: stored row after row (C, NumPy); false: column after column (Eigen, Fortran)
+    /// \param stride   distance between two particles, in numbers
     template <int D>
     static StridedSpan matrices(S* data, bool by_rows, std::ptrdiff_t stride = D * D) {
         StridedSpan span{data, stride, {}};
@@ -87,14 +91,16 @@ struct StridedSpan {
             for (int j = 0; j < D; ++j) span.offset[std::size_t(i + D * j)] = by_rows ? D * i + j : i + D * j;
         return span;
     }
-    /// Each component in its own array. Each array begins `distance` numbers after the one before.
+    /// Describes a field that has one array per component. Each array begins `distance` numbers after the array of the
+    /// component before.
     static StridedSpan arrays(S* data, int components, std::ptrdiff_t distance) {
         StridedSpan span{data, 1, {}};
         for (int k = 0; k < components; ++k) span.offset[std::size_t(k)] = k * distance;
         return span;
     }
 
-    /// Reads one component in the slots. Lanes of padding repeat the first particle of the pack.
+    /// Reads one component of the field for the particles in the slots. Lanes of padding get the number of the first
+    /// particle of the pack.
     template <class P>
     FIRN_INLINE P load(const Slots& slots, int component) const {
         P value;
@@ -105,7 +111,7 @@ struct StridedSpan {
         }
         return value;
     }
-    /// Reads one component in the slots; padding gives zero.
+    /// Reads one component of the field for the particles in the slots. Lanes of padding are zero.
     template <class P>
     FIRN_INLINE P load_or_zero(const Slots& slots, int component) const {
         P value = load<P>(slots, component);
@@ -113,18 +119,18 @@ struct StridedSpan {
             if (slots.index[l] == no_particle) value.set(l, value_type_t<P>(0));
         return value;
     }
-    /// Writes one component in the slots, except to padding.
+    /// Writes one component of the field for the particles in the slots. Lanes of padding are not written.
     template <class P>
     FIRN_INLINE void store(const Slots& slots, int component, const P& value) const {
         for (int l = 0; l < scalar_traits<P>::lanes; ++l)
             if (slots.index[l] != no_particle) particle(slots.index[l], component) = value[l];
     }
-    /// Does nothing: the numbers may lie anywhere.
+    /// Does nothing, because the particles of a pack may lie anywhere in memory.
     template <int>
     FIRN_INLINE void prefetch(std::size_t) const {}
-    /// One component in the first of the slots.
+    /// Returns one component of the field for the particle in the first of the slots.
     FIRN_INLINE S& at(const Slots& slots, int component) const { return particle(slots.index[0], component); }
-    /// One component of particle i.
+    /// Returns one component of the field for particle i.
     FIRN_INLINE S& particle(std::size_t i, int component) const {
         return data[std::ptrdiff_t(i) * stride + offset[std::size_t(component)]];
     }

@@ -1,4 +1,4 @@
-/// \file One field of particles in the order in which they were added, as an array.
+/// \file An array of the values of one field, in the order in which particles were added.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -9,8 +9,8 @@
 
 namespace firn {
 
-/// The values of a field, one per particle. The memory belongs to the particles' store; only the store can change the
-/// number of values.
+/// The values of a field, one per particle. The particle store owns their memory, and only the store can change their
+/// number.
 template <class T>
 class FieldArray {
 public:
@@ -27,7 +27,7 @@ public:
     /// \name Access
     /// @{
 
-    /// The values by pointer, index and iterator.
+    /// Access the values by pointer, index or iterator.
     T* data() { return data_; }
     const T* data() const { return data_; }
     T& operator[](std::size_t i) { return data_[i]; }
@@ -38,12 +38,12 @@ public:
     const T* end() const { return data_ + size_; }
     /// @}
 
-    /// A copy of all values.
+    /// Returns a copy of all values.
     std::vector<T> copy() const { return {begin(), end()}; }
-    /// Equal in size and in all values.
+    /// True if both arrays have the same size and the same values.
     bool operator==(const FieldArray& other) const { return std::equal(begin(), end(), other.begin(), other.end()); }
 
-    /// Sets where the values lie and their number. For the store only.
+    /// Sets the address and the number of the values. Only the particle store may call it.
     void bind(T* data, std::size_t size) { data_ = data, size_ = size; }
 
 private:

@@ -1,6 +1,7 @@
-/// \file The description of a field of particles: its name, unit, shape, role and start.
+/// \file The description of a field of particles: its name, unit, shape, role and start value.
 ///
-/// Sorting, growing, states, restart and the GPU's layout are loops over a table of these descriptions.
+/// All fields of a particle are described in one table. Sorting, growing, saving and restoring a state, restarting, and
+/// the layout on the GPU are loops over this table.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -12,14 +13,16 @@
 
 namespace firn {
 
-/// Numbers in a symmetric D × D matrix, stored as the upper triangle by rows: 00 01 02 11 12 22.
+/// Number of stored components of a symmetric D × D matrix: the upper triangle, row by row (in 3D xx, xy, xz, yy, yz,
+/// zz).
 template <int D>
 inline constexpr int symmetric_size = D * (D + 1) / 2;
 
-/// \name Upper triangle
+/// \name Index in the upper triangle of a symmetric matrix
 /// @{
 
-/// The index of element (i, j) of a symmetric d × d matrix in its upper triangle.
+/// Returns the index of element (i, j) of a symmetric d × d matrix whose upper triangle is stored row by row (xx, xy,
+/// xz, yy, …). It is the index of (j, i), too.
 FIRN_INLINE constexpr int symmetric_index(int d, int i, int j) {
     const int low = i < j ? i : j, high = i < j ? j : i;
     return low * (2 * d - low - 1) / 2 + high;
@@ -30,41 +33,43 @@ FIRN_INLINE constexpr int symmetric_index(int i, int j) {
 }
 /// @}
 
-/// The shape of a field in D dimensions: one number, D numbers, a D × D matrix, or its upper triangle.
+/// The shape of a field in D dimensions: one number, D numbers, a D × D matrix, or the upper triangle of a symmetric D
+/// × D matrix.
 enum class FieldShape : std::uint8_t { scalar, vector, matrix, symmetric_matrix };
 
-/// The type of a field's numbers. `real` is the precision of the particles.
+/// The type of a field's numbers. `real` is the particles' floating-point type.
 enum class FieldNumber : std::uint8_t { real, uint32, float64 };
 
-/// Who writes a field.
+/// Which part of a program writes a field.
 enum class FieldRole : std::uint8_t {
-    motion,    ///< every step writes it
-    affine,    ///< affine transfers; with other transfers it stays at its start, and a state may lack it
-    stress,    ///< G2P, for the next P2G; it follows from the material's state
-    given,     ///< the program, when it adds the particle; no step changes it
-    constant,  ///< nobody, unless the program does; by default it is at its start
-    state      ///< the material
+    motion,    ///< written in every step
+    affine,    ///< written by affine transfers; with others it keeps its start value, and a state may lack it
+    stress,    ///< written by G2P for the next P2G; it follows from the material's state
+    given,     ///< set by the program when it adds the particle; no step changes it
+    constant,  ///< keeps its start value unless the program sets it; no step changes it
+    state      ///< written by the material
 };
 
-/// Which numbers of a stored field are valid when a run is continued.
+/// Which values of a stored field are valid when a run is continued from a state.
 enum class FieldRange : std::uint8_t { finite, not_negative, positive };
 
-/// The description of a field: a line of the table.
+/// The description of one field: one entry of a FieldTable.
 struct FieldInfo {
-    const char* name;  ///< its name in states and GPU programs
-    const char* unit;  ///< such as "m/s"
-    FieldShape shape;  ///< scalar, vector or matrix
-    FieldRole role;    ///< who writes it
-    /// The numbers of a new particle and of padding; a matrix column by column.
+    const char* name;  ///< name of the field in states and GPU programs
+    const char* unit;  ///< unit of the field, such as "m/s"
+    FieldShape shape;  ///< shape of the field
+    FieldRole role;    ///< which part of a program writes the field
+    /// The values of the components for a new particle and for padding; a matrix column by column.
     std::array<double, 9> start{};
-    FieldRange range = FieldRange::finite;   ///< valid numbers
-    FieldNumber number = FieldNumber::real;  ///< type of its numbers
+    FieldRange range = FieldRange::finite;   ///< values that are valid
+    FieldNumber number = FieldNumber::real;  ///< type of the field's numbers
 
-    /// True if a finite number is in the field's range.
+    /// True if `value` lies in the field's range.
+    /// \param value  a finite number
     constexpr bool allows(double value) const {
         return range == FieldRange::positive ? value > 0 : range == FieldRange::finite || value >= 0;
     }
-    /// Numbers per particle in d dimensions, as stored.
+    /// Returns the number of stored components per particle in d dimensions.
     constexpr int components(int d) const {
         switch (shape) {
             case FieldShape::scalar:
@@ -78,11 +83,12 @@ struct FieldInfo {
         }
         return 0;
     }
-    /// Numbers per particle in a state, where a symmetric matrix is whole.
+    /// Returns the number of components per particle in a state, in d dimensions. For a symmetric matrix, a state
+    /// contains all d² elements.
     constexpr int components_in_state(int d) const {
         return shape == FieldShape::symmetric_matrix ? d * d : components(d);
     }
-    /// The index among the stored numbers of number k in a state, where matrices lie row by row.
+    /// Returns the index at which component k of a state is stored in the field. In a state, matrices are row by row.
     constexpr int component_of(int d, int k) const {
         switch (shape) {
             case FieldShape::matrix:
@@ -95,10 +101,10 @@ struct FieldInfo {
     }
 };
 
-/// A particle's fields, a line each.
+/// All fields of a particle, one entry per field.
 using FieldTable = std::vector<FieldInfo>;
 
-/// A start with the same number for every component.
+/// Returns start values (FieldInfo::start) that all equal `number`.
 constexpr std::array<double, 9> everywhere(double number) {
     std::array<double, 9> all{};
     all.fill(number);

@@ -1,4 +1,4 @@
-/// \file The memory of a table of fields: one allocation, of which each field has a part.
+/// \file The memory of all fields of a table. All fields share one allocation.
 #pragma once
 
 #include <firn/data/aligned.hpp>
@@ -10,22 +10,26 @@
 
 namespace firn {
 
-/// The order of particles in memory.
+/// The order in which particles are stored in memory.
 enum class SlotOrder : std::uint8_t {
-    sorted,  ///< by block and cell, in packs: [pack][component][lane]
-    by_id    ///< in the order in which they were added: [slot][component]
+    sorted,  ///< sorted by block and cell, in packs: [pack][component][lane]
+    by_id    ///< in the order in which particles were added: [slot][component]
 };
 
-/// The fields of all particles, one after the other. It moves bytes, and knows neither materials nor precisions.
+/// Stores all fields of all particles, one field after the other. The class only moves bytes; it does not depend on the
+/// material or the floating-point type.
 ///
-/// In sorted order the memory has a gap as large as the widest field. Sorting moves each field out-of-place into the
-/// gap beside it, so the gap travels from one end of the memory to the other. No second copy is needed, and nothing is
-/// allocated while the number of slots fits.
+/// With SlotOrder::sorted, the memory has a gap that is as large as the widest field. To sort, each field is moved into
+/// the gap next to it, and the field's old memory is part of the next gap. So the gap travels from one end of the
+/// memory to the other. No second copy of the fields is needed, and nothing is allocated as long as the memory has
+/// enough slots.
 class FieldMemory {
 public:
-    /// Makes memory of no slots.
-    /// \param dimension      of space: 2 or 3
-    /// \param bytes_of_real  size of the numbers of FieldNumber::real
+    /// Makes a memory without slots.
+    /// \param table          the fields
+    /// \param dimension      dimension of space: 2 or 3
+    /// \param bytes_of_real  size of a number of type FieldNumber::real [bytes]
+    /// \param order          order of the particles
     FieldMemory(const FieldTable& table, int dimension, std::size_t bytes_of_real, SlotOrder order) : order_(order) {
         for (const FieldInfo& info : table) {
             const std::size_t bytes = info.number == FieldNumber::real     ? bytes_of_real
@@ -40,13 +44,13 @@ public:
 
     /// Number of slots.
     std::size_t slots() const { return slots_; }
-    /// Numbers per slot of a field.
+    /// Number of components of a field. \param field  index of the field in the table
     int components(std::size_t field) const { return int(fields_[field].components); }
 
     /// \name All numbers of a field
     /// @{
 
-    /// The first number of a field. \tparam T  type of the field's numbers
+    /// Returns the address of a field's first number. \tparam T  type of the field's numbers
     template <class T>
     T* numbers(std::size_t field) {
         return reinterpret_cast<T*>(memory_.data() + fields_[field].offset);
@@ -60,7 +64,7 @@ public:
     /// \name One number
     /// @{
 
-    /// One component of a field in a slot. \tparam T  type of the field's numbers
+    /// Returns one component of a field in a slot. \tparam T  type of the field's numbers
     template <class T>
     T& at(std::size_t field, std::size_t slot, int component) {
         return numbers<T>(field)[index(field, slot, component)];
@@ -72,15 +76,16 @@ public:
 
     /// @}
 
-    /// The gap: scratch memory as large as the widest field, free to use until the next permute().
+    /// Returns the gap: scratch memory as large as the widest field. It may be used until the next permute() or grow().
     std::byte* room() { return memory_.data() + (room_at_end_ ? end_of_fields() : 0); }
-    /// Memory held [bytes].
+    /// Memory allocated [bytes].
     std::size_t bytes() const { return memory_.capacity(); }
-    /// Memory that so many slots need [bytes].
+    /// Memory that this many slots need [bytes].
     std::size_t bytes_for(std::size_t slots) const { return slots * (width_ + widest_); }
 
-    /// Makes the number of slots larger. New slots hold zeros. Each worker writes its share of each field and the gap.
-    /// \param slots  the new number, a multiple of pack_size
+    /// Increases the number of slots. All numbers in new slots are zero. Each worker is the first to write to its part
+    /// of the new memory.
+    /// \param slots  the new number of slots, a multiple of pack_size
     void grow(std::size_t slots, int workers) {
         FieldMemory larger(order_, fields_, width_, widest_);
         larger.slots_ = slots;
@@ -98,9 +103,9 @@ public:
         *this = std::move(larger);
     }
 
-    /// Moves the particle in slot order[i] to slot i, for all i. Slots of no_particle get arbitrary numbers. For sorted
-    /// order only.
-    /// \tparam Bits  an unsigned integer as large as a number; all fields' numbers have that size
+    /// Moves the particle in slot order[i] to slot i, for all i. If order[i] is no_particle, slot i gets arbitrary
+    /// numbers. Use it only with SlotOrder::sorted.
+    /// \tparam Bits  an unsigned integer type of the size of one number; the numbers of all fields must have this size
     template <class Bits>
     void permute(const aligned_vector<std::uint32_t>& order, int workers) {
         if (memory_.size() < bytes_for(order.size()))
@@ -108,7 +113,7 @@ public:
         slots_ = order.size();
         const std::size_t count = fields_.size();
         const bool to_the_end = room_at_end_;
-        std::size_t end = to_the_end ? memory_.size() : 0;  // of the fields moved so far
+        std::size_t end = to_the_end ? memory_.size() : 0;  // where the moved fields meet the gap [bytes]
         for (std::size_t i = 0; i < count; ++i) {
             Field& field = fields_[to_the_end ? count - 1 - i : i];
             const std::size_t bytes = slots_ * field.bytes_of_slot();
@@ -120,7 +125,7 @@ public:
         room_at_end_ = !to_the_end;
     }
 
-    /// Copies a particle to another slot. For order by id only.
+    /// Copies all fields of a particle from one slot to another. Use it only with SlotOrder::by_id.
     void copy(std::size_t from, std::size_t to) {
         for (const Field& field : fields_) {
             std::byte* const numbers = memory_.data() + field.offset;
@@ -132,7 +137,7 @@ public:
 private:
     struct Field {
         std::size_t components, bytes;  // bytes per number
-        std::size_t offset;             // of its first number in memory_ [bytes]
+        std::size_t offset;             // of the field's first number in memory_ [bytes]
 
         std::size_t bytes_of_slot() const { return components * bytes; }
     };
@@ -170,7 +175,7 @@ private:
     }
     template <class T>
     FIRN_INLINE static void move_pack(const T* from, std::size_t components, const std::uint32_t* order, T* to) {
-        bool run = true;  // are the pack's slots consecutive?
+        bool run = true;  // true if the old slots are consecutive
         for (int l = 1; l < pack_size; ++l) run = run & (order[l] == order[0] + std::uint32_t(l));
         if (run) {
             const int first = int(order[0] % pack_size);
@@ -188,7 +193,7 @@ private:
 
     SlotOrder order_;
     std::vector<Field> fields_;
-    std::size_t width_ = 0, widest_ = 0;  // bytes per slot: of all fields, of the widest field
+    std::size_t width_ = 0, widest_ = 0;  // bytes per slot, of all fields and of the widest field
     std::size_t slots_ = 0;
     bool room_at_end_ = true;
     aligned_vector<std::byte> memory_;

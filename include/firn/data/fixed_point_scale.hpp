@@ -1,9 +1,10 @@
-/// \file The scale of sums in fixed point.
+/// \file The scale of fixed-point sums.
 #pragma once
 
 namespace firn {
 
-/// Quanta per unit in fixed-point sums. They are powers of two, so that scaling is exact.
+/// How many quanta (steps of a fixed-point number) make one unit. Both members are powers of two, so that scaling is
+/// exact.
 template <class S>
 struct FixedPointScale {
     S momentum;  ///< quanta per kg m/s

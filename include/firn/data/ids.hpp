@@ -1,4 +1,4 @@
-/// \file Ids of particles: whole numbers, each given out once.
+/// \file Ids of particles: integers of which each is given to one particle only.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -8,21 +8,21 @@
 
 namespace firn {
 
-/// Gives out ids: 0, 1, 2, …
+/// Gives out ids in the order 0, 1, 2, …
 class Ids {
 public:
-    /// The id that is given out next.
+    /// Returns the id that give() will give out next.
     std::uint32_t next() const { return next_; }
     /// Marks all ids below `next` as given out.
     void skip(std::uint32_t next) { next_ = std::max(next_, next); }
-    /// Checks that so many more ids can be given out.
-    /// \throws parameter_error  if they cannot
+    /// Checks that `count` more ids can be given out.
+    /// \throws parameter_error  if fewer are left
     void require(std::uint64_t count) const {
         if (next_ + count > no_particle)
             throw parameter_error(sentence("All ", no_particle, " ids of particles have been given out."));
     }
-    /// Gives out the next id.
-    /// \throws parameter_error  if all have been given out
+    /// Gives out the next id and returns it.
+    /// \throws parameter_error  if all ids have been given out
     std::uint32_t give() {
         require(1);
         return next_++;

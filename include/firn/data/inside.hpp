@@ -1,14 +1,15 @@
-/// \file Tests whether a point lies inside a closed triangle mesh: the winding number, in exact integer arithmetic.
+/// \file Tests whether a point lies inside a closed triangle mesh, by the winding number in exact integer arithmetic.
 ///
-/// A ray from the point along +z counts each triangle above the point: +1 if the triangle faces up, −1 if it faces
-/// down. Such tests commonly fail where the ray hits an edge or a vertex, which they count twice or never. This one
-/// does not:
+/// The winding number is a sum over all triangles that a ray from the point along +z crosses: +1 for a triangle that
+/// faces up, −1 for one that faces down. Tests of this kind often fail where the ray hits an edge or a vertex, because
+/// they count the crossing twice or never. This one does not fail there:
 ///
-/// - Positions are rounded once to a lattice of 2⁻⁴⁰ of the mesh's size (about 1e-12). There, every predicate is an
-///   integer of at most 124 bits, so its sign is exact and the same on every machine.
-/// - Ties are broken as if the point were moved by (ε, ε², 0) and then by a much larger, yet infinitesimal, step along
-///   +z (simulation of simplicity: Edelsbrunner & Mücke 1990, "Simulation of simplicity", ACM TOG 9). So a point on a
-///   face that two bodies share lies in exactly one of them: on faces across an axis, in the body on the upper side.
+/// - Positions are rounded once to a lattice. Its step is 2⁻⁴⁰ (about 1e-12) of the mesh's size. Every quantity whose
+///   sign is needed is then an integer of at most 124 bits, so the sign is exact and the same on every machine.
+/// - Ties are broken as if the point were moved by (ε, ε², 0) and then by a much larger, yet infinitesimal, step
+///   along +z (simulation of simplicity: Edelsbrunner & Mücke 1990, "Simulation of simplicity", ACM TOG 9). So a point
+///   on a face that two bodies share lies in exactly one of the bodies. If the face is perpendicular to an axis, it is
+///   the body on the upper side of the face.
 #pragma once
 
 #include <firn/data/mesh.hpp>
@@ -21,13 +22,13 @@
 
 namespace firn {
 
-/// Tests whether points lie inside a closed mesh. Inside means winding number ≥ 1. So the inside of a mesh that
-/// intersects itself, or of several closed surfaces in one mesh, is the union of the parts. A surface that faces
-/// inwards within another is a hole. If the whole mesh is turned inside out (negative signed volume), it counts as
-/// facing outwards.
+/// Tests whether points lie inside a closed mesh, that is, whether their winding number is ≥ 1. So if a mesh intersects
+/// itself, or consists of several closed surfaces, its inside is the union of the parts. A surface that faces inwards
+/// and lies within another one bounds a hole. If the whole mesh is turned inside out (its signed volume is negative),
+/// it is treated as if it faced outwards.
 class InsideTest {
 public:
-    /// Prepares the test of a mesh.
+    /// Prepares the test for a mesh.
     /// \throws mesh_error  if the mesh is not closed and consistently oriented (check_closed()), if it encloses no
     ///                     volume, or if it is so small and so far from the origin that its shape is lost to rounding
     explicit InsideTest(const TriangleMesh& mesh) {
@@ -36,7 +37,8 @@ public:
         const double volume = signed_volume(mesh);
         const auto extent = bounds_.upper - bounds_.lower;
         const double longest = std::max({extent[0], extent[1], extent[2]});
-        // The volume of a flat surface is a rounding error. A real body this thin has no room for a particle.
+        // The computed volume of a flat surface is only a rounding error. A real body this thin could contain no
+        // particle.
         if (!(std::abs(volume) > 1e-15 * longest * longest * longest)) {
             throw mesh_error(sentence("The mesh is closed but encloses no volume (", volume, " m³ in a box of ",
                                       extent[0], " x ", extent[1], " x ", extent[2], " m). Give it thickness."));
@@ -51,11 +53,12 @@ public:
         set_bins();
     }
 
-    /// True if the point x [m] lies inside.
+    /// True if the point x [m] lies inside the mesh.
     /// \throws parameter_error  if x is not finite
     bool operator()(const Vec<double, 3>& x) const { return winding_number(x) >= 1; }
 
-    /// How often the surface winds around the point x [m]: 0 outside, 1 inside a simple body, n where n bodies overlap.
+    /// Returns how often the surface winds around the point x [m]: 0 outside, 1 inside a simple body, n where n bodies
+    /// overlap.
     /// \throws parameter_error  if x is not finite
     int winding_number(const Vec<double, 3>& x) const {
         for (int k = 0; k < 3; ++k) {
@@ -75,7 +78,7 @@ public:
         return winding * orientation_;
     }
 
-    /// The box around the mesh [m].
+    /// Returns the bounding box of the mesh [m].
     const Bounds<3>& bounds() const { return bounds_; }
 
 private:
@@ -89,13 +92,15 @@ private:
         Point a, b, c;
     };
 
-    /// Twice the area of the triangle (a, b, q) seen from +z.
+    /// Returns twice the signed area of the triangle (a, b, q), seen from +z.
     static Wide area(const Point& a, const Point& b, const Point& q) {
         return Wide(a.x - q.x) * (b.y - q.y) - Wide(a.y - q.y) * (b.x - q.x);
     }
 
-    /// The edge's share in the winding number around q in the plane: ±1 if the edge crosses the ray from q along +x.
-    /// The reversed edge has exactly the opposite share, so two triangles agree about the edge that they share.
+    /// Returns what the edge from a to b adds to the winding number around q in the xy plane: ±1 if the edge crosses
+    /// the ray from q along +x, else 0. The reversed edge adds exactly the opposite, so two triangles agree about a
+    /// common edge.
+    /// \param twice_area  area(a, b, q)
     static int edge_crossing(const Point& a, const Point& b, const Point& q, Wide twice_area) {
         const bool a_above = a.y > q.y, b_above = b.y > q.y;
         if (a_above == b_above) return 0;
@@ -103,7 +108,8 @@ private:
         return twice_area < 0 ? -1 : 0;
     }
 
-    /// +1 or −1 if the triangle lies above q and faces up or down, else 0.
+    /// Returns what the triangle adds to the winding number of q: +1 if it lies above q and faces up, −1 if it lies
+    /// above q and faces down, else 0.
     static int crossing(const Triangle& t, const Point& q) {
         const auto [a, b, c] = t;
         if (a.z <= q.z && b.z <= q.z && c.z <= q.z) return 0;
@@ -111,7 +117,8 @@ private:
         const int around =
             edge_crossing(a, b, q, area_c) + edge_crossing(b, c, q, area_a) + edge_crossing(c, a, q, area_b);
         if (around == 0) return 0;
-        // The triangle's height over q times its signed area, by barycentric coordinates.
+        // The height of the triangle above q, multiplied by twice the triangle's signed area, from barycentric
+        // coordinates.
         const Wide height = area_a * (a.z - q.z) + area_b * (b.z - q.z) + area_c * (c.z - q.z);
         return (around > 0 ? height > 0 : height < 0) ? around : 0;
     }
@@ -142,7 +149,7 @@ private:
         std::int64_t i0, i1, j0, j1;
         std::size_t count() const { return std::size_t((i1 - i0 + 1) * (j1 - j0 + 1)); }
     };
-    /// The bins under the triangle's bounding rectangle.
+    /// Returns the bins that the triangle's bounding rectangle in the xy plane overlaps.
     BinRange bins_of(const Triangle& t) const {
         const auto [x0, x1] = std::minmax({t.a.x, t.b.x, t.c.x});
         const auto [y0, y1] = std::minmax({t.a.y, t.b.y, t.c.y});
@@ -156,13 +163,13 @@ private:
         }
     }
 
-    /// Sorts the triangles into square bins of the xy plane, about one bin per triangle.
+    /// Sorts the triangles into square bins of the xy plane. There are about as many bins as triangles.
     void set_bins() {
         const Point upper = on_lattice(bounds_.upper);
         const std::int64_t widest = std::max(upper.x, upper.y);
         bins_ = std::clamp<std::int64_t>(std::llround(std::sqrt(double(triangles_.size()))), 1, 2048);
-        // Long slivers lie in many bins. Bins are then made larger, so that memory stays proportional to
-        // their number.
+        // Long, thin triangles lie in many bins. If there are many of them, bins are made larger, so that memory stays
+        // proportional to the number of triangles.
         for (;; bins_ = (bins_ + 1) / 2) {
             bin_width_ = widest / bins_ + 1;
             std::size_t entries = 0;
@@ -185,8 +192,8 @@ private:
     Point origin_{};
     std::int64_t bins_ = 1, bin_width_ = 1;
     std::vector<Triangle> triangles_;
-    std::vector<std::size_t> bin_begin_;  // a bin's first place in binned_
-    std::vector<std::uint32_t> binned_;   // triangles, bin after bin
+    std::vector<std::size_t> bin_begin_;  // for each bin, where its triangles begin in binned_
+    std::vector<std::uint32_t> binned_;   // indices of triangles, bin after bin
 };
 
 }  // namespace firn

@@ -1,6 +1,7 @@
-/// \file Checks that memory suffices before it is allocated.
+/// \file Checks that the machine has enough memory, before memory is allocated.
 ///
-/// Systems that promise more memory than they have (Linux does) would end the program later, without a message.
+/// Some systems (Linux is one) let a program allocate more memory than they have. They would then end the program
+/// later, without a message.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -21,7 +22,7 @@ namespace firn {
 
 namespace detail {
 
-/// "512 bytes", "3.5 GiB (3758096384 bytes)"
+/// Returns a number of bytes as text, such as "512 bytes" or "3.5 GiB (3758096384 bytes)".
 [[gnu::cold]] inline std::string bytes_text(double bytes) {
     char text[80];
     const double all = bytes;
@@ -38,11 +39,13 @@ namespace detail {
 
 }  // namespace detail
 
-/// The most memory [bytes] that the program allows itself. A program that shares its machine may set a limit here.
+/// A limit [bytes] that the program sets for itself, for example if it shares its machine with other programs. \see
+/// memory_limit
 inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity();
 
-/// The most memory [bytes] that this program can have: the least of the machine's memory, the limit of its control
-/// group, the limit of its address space (`ulimit -v`) and memory_budget. Infinite if none of them is known.
+/// Returns the most memory [bytes] that this program can have: the least of the machine's memory, the limit of the
+/// program's control group (Linux), the limit of its address space (`ulimit -v`) and memory_budget. It is infinite if
+/// none of them is known.
 [[gnu::cold]] inline double memory_limit() {
     static const double of_machine = [] {
         double most = std::numeric_limits<double>::infinity();
@@ -50,7 +53,8 @@ inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity
         const auto pages = double(sysconf(_SC_PHYS_PAGES)), page = double(sysconf(_SC_PAGESIZE));
         if (pages > 0 && page > 0) most = pages * page;
 #endif
-        // The limit of a container, which sees its own control group as the root.
+        // In a container, this file contains the container's limit, because the container sees its own control group as
+        // the root.
         if (std::FILE* const file = std::fopen("/sys/fs/cgroup/memory.max", "r")) {
             double of_group = 0;
             if (std::fscanf(file, "%lf", &of_group) == 1 && of_group > 0) most = std::fmin(most, of_group);
@@ -67,10 +71,10 @@ inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity
     return most;
 }
 
-/// Refuses what does not fit into memory.
-/// \param bytes   memory that will be needed; may be infinite
-/// \param what    needs the memory; the subject of the error's first sentence
-/// \param advice  what to do, a sentence
+/// Throws an error if something does not fit into memory.
+/// \param bytes   memory that is needed [bytes]; may be infinite
+/// \param what    what needs the memory: the subject of the message's first sentence
+/// \param advice  what the user can do: the message's last sentence
 /// \throws memory_error  if `bytes` is more than memory_limit()
 inline void require_memory(double bytes, const std::string& what, const char* advice) {
     const double most = memory_limit();

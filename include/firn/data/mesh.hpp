@@ -1,4 +1,5 @@
-/// \file Closed triangle meshes, as shapes to fill with particles: checks, volume, placing.
+/// \file Closed triangle meshes, as shapes to fill with particles: checks, volume, and functions that move, scale and
+/// turn meshes.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -14,10 +15,10 @@
 
 namespace firn {
 
-/// Triangles over shared vertices, counter-clockwise seen from outside. Indices count from 0.
+/// Triangles that share vertices. The three vertices of a triangle are listed counter-clockwise, seen from outside.
 struct TriangleMesh {
-    std::vector<Vec<double, 3>> vertices;                ///< positions [m]
-    std::vector<std::array<std::int32_t, 3>> triangles;  ///< indices into `vertices`
+    std::vector<Vec<double, 3>> vertices;                ///< positions of the vertices [m]
+    std::vector<std::array<std::int32_t, 3>> triangles;  ///< indices into `vertices`, counted from 0
 };
 
 /// An axis-aligned box [m].
@@ -34,7 +35,7 @@ bool is_finite(const Vec<S, D>& x) {
     return std::all_of(x.v, x.v + D, [](S c) { return std::isfinite(c); });
 }
 
-/// "(x, y, z)"
+/// Returns a point as text: "(x, y, z)".
 template <class S, int D>
 std::string describe(const Vec<S, D>& x) {
     double numbers[D];
@@ -51,8 +52,8 @@ TriangleMesh moved(TriangleMesh mesh, const Move& move) {
 }  // namespace detail
 
 /// Checks that a mesh has triangles, finite vertices and valid indices.
-/// \throws mesh_error  if there is no triangle, a vertex is not finite, an index names no vertex, or a triangle uses a
-///                     vertex twice
+/// \throws mesh_error  if there is no triangle, if a vertex is not finite, if an index is out of range, or if a
+///                     triangle uses a vertex twice
 inline void check_mesh(const TriangleMesh& mesh) {
     if (mesh.triangles.empty()) {
         throw mesh_error(sentence("The mesh has ", mesh.vertices.size(),
@@ -79,8 +80,8 @@ inline void check_mesh(const TriangleMesh& mesh) {
     }
 }
 
-/// The box around all triangles.
-/// \throws mesh_error  as check_mesh()
+/// Returns the bounding box of all triangles [m]. Vertices that no triangle uses are ignored.
+/// \throws mesh_error  if check_mesh() throws it
 inline Bounds<3> bounding_box(const TriangleMesh& mesh) {
     check_mesh(mesh);
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -97,12 +98,13 @@ inline Bounds<3> bounding_box(const TriangleMesh& mesh) {
     return box;
 }
 
-/// The enclosed volume [m³], by the divergence theorem: positive if triangles are counter-clockwise seen from outside.
-/// A part that the surface encloses twice counts twice.
-/// \throws mesh_error  as check_mesh()
+/// Returns the enclosed volume [m³], computed by the divergence theorem. It is positive if triangles are
+/// counter-clockwise seen from outside. A region that the surface encloses twice counts twice.
+/// \throws mesh_error  if check_mesh() throws it
 inline double signed_volume(const TriangleMesh& mesh) {
     check_mesh(mesh);
-    // Tetrahedra have their apex at a vertex, not at the origin: a small mesh far away loses no digits.
+    // The volume is a sum over tetrahedra whose apex is a vertex of the mesh, not the origin. So a small mesh far from
+    // the origin loses no digits.
     const auto apex = mesh.vertices[std::size_t(mesh.triangles[0][0])];
     double six_volumes = 0;
     for (const auto& [i, j, k] : mesh.triangles) {
@@ -114,14 +116,14 @@ inline double signed_volume(const TriangleMesh& mesh) {
     return six_volumes / 6;
 }
 
-/// Checks that a surface is closed and consistently oriented: every edge belongs to exactly two triangles, which run
-/// along it in opposite directions. The surface may intersect itself. \see InsideTest
-/// \throws mesh_error  if it is not, and as check_mesh()
+/// Checks that a surface is closed and consistently oriented: every edge belongs to exactly two triangles, which
+/// traverse the edge in opposite directions. The surface may intersect itself. \see InsideTest
+/// \throws mesh_error  if the surface is not closed and consistently oriented, or if check_mesh() throws it
 inline void check_closed(const TriangleMesh& mesh) {
     check_mesh(mesh);
     struct Edge {
         std::int32_t low, high;
-        bool forward;  // the triangle runs from low to high
+        bool forward;  // true if the triangle traverses the edge from low to high
     };
     std::vector<Edge> edges;
     edges.reserve(3 * mesh.triangles.size());
@@ -158,13 +160,13 @@ inline void check_closed(const TriangleMesh& mesh) {
         " (counted from 0). Fill the holes, merge vertices that lie on one point, and let all faces look outwards."));
 }
 
-/// The same surface seen from the other side.
+/// Returns the mesh with every triangle facing the opposite side.
 inline TriangleMesh reversed(TriangleMesh mesh) {
     for (auto& corners : mesh.triangles) std::swap(corners[1], corners[2]);
     return mesh;
 }
 
-/// The mesh moved by `offset` [m].
+/// Returns the mesh moved by `offset` [m].
 /// \throws parameter_error  if the offset is not finite
 inline TriangleMesh translated(const TriangleMesh& mesh, const Vec<double, 3>& offset) {
     if (!detail::is_finite(offset)) {
@@ -174,7 +176,7 @@ inline TriangleMesh translated(const TriangleMesh& mesh, const Vec<double, 3>& o
     return detail::moved(mesh, [&](const auto& x) { return x + offset; });
 }
 
-/// The mesh with all positions multiplied by `factor`.
+/// Returns the mesh with all positions multiplied by `factor`.
 /// \throws parameter_error  if the factor is not finite and above 0
 inline TriangleMesh scaled(const TriangleMesh& mesh, double factor) {
     if (!(factor > 0) || !std::isfinite(factor)) {
@@ -183,9 +185,10 @@ inline TriangleMesh scaled(const TriangleMesh& mesh, double factor) {
     return detail::moved(mesh, [&](const auto& x) { return x * factor; });
 }
 
-/// The matrix of a rotation by `angle` [rad] about `axis`, by the right-hand rule (Rodrigues' formula).
-/// \param axis  of any length but 0
-/// \throws parameter_error  if the axis has no length or a number is not finite
+/// Returns the matrix of a rotation by `angle` [rad] about `axis` in the sense of the right-hand rule (by Rodrigues'
+/// formula).
+/// \param axis  direction of the axis; may have any length except 0
+/// \throws parameter_error  if the axis has length 0, or if the axis or the angle is not finite
 inline Mat<double, 3> rotation(const Vec<double, 3>& axis, double angle) {
     const double length = norm(axis);
     if (!(length > 0) || !std::isfinite(length) || !std::isfinite(angle)) {
@@ -197,8 +200,8 @@ inline Mat<double, 3> rotation(const Vec<double, 3>& axis, double angle) {
     return Mat<double, 3>::identity() + cross_n * std::sin(angle) + cross_n * cross_n * (1 - std::cos(angle));
 }
 
-/// The mesh turned about `pivot` [m] by the rotation matrix `R`.
-/// \throws parameter_error  if R is no rotation (to 1e-9)
+/// Returns the mesh turned about the point `pivot` [m] by the rotation matrix `R`.
+/// \throws parameter_error  if R is not a rotation matrix (with a tolerance of 1e-9)
 inline TriangleMesh rotated(const TriangleMesh& mesh, const Mat<double, 3>& R, const Vec<double, 3>& pivot = {}) {
     const double skew = squared_norm(R * transpose(R) - Mat<double, 3>::identity());
     if (!(skew < 1e-18) || !(determinant(R) > 0)) {
@@ -208,9 +211,10 @@ inline TriangleMesh rotated(const TriangleMesh& mesh, const Mat<double, 3>& R, c
     return detail::moved(mesh, [&](const auto& x) { return pivot + R * (x - pivot); });
 }
 
-/// The mesh scaled and moved: `centre` [m] is the centre of its bounding box, `size` [m] the box's longest edge.
-/// \throws parameter_error  if the size is not above 0 or a number is not finite
-/// \throws mesh_error       as check_mesh(), and if all vertices lie on one point
+/// Returns the mesh, scaled and moved so that its bounding box has the centre `centre` [m] and a longest edge of `size`
+/// [m].
+/// \throws parameter_error  if the size is not above 0, or if the size or the centre is not finite
+/// \throws mesh_error       if all vertices lie on one point, or if check_mesh() throws it
 inline TriangleMesh fitted(const TriangleMesh& mesh, const Vec<double, 3>& centre, double size) {
     const auto box = bounding_box(mesh);
     const auto extent = box.upper - box.lower;

@@ -1,4 +1,5 @@
-/// \file Signed distances from a closed triangle mesh, on a grid. They make the mesh a collider's shape.
+/// \file Computes the signed distance from a closed triangle mesh at each node of a grid. With this grid, the mesh can
+/// be the shape of a collider.
 ///
 ///     Collider<DistanceGrid<float, 3>> bunny{.shape = {mesh_distance(mesh, {.spacing = 0.01, .band = 0.03})}};
 #pragma once
@@ -10,21 +11,22 @@
 
 namespace firn {
 
-/// The grid of mesh_distance().
+/// Options of mesh_distance(): they choose the grid.
 struct MeshDistanceOptions {
-    double spacing = 0;  ///< between nodes [m]; the simulation's cell size, or half of it, serves well
-    /// The greatest distance outside [m]; 0: three spacings. It is also the margin of the grid around the mesh.
-    /// Distances inside are not limited, so that matter that got there finds its way out.
+    double spacing = 0;  ///< distance between nodes [m]; good values: the simulation's cell size, or half of it
+    /// The largest distance stored outside the mesh [m]; 0: three times `spacing`. Nodes farther away store this
+    /// distance, too. The grid extends this far beyond the mesh on each side. Inside, distances are not limited, so
+    /// that matter that entered the mesh is pushed out.
     double band = 0;
-    double most_bytes = 0x1p32;  ///< a larger grid is refused before it is allocated [bytes]
+    double most_bytes = 0x1p32;  ///< largest size of the grid [bytes]; if it would be larger, an error is thrown
 };
 
-/// Computes the distance [m] of every node from the nearest triangle, negative where InsideTest says inside. Distances
-/// are exact up to rounding.
+/// Computes the distance [m] of every node from the nearest triangle. It is negative if InsideTest finds that the node
+/// lies inside, and at most `band` outside. Distances are exact up to rounding.
 /// \tparam Number  float or double
-/// \throws mesh_error       if the mesh is empty, open, or encloses nothing
-/// \throws parameter_error  if a length is not positive and finite, if the band is narrower than one spacing, or if the
-///                          grid is larger than most_bytes
+/// \throws mesh_error       if the mesh is empty or not closed, or if it encloses no volume
+/// \throws parameter_error  if the spacing or the band is not positive and finite, if the band is narrower than one
+///                          spacing, or if the grid is larger than most_bytes
 /// \throws memory_error     if the grid does not fit into memory
 template <std::floating_point Number = float>
 std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMesh& mesh,
@@ -61,7 +63,7 @@ std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMe
 
     for (int i = 0; i < grid.nodes[0]; ++i)
         for (int j = 0; j < grid.nodes[1]; ++j) {
-            double bound = std::numeric_limits<double>::infinity();  // from the node before, one spacing away
+            double bound = std::numeric_limits<double>::infinity();  // upper limit, from the node one spacing before
             for (int k = 0; k < grid.nodes[2]; ++k) {
                 const Vec<double, 3> x = grid.lower + Vec<double, 3>{double(i), double(j), double(k)} * spacing;
                 const bool is_inside = inside(x);

@@ -1,4 +1,4 @@
-/// \file The distance from a point to the nearest triangle of a mesh, by a tree of bounding boxes.
+/// \file Computes the distance from a point to the nearest triangle of a mesh, with a tree of bounding boxes.
 #pragma once
 
 #include <firn/data/mesh.hpp>
@@ -20,8 +20,8 @@ inline double squared_distance_to_segment(const Vec<double, 3>& x, const Vec<dou
     return dot(apart, apart);
 }
 
-/// The distance to the triangle's plane if the point lies above or below the triangle, else to the nearest edge. A
-/// triangle without area consists of its edges.
+/// Returns the squared distance from x to a triangle: from the triangle's plane if the point lies directly above or
+/// below the triangle, else from the nearest edge. A triangle with zero area is treated as its three edges.
 inline double squared_distance_to_triangle(const Vec<double, 3>& x, const Corners& corner) {
     const auto [a, b, c] = corner;
     const auto normal = cross(b - a, c - a);
@@ -39,11 +39,11 @@ inline double squared_distance_to_triangle(const Vec<double, 3>& x, const Corner
 
 }  // namespace detail
 
-/// Finds the distance from points to the nearest triangle of a mesh.
+/// Computes distances from points to the nearest triangle of a mesh.
 class NearestTriangle {
 public:
-    /// Builds the tree of a mesh.
-    /// \throws mesh_error  as check_mesh()
+    /// Builds the tree of bounding boxes for a mesh.
+    /// \throws mesh_error  if check_mesh() throws it
     explicit NearestTriangle(const TriangleMesh& mesh) {
         check_mesh(mesh);
         for (const auto& [i, j, k] : mesh.triangles)
@@ -52,7 +52,7 @@ public:
         build(0, triangles_.size());
     }
 
-    /// The distance [m] from x [m] to the nearest triangle if it is below `bound`, else `bound`.
+    /// Returns the distance [m] from x [m] to the nearest triangle if it is below `bound` [m], else `bound`.
     double distance(const Vec<double, 3>& x, double bound = std::numeric_limits<double>::infinity()) const {
         double nearest = bound * bound;
         search(0, x, nearest);
@@ -61,8 +61,9 @@ public:
 
 private:
     static constexpr std::size_t most_in_a_leaf = 4;
-    /// A box around triangles first..last. The box of their first half follows it in the list, that of their second
-    /// half is at `second`. If `second` is 0, the box is a leaf.
+    /// A bounding box of the triangles with indices first ≤ t < last. In `boxes_`, the next box bounds the first half
+    /// of these triangles, and the box with index `second` bounds the second half. If `second` is 0, the box is a leaf
+    /// and is not divided.
     struct Box {
         Bounds<3> bounds;
         std::size_t first, last, second;

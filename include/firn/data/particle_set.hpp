@@ -1,4 +1,4 @@
-/// \file A set of particles on a grid: each material has its own set.
+/// \file One set of particles on a grid. Each material has a set of its own.
 #pragma once
 
 #include <firn/data/block_partition.hpp>
@@ -6,13 +6,13 @@
 
 namespace firn {
 
-/// A set of particles, sorted into blocks.
+/// A set of particles that are sorted into blocks.
 template <class View>
 struct ParticleSet {
     View view;                                         ///< the particles' arrays
-    const BlockPartition<View::dimension>& partition;  ///< their blocks
+    const BlockPartition<View::dimension>& partition;  ///< the blocks and the particles in each
 };
-/// Before version 17, clang deduces nothing for aggregates.
+/// This guide is needed before clang 17, which deduces no template arguments for aggregates.
 template <class View>
 ParticleSet(const View&, const BlockPartition<View::dimension>&) -> ParticleSet<View>;
 

@@ -1,7 +1,8 @@
-/// \file firn's own particles of any material: named fields, sorted by the blocks of cells that particles lie in.
+/// \file firn's own particles, for any material. Each particle has named fields; particles are sorted by blocks of
+/// cells.
 ///
-/// A position is stored as a block and a place in that block. So it is as precise in the farthest corner of the largest
-/// domain as at the origin.
+/// A position is stored as a block and a position within the block. So it is as precise in the farthest corner of the
+/// largest domain as at the origin.
 #pragma once
 
 #include <firn/data/block_partition.hpp>
@@ -15,33 +16,34 @@
 
 namespace firn {
 
-/// Where particles are: all that sorting reads.
+/// The positions and ids of all particles: the data that sorting reads.
 template <std::floating_point S>
 struct PlacesOfParticles {
-    const S* places;             ///< [cells] from the lower corner of the particle's block: [pack][axis][lane]
+    /// positions [cells] from the lower corner of the particle's block: [pack][axis][lane]
+    const S* places;
     const std::uint32_t* id;     ///< id of the particle in each slot, or no_particle
-    const std::uint32_t* block;  ///< index into `keys`, one per slot
+    const std::uint32_t* block;  ///< for each slot, the index of its block in `keys`
     const std::uint64_t* keys;   ///< keys of blocks. \see firn::block_key
     std::size_t slots;           ///< number of slots
 
     /// True if the slot holds a particle, false if it is padding.
     bool is_particle(std::size_t slot) const { return id[slot] != no_particle; }
-    /// The key of the block from which the slot's position counts.
+    /// Returns the key of the block from whose lower corner the position in a slot is counted.
     std::uint64_t block_key(std::size_t slot) const { return keys[block[slot]]; }
 };
 
-/// Particles with the fields of a table. The built-in fields come first in the table.
+/// Particles whose fields are described by a table. In the table, the built-in fields come first.
 template <std::floating_point S, int D>
 class ParticleStore {
     using BuiltIn = ParticleView<S, D, BlockedSpan<S>>;
 
 public:
-    /// The field of the table that holds the place in a block. \see set_place
+    /// Index (in the table) of the field `place`, a particle's position within its block. \see set_place
     static constexpr std::size_t place_field = BuiltIn::line_of(&BuiltIn::position);
 
     /// Makes an empty store.
-    /// \param domain  of the grid; particles may lie outside it
-    /// \param table   a particle's fields
+    /// \param domain  domain of the grid; particles may lie outside the domain
+    /// \param table   the fields of a particle
     ParticleStore(const Domain<D>& domain, FieldTable table)
         : domain_(domain), table_(std::move(table)), fields_(table_, D, sizeof(S), SlotOrder::sorted) {}
 
@@ -49,26 +51,26 @@ public:
     const Domain<D>& domain() const { return domain_; }
     /// Number of particles.
     std::size_t size() const { return size_; }
-    /// Number of slots: particles, padding and reserved ones.
+    /// Number of slots: those of particles, of padding, and of memory reserved for more particles.
     std::size_t slots() const { return id_.size(); }
-    /// The fields of a particle.
+    /// Returns the table of a particle's fields.
     const FieldTable& table() const { return table_; }
 
-    /// Makes room for `count` particles in all, and for the padding that sorting adds to dense matter. Each worker is
-    /// the first to write to its share of new memory.
+    /// Reserves memory for `count` particles in all, and for the padding that sorting adds if matter is dense. Each
+    /// worker is the first to write to its part of new memory.
     /// \param threads  number of threads; 0: thread_count() chooses
-    /// \throws memory_error  if they do not fit into memory
+    /// \throws memory_error  if the particles do not fit into memory
     void reserve(std::size_t count, int threads = 0) {
         const std::size_t needed = (end_ - size_ + count + pack_size - 1) / pack_size * pack_size;
         if (needed > slots()) grow(needed + needed / 32 / pack_size * pack_size, count, threads);
     }
 
-    /// The id of the next particle. No id is given out twice.
+    /// Returns the id that the next new particle will get. No id is given out twice.
     std::uint32_t next_id() const { return ids_.next(); }
 
-    /// Appends a particle at x [m]; every other field gets its start value. Its id is the number of particles added
-    /// before. Particles are then no longer sorted.
-    /// \return its slot
+    /// Appends a particle at x [m]. All other fields get their start values. The particle's id is what next_id()
+    /// returned before. Afterwards particles must be sorted again.
+    /// \return the slot of the new particle
     /// \throws parameter_error  if all ids have been given out
     /// \throws memory_error     if there is no memory for more slots
     std::size_t push_back(const Vec<double, D>& x) {
@@ -86,23 +88,25 @@ public:
         return slot;
     }
 
-    /// Removes the particle in a slot, if there is one. The slot becomes padding until particles are sorted again.
+    /// Removes the particle in a slot; does nothing if the slot is padding. The slot is then padding until particles
+    /// are sorted again.
     void remove(std::size_t slot) {
         if (!is_particle(slot)) return;
         id_[slot] = no_particle;
         set_start(slot);
         --size_;
     }
-    /// Marks all ids below `next` as given out, so that ids of removed particles are not given out again.
+    /// Marks all ids below `next` as given out, for example so that the ids of removed particles are not given out
+    /// again.
     void skip_ids(std::uint32_t next) { ids_.skip(next); }
 
-    /// The id of the particle in a slot, or no_particle.
+    /// Returns the id of the particle in a slot, or no_particle if the slot is padding.
     std::uint32_t id(std::size_t slot) const { return id_[slot]; }
     /// True if the slot holds a particle, false if it is padding.
     bool is_particle(std::size_t slot) const { return id_[slot] != no_particle; }
-    /// Position x [m], rounded to S.
+    /// Returns the position x [m], rounded to type S.
     Vec<S, D> position(std::size_t slot) const { return cast<S>(exact_position(slot)); }
-    /// Position x [m], as precise as it is stored. Along periodic axes it lies in the domain.
+    /// Returns the position x [m], as precise as it is stored. Along periodic axes it lies in the domain.
     Vec<double, D> exact_position(std::size_t slot) const {
         const BlockCoordinate<D> of = block(slot);
         Vec<double, D> x{};
@@ -114,56 +118,62 @@ public:
         }
         return x;
     }
-    /// The block from which the position counts.
+    /// Returns the block from whose lower corner the stored position is counted.
     BlockCoordinate<D> block(std::size_t slot) const { return block_of_key<D>(blocks_[block_[slot]]); }
-    /// The position [cells], counted from the lower corner of block().
+    /// Returns the stored position [cells], counted from the lower corner of block(slot).
     Vec<S, D> place(std::size_t slot) const { return vector(of_place, slot); }
-    /// The arrays that sorting reads. They are valid until the store changes.
+    /// Returns the arrays that sorting reads. They are valid until the store is changed.
     PlacesOfParticles<S> places() const {
         return {fields_.template numbers<S>(of_place), id_.data(), block_.data(), blocks_.data(), slots()};
     }
-    /// Velocity v [m/s].
+    /// Returns the velocity v [m/s].
     Vec<S, D> velocity(std::size_t slot) const { return vector(of_velocity, slot); }
-    /// Affine velocity matrix C [1/s].
+    /// Returns the affine velocity matrix C [1/s].
     Mat<S, D> affine(std::size_t slot) const { return matrix(of_affine, slot); }
-    /// Mass m [kg].
+    /// Returns the mass m [kg].
     S mass(std::size_t slot) const { return fields_.template at<S>(of_mass, slot, 0); }
-    /// Initial volume V0 [m^D].
+    /// Returns the initial volume V0 [m^D].
     S volume(std::size_t slot) const { return fields_.template at<S>(of_volume, slot, 0); }
-    /// Kirchhoff stress τ [Pa] of the current state.
+    /// Returns the Kirchhoff stress τ [Pa] of the particle's current state.
     Mat<S, D> stress(std::size_t slot) const { return matrix(of_stress, slot); }
 
-    /// One component of a field of the table, as it is stored.
+    /// Returns one component of a field, as it is stored. \param field  index of the field in the table
     S number(std::size_t field, std::size_t slot, int component) const {
         return fields_.template at<S>(field, slot, component);
     }
-    /// Copies a particle's numbers of a field in the order of states: matrices row by row, symmetric ones whole.
-    /// \param to  room for FieldInfo::components_in_state() numbers
+    /// Copies all components of a particle's field in the order that states use: matrices row by row, and symmetric
+    /// matrices with all D² elements.
+    /// \param field  index of the field in the table
+    /// \param to     memory for FieldInfo::components_in_state() numbers
     void get(std::size_t field, std::size_t slot, S* to) const {
         const FieldInfo& info = table_[field];
         for (int k = 0; k < info.components_in_state(D); ++k)
             to[k] = fields_.template at<S>(field, slot, info.component_of(D, k));
     }
-    /// Sets a particle's numbers of a field, in the order of get(). Of symmetric matrices the upper triangle counts.
+    /// Sets all components of a particle's field, given in the order of get(). Of a symmetric matrix, only the upper
+    /// triangle is used.
+    /// \param field  index of the field in the table
     void set(std::size_t field, std::size_t slot, const S* from) {
         const FieldInfo& info = table_[field];
         for (int k = info.components_in_state(D) - 1; k >= 0; --k)
             fields_.template at<S>(field, slot, info.component_of(D, k)) = from[k];
     }
 
-    /// Sets the position x [m].
+    /// Sets the position x [m] of the particle in a slot.
     void set_position(std::size_t slot, const Vec<double, D>& x) {
         BlockCoordinate<D> of{};
         Vec<S, D> place{};
         for (int a = 0; a < D; ++a) {
             const double cells = (x[a] - domain_.lower[a]) / domain_.cell_size;
             const double block = std::floor(cells / block_size);
-            of[std::size_t(a)] = std::abs(block) < most_blocks_per_axis ? int(block) : 0;  // 0: also for NaN
+            of[std::size_t(a)] = std::abs(block) < most_blocks_per_axis ? int(block) : 0;  // NaN: block 0
             place[a] = S(cells - block_size * double(of[std::size_t(a)]));
         }
         set_place(slot, wrapped(domain_, of), place);
     }
-    /// Sets the position: a block, and the place in it [cells].
+    /// Sets the position of the particle in a slot.
+    /// \param of     coordinates of a block
+    /// \param place  position within the block [cells], counted from the block's lower corner
     void set_place(std::size_t slot, const BlockCoordinate<D>& of, const Vec<S, D>& place) {
         const std::uint64_t key = block_key<D>(of);
         if (blocks_.empty() || blocks_.back() != key) blocks_.push_back(key);
@@ -185,10 +195,12 @@ public:
                 fields_.template at<S>(of_stress, slot, symmetric_index<D>(i, j)) = stress(i, j);
     }
 
-    /// Scratch memory, free to use until reorder(): at least D² numbers of S per slot.
+    /// Returns scratch memory with at least D² numbers of type S per slot. It may be used until reorder() is called.
     std::byte* room() { return fields_.room(); }
 
-    /// Moves all particles into the order of the partition. Afterwards partition.order holds their ids.
+    /// Moves all particles into the order of a partition. Afterwards partition.order contains their ids.
+    /// \param partition  the partition of these particles, with their old slots in partition.order
+    /// \param workers    number of workers, at least 1
     void reorder(BlockPartition<D>& partition, int workers) {
         aligned_vector<std::uint32_t>& order = partition.order;
         const auto for_groups = [&](const auto& body) {
@@ -229,20 +241,22 @@ public:
         for (std::size_t r = 0; r < blocks_.size(); ++r) blocks_[r] = block_key<D>(partition.ranges[r].block);
     }
 
-    /// Memory held [bytes].
+    /// Memory allocated [bytes].
     std::size_t bytes() const {
         return fields_.bytes() + blocks_.capacity() * sizeof(std::uint64_t) +
                (id_.capacity() + block_.capacity()) * sizeof(std::uint32_t);
     }
 
 protected:
-    /// The memory of a field of the table.
+    /// Returns the array of a field. \param field  index of the field in the table
     BlockedSpan<S> span(std::size_t field) { return {fields_.template numbers<S>(field), fields_.components(field)}; }
-    /// The first of a particle's numbers of a field. The others follow pack_size numbers apart.
+    /// Returns the address of the first component of a particle's field. Further components follow at steps of
+    /// pack_size numbers.
     S* numbers_of(std::size_t field, std::size_t slot) { return &fields_.template at<S>(field, slot, 0); }
-    /// The same, to read.
+    /// Returns the address, for reading only, of the first component of a particle's field. Further components follow
+    /// at steps of pack_size numbers.
     const S* numbers_of(std::size_t field, std::size_t slot) const { return &fields_.template at<S>(field, slot, 0); }
-    /// Number of built-in fields.
+    /// Number of built-in fields, which every particle has.
     static constexpr std::size_t built_in_fields = BuiltIn::built_in().size();
 
 private:
@@ -252,7 +266,7 @@ private:
                                  of_mass = BuiltIn::line_of(&BuiltIn::mass),
                                  of_volume = BuiltIn::line_of(&BuiltIn::volume);
 
-    /// Calls body(slot, number of its range) for the particles of a group.
+    /// Calls body(slot, r) for each particle of a group, where r is the index of the particle's range.
     template <class Body>
     static void for_slots(const BlockPartition<D>& partition, const BlockGroup& group, const Body& body) {
         for (std::size_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
@@ -265,7 +279,9 @@ private:
     static void for_padding(const BlockGroup& group, const Body& body) {
         for (std::size_t i = group.particles; i < group.packs() * pack_size; ++i) body(group.first_slot + i);
     }
-    /// \throws memory_error  if there is no memory for so many slots
+    /// Increases the number of slots.
+    /// \param particles  number of particles that the error message names
+    /// \throws memory_error  if there is no memory for this many slots
     void grow(std::size_t slots, std::size_t particles, int threads) {
         require_memory(
             double(fields_.bytes()) + double(fields_.bytes_for(slots)) + double(slots) * 2 * sizeof(std::uint32_t),
@@ -277,8 +293,8 @@ private:
             firn::grow(block_, slots, {}, workers);
         });
     }
-    /// Sets all fields of a slot to their start. Padding is then inert: at rest, undeformed, massless, in the middle of
-    /// its block.
+    /// Sets all fields of a slot to their start values. Padding then has no effect: it is at rest, undeformed and
+    /// massless, and lies in the middle of its block.
     void set_start(std::size_t slot) {
         for (std::size_t f = 0; f < table_.size(); ++f)
             for (int k = 0; k < fields_.components(f); ++k)
@@ -303,20 +319,20 @@ private:
 
     Domain<D> domain_;
     FieldTable table_;
-    std::size_t size_ = 0;  // particles
+    std::size_t size_ = 0;  // number of particles
     Ids ids_;
-    std::size_t end_ = 0;  // slots in use, padding included
+    std::size_t end_ = 0;  // number of slots in use, including padding
     FieldMemory fields_;
     aligned_vector<std::uint32_t> id_;
-    aligned_vector<std::uint32_t> block_;  // of each slot: index into blocks_
-    std::vector<std::uint64_t> blocks_;    // keys
+    aligned_vector<std::uint32_t> block_;  // for each slot, the index of its block in blocks_
+    std::vector<std::uint64_t> blocks_;    // keys of blocks
 };
 
-/// The slots of all particles, in the order of their ids.
+/// Returns the slots of all particles, sorted by the particles' ids.
 /// \param threads  number of threads; 0: thread_count() chooses
 template <std::floating_point S, int D>
 std::vector<std::uint32_t> slots_by_id(const ParticleStore<S, D>& particles, int threads) {
-    if (particles.next_id() / 8 > particles.size()) {  // few of the particles added are left
+    if (particles.next_id() / 8 > particles.size()) {  // most particles that were ever added are removed
         std::vector<std::uint32_t> slots;
         for (std::size_t slot = 0; slot < particles.slots(); ++slot)
             if (particles.is_particle(slot)) slots.push_back(std::uint32_t(slot));

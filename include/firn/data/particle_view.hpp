@@ -1,6 +1,7 @@
-/// \file The arrays of a set of particles, on which the stages p2g() and g2p() work, and the table of their fields.
+/// \file The arrays of a set of particles, which the stages p2g() and g2p() read and write, and the table of their
+/// fields.
 ///
-/// A new field is a member and a line of built_in() here.
+/// To add a field, add a member to ParticleView and a line to built_in().
 #pragma once
 
 #include <firn/data/block_partition.hpp>
@@ -10,10 +11,10 @@
 
 namespace firn {
 
-/// \name Numbers in a field of a material's state
+/// \name Number of components of a type
 /// @{
 
-/// 1 for a scalar, D for a `Vec<S, D>`, D² for a `Mat<S, D>`.
+/// Number of components of T: 1 for a scalar, D for a `Vec<S, D>`, D² for a `Mat<S, D>`.
 template <class T>
 inline constexpr int component_count = 1;
 template <class S, int D>
@@ -26,29 +27,30 @@ inline constexpr int component_count<Mat<S, D>> = D * D;
 template <class State>
 inline constexpr std::size_t state_field_count = std::tuple_size_v<decltype(State::fields())>;
 
-/// The arrays of a set of particles, firn's own or another program's.
+/// The arrays of a set of particles, either firn's own particles or those of another program.
 /// \tparam Field  `BlockedSpan<S>` for firn's own particles, `StridedSpan<S>` for arrays of another program
 /// \tparam State  the material's state
 template <std::floating_point S, int D, class Field, class State = ElasticState<S, D>>
 struct ParticleView {
     using scalar_type = S;
-    using state_type = State;  ///< the material's state
+    using state_type = State;  ///< type of the material's state
     static constexpr int dimension = D;
 
-    Field position;  ///< x [m], D
-    Field velocity;  ///< v [m/s], D
-    Field affine;    ///< C [1/s], D × D; written by affine transfers, zero otherwise
-    Field stress;    ///< τ [Pa], symmetric (symmetric_size<D> numbers); G2P writes it for the next P2G
-    Field mass;      ///< m [kg]
-    Field volume;    ///< V0 [m^D]
+    Field position;  ///< D numbers: x [m]; for firn's own particles the place in the block [cells]
+    Field velocity;  ///< D numbers: v [m/s]
+    Field affine;    ///< D × D numbers: C [1/s]; written by affine transfers, zero with others
+    Field stress;    ///< symmetric_size<D> numbers: τ [Pa]; G2P writes it for the next P2G
+    Field mass;      ///< mass m [kg]
+    Field volume;    ///< initial volume V0 [m^D]
     std::array<Field, state_field_count<State>> state;  ///< the material's state, in the order of State::fields()
 
     /// A field that every particle has.
     struct BuiltIn {
-        FieldInfo info;                ///< its line in the table
-        Field ParticleView::* member;  ///< its array
+        FieldInfo info;                ///< the field's entry in the table
+        Field ParticleView::* member;  ///< the member that holds the field's array
     };
-    /// The fields that every particle has: each member above has a line.
+    /// Returns the fields that every particle has, in the order of the table: one entry for each member above except
+    /// `state`.
     static constexpr auto built_in() {
         using View = ParticleView;
         using enum FieldShape;
@@ -62,15 +64,15 @@ struct ParticleView {
             BuiltIn{{"volume", D == 3 ? "m^3" : "m^2", scalar, given, {}, FieldRange::not_negative}, &View::volume},
         };
     }
-    /// The number of a member's line in the table.
+    /// Returns the index in the table of the field that a member holds.
     static consteval std::size_t line_of(Field ParticleView::* member) {
         std::size_t line = 0;
         while (built_in()[line].member != member) ++line;
         return line;
     }
 
-    /// Prefetches the pack that begins at `slot`, all but the material's state.
-    /// \tparam Affine  whether the affine field is prefetched, too
+    /// Prefetches all fields, except the material's state, of the pack that begins at `slot`.
+    /// \tparam Affine  true if the field `affine` is prefetched, too
     template <bool Affine>
     FIRN_INLINE void prefetch(std::size_t slot) const {
         position.template prefetch<D>(slot);
@@ -90,12 +92,13 @@ struct ParticleView {
     }
 };
 
-/// Arrays of another program, float or double, 2D or 3D.
+/// Particles in arrays of another program. S is float or double; D is 2 or 3.
 template <std::floating_point S, int D, class State = ElasticState<S, D>>
 using ForeignParticles = ParticleView<S, D, StridedSpan<S>, State>;
 
-/// The upper triangles of full D × D matrices, for ParticleView::stress. Only these numbers are read and written.
-/// \param stride  from one matrix to the next, in numbers
+/// Describes full D × D matrices, stored row by row, of which only the upper triangles are read and written. Use it for
+/// ParticleView::stress.
+/// \param stride  distance between two matrices, in numbers
 template <int D, std::floating_point S>
 StridedSpan<S> symmetric_matrices(S* data, std::ptrdiff_t stride = D * D) {
     StridedSpan<S> span{data, stride, {}};
@@ -104,14 +107,14 @@ StridedSpan<S> symmetric_matrices(S* data, std::ptrdiff_t stride = D * D) {
     return span;
 }
 
-/// Reads the vectors of a field in some slots. \tparam P  a number, or a pack of lanes
+/// Reads a field of vectors for the particles in some slots. \tparam P  a number, or a pack of lanes
 template <class P, int D, class Field>
 FIRN_INLINE Vec<P, D> load_vector(const Field& field, const Slots& slots) {
     Vec<P, D> r;
     unroll<D>([&](auto i) FIRN_LAMBDA { r.v[i] = field.template load<P>(slots, i); });
     return r;
 }
-/// Reads the symmetric matrices of a field in some slots. \tparam P  a number, or a pack of lanes
+/// Reads a field of symmetric matrices for the particles in some slots. \tparam P  a number, or a pack of lanes
 template <class P, int D, class Field>
 FIRN_INLINE Mat<P, D> load_symmetric(const Field& field, const Slots& slots) {
     P stored[symmetric_size<D>];
@@ -120,7 +123,7 @@ FIRN_INLINE Mat<P, D> load_symmetric(const Field& field, const Slots& slots) {
     unroll<D * D>([&](auto k) FIRN_LAMBDA { r.m[k] = stored[symmetric_index<D>(k % D, k / D)]; });
     return r;
 }
-/// Writes the upper triangles of symmetric matrices to some slots of a field.
+/// Writes a field of symmetric matrices for the particles in some slots. Only the upper triangles are read from `a`.
 template <class P, int D, class Field>
 FIRN_INLINE void store_symmetric(const Field& field, const Slots& slots, const Mat<P, D>& a) {
     unroll<D>([&](auto i) FIRN_LAMBDA {
@@ -143,7 +146,7 @@ FIRN_INLINE P* components(Mat<P, D>& a) {
 }
 }  // namespace detail
 
-/// Appends the fields of a material's state to a table.
+/// Appends the fields of a material's state to a table. Their start values are those of a default State.
 template <int D, class State>
 void append_state_fields(FieldTable& table) {
     State start{};
@@ -164,7 +167,7 @@ void append_state_fields(FieldTable& table) {
         },
         State::fields());
 }
-/// The table of a particle's fields: the built-in ones, then those of its material's state.
+/// Returns the table of a particle's fields: first the built-in fields, then those of the material's state.
 template <std::floating_point S, int D, class State>
 FieldTable field_table() {
     FieldTable table;
@@ -173,7 +176,8 @@ FieldTable field_table() {
     return table;
 }
 
-/// Reads a material's state from some slots. \tparam State  with numbers lifted to lanes
+/// Reads the material's state of the particles in some slots. \tparam State  the state type whose numbers are packs of
+/// lanes
 template <class State, class Field, std::size_t N>
 FIRN_INLINE State load_state(const std::array<Field, N>& fields, const Slots& slots) {
     State state;
@@ -186,7 +190,7 @@ FIRN_INLINE State load_state(const std::array<Field, N>& fields, const Slots& sl
     });
     return state;
 }
-/// Writes a material's state to some slots.
+/// Writes the material's state of the particles in some slots.
 template <class State, class Field, std::size_t N>
 FIRN_INLINE void store_state(const std::array<Field, N>& fields, const Slots& slots, State& state) {
     constexpr auto members = State::fields();

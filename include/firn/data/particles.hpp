@@ -1,14 +1,15 @@
-/// \file firn's own particles of one material: a ParticleStore with typed access to the material's state.
+/// \file firn's own particles of one material: a ParticleStore with functions that read and write the material's state.
 #pragma once
 
 #include <firn/data/particle_store.hpp>
 
 namespace firn {
 
-/// Particles of one material: all that its state, the transfers and the grid need of every particle.
+/// Particles of one material, with all data that the material, the transfers and the grid need of each particle.
 ///
-/// Bytes per particle in float, 3D, elastic: x 12 and the number of its block 4, v 12, C 36, τ 24, F 36, m 4, V0 4, id
-/// 4 = 136 (and padding, 1–3 % of dense matter). Sorting needs room for one more field, 36, and the partition 4.
+/// Bytes per particle in float, 3D, for an elastic material: x 12 and the index of its block 4, v 12, C 36, τ 24, F 36,
+/// m 4, V0 4, id 4; in sum 136 (and 1–3 % of padding if matter is dense). Sorting needs 36 bytes more as scratch
+/// memory, and the partition 4.
 ///
 /// \tparam State  the material's state
 template <std::floating_point S, int D, class State = ElasticState<S, D>>
@@ -16,15 +17,19 @@ class Particles : public ParticleStore<S, D> {
     using Store = ParticleStore<S, D>;
 
 public:
-    using View = ParticleView<S, D, BlockedSpan<S>, State>;  ///< arrays of such particles
+    using View = ParticleView<S, D, BlockedSpan<S>, State>;  ///< arrays of these particles
 
     /// Makes an empty set of particles.
-    /// \param domain  of the grid; particles may lie outside it
+    /// \param domain  domain of the grid; particles may lie outside the domain
     explicit Particles(const Domain<D>& domain) : Store(domain, field_table<S, D, State>()) {}
 
     using Store::push_back;
-    /// Appends a particle. Its id is the number of particles added before. Particles are then no longer sorted.
-    /// \param x  position [m];  \param v  velocity [m/s];  \param mass  [kg];  \param volume  initial volume [m^D]
+    /// Appends a particle. Its id is what next_id() returned before. Afterwards particles must be sorted again.
+    /// \param x       position [m]
+    /// \param v       velocity [m/s]
+    /// \param mass    mass [kg]
+    /// \param volume  initial volume [m^D]
+    /// \param state   the material's state
     /// \throws parameter_error  if all ids have been given out
     /// \throws memory_error     if there is no memory for more slots
     void push_back(const Vec<double, D>& x, const Vec<S, D>& v, S mass, S volume, const State& state = {}) {
@@ -35,7 +40,7 @@ public:
         set_state(slot, state);
     }
 
-    /// The material's state of the particle in a slot.
+    /// Returns the material's state of the particle in a slot.
     State state(std::size_t slot) const {
         State state{};
         for_members(state, [&](std::size_t field, auto* numbers, int components) {
@@ -52,7 +57,7 @@ public:
         });
     }
 
-    /// The particles' arrays. They are valid until particles are added or sorted.
+    /// Returns the particles' arrays. They are valid until particles are added or sorted.
     View view() {
         View view{};
         constexpr auto built_in = View::built_in();
@@ -63,7 +68,8 @@ public:
     }
 
 private:
-    /// Calls f(number of the field, its numbers in the state, how many) for each field of the state.
+    /// Calls f(field, numbers, components) for each field of a state: the index of the field in the table, the address
+    /// of the field's numbers in the state, and how many there are.
     template <class F>
     static void for_members(State& state, const F& f) {
         constexpr auto members = State::fields();

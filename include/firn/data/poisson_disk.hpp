@@ -1,8 +1,10 @@
-/// \file Poisson-disk points: random points, no two closer than r, with hardly any place left for one more.
+/// \file Poisson-disk points: random points at distances of at least r from each other, so dense that hardly one more
+/// point could be added.
 ///
-/// Bridson 2007, "Fast Poisson disk sampling in arbitrary dimensions", SIGGRAPH sketches. Candidates are drawn in the
-/// annulus r to 2r around a point of the active list. A background grid of side r/√D holds at most one point per cell.
-/// It computes with integers (a step is 2⁻²⁰ r), so the points are the same for every compiler and machine.
+/// Bridson 2007, "Fast Poisson disk sampling in arbitrary dimensions", SIGGRAPH sketches. Candidates are drawn at
+/// distances of r to 2r from a point of the active list. A background grid with cells of side r/√D holds at most one
+/// point per cell. Positions are integers (in steps of 2⁻²⁰ r), so the points are the same with every compiler and on
+/// every machine.
 #pragma once
 
 #include <firn/data/samples.hpp>
@@ -18,24 +20,26 @@ namespace firn {
 
 namespace detail {
 
-/// Points per r^D from Bridson's algorithm with 30 candidates, measured in large boxes without their rims
-/// (tests/unit/data/sampling.cpp checks them to 1 %).
+/// Number of points per r^D that Bridson's algorithm makes with 30 candidates, measured in large boxes away from their
+/// surfaces (tests/unit/data/sampling.cpp checks it to 1 %).
 template <int D>
 inline constexpr double poisson_density = D == 2 ? 0.615 : 0.577;
 
 }  // namespace detail
 
-/// The radius r [m] for which Poisson-disk points are as dense as a lattice of `spacing` [m].
+/// Returns the radius r [m] for which Poisson-disk points are as dense as the points of a lattice with this `spacing`
+/// [m].
 template <int D>
 double poisson_radius(double spacing) {
     return spacing * (D == 2 ? std::sqrt(detail::poisson_density<2>) : std::cbrt(detail::poisson_density<3>));
 }
 
-/// Fills the box from `lower` to `upper` [m] with points. No two of them are closer than `radius` [m].
-/// \param max_cells   limit of the background grid
-/// \param candidates  tries around each point before it is left
-/// \throws parameter_error  if the box is empty, inverted or not finite, if `radius` is not above 0, if there is no
-///                          candidate, or if the background grid would have more than `max_cells` cells
+/// Fills the box from `lower` to `upper` [m] with random points. No two of the points are closer than `radius` [m].
+/// \param seed        seed of the random numbers
+/// \param max_cells   largest number of cells of the background grid
+/// \param candidates  tries around a point before the point leaves the active list
+/// \throws parameter_error  if the box is empty, inverted or not finite, if `radius` is not above 0, if `candidates` is
+///                          below 1, or if the background grid would have more than `max_cells` cells
 /// \throws memory_error     if the background grid does not fit into memory
 template <int D>
 std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, const Vec<double, D>& upper, double radius,
@@ -44,7 +48,7 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
     using Index = std::array<std::int64_t, D>;
     constexpr std::int64_t r = std::int64_t(1) << 20;
     constexpr std::int64_t cell = D == 2 ? 741455 : 605389;  // ⌊r/√D⌋
-    constexpr std::int64_t reach = 2;                        // ⌈r/cell⌉: a point closer than r lies in these cells
+    constexpr std::int64_t reach = 2;                        // ⌈r/cell⌉: points closer than r are at most 2 cells away
 
     if (!(radius > 0) || !std::isfinite(radius)) {
         throw parameter_error(sentence("The Poisson-disk radius is ", radius, " m; it must be finite and above 0."));
@@ -52,7 +56,7 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
     if (candidates < 1) {
         throw parameter_error(sentence("Poisson-disk sampling with ", candidates, " candidates; give 1 or more (30)."));
     }
-    max_cells = std::min(max_cells, double(std::numeric_limits<std::int32_t>::max()));  // points have 32-bit numbers
+    max_cells = std::min(max_cells, double(std::numeric_limits<std::int32_t>::max()));  // indices have 32 bits
     const double step = radius / double(r);
     Index size{}, cells{};
     double total = 1;
@@ -65,7 +69,7 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
         total *= extent / step / double(cell) + 1 + 2 * reach;
         detail::check_count(total, "cells of side r/√D in the box to fill", max_cells, sizeof(std::int32_t));
         size[k] = std::int64_t(extent / step);
-        cells[k] = size[k] / cell + 1 + 2 * reach;  // a rim of empty cells: no bounds are checked
+        cells[k] = size[k] / cell + 1 + 2 * reach;  // a rim of empty cells, so that no bounds need checks
     }
 
     constexpr std::int32_t empty = -1;
@@ -77,12 +81,12 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
         return at;
     };
     struct Near {
-        std::int64_t distance, offset;  // squared, in cells
+        std::int64_t distance, offset;  // the squared distance [cells²]; the offset in `grid`
         bool operator<(const Near& other) const {
             return distance != other.distance ? distance < other.distance : offset < other.offset;
         }
     };
-    std::array<Near, D == 2 ? 25 : 125> nearby;  // the nearest cells first
+    std::array<Near, D == 2 ? 25 : 125> nearby;  // cells sorted by distance, nearest first
     std::size_t known = 0;
     Index first{}, last{};
     first.fill(-reach);
@@ -139,7 +143,7 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
                 to[k] += d;
                 in_box = in_box && to[k] >= 0 && to[k] <= size[k];
             }
-            if (distance < r * r || distance > 4 * r * r) continue;  // not in the annulus: draw again
+            if (distance < r * r || distance > 4 * r * r) continue;  // not at a distance of r to 2r: draw again
             ++tried;
             if (!in_box || !is_free(to)) continue;
             add(to);

@@ -1,6 +1,7 @@
-/// \file Random numbers that depend only on a seed and a counter: the same bits with every compiler and library.
+/// \file Random numbers that depend only on a seed and a counter: they have the same bits with every compiler and
+/// library.
 ///
-/// The distributions of `<random>` may differ between standard libraries, so none is used.
+/// The distributions of `<random>` are not used, because they may differ between standard libraries.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -9,33 +10,35 @@
 
 namespace firn {
 
-/// The finaliser of splitmix64: a bijection of 64 bits in which every input bit moves about half of the output bits
-/// (Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators", OOPSLA; constants of D. Stafford's
-/// variant 13).
+/// The finaliser of splitmix64: a bijection of 64-bit integers in which a change of one input bit changes about half of
+/// the output bits (Steele, Lea & Flood 2014, "Fast splittable pseudorandom number generators", OOPSLA; constants of D.
+/// Stafford's variant 13).
 constexpr std::uint64_t mix_bits(std::uint64_t x) {
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
     x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
     return x ^ (x >> 31);
 }
 
-/// The counter-th number of a seed's sequence (splitmix64 with its state set by the seed). Counters may come in
-/// any order.
+/// Returns the random number with index `counter` in the sequence of a seed (splitmix64, its state set by the seed).
+/// Counters may be used in any order.
 constexpr std::uint64_t random_bits(std::uint64_t seed, std::uint64_t counter) {
-    // The seed is mixed first. Otherwise the sequences of seeds one increment apart would be shifts of each other.
+    // The seed is mixed first. Otherwise, the sequences of two seeds that differ by the increment would be shifted
+    // copies of each other.
     return mix_bits(mix_bits(seed) + (counter + 1) * 0x9e3779b97f4a7c15u);
 }
 
-/// The upper 53 bits as a number in [0, 1), without rounding.
+/// Returns the upper 53 bits as a number in [0, 1), without rounding.
 constexpr double unit_interval(std::uint64_t bits) { return double(bits >> 11) * 0x1p-53; }
 
-/// The random numbers of a seed, one after the other.
+/// The sequence of random numbers of one seed.
 class RandomSequence {
 public:
-    /// Begins the sequence of a seed.
+    /// Starts at the beginning of the seed's sequence.
     explicit constexpr RandomSequence(std::uint64_t seed) : seed_(seed) {}
-    /// The next 64 random bits.
+    /// Returns the next 64 random bits of the sequence.
     constexpr std::uint64_t bits() { return random_bits(seed_, counter_++); }
-    /// A random integer in [0, count), 0 < count ≤ 2³²: the upper half of a product, with a bias below count / 2³².
+    /// Returns a random integer in [0, count), for 0 < count ≤ 2³². It is the upper half of a 64-bit product; its
+    /// relative bias is below count / 2³².
     constexpr std::uint64_t below(std::uint64_t count) { return ((bits() >> 32) * count) >> 32; }
 
 private:

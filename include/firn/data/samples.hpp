@@ -1,4 +1,4 @@
-/// \file The options and the result of filling a shape with particles, and lattices of points.
+/// \file The options and the result of filling a shape with particles, and a function that makes a lattice of points.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -15,31 +15,32 @@
 
 namespace firn {
 
-/// How particles fill a shape.
+/// How particles are arranged in a shape.
 enum class Pattern {
     lattice,       ///< at the centres of cubes of side `spacing`
-    jittered,      ///< the same, but each moved at random by up to `jitter` spacings along each axis
-    poisson_disk,  ///< at random, no two closer than about 0.8 spacings; no preferred direction (Bridson 2007)
+    jittered,      ///< at lattice points moved at random by up to `jitter` spacings along each axis
+    poisson_disk,  ///< at random, no two closer than about 0.8 spacings, without a preferred direction (Bridson 2007)
 };
 
-/// How a shape is filled. The same options give the same positions, bit for bit, with every compiler.
+/// Options of how a shape is filled with particles. The same options give the same positions, bit for bit, with every
+/// compiler.
 struct SamplingOptions {
-    double spacing = 0;                         ///< mean distance [m] > 0: one particle per spacing^D; must be given
-    Pattern pattern = Pattern::lattice;         ///< where particles lie
-    double jitter = 0.25;                       ///< for Pattern::jittered [spacings], 0 to 0.5
-    std::uint64_t seed = 1;                     ///< for Pattern::jittered and Pattern::poisson_disk
-    std::uint64_t max_particles = 200'000'000;  ///< more are refused before memory is allocated
+    double spacing = 0;                         ///< mean distance [m], above 0: one particle per spacing^D; required
+    Pattern pattern = Pattern::lattice;         ///< how particles are arranged
+    double jitter = 0.25;                       ///< largest random shift [spacings], 0 to 0.5; for Pattern::jittered
+    std::uint64_t seed = 1;                     ///< seed of the random numbers; for jittered and poisson_disk
+    std::uint64_t max_particles = 200'000'000;  ///< largest number of particles; more are an error
 };
 
-/// Particles that fill a shape.
+/// The particles that fill a shape.
 template <int D>
 struct Samples {
-    std::vector<Vec<double, D>> positions;  ///< one per particle [m]
-    double volume = 0;                      ///< of each particle [m^D]
+    std::vector<Vec<double, D>> positions;  ///< position of each particle [m]
+    double volume = 0;                      ///< volume of one particle, equal for all [m^D]
 };
 
-/// The spacing [m] of a lattice with `particles_per_cell` particles in a grid cell of side `cell_size` [m].
-/// \throws parameter_error  if one of them is not finite and above 0
+/// Returns the spacing [m] of a lattice with `particles_per_cell` particles in a grid cell of side `cell_size` [m].
+/// \throws parameter_error  if an argument is not finite and above 0
 template <int D>
 double particle_spacing(double cell_size, double particles_per_cell) {
     if (!(cell_size > 0 && std::isfinite(cell_size) && particles_per_cell > 0 && std::isfinite(particles_per_cell))) {
@@ -49,8 +50,8 @@ double particle_spacing(double cell_size, double particles_per_cell) {
     return cell_size / (D == 2 ? std::sqrt(particles_per_cell) : std::cbrt(particles_per_cell));
 }
 
-/// Checks options.
-/// \throws parameter_error  if one is out of range
+/// Checks the options.
+/// \throws parameter_error  if the spacing or the jitter is out of range
 inline void check(const SamplingOptions& options) {
     if (!(options.spacing > 0) || !std::isfinite(options.spacing)) {
         throw parameter_error(sentence("The particle spacing is ", options.spacing,
@@ -65,8 +66,13 @@ inline void check(const SamplingOptions& options) {
 
 namespace detail {
 
-/// Refuses counts that are too large. `predicted` may be infinite, never NaN.
-/// \param bytes  memory that each needs
+/// Throws an error if there would be too many objects of a kind.
+/// \param predicted  expected number of objects; may be infinite, but not NaN
+/// \param what       name of the objects in the message
+/// \param most       largest number that is allowed
+/// \param bytes      memory that one object needs
+/// \throws parameter_error  if `predicted` is above `most`
+/// \throws memory_error     if the objects do not fit into memory
 inline void check_count(double predicted, const char* what, double most, std::size_t bytes = 0) {
     require_memory(predicted * double(bytes), sentence("About ", predicted, " ", what), "Choose a larger spacing.");
     if (predicted <= most) return;
@@ -74,8 +80,9 @@ inline void check_count(double predicted, const char* what, double most, std::si
                                    " are allowed. Choose a larger spacing, or raise the bound if memory allows."));
 }
 
-/// The lattice point anchor + (index + ½ + jitter·u) spacing, with u in [−1, 1) from the seed and the counter. Fused
-/// operations are written out, so that a compiler's choice of contraction does not change a bit.
+/// Returns the lattice point anchor + (index + ½ + jitter·u) spacing. Each component of u is a random number in [−1,
+/// 1), which depends only on the seed and the counter. Fused multiply-adds are written out, so that no bit depends on
+/// which operations a compiler fuses.
 template <int D>
 Vec<double, D> lattice_point(const Vec<double, D>& anchor, double spacing, const std::array<std::int64_t, D>& index,
                              double jitter, std::uint64_t seed, std::uint64_t counter) {
@@ -91,7 +98,8 @@ Vec<double, D> lattice_point(const Vec<double, D>& anchor, double spacing, const
     return x;
 }
 
-/// Calls f(index, counter) for every index in [begin, end), the first axis fastest, until it returns false.
+/// Calls f(index, counter) for each lattice index in [begin, end), until f returns false. The first axis runs fastest;
+/// the counter is 0, 1, 2, ….
 template <int D, class F>
 void for_lattice(const std::array<std::int64_t, D>& begin, const std::array<std::int64_t, D>& end, const F& f) {
     for (std::size_t k = 0; k < D; ++k) {
@@ -111,14 +119,16 @@ void for_lattice(const std::array<std::int64_t, D>& begin, const std::array<std:
 
 }  // namespace detail
 
-/// The points of a lattice of counts[0] × counts[1] (× counts[2]) points at lower + (i + ½) spacing. Each coordinate is
-/// moved at random by up to `jitter` spacings. The first axis runs fastest.
-/// \param lower    [m]
-/// \param spacing  [m]
-/// \param jitter   [spacings], 0 to 0.5
-/// \param first_n  only so many points are made; by default all
+/// Returns the points of a lattice of counts[0] × counts[1] (× counts[2]) points at lower + (i + ½) spacing, i = 0, 1,
+/// …. Each coordinate is moved at random by up to `jitter` spacings. In the returned list, the first axis runs fastest.
+/// \param lower    lower corner of the lattice [m]
+/// \param counts   number of points along each axis
+/// \param spacing  distance between neighbouring points [m]
+/// \param jitter   largest random shift [spacings], 0 to 0.5
+/// \param seed     seed of the random shifts
+/// \param first_n  number of points to return, from the first on; by default all
 /// \throws parameter_error  if a count is below 1, if `spacing` or `jitter` is out of range, if `lower` is not finite,
-///                          if the lattice has fewer than `first_n` points, or if there would be too many
+///                          if the lattice has fewer than `first_n` points, or if there would be too many points
 /// \throws memory_error     if the points do not fit into memory
 template <int D>
 std::vector<Vec<double, D>> lattice_points(const Vec<double, D>& lower, const std::array<std::int64_t, D>& counts,

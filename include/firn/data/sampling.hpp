@@ -1,8 +1,10 @@
-/// \file Fills boxes, spheres (disks in 2D) and closed meshes with particles: lattice, jittered lattice, Poisson-disk.
+/// \file Fills boxes, spheres (in 2D: disks) and closed meshes with particles: lattice, jittered lattice or
+/// Poisson-disk.
 ///
-/// On a lattice, jittered or not, the volume of a particle is spacing^D. The density is then right everywhere; the
-/// total volume is off at the surface, where the shape cuts the lattice's cubes. With Poisson-disk points the volume of
-/// a particle is the shape's volume divided by the number of particles, so that the total is right.
+/// With Pattern::lattice and Pattern::jittered, the volume of a particle is spacing^D. The density is then right
+/// everywhere, but the total volume has an error, because the surface of the shape cuts the cubes of the lattice. With
+/// Pattern::poisson_disk, the volume of a particle is the shape's volume divided by the number of particles, so that
+/// the total volume is right.
 #pragma once
 
 #include <firn/data/inside.hpp>
@@ -19,7 +21,7 @@ namespace firn {
 
 namespace detail {
 
-/// x^D as a product, which gives the same bits everywhere; std::pow need not.
+/// Returns x^D as a product, which has the same bits on every machine. The result of std::pow may differ.
 template <int D>
 double power(double x) {
     return D == 2 ? x * x : x * x * x;
@@ -30,13 +32,14 @@ void check_particles(double volume, const SamplingOptions& options) {
     check_count(volume / power<D>(options.spacing), "particles", double(options.max_particles), sizeof(Vec<double, D>));
 }
 
-/// A shape as the patterns see it. `winding(x)` is how often the shape covers x; `volume` is the integral of that.
+/// A shape in the form that all patterns need. `winding(x)` returns how often the shape covers the point x; `volume` is
+/// the integral of `winding` over space.
 template <int D, class Winding>
 struct Shape {
     const char* name;
     Bounds<D> bounds;
-    Vec<double, D> anchor;              ///< corner of the lattice's cube of index 0
-    std::array<std::int64_t, D> begin;  ///< lattice indices that cover `bounds`
+    Vec<double, D> anchor;              ///< lower corner of the lattice cube with index 0
+    std::array<std::int64_t, D> begin;  ///< lattice indices from `begin` to before `end` cover `bounds`
     std::array<std::int64_t, D> end;
     double volume;
     Winding winding;
@@ -55,11 +58,11 @@ void fill_lattice(const Shape<D, Winding>& shape, const SamplingOptions& options
 
 template <int D, class Winding>
 void fill_poisson(const Shape<D, Winding>& shape, const SamplingOptions& options, Samples<D>& samples) {
-    // The box is filled with a margin, then cut. So points do not crowd along the surface, and parts that
-    // do not touch are filled.
+    // The shape's bounding box with a margin is filled, and points outside the shape are dropped. So points do not
+    // concentrate along the surface, and parts of the shape that do not touch are filled, too.
     const double radius = poisson_radius<D>(options.spacing);
     const auto margin = Vec<double, D>::filled(2 * radius);
-    // The background grid has about 7 cells per particle in 3D (side r/√3, poisson_density), 3 in 2D.
+    // The background grid, with cells of side r/√D, has about 9 cells per particle in 3D and 3 in 2D (poisson_density).
     const auto points = poisson_disk_points<D>(shape.bounds.lower - margin, shape.bounds.upper + margin, radius,
                                                options.seed, 8 * double(options.max_particles));
     double covered = 0;
@@ -90,8 +93,8 @@ Samples<D> fill(const Shape<D, Winding>& shape, const SamplingOptions& options) 
     return samples;
 }
 
-/// Numbers of lattice points along each axis that cover an extent. Their product is limited, too, because a thin,
-/// slanted shape keeps few of them.
+/// Returns the number of lattice points along each axis that cover an extent [m]. The product of these numbers is
+/// limited, too, because a thin, slanted shape contains only few of the points.
 template <int D>
 std::array<std::int64_t, D> lattice_counts(const Vec<double, D>& extent, const SamplingOptions& options) {
     std::array<std::int64_t, D> counts{};
@@ -108,8 +111,8 @@ std::array<std::int64_t, D> lattice_counts(const Vec<double, D>& extent, const S
 
 }  // namespace detail
 
-/// Fills a box from `lower` to `upper` [m] with particles. The lattice begins at `lower`. If the extent is no multiple
-/// of the spacing, the last layer is the last one whose centre lies inside.
+/// Fills a box from `lower` to `upper` [m] with particles. The lattice begins at `lower`. If the extent along an axis
+/// is no multiple of the spacing, lattice layers whose centres lie outside the box are left out.
 /// \throws parameter_error  if the box is empty, inverted or not finite, if options are out of range, if no particle
 ///                          falls inside, or if there would be more than max_particles
 /// \throws memory_error     if the particles do not fit into memory
@@ -138,11 +141,12 @@ Samples<D> sample_box(const Vec<double, D>& lower, const Vec<double, D>& upper, 
         detail::Shape<D, decltype(winding)>{"box", {lower, upper}, lower, {}, counts, volume, winding}, options);
 }
 
-/// Fills a sphere, or a disk in 2D, with particles. The lattice is symmetric: a corner of its cubes lies on the centre.
-/// \param centre  [m]
-/// \param radius  [m]
-/// \throws parameter_error  if the radius is not above 0, if a number is not finite, if options are out of range, if no
-///                          particle falls inside, or if there would be more than max_particles
+/// Fills a sphere (in 2D: a disk) with particles. The lattice is symmetric about the centre: a corner of lattice cubes
+/// lies on the centre.
+/// \param centre  centre of the sphere [m]
+/// \param radius  radius of the sphere [m]
+/// \throws parameter_error  if the radius is not above 0, if the radius or the centre is not finite, if options are out
+///                          of range, if no particle falls inside, or if there would be more than max_particles
 /// \throws memory_error     if the particles do not fit into memory
 template <int D>
 Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const SamplingOptions& options) {
@@ -154,7 +158,7 @@ Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const Samp
     }
     const double volume = std::numbers::pi * detail::power<D>(radius) * (D == 2 ? 1.0 : 4.0 / 3.0);
     const auto winding = [&](const Vec<double, D>& x) {
-        double squared = 0;  // fused, so that a compiler's choice of contraction changes no particle
+        double squared = 0;  // std::fma, so that particles do not depend on which operations a compiler fuses
         for (int k = 0; k < D; ++k) squared = std::fma(x[k] - centre[k], x[k] - centre[k], squared);
         return squared <= radius * radius ? 1 : 0;
     };
@@ -169,9 +173,9 @@ Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const Samp
         options);
 }
 
-/// Fills a closed mesh with particles, where its winding number is ≥ 1. The lattice begins at the lower corner of the
-/// bounding box. \see InsideTest, also for meshes that intersect themselves
-/// \throws mesh_error       if InsideTest refuses the mesh
+/// Fills a closed mesh with particles at points where the mesh's winding number is ≥ 1. The lattice begins at the lower
+/// corner of the mesh's bounding box. \see InsideTest, also for meshes that intersect themselves
+/// \throws mesh_error       if the mesh is not valid for InsideTest
 /// \throws parameter_error  if options are out of range, if no particle falls inside, or if there would be more than
 ///                          max_particles
 /// \throws memory_error     if the particles do not fit into memory

@@ -1,4 +1,5 @@
-/// \file A grid that holds only the blocks of nodes around matter. Its cost grows with the matter, not with the domain.
+/// \file A grid that stores only the blocks of nodes around matter. Its cost grows with the matter, not with the
+/// domain.
 #pragma once
 
 #include <firn/core/optimised.hpp>
@@ -14,23 +15,25 @@
 
 namespace firn {
 
-/// Numbers per node: momentum (velocity, after the grid update) in the first D, mass in the last.
+/// How many numbers a node has: the first D are its momentum (after the grid update: its velocity), the last is its
+/// mass.
 inline constexpr int node_width = 4;
-/// Which of a node's numbers is its mass.
+/// Index of the mass among a node's numbers.
 inline constexpr int node_mass = 3;
 
-/// The number of a block that the grid does not hold.
+/// Returned instead of a block's index if the grid does not contain the block.
 inline constexpr std::uint32_t no_block = 0xffffffffu;
 
-/// Nodes in blocks of 4^D. activate() chooses the blocks: those around the particles of one or several sets.
+/// A grid whose nodes lie in blocks of 4^D. activate() chooses the blocks: those that contain the particles of one or
+/// several sets, and their neighbours.
 template <std::floating_point S, int D>
 class SparseGrid {
 public:
-    /// Blocks around a block and itself: 3^D.
+    /// Number of blocks in the neighbourhood of a block, the block itself included: 3^D.
     static constexpr int neighbour_count = D == 2 ? 9 : 27;
 
     /// Makes a grid without blocks.
-    /// \throws parameter_error  as check(domain)
+    /// \throws parameter_error  if check(domain) throws it
     explicit SparseGrid(const Domain<D>& domain) : domain_(domain) {
         detail::tell_unoptimised<FIRN_TELLS_UNOPTIMISED>();
         check(domain);
@@ -38,44 +41,48 @@ public:
 
     /// The domain of the grid.
     const Domain<D>& domain() const { return domain_; }
-    /// Number of blocks.
+    /// Number of blocks that the grid contains.
     std::size_t block_count() const { return blocks_.size(); }
-    /// The coordinates of block b.
+    /// Returns the coordinates of block b. Blocks are sorted by their keys.
     BlockCoordinate<D> block(std::size_t b) const { return block_of_key<D>(blocks_[b]); }
 
     /// \name Nodes
     /// @{
 
-    /// The nodes of block b: `block_nodes<D>` × node_width numbers, the last axis fastest.
+    /// Returns the numbers of the nodes of block b: `block_nodes<D>` nodes, the last axis fastest, with node_width
+    /// numbers each.
     S* nodes(std::size_t b) { return nodes_.data() + b * std::size_t(block_nodes<D> * node_width); }
     const S* nodes(std::size_t b) const { return nodes_.data() + b * std::size_t(block_nodes<D> * node_width); }
 
     /// @}
 
-    /// The numbers of the 3^D blocks around range r of a partition, the last axis fastest. The grid must have been
-    /// activated for the partition.
+    /// Returns the indices of the 3^D blocks around the block of range r, the last axis fastest. The block itself is
+    /// the middle one. activate() must have been called with the partition.
     const std::uint32_t* neighbours(const BlockPartition<D>& partition, std::size_t r) const {
         return neighbours_.data() + (partition.first_row + r) * neighbour_count;
     }
 
-    /// Checks that the grid was activated for a partition of so many ranges.
-    /// \throws usage_error  if it was not
+    /// Checks that activate() was called for a partition with this many ranges.
+    /// \throws usage_error  if the grid has no table of neighbours for so many ranges
     void require_active(const BlockPartition<D>& partition) const {
         if ((partition.first_row + partition.ranges.size()) * neighbour_count > neighbours_.size())
             throw usage_error(sentence("The grid has no nodes for a partition of ", partition.ranges.size(),
                                        " ranges. Call activate() after particles were sorted, for all sets at once."));
     }
 
-    /// Makes room for every node that particles of the partition can reach before they are sorted again: the blocks of
-    /// the partition and their neighbours, in the order of their keys. The nodes' numbers are lost.
+    /// Creates all nodes to which the particles of a partition can scatter before they are sorted again: the blocks of
+    /// the partition and their neighbours, sorted by their keys. The old numbers of the nodes are lost.
     /// \param threads  number of threads; 0: thread_count() chooses
     /// \throws memory_error  if the nodes do not fit into memory
     void activate(const BlockPartition<D>& partition, int threads = 0) {
         const BlockPartition<D>* const one[] = {&partition};
         make_room(one, thread_count(threads));
     }
-    /// The same for several sets of particles on one grid. Sets each partition's first_row: its ranges' neighbours
-    /// follow those of the partition before.
+    /// Creates the nodes for several sets of particles on one grid. One table has the neighbours of all partitions, a
+    /// row per range, one partition after the other. Each partition's first_row is set to the first of the partition's
+    /// rows.
+    /// \param threads  number of threads; 0: thread_count() chooses
+    /// \throws memory_error  if the nodes do not fit into memory
     void activate(std::span<BlockPartition<D>* const> partitions, int threads = 0) {
         std::size_t row = 0;
         for (BlockPartition<D>* partition : partitions) {
@@ -85,7 +92,8 @@ public:
         make_room(std::vector<const BlockPartition<D>*>(partitions.begin(), partitions.end()), thread_count(threads));
     }
 
-    /// Scratch memory for one T per node. It is kept from step to step and holds what its last user left there.
+    /// Returns scratch memory for one T per node. The memory is reused from step to step and contains what was last
+    /// written to it.
     /// \param threads  number of threads; 0: thread_count() chooses
     template <class T>
     T* scratch(int threads = 0) {
@@ -95,11 +103,13 @@ public:
         return reinterpret_cast<T*>(scratch_.data());
     }
 
-    /// The scale of the last fixed-point sums. Trying it first the next time saves time and never changes a result.
+    /// The scale of the last fixed-point sums. The next sums try this scale first, which saves time and never changes a
+    /// result.
     std::optional<FixedPointScale<S>> last_scale;
 
-    /// Exchanges the numbers of all nodes with those of layer k = 1, 2, …: further numbers of the same nodes. The first
-    /// exchange makes the layer, unset. activate() discards what layers hold.
+    /// Exchanges the numbers of all nodes with those of layer k = 1, 2, …. A layer is a further set of numbers of the
+    /// same nodes. The first exchange creates the layer, whose numbers are uninitialised. activate() empties all
+    /// layers.
     /// \param threads  number of threads; 0: thread_count() chooses
     void exchange(std::size_t k, int threads = 0) {
         if (layers_.size() < k) layers_.resize(k);
@@ -107,19 +117,21 @@ public:
         if (layer.size() != nodes_.size()) renew(layer, nodes_.size(), thread_count(threads));
         layer.swap(nodes_);
     }
-    /// The numbers of layer k, block after block, as nodes(0); null if nothing was exchanged.
+    /// Returns the numbers of layer k, block after block in the order of nodes(0). Returns nullptr if exchange(k) was
+    /// not called after the last activate().
     const S* layer(std::size_t k) const {
         return k > layers_.size() || layers_[k - 1].empty() ? nullptr : layers_[k - 1].data();
     }
 
-    /// The number of a block, or no_block.
+    /// Returns the index of a block, or no_block if the grid does not contain it.
     std::uint32_t find(const BlockCoordinate<D>& block) const {
         const std::uint64_t key = block_key<D>(block);
         const auto found = std::lower_bound(blocks_.begin(), blocks_.end(), key);
         return found != blocks_.end() && *found == key ? std::uint32_t(found - blocks_.begin()) : no_block;
     }
 
-    /// The numbers of a node by its index from the lower corner (ghost nodes: −1, …), or null if there is no matter.
+    /// Returns the numbers of a node, or nullptr if the grid does not contain the node's block.
+    /// \param node  index of the node along each axis, counted from the domain's lower corner (ghost nodes: −1, …)
     const S* find_node(const std::array<int, std::size_t(D)>& node) const {
         BlockCoordinate<D> block{};
         std::size_t within = 0;
@@ -131,7 +143,7 @@ public:
         return b == no_block ? nullptr : nodes(b) + within * node_width;
     }
 
-    /// Memory held [bytes].
+    /// Memory allocated [bytes].
     std::size_t bytes() const {
         std::size_t numbers = nodes_.capacity();
         for (const auto& layer : layers_) numbers += layer.capacity();
@@ -164,12 +176,12 @@ private:
                                [&](std::size_t first, std::size_t last) { find_neighbours(*partition, first, last); });
         const std::size_t numbers = blocks_.size() * std::size_t(block_nodes<D> * node_width);
         if (numbers > nodes_.capacity()) {
-            const std::size_t room = numbers + numbers / 8;  // room for matter to spread out
+            const std::size_t room = numbers + numbers / 8;  // more, for matter that spreads out
             require_memory(
                 double(room) * sizeof(S),
                 sentence("A grid of ", blocks_.size(), " blocks of ", block_nodes<D>, " nodes around matter"),
                 "Take larger cells, or fewer particles that lie far apart.");
-            nodes_ = {};  // freed first: nothing in it is needed
+            nodes_ = {};  // freed first, because its numbers are not needed
         }
         if (numbers != nodes_.size()) renew(nodes_, numbers, workers);
         for (auto& layer : layers_) layer.clear();
@@ -180,19 +192,20 @@ private:
         keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     }
 
-    /// Finds the neighbours of ranges from..to, in the order of their blocks. Neighbours along the last axis are
-    /// neighbours in the list of blocks; the others are found by walking along the list.
+    /// Finds the neighbours of the ranges by_block[from] to by_block[to − 1]. Three neighbours along the last axis make
+    /// a line; they are consecutive in the sorted list of blocks. The first block of each line is found in one walk
+    /// along the list.
     void find_neighbours(const BlockPartition<D>& partition, std::size_t from, std::size_t to) {
         if (is_periodic(domain_)) return look_up_neighbours(partition, from, to);
         constexpr std::size_t lines = neighbour_count / 3;
-        std::array<std::uint64_t, lines> beside{};  // from a block's key to that of each line's first neighbour
+        std::array<std::uint64_t, lines> beside{};  // key of each line's first neighbour, less the block's key
         for (std::size_t line = 0; line < lines; ++line) {
             beside[line] -= 1;
             std::uint64_t rest = line;
             for (int a = D - 2; a >= 0; --a, rest /= 3) beside[line] += (rest % 3 - 1) << 21 * (D - 1 - a);
         }
         const auto key_of = [&](std::size_t k) { return block_key<D>(partition.ranges[partition.by_block[k]].block); };
-        std::array<std::size_t, lines> first{};  // number of that neighbour
+        std::array<std::size_t, lines> first{};  // for each line, index of its first neighbour
         for (std::size_t line = 0; line < lines; ++line)
             first[line] = std::size_t(std::lower_bound(blocks_.begin(), blocks_.end(), key_of(from) + beside[line]) -
                                       blocks_.begin());
@@ -206,7 +219,8 @@ private:
         }
     }
 
-    /// The same if neighbours may lie across the ends of the domain.
+    /// Finds the neighbours of ranges from ≤ r < to if the domain is periodic. The neighbours may lie at the other end
+    /// of the domain.
     void look_up_neighbours(const BlockPartition<D>& partition, std::size_t from, std::size_t to) {
         for (std::size_t r = from; r < to; ++r)
             for (int n = 0; n < neighbour_count; ++n) {
@@ -217,10 +231,11 @@ private:
             }
     }
 
-    /// From sorted keys, all of these and those one step below and above, sorted, each once.
+    /// Makes, from sorted keys, the sorted list of these keys and of the keys one step below and above each. No key is
+    /// listed twice.
     static void grow(std::vector<std::uint64_t>& keys, std::uint64_t step, std::vector<std::uint64_t>& grown) {
         grown.resize(3 * keys.size());
-        keys.push_back(~std::uint64_t(0));  // above all others, even one step less
+        keys.push_back(~std::uint64_t(0));  // end mark: above all other keys, even less one step
         std::size_t low = 0, middle = 0, high = 0, count = 0;
         while (high + 1 < keys.size()) {
             const std::uint64_t below = keys[low] - step, same = keys[middle], above = keys[high] + step;
@@ -234,7 +249,7 @@ private:
     }
 
     Domain<D> domain_;
-    std::vector<std::uint64_t> blocks_;  // keys, sorted
+    std::vector<std::uint64_t> blocks_;  // keys of the blocks, sorted
     aligned_vector<std::uint32_t> neighbours_;
     aligned_vector<S> nodes_;
     std::vector<aligned_vector<S>> layers_;

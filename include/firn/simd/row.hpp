@@ -1,11 +1,11 @@
-/// \file A row of nodes in registers: `K` neighbouring nodes along the last axis, four numbers each.
+/// \file A row of nodes in SIMD registers: `K` neighbouring nodes along the last axis, with four numbers each.
 ///
-/// P2G writes rows and G2P reads rows; policies never see them.
+/// P2G and G2P write and read the grid in rows. Policies (materials, kernels, transfers) never use rows.
 ///
-/// If the target has registers for several nodes, a row needs fewer registers. Every form does the same operations on
-/// every number in the same order, and gives the same bits. So the code here, not its context, decides which operations
-/// a compiler may fuse. If FIRN_PORTABLE_ROWS is defined, only the form with one node per register is used, which every
-/// target has.
+/// On processors whose registers hold several nodes, a row needs fewer registers. With registers of any width, the same
+/// operations are done on every number in the same order, and the bits of the result are the same. So the code in this
+/// file, not the code that calls it, decides which operations a compiler may fuse. If FIRN_PORTABLE_ROWS is defined,
+/// there is one node per register, which every processor supports.
 #pragma once
 
 #include <firn/core/config.hpp>
@@ -24,7 +24,8 @@ namespace firn {
 
 namespace detail {
 
-/// A product that is rounded before anything is added to it, even if the compiler may fuse operations.
+/// Returns a product that is rounded before anything is added to it, even if the compiler may fuse multiplication and
+/// addition.
 template <class V>
 FIRN_INLINE V rounded_product(const V& a, const V& b) {
 #ifdef __clang__
@@ -33,7 +34,7 @@ FIRN_INLINE V rounded_product(const V& a, const V& b) {
 #else
     V product = a * b;
 #ifdef __FMA__
-    asm("" : "+v"(product));  // only this stops g++ from fusing and leaves the vector whole
+    asm("" : "+v"(product));  // only this keeps g++ from fusing and from splitting the vector
 #elif defined(__aarch64__)
     if constexpr (sizeof(V) <= register_bytes) asm("" : "+w"(product));
 #endif
@@ -41,9 +42,10 @@ FIRN_INLINE V rounded_product(const V& a, const V& b) {
 #endif
 }
 
-/// A register of N numbers, N/4 nodes. Arithmetic uses the compilers' vector extension. x86 intrinsics are used only
-/// where g++ 12 moves a shuffle between registers of different widths through memory.
-/// \tparam S  a floating-point type, or an integer for sums only
+/// A register of N numbers: N/4 nodes with four numbers each. Arithmetic uses the compilers' vector extension. x86
+/// intrinsics are used only for shuffles between registers of different widths, because g++ 12 would store the numbers
+/// and load them again.
+/// \tparam S  a floating-point type; or an integer type, which is used for sums only
 template <class S, int N>
 struct node_register {
     using vector [[gnu::vector_size(N * sizeof(S))]] = S;
@@ -55,8 +57,8 @@ struct node_register {
         return r;
     }
     FIRN_INLINE void store(S* to) const { std::memcpy(to, &v, sizeof v); }
-    /// The same numbers, kept in a register. Otherwise g++ reads them from memory again for every use. Most rows lie
-    /// across two cache lines, and gathering waits for their loads.
+    /// Returns the same numbers, kept in a register. Without this function, g++ reads the numbers from memory at every
+    /// use. Most rows lie across two cache lines, and G2P would wait for these loads.
     FIRN_INLINE node_register held() const {
         vector r = v;
 #ifdef FIRN_WIDE_ROWS
@@ -65,10 +67,10 @@ struct node_register {
         return {r};
     }
 
-    /// The same number everywhere.
+    /// Returns a register whose numbers all equal *from.
     FIRN_INLINE static node_register fill(const S* from) { return {*from - vector{}}; }
 
-    /// The same four numbers in every node.
+    /// Returns a register whose nodes all have the four numbers from[0] to from[3].
     FIRN_INLINE static node_register repeat(const S* from) {
         if constexpr (N == 4) return load(from);
 #ifdef FIRN_WIDE_ROWS
@@ -80,8 +82,8 @@ struct node_register {
 #endif
     }
 
-    /// Node k holds from[k] four times.
-    /// \param from  four numbers if N is 16
+    /// Returns a register in whose node k all four numbers equal from[k].
+    /// \param from  one number per node
     FIRN_INLINE static node_register spread(const S* from) {
         if constexpr (N == 4) return fill(from);
 #ifdef FIRN_WIDE_ROWS
@@ -96,8 +98,8 @@ struct node_register {
 #endif
     }
 
-    /// Each quad holds its number k four times.
-    /// \param from  one quad per node
+    /// Returns a register in which all four numbers of each node equal number k of the quad in `from` for this node.
+    /// \param from  one quad of numbers per node
     template <int k>
     FIRN_INLINE static node_register fill_quads(const S* from) {
         if constexpr (N == 4) {
@@ -129,17 +131,19 @@ struct node_register {
     }
     FIRN_INLINE friend node_register operator-(node_register a, node_register b) { return {a.v - b.v}; }
     FIRN_INLINE friend node_register operator*(node_register a, node_register b) { return {rounded_product(a.v, b.v)}; }
-    /// a + b c, in one operation if the target has it and the compiler may use it (-ffp-contract).
+    /// Returns a + b c, computed by one fused operation if the target has it and the compiler may use it
+    /// (-ffp-contract).
     FIRN_INLINE friend node_register plus_times(node_register a, node_register b, node_register c) {
         return {a.v + b.v * c.v};
     }
-    /// b c − a, in one operation likewise.
+    /// Returns b c − a, computed by one fused operation if the target has it and the compiler may use it
+    /// (-ffp-contract).
     FIRN_INLINE friend node_register times_minus(node_register b, node_register c, node_register a) {
         return {b.v * c.v - a.v};
     }
 };
 
-/// Numbers per register of a row of K nodes.
+/// How many numbers one register holds in a row of K nodes.
 template <class S, int K>
 inline constexpr int row_register =
 #ifdef FIRN_WIDE_ROWS
@@ -152,49 +156,51 @@ inline constexpr int row_register =
 
 }  // namespace detail
 
-/// The four numbers of one node: D components of momentum or velocity, and the mass.
+/// The four numbers of one node: the first D are components of its momentum or velocity, the last is its mass.
 template <class S>
 using quad = detail::node_register<S, 4>;
 
-/// A row of K nodes in registers of W numbers: 4 (one node), 8 or 16. With W = 8, a single last node has a register
-/// of 4. With W = 16, a row of three nodes covers a fourth node, whose weight is zero, and writes it back unchanged.
+/// A row of K nodes with four numbers each, in registers of W numbers: 4 (one node), 8 or 16. If W is 8 and K is odd,
+/// the last node has a register of 4 numbers. If W is 16, a row of three nodes also contains a fourth node, whose
+/// weight is zero and which is written back unchanged.
 template <class S, int K, int W>
 struct row_of {
     template <class Other>
-    using of = row_of<Other, K, W>;                         ///< the same form of a row, of other numbers
+    using of = row_of<Other, K, W>;                         ///< a row of the same shape whose numbers have type Other
     static constexpr int nodes = K;                         ///< number of nodes
-    static constexpr int width = W == 8 && K == 1 ? 4 : W;  ///< numbers in the first register
-    using Number = detail::node_register<S, width>;         ///< type of a register
-    /// Type of the nodes beyond the first register.
+    static constexpr int width = W == 8 && K == 1 ? 4 : W;  ///< how many numbers the first register holds
+    using Number = detail::node_register<S, width>;         ///< type of the first register
+    /// Type of the row of the nodes that do not fit into the first register.
     using Rest = row_of<S, (K > width / 4 ? K - width / 4 : 0), width>;
-    /// Number of the target's registers that it fills.
+    /// Number of the target's registers that the row fills.
     static constexpr int registers = int((width * sizeof(S) - 1) / register_bytes + 1) + Rest::registers;
 
-    Number first;                     ///< the first register
-    [[no_unique_address]] Rest rest;  ///< the other registers
+    Number first;                     ///< the nodes in the first register
+    [[no_unique_address]] Rest rest;  ///< the nodes in the other registers
 
-    /// Reads the nodes from memory.
+    /// Reads the nodes from consecutive memory.
     FIRN_INLINE static row_of load(const S* from) { return {Number::load(from), Rest::load(from + width)}; }
-    /// Writes the nodes to memory.
+    /// Writes the nodes to consecutive memory.
     FIRN_INLINE void store(S* to) const {
         first.store(to);
         rest.store(to + width);
     }
-    /// The same numbers, kept in registers: the compiler does not read them again from memory.
+    /// Returns the same row, kept in registers: the compiler does not read its numbers from memory again.
     FIRN_INLINE row_of held() const { return {first.held(), rest.held()}; }
-    /// The same four numbers in every node.
+    /// Returns a row whose nodes all have the four numbers from[0] to from[3].
     FIRN_INLINE static row_of repeat(const S* from) { return {Number::repeat(from), Rest::repeat(from)}; }
-    /// Node k holds from[k] four times.
-    /// \param from  four numbers; those beyond node K − 1 are zero
+    /// Returns a row in whose node k all four numbers equal from[k].
+    /// \param from  four numbers; from[K] and those after it must be zero
     FIRN_INLINE static row_of spread(const S* from) { return {Number::spread(from), Rest::spread(from + width / 4)}; }
-    /// A row whose node k is f(k). For one node per register only.
+    /// Returns a row whose node k is f(k), where f gets k as a std::integral_constant. Only for rows with one node per
+    /// register.
     template <int k = 0, class F>
         requires(W == 4)
     FIRN_INLINE static row_of of_nodes(const F& f) {
         return {f(std::integral_constant<int, k>{}), Rest::template of_nodes<k + 1>(f)};
     }
 
-    /// Node k.
+    /// Returns node k.
     template <int k>
     FIRN_INLINE quad<S> node() const {
         if constexpr (k < width / 4)
@@ -206,7 +212,8 @@ struct row_of {
     /// \name Arithmetic, number by number
     /// @{
 
-    /// Number by number, each result rounded.
+    /// Applies the operation number by number, and rounds each result. A register as the second operand applies to each
+    /// register of the row.
     FIRN_INLINE friend row_of operator+(const row_of& a, const row_of& b) {
         return {a.first + b.first, a.rest + b.rest};
     }
@@ -216,24 +223,27 @@ struct row_of {
     FIRN_INLINE friend row_of operator*(const row_of& a, const row_of& b) {
         return {a.first * b.first, a.rest * b.rest};
     }
-    /// a + b c, in one operation if the target has it and the compiler may use it (-ffp-contract).
+    /// Returns a + b c, computed by one fused operation if the target has it and the compiler may use it
+    /// (-ffp-contract).
     FIRN_INLINE friend row_of plus_times(const row_of& a, const row_of& b, const row_of& c) {
         return {plus_times(a.first, b.first, c.first), plus_times(a.rest, b.rest, c.rest)};
     }
     FIRN_INLINE friend row_of operator*(const row_of& a, const Number& s) {
         return {a.first * s, a.rest * Rest::narrowed(s)};
     }
-    /// a + b s, in one operation if the target has it and the compiler may use it (-ffp-contract).
+    /// Returns a + b s, computed by one fused operation if the target has it and the compiler may use it
+    /// (-ffp-contract). Each register of b is multiplied by the register s.
     FIRN_INLINE friend row_of plus_times(const row_of& a, const row_of& b, const Number& s) {
         return {plus_times(a.first, b.first, s), plus_times(a.rest, b.rest, Rest::narrowed(s))};
     }
-    /// b s − a, in one operation likewise.
+    /// Returns b s − a, computed by one fused operation if the target has it and the compiler may use it
+    /// (-ffp-contract). Each register of b is multiplied by the register s.
     FIRN_INLINE friend row_of times_minus(const row_of& b, const Number& s, const row_of& a) {
         return {times_minus(b.first, s, a.first), times_minus(b.rest, Rest::narrowed(s), a.rest)};
     }
     /// @}
 
-    /// A register as narrow as this row's: the first numbers of a wider one.
+    /// Returns as many of the first numbers of `s` as this row's first register holds.
     template <int N>
     FIRN_INLINE static Number narrowed(const detail::node_register<S, N>& s) {
         if constexpr (N == width)
@@ -243,13 +253,13 @@ struct row_of {
     }
 };
 
-/// A row without nodes ends the recursion of row_of: its functions do nothing.
+/// A row without nodes, which ends the recursion of row_of. Its functions do nothing.
 template <class S, int W>
 struct row_of<S, 0, W> {
-    /// \name As of rows with nodes
+    /// \name Members of row_of
     /// @{
 
-    /// As in row_of, for no nodes.
+    /// These members replace those of row_of for a row without nodes; functions do nothing.
     static constexpr int width = W, registers = 0;
     FIRN_INLINE static row_of load(const S*) { return {}; }
     FIRN_INLINE void store(S*) const {}
@@ -271,23 +281,23 @@ struct row_of<S, 0, W> {
     /// @}
 };
 
-/// A row with one node per register.
+/// A row with one node per register, whatever the target.
 template <std::floating_point S, int K>
 using portable_row = row_of<S, K, 4>;
 
-/// A row in the registers that suit the target best.
+/// A row in registers of the width that suits the target best.
 template <std::floating_point S, int K>
 using row = row_of<S, K, detail::row_register<S, K>>;
 
-/// The same, but it never covers nodes beyond its own.
+/// A row in registers of the width that suits the target best, but without any node beyond the row's own.
 template <std::floating_point S, int K>
 using exact_row = row_of<S, K, (detail::row_register<S, 4> > 4 ? 8 : 4)>;
 
-/// How many rows are worked on side by side: four if a row is one register of four nodes, else one.
+/// Number of rows that are processed side by side: four if a row is one register of four nodes, else one.
 template <class Row>
 inline constexpr int rows_abreast = Row::width == 16 && Row::nodes <= 4 ? 4 : 1;
 
-/// The nodes of one row, one per element.
+/// Returns an array of the nodes of one row: element k is node k.
 template <class Row>
 FIRN_INLINE auto nodes_of_rows(const std::array<Row, 1>& rows) {
     std::array<std::remove_cvref_t<decltype(rows[0].template node<0>())>, std::size_t(Row::nodes)> nodes;
@@ -296,7 +306,8 @@ FIRN_INLINE auto nodes_of_rows(const std::array<Row, 1>& rows) {
 }
 
 namespace detail {
-/// Four of the quads of a (0 to 3) and b (4 to 7).
+/// Returns a register of four quads: those with the indices i, j, k and l, where quads 0 to 3 are those of a, and 4 to
+/// 7 those of b.
 template <int i, int j, int k, int l, class Number>
 FIRN_INLINE Number quads_of(const Number& a, const Number& b) {
     return {__builtin_shufflevector(a.v, b.v, 4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3, 4 * j, 4 * j + 1, 4 * j + 2,
@@ -305,7 +316,7 @@ FIRN_INLINE Number quads_of(const Number& a, const Number& b) {
 }
 }  // namespace detail
 
-/// The nodes of four rows: element k holds node k of each row.
+/// Returns an array of the nodes of four rows: element k holds node k of each row, in the order of the rows.
 template <class Row>
 FIRN_INLINE auto nodes_of_rows(const std::array<Row, 4>& rows) {
     using Number = typename Row::Number;
@@ -322,7 +333,8 @@ FIRN_INLINE auto nodes_of_rows(const std::array<Row, 4>& rows) {
     return nodes;
 }
 
-/// True if `count` rows fit in registers and leave enough registers to work in.
+/// True if `count` rows fit into at most 9/16 of the target's vector registers, so that the other registers are free
+/// for computing.
 template <class Row, int count>
 inline constexpr bool rows_fit = 16 * count * Row::registers <= 9 * vector_registers;
 

@@ -1,4 +1,5 @@
-/// \file Transposes between lanes and particles: four registers of lanes against one quad of numbers per particle.
+/// \file Transposes numbers of particles: from four registers with one particle per lane to one quad (four numbers) per
+/// particle, and back.
 #pragma once
 
 #include <firn/core/pack.hpp>
@@ -21,7 +22,7 @@ FIRN_INLINE P high(const P& a, const P& b) {
     return interleave<P, true>(a, b, std::make_integer_sequence<int, scalar_traits<P>::lanes>{});
 }
 
-/// Transposes 4 × 4 numbers within each group of four lanes. It is its own inverse.
+/// Transposes, in each group of four lanes, the 4 × 4 numbers of the four registers. The function is its own inverse.
 template <class P>
 FIRN_INLINE void transpose_groups(P (&r)[4]) {
     const P even_low = low(r[0], r[2]), even_high = high(r[0], r[2]);
@@ -33,23 +34,24 @@ FIRN_INLINE void transpose_groups(P (&r)[4]) {
 }
 }  // namespace detail
 
-/// The number of the quad that store_quads() writes for the particle of a lane. It stores whole registers, so quads lie
-/// in the order of the registers.
+/// Returns the index of the quad that store_quads() writes for the particle of a lane. Because store_quads() stores
+/// whole registers, the order of quads differs from the order of lanes.
 template <class P>
 FIRN_INLINE constexpr int quad_of_lane(int lane) {
-    const unsigned l = unsigned(lane);  // division by powers of two without a sign
+    const unsigned l = unsigned(lane);  // unsigned: fast division by powers of two
     return int(l % 4 * (scalar_traits<P>::lanes / 4) + l / 4);
 }
 
-/// Writes four numbers of each lane's particle as a quad. Lane l's quad is the quad_of_lane(l)-th.
-/// \param r  the four numbers, in lanes; left transposed
+/// Writes four numbers of each lane's particle as a quad. The quad of lane l has the index quad_of_lane(l).
+/// \param r   the four numbers, one particle per lane; afterwards they are transposed
+/// \param to  memory for four numbers per lane
 template <class P>
 FIRN_INLINE void store_quads(P (&r)[4], value_type_t<P>* to) {
     detail::transpose_groups(r);
     unroll<4>([&](auto k) FIRN_LAMBDA { r[k].store(to + k * scalar_traits<P>::lanes); });
 }
 
-/// Reads quads in the order of store_quads(): r[k] gets number k of each lane's particle.
+/// Reads quads in the order in which store_quads() writes them. Lane l of r[k] gets number k of its particle's quad.
 template <class P>
 FIRN_INLINE void load_quads(const value_type_t<P>* from, P (&r)[4]) {
     unroll<4>([&](auto k) FIRN_LAMBDA { r[k] = P::load(from + k * scalar_traits<P>::lanes); });

@@ -1,4 +1,4 @@
-/// \file Lays out particles by block, and chooses the phases in which their groups are scattered.
+/// \file Gives the blocks of particles their slots, and chooses the phases in which groups of blocks are scattered.
 #pragma once
 
 #include <firn/data/block_partition.hpp>
@@ -8,23 +8,24 @@
 
 namespace firn {
 
-/// About the least number of cubes of sparse blocks in a phase. With many more, their nodes leave the cache before the
-/// next phase uses them; with fewer, threads wait for each other too often.
+/// About the least number of cubes of sparse blocks that a phase should have. With many more cubes, their nodes leave
+/// the cache before the next phase uses them; with fewer, threads wait for each other too often.
 inline constexpr std::size_t cubes_of_phase = 64;
 
-/// The phases in which cubes of sparse blocks are scattered.
+/// Chooses the phases in which cubes of sparse blocks are scattered.
 ///
-/// With colours alone, each colour would pass through the whole grid. Here, phases move through space, one band of
-/// cubes after the other, and find most nodes in the cache. Of two neighbouring cubes along an axis the even one comes
-/// first, as with colours, so that sums are the same. So an odd cube belongs to the band of its later neighbour.
+/// If each colour were one phase, each phase would pass through the whole grid. Instead, space is divided into bands of
+/// cubes, and the phases go through one band after the other, so that they find most nodes in the cache. Of two
+/// neighbouring cubes along an axis, the one with the even coordinate comes first, so that sums are always formed in
+/// the same order. Therefore a cube with an odd coordinate belongs to the band of the cube after it.
 template <int D>
 class Waves {
 public:
     /// Divides space into bands.
-    /// \param cubes  coordinates of the cubes with particles, each once
+    /// \param cubes  coordinates of all cubes that contain particles, each once
     explicit Waves(const std::vector<BlockCoordinate<D>>& cubes) {
         shift_.fill(one_band);
-        std::size_t bands = cubes.size() / (cubes_of_phase << D);  // at most so many
+        std::size_t bands = cubes.size() / (cubes_of_phase << D);  // upper limit
         for (std::size_t a = 0; a + 1 < D && bands > 1; ++a) {
             const auto [low, high] = std::minmax_element(
                 cubes.begin(), cubes.end(), [a](const auto& one, const auto& other) { return one[a] < other[a]; });
@@ -35,7 +36,8 @@ public:
             bands /= count();
         }
     }
-    /// The number of a cube's phase. Arenas of cubes of one phase never overlap. Phases of lower numbers come first.
+    /// Returns the number of a cube's phase. Phases are scattered in the order of their numbers. Arenas of cubes of the
+    /// same phase never overlap.
     std::uint64_t phase(const BlockCoordinate<D>& cube) const {
         BlockCoordinate<D> turn{};
         for (std::size_t a = 0; a < D; ++a) turn[a] = 2 * (pair(cube[a]) >> shift_[a]) + (cube[a] & 1);
@@ -44,15 +46,15 @@ public:
 
 private:
     static constexpr int one_band = 30;
-    /// The same number for an even cube and the odd one before it.
+    /// Returns a number that an even cube and the odd cube before it have in common.
     static int pair(int coordinate) { return (coordinate + 1) >> 1; }
 
     std::array<int, std::size_t(D)> shift_;
 };
 
-/// Gives blocks their groups, slots and phases, from their counts of particles. The partition's order is still empty:
-/// no_particle in each slot.
-/// \param sorted         blocks in order, each once, with at least one particle
+/// Makes a partition from the number of particles in each block: chooses groups, slots and phases. The partition's
+/// order is not known yet, and is no_particle in each slot.
+/// \param sorted         blocks sorted by key, each once, each with at least one particle; first_slot is ignored
 /// \param dense_colours  number of colours of dense blocks along an axis. \see colours_along_axis
 /// \param threads        number of threads; 0: thread_count() chooses
 template <int D>
@@ -61,7 +63,7 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
     partition.ranges.reserve(sorted.size());
     partition.by_block.resize(sorted.size());
     std::size_t slots = 0;
-    // number_of(k) is the number in `sorted` of the group's block k
+    // number_of(k) is the index in `sorted` of the group's k-th block
     const auto add_group = [&](std::size_t blocks, bool sparse, const auto& number_of) {
         BlockGroup group{std::uint32_t(partition.ranges.size()), std::uint32_t(blocks), slots, 0, sparse};
         for (std::size_t k = 0; k < blocks; ++k) {
@@ -83,7 +85,7 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
         partition.phase_ends.back() = partition.by_phase.size();
     };
 
-    RadixSort<std::uint64_t> dense, sparse;  // groups by colour; blocks by cube
+    RadixSort<std::uint64_t> dense, sparse;  // groups, with colours as keys; blocks, with cubes as keys
     for (std::uint32_t i = 0; i < sorted.size(); ++i) {
         BlockCoordinate<D> block = sorted[i].block;
         if (sorted[i].particles > sparse_particles) {
@@ -100,7 +102,7 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
     sparse.sort();
     const auto& by_cube = sparse.items;
     std::vector<BlockCoordinate<D>> cubes;
-    RadixSort<std::uint64_t> by_phase;  // first blocks of cubes in by_cube
+    RadixSort<std::uint64_t> by_phase;  // where each cube begins in by_cube, with phases as keys
     for (std::uint32_t i = 0; i < by_cube.size(); ++i)
         if (i == 0 || by_cube[i].key != by_cube[i - 1].key) {
             cubes.push_back(block_of_key<D>(by_cube[i].key));

@@ -1,6 +1,7 @@
 /// \file Sorts particles by block, cell and id: a counting sort in four steps.
 ///
-/// The order depends on nothing else: neither on where particles lay before, nor on the number of threads.
+/// The result depends only on the particles' blocks, cells and ids, neither on the order of particles before nor on the
+/// number of threads.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -16,23 +17,25 @@
 
 namespace firn {
 
-/// Blocks and cells of the base nodes of up to sixteen particles.
+/// The blocks and cells of the base nodes of up to sixteen particles. Each array has one element per particle.
 struct BlockCells {
-    static constexpr int far = 27;  ///< the block is not among the 3^D around its origin
+    static constexpr int far = 27;  ///< value of `beside` for a block that is no neighbour of the origin
 
-    std::uint64_t origin[pack_size];  ///< keys of the blocks from whose lower corners base nodes are counted
-    std::uint64_t block[pack_size];   ///< keys of the base nodes' blocks
-    std::uint8_t beside[pack_size];   ///< number of the block among the 3^D around its origin, or `far`
-    std::uint8_t cell[pack_size];     ///< number of the cell in the block, the first axis fastest. \see find_cells
+    std::uint64_t origin[pack_size];  ///< key of the origin: the block from whose lower corner the base node is counted
+    std::uint64_t block[pack_size];   ///< key of the block that contains the base node
+    /// number of `block` among the 3^D blocks around the origin, the last axis fastest, or `far`
+    std::uint8_t beside[pack_size];
+    /// number of the base node's cell within `block`, the first axis fastest. \see find_cells
+    std::uint8_t cell[pack_size];
 };
 
 /// Finds the blocks and cells of base nodes.
 ///
-/// The first axis runs fastest in the numbers of cells. Rows of nodes lie along the last axis, so the rows of a cell
-/// and of the next one then begin at the same places. P2G reads back what it has just stored, and a processor forwards
-/// a store at once only to a load of the same place and size.
-/// \param base  the base nodes, counted from the lower corners of to.origin
-/// \param to    `origin` is given; the rest is found
+/// Cells are numbered with the first axis fastest, while rows of nodes lie along the last axis. So many rows of a cell
+/// are also rows of the next cell, from the same address on. This makes P2G fast, because it loads numbers soon after
+/// it stored them: a processor forwards a store at once only to a load of the same address and size.
+/// \param base  the base nodes [cells], counted from the lower corners of the blocks to.origin
+/// \param to    `origin` must be set; the other members are found
 template <std::floating_point S, int D>
 FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
     unsigned cell[pack_size] = {}, beside[pack_size] = {}, beyond[pack_size] = {};
@@ -52,7 +55,8 @@ FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
 }
 
 /// Sorts particles by block, then by cell, then by id, and collects blocks into groups. It moves no particle: the
-/// result is an order. It does not know the particles' fields: the caller says in which cell each particle lies.
+/// result is a partition with the new order. The class does not read the particles' fields; the caller's function tells
+/// the cell of each particle. An index counts the caller's particles and padding.
 ///
 ///     BlockSort<3> sort(count, ids, threads, room);
 ///     sort.look(is_particle, cells_of);
@@ -60,14 +64,15 @@ FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
 template <int D>
 class BlockSort {
 public:
-    /// Bytes of scratch memory per place.
+    /// Scratch memory per index [bytes].
     static constexpr std::size_t room = 2 * sizeof(std::uint32_t) + sizeof(std::uint8_t);
 
     /// Prepares a sort.
-    /// \param candidates  number of places to look at
-    /// \param ids         id of the particle in each place, no two the same; null: a particle's id is its place
+    /// \param candidates  number of indices: of particles and padding
+    /// \param ids         for each index, the id of the particle, no two the same; nullptr: a particle's id is its
+    ///                    index
     /// \param threads     number of threads; 0: thread_count() chooses
-    /// \param memory      scratch memory of `room` bytes per place, aligned as std::uint32_t
+    /// \param memory      scratch memory of `room` bytes per index, aligned as std::uint32_t
     BlockSort(std::size_t candidates, const std::uint32_t* ids, int threads, std::byte* memory)
         : candidates_(candidates),
           ids_(ids),
@@ -77,16 +82,16 @@ public:
           by_block_(number_of_ + candidates),
           cell_of_(reinterpret_cast<std::uint8_t*>(by_block_ + candidates)) {}
 
-    /// The first step: finds each particle's cell, numbers the blocks, and counts their particles.
-    /// \param is_particle  is_particle(i) is true if place i holds a particle, false if it is padding
-    /// \param cells_of     cells_of(i, count, cells) finds the cells of `count` ≤ pack_size places from i on; i is a
+    /// Does the first step: finds each particle's cell, numbers the blocks, and counts the particles of each block.
+    /// \param is_particle  is_particle(i) is true if index i is a particle, false if it is padding
+    /// \param cells_of     cells_of(i, count, cells) finds the cells of `count` ≤ pack_size indices from i on; i is a
     ///                     multiple of pack_size
     template <class IsParticle, class CellsOf>
     void look(const IsParticle& is_particle, const CellsOf& cells_of) {
         parallel_for(std::size_t(threads_), threads_, [&](std::size_t t, int) {
             Met& mine = met_[t];
-            // Numbers of the blocks around one origin, or no_particle if not known yet. Neighbours in memory mostly
-            // share an origin.
+            // Numbers of the blocks around one origin, or no_particle if not known yet. Particles that are neighbours
+            // in memory mostly have the same origin.
             std::array<std::uint32_t, BlockCells::far + 1> around;
             around.fill(no_particle);
             std::uint64_t origin = 0;
@@ -114,7 +119,7 @@ public:
         });
     }
 
-    /// The other three steps, after look().
+    /// Does the other three steps and returns the partition. Call look() before.
     /// \param colours  number of colours of dense blocks along an axis. \see colours_along_axis
     BlockPartition<D> partition(int colours) {
         BlockPartition<D> partition = arrange<D>(blocks_in_order(), colours, threads_);
@@ -127,16 +132,16 @@ private:
     struct alignas(64) Met {  // blocks that one thread has met; no two threads share a cache line
         BlockNumbers blocks;
         std::vector<std::size_t> counts;  // particles per block
-        std::size_t first = 0;            // number of its first block among those of all threads
+        std::size_t first = 0;            // index of its first block among those of all threads
     };
 
-    /// The first of the places that thread t looks at.
+    /// Returns the first index that thread t processes. The last one is first_of(t + 1) − 1.
     std::size_t first_of(std::size_t t) const {
         if (t == std::size_t(threads_)) return candidates_;
         return candidates_ * t / std::size_t(threads_) / pack_size * pack_size;
     }
 
-    /// The second step: the blocks that any thread has met, in the order of their keys, with their counts of particles.
+    /// The second step: returns the blocks that any thread has met, sorted by key, with their numbers of particles.
     std::vector<BlockRange<D>> blocks_in_order() {
         RadixSort<std::uint64_t> by_key;
         for (Met& m : met_) {
@@ -157,7 +162,7 @@ private:
         return sorted;
     }
 
-    /// The third step: sorts particles by range, and within a range by place. The particles of thread t follow those of
+    /// The third step: sorts particles by range, and within a range by index. The particles of thread t follow those of
     /// thread t − 1.
     void place_by_block(const BlockPartition<D>& partition) {
         first_place_.assign(partition.ranges.size(), 0);
@@ -177,7 +182,7 @@ private:
         });
     }
 
-    /// The fourth step: sorts each range by cell and id, into the partition's order.
+    /// The fourth step: sorts the particles of each range by cell and id, and writes them to the partition's order.
     void order_by_cell(BlockPartition<D>& partition) const {
         const auto order_range = [&](std::size_t r, int) {
             const BlockRange<D>& range = partition.ranges[r];
@@ -186,13 +191,13 @@ private:
             std::uint32_t next[block_nodes<D> + 1] = {};
             for (std::size_t i = 0; i < range.particles; ++i) ++next[cell_of_[from[i]] + 1];
             for (int c = 0; c < block_nodes<D>; ++c) next[c + 1] += next[c];
-            if (!ids_) {  // places are already in the order of ids
+            if (!ids_) {  // the ids are the indices, which are sorted already
                 for (std::size_t i = 0; i < range.particles; ++i) to[next[cell_of_[from[i]]]++] = from[i];
                 return;
             }
-            std::uint32_t* const id_of = number_of_ + first_place_[r];  // ids of what lies in `to`
+            std::uint32_t* const id_of = number_of_ + first_place_[r];  // ids of the particles in `to`
             std::uint32_t last_id[block_nodes<D>] = {};
-            std::uint64_t disordered = 0;  // one bit per cell
+            std::uint64_t disordered = 0;  // one bit per cell, set if the ids in the cell are not sorted
             for (std::size_t i = 0; i < range.particles; ++i) {
                 const std::uint32_t place = from[i], id = ids_[place], cell = cell_of_[place], at = next[cell]++;
                 to[at] = place;
@@ -204,7 +209,7 @@ private:
                 const int cell = std::countr_zero(disordered);
                 const std::size_t begin = cell == 0 ? 0 : next[cell - 1], count = next[cell] - begin;
                 if (count <= pack_size && range.particles >= pack_size) {
-                    const std::size_t first = std::min(begin, range.particles - pack_size);  // of a pack of places
+                    const std::size_t first = std::min(begin, range.particles - pack_size);  // of a pack with these ids
                     order_few(to + first, id_of + first, begin - first, count);
                 } else {
                     std::sort(to + begin, to + begin + count,
@@ -215,8 +220,8 @@ private:
         parallel_for(partition.ranges.size(), threads_, order_range, 16);
     }
 
-    /// Sorts some of a pack of places by id. Each place finds its rank by comparison with all others, in lanes. So
-    /// there are no branches that a processor could mispredict.
+    /// Sorts `count` particles of a pack, from lane `first` on, by their ids. The rank of a particle is found by
+    /// comparison with all others, in SIMD lanes. So there are no branches that a processor could mispredict.
     FIRN_INLINE static void order_few(std::uint32_t* places, const std::uint32_t* ids, std::size_t first,
                                       std::size_t count) {
         using Pack [[gnu::vector_size(4 * pack_size)]] = std::uint32_t;
@@ -224,7 +229,7 @@ private:
         constexpr std::size_t half = pack_size / 2;
         Pack id, rank{};
         std::memcpy(&id, ids, sizeof id);
-        id |= Pack(lanes - std::uint32_t(first) >= std::uint32_t(count));  // the others get the highest number
+        id |= Pack(lanes - std::uint32_t(first) >= std::uint32_t(count));  // other lanes get the highest id
         alignas(64) std::uint32_t each[2 * pack_size], place[pack_size];
         std::memcpy(each, &id, sizeof id);
         std::fill_n(each + pack_size, pack_size, no_particle);
@@ -240,12 +245,12 @@ private:
     const std::uint32_t* ids_;
     int threads_;
     std::vector<Met> met_;
-    std::uint32_t* number_of_;  // per place: number of its block among those of its thread, or no_particle
-    std::uint32_t* by_block_;   // places, range by range
+    std::uint32_t* number_of_;  // per index: number of its block among those of its thread, or no_particle
+    std::uint32_t* by_block_;   // indices of particles, range by range
     std::uint8_t* cell_of_;
-    std::vector<std::size_t> places_;      // per block of each thread: count of particles, then where the next one goes
-    std::vector<std::uint32_t> block_of_;  // per block of each thread: its number among the blocks in order
-    std::vector<std::size_t> first_place_;  // per range: its first place in by_block_
+    std::vector<std::size_t> places_;  // per block of each thread: particle count, later the next index in by_block_
+    std::vector<std::uint32_t> block_of_;   // per block of each thread: its index among the sorted blocks
+    std::vector<std::size_t> first_place_;  // per range: where it begins in by_block_
 };
 
 }  // namespace firn

@@ -1,4 +1,5 @@
-/// \file Sorts particles by the blocks and cells of their base nodes: firn's own, and those of another program.
+/// \file Sorts particles by the blocks and cells of their base nodes. The particles are firn's own or those of another
+/// program.
 #pragma once
 
 #include <firn/data/check_particles.hpp>
@@ -11,7 +12,8 @@ namespace firn {
 
 namespace detail {
 
-/// \throws parameter_error  if the blocks along a periodic axis are no multiple of the number of colours
+/// Checks that colours of blocks continue across the ends of periodic axes.
+/// \throws parameter_error  if the number of blocks along a periodic axis is no multiple of `colours`
 template <int D>
 void check_periods(const Domain<D>& domain, int colours, int support) {
     for (int a = 0; a < D; ++a)
@@ -21,10 +23,10 @@ void check_periods(const Domain<D>& domain, int colours, int support) {
                                            " their number must be a multiple of ", periodic_multiple * colours, "."));
 }
 
-/// Partitions firn's own particles of any material, for any kernel.
-/// \param base_shift  of the kernel
+/// Finds the partition of firn's own particles, for any material and any kernel.
+/// \param base_shift  the kernel's base_shift
 /// \param colours     number of colours of dense blocks along an axis
-/// \param room        `BlockSort::room` bytes of scratch memory per slot
+/// \param room        scratch memory of `BlockSort::room` bytes per slot
 template <std::floating_point S, int D>
 BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const Domain<D>& domain, double base_shift,
                                    int colours, int threads, std::byte* room) {
@@ -51,10 +53,11 @@ BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const 
 
 }  // namespace detail
 
-/// Finds the order of particles by block, cell and id. It moves no particle.
+/// Finds the order of firn's own particles by block, cell and id. No particle is moved.
 /// \param threads  number of threads; 0: thread_count() chooses
-/// \param room     `BlockSort::room` bytes of scratch memory per slot
-/// \throws parameter_error  if the cells along a periodic axis are no multiple of what the kernel needs
+/// \param room     scratch memory of `BlockSort::room` bytes per slot
+/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of the number that the kernel
+///                          needs. \see Domain::periodic
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads, std::byte* room) {
     detail::check_periods(particles.domain(), colours_along_axis<Kernel>, Kernel::support);
@@ -62,19 +65,23 @@ BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, i
                                     colours_along_axis<Kernel>, threads, room);
 }
 
-/// The same, but it allocates the scratch memory.
+/// Finds the order of firn's own particles by block, cell and id, and allocates the scratch memory itself. No particle
+/// is moved.
+/// \param threads  number of threads; 0: thread_count() chooses
+/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of the number that the kernel
+///                          needs. \see Domain::periodic
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads = 0) {
     const auto room = std::make_unique_for_overwrite<std::byte[]>(particles.slots() * BlockSort<D>::room);
     return partition_particles<Kernel>(particles, threads, room.get());
 }
 
-/// Finds the order of another program's particles by block, cell and index. It moves no particle.
+/// Finds the order of another program's particles by block, cell and index. No particle is moved.
 /// \param count    number of particles
 /// \param threads  number of threads; 0: thread_count() chooses
 /// \throws particle_error   if a position is not finite or outside the domain, or if the view has masses and one is not
-///                          positive; it names the first by index
-/// \throws parameter_error  if the domain is periodic, and as check(domain)
+///                          positive and finite; the message names the first three by index
+/// \throws parameter_error  if the domain is periodic, or if check(domain) throws it
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, State>& view, std::size_t count,
                                       const Domain<D>& domain, int threads = 0) {
@@ -101,9 +108,10 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
     return sort.partition(colours_along_axis<Kernel>);
 }
 
-/// Sorts firn's own particles by block, cell and id, and moves them into that order.
+/// Sorts firn's own particles by block, cell and id: moves them into this order and returns their partition.
 /// \param threads  number of threads; 0: thread_count() chooses
-/// \throws parameter_error  if the cells along a periodic axis are no multiple of what the kernel needs
+/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of the number that the kernel
+///                          needs. \see Domain::periodic
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> sort_particles(Particles<S, D, State>& particles, int threads = 0) {
     static_assert(D * D * sizeof(S) >= BlockSort<D>::room);

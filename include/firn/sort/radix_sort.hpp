@@ -1,4 +1,5 @@
-/// \file Sorts numbers by key. The sort is stable, parallel, and gives the same order for any number of threads.
+/// \file Sorts numbers by their keys. The sort is stable and parallel, and gives the same order for any number of
+/// threads.
 #pragma once
 
 #include <firn/data/aligned.hpp>
@@ -18,17 +19,19 @@ struct Keyed {
     std::uint32_t number;  ///< the number
 };
 
-/// Counting sorts by groups of bits, the lowest first (Knuth, vol. 3, §5.2.5). It keeps its memory for the next sort.
+/// Sorts in several passes. Each pass is a counting sort by a group of bits, the lowest bits first (Knuth, vol. 3,
+/// §5.2.5). The object keeps its memory for the next sort.
 template <std::unsigned_integral Key>
 class RadixSort {
 public:
-    aligned_vector<Keyed<Key>> items;  ///< the caller fills them; sort() brings them into order
+    aligned_vector<Keyed<Key>> items;  ///< the items to sort; the caller sets them, and sort() sorts them
 
-    /// Sorts the items.
-    /// \param differ   bits in which keys may differ
+    /// Sorts the items by key. Items with equal keys keep their order.
+    /// \param differ   mask of the bits in which keys may differ; all other bits are the same in all keys
     /// \param workers  number of workers, at least 1
     [[gnu::noinline]] void sort(Key differ, int workers) {
-        // So few that counters stay in a core's own cache, and that there are fewer counters than items.
+        // The most bits per pass: so few that the counters fit into a core's own cache and are not many more than the
+        // items.
         const int most_bits = std::clamp(int(std::bit_width(items.size())), 4, 12);
         const std::size_t n = items.size(), parts = std::min<std::size_t>(std::size_t(workers), n / 4096 + 1);
         const auto first = [&](std::size_t part) { return n * part / parts; };
@@ -60,7 +63,7 @@ public:
             differ &= Key(~(Key(buckets - 1) << shift));
         }
     }
-    /// Sorts the items on the calling thread.
+    /// Sorts the items by key, on the calling thread alone. Items with equal keys keep their order.
     [[gnu::noinline]] void sort() {
         Key differ = 0;
         for (const Keyed<Key>& item : items) differ |= item.key ^ items[0].key;
