@@ -74,7 +74,7 @@ struct Arena {
     /// The values of the nodes. There is memory for 4 more nodes, because registers may extend beyond the last node.
     alignas(64) Number node[(arena_nodes<D>(n_of_cube) + 4) * Width];
 
-    /// Sets `n` for a group, and sets all nodes to zero whose lines cross a box.
+    /// Sets `n` for a group, and sets to zero all nodes on lines that cross `box`.
     FIRN_INLINE void clear(const BlockGroup& group, const ArenaBox<D>& box) {
         n = group.sparse ? n_of_cube : n_of_block;
         if (group.sparse)
@@ -98,8 +98,7 @@ struct Arena {
     }
 
 private:
-    static constexpr int before =
-        block_size - allowed_drift;  // nodes of the first block, along an axis, before the arena
+    static constexpr int before = block_size - allowed_drift;  // first node of the arena in the first block
 
     template <int Blocks>
     FIRN_INLINE void clear_lines(const ArenaBox<D>& box) {
@@ -108,7 +107,7 @@ private:
             box, [&](int line, int, int) FIRN_LAMBDA { std::fill_n(node + line * numbers, numbers, Number(0)); });
     }
 
-    /// for_runs() for the arena of a block (Blocks = 1) or of a cube of blocks.
+    /// Does the work of for_runs(), for the arena of a block (Blocks = 1) or of a cube of blocks.
     /// \param of_block  indices of the blocks in and around it. \see BlocksAround::data
     template <int Blocks, class N, class F>
     FIRN_INLINE static void for_runs_of(N* nodes, const std::uint32_t* of_block, const ArenaBox<D>& box, const F& f) {

@@ -126,8 +126,7 @@ private:
     /// \param before  Σ N v_i with the node velocities before forces acted; only for transfers that blend velocities
     FIRN_INLINE void update(const Slots& slots, const Vec<P, D>& block, const Vec<P, D>& offset,
                             const G2PSums<P, D>& sums, const Vec<P, D>& before, Seen& seen) const {
-        const View view =
-            view_;  // a local copy, which no writing to memory can change: the compiler computes addresses once
+        const View view = view_;  // a local copy: the compiler computes addresses only once
         const auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_));
         const P mass = view.mass.template load_or_zero<P>(slots, 0);
         const auto real = mass > P(0);
@@ -163,8 +162,8 @@ private:
         const P speed = signal_speed(material_, v.velocity, mass, volume, state, P(h_));
         seen.speed = max(seen.speed, speed);
 
-        // The stress is computed last: it is a long chain of operations, and so no other operation waits for its
-        // result.
+        // The stress is computed last: it is a long chain of operations, and no other operation has to wait for its
+        // result here.
         if constexpr (!has_returned_with_stress<Lifted, D>)
             stress = stress_of(material_, state, taken.velocity_gradient);
         store_symmetric(view.stress, slots, stress);

@@ -95,8 +95,7 @@ private:
             unroll<K>([&](auto k) FIRN_LAMBDA {
                 constexpr std::integral_constant<int, line + (D == 3 && a == 0 ? K : 1) * k> next{};
                 if constexpr (a == 0)
-                    parts[k].value =
-                        k + 1 < K ? row_of_line(next) : row_of_line(next).held();  // the last row is used twice
+                    parts[k].value = k + 1 < K ? row_of_line(next) : row_of_line(next).held();  // used twice
                 else
                     parts[k] = self(std::integral_constant<int, a - 1>{}, next, self);
                 w[k] = Number::fill(&weights.leading[a][k][l]);

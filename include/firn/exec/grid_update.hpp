@@ -29,7 +29,7 @@ FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
 /// Updates the nodes of one block, one SIMD register of nodes at a time. Not inlined, so that the compiler can use all
 /// registers in each instance.
 /// \param first      position of the first node [m];  \param h  cell size [m];  \param dt  time step [s]
-/// \param reactions  receives the impulse of each part of the boundary on matter, added to its values; may be nullptr
+/// \param reactions  array to which the impulse of each part of the boundary on matter is added; nullptr if not wanted
 template <std::floating_point S, int D, class Acceleration, class Boundary, class OfParts>
 [[gnu::noinline]] void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
                                     const Boundary& boundary, OfParts reactions) {

@@ -57,8 +57,7 @@ private:
     static constexpr std::size_t most_slots = 256;
     static_assert((sparse_particles << D) + pack_size <= most_slots);
 
-    std::size_t
-        mask_;  // maps a slot to a stored slot: a dense group has one block, so one pack is stored for all packs
+    std::size_t mask_;  // stored slot = slot & mask_; a dense group has one block, so one pack is stored for all
     Vec<S, D> origin_;
     alignas(64) S lower_[D][most_slots];
     std::uint32_t range_[most_slots];
@@ -324,13 +323,13 @@ struct PackWeights {
     using Index = typename P::integer;         ///< An integer of the same size as S.
 
     alignas(64) S leading[D - 1][K][pack_size];                           ///< Weights along the leading axes.
-    alignas(64) S leading_gradient[Gradients ? D - 1 : 1][K][pack_size];  ///< Their gradients [1/cell].
+    alignas(64) S leading_gradient[Gradients ? D - 1 : 1][K][pack_size];  ///< Gradients of `leading` [1/cell].
     alignas(64) S last[pack_size * 4];                                    ///< Weights along the last axis.
-    alignas(64) S last_gradient[Gradients ? pack_size * 4 : 4];           ///< Their gradients [1/cell].
+    alignas(64) S last_gradient[Gradients ? pack_size * 4 : 4];           ///< Gradients of `last` [1/cell].
     alignas(64) Index corner[pack_size];  ///< Index in the arena of the base node's first value.
 
     /// Computes the weights for one register of particles.
-    /// \param lane   the first of their lanes in the pack
+    /// \param lane   the register's first lane in the pack
     /// \param block  lower corners of the particles' blocks in the arena [cells];  \param n  nodes along an axis of the
     ///               arena
     FIRN_INLINE void fill(int lane, const Place<P, D>& place, const Vec<P, D>& block, int n) {

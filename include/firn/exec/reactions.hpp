@@ -12,7 +12,7 @@ namespace firn {
 
 /// The impulse and the angular impulse of one part of a boundary on matter in a step, summed over the nodes: Σ m Δv and
 /// Σ (x − about) × m Δv. m is the mass and x the position of a node, and Δv the change of its velocity by the part.
-/// Matter exerts the opposite impulse on the part: a force of −impulse / dt during a step of dt.
+/// Matter exerts the opposite impulse on the part: the mean force during a step of dt is −impulse / dt.
 template <int D>
 struct Reaction {
     Vec<double, D> about = Vec<double, D>::zero();          ///< the point about which angular impulses are taken [m]

@@ -27,15 +27,15 @@ struct Unmeasured {
     };
 };
 
-/// Sums in floating point, for one thread at a time. An object adds contributions to sums that are stored elsewhere.
+/// Sums in floating point, for memory to which only one thread at a time adds.
 template <std::floating_point S>
 struct FloatSums : Unmeasured {
     using number = S;  ///< Type of one value of the sums.
     /// Type of the sums of a row of nodes.
     template <class Row>
     using sum = Row;
-    /// Whether adding to memory is expensive. If so, contributions of particles with the same base node are summed
-    /// first.
+    /// Whether adding to memory is expensive. If it is, the contributions of consecutive particles with the same base
+    /// node are summed in registers first.
     static constexpr bool costly = false;
 
     const FloatSums& of_thread(int) const { return *this; }  ///< Returns the object that a thread uses.
@@ -49,8 +49,8 @@ struct FloatSums : Unmeasured {
     FIRN_INLINE static Row load(const S* from) {
         return Row::load(from);
     }
-    /// Returns the sums of a row plus a particle's contribution: its record times the weights. \see
-    /// OpenRecord::added_to
+    /// Returns the sums of a row plus a particle's contribution: the record times the weights.
+    /// \see OpenRecord::added_to
     template <class Row, class Record, class... Weights>
     FIRN_INLINE static Row plus(const Row& sums, const Record& record, const Weights&... weights) {
         return record.added_to(sums, weights...);
@@ -86,8 +86,8 @@ struct IntegerSums : Unmeasured {
     FIRN_INLINE static sum<Row> load(const Integer* from) {
         return sum<Row>::load(from);
     }
-    /// Returns the sums of a row plus a particle's contribution, rounded to the nearest integer. \see
-    /// OpenRecord::weighted
+    /// Returns the sums of a row plus a particle's contribution, rounded to the nearest integer.
+    /// \see OpenRecord::weighted
     template <class Row, class Record, class... Weights>
     FIRN_INLINE static Row plus(const Row& sums, const Record& record, const Weights&... weights) {
         return sums + nearest<Integer>(record.weighted(weights...));

@@ -90,7 +90,8 @@ struct PackRecords {
 
     /// Adds the contributions of the particles of lanes [first, last) to the rows of nodes around them.
     /// \param rows_at  rows_at(corner) returns the rows around a base node. \see ArenaRows, GridRows
-    /// \param count    called as count(corner, particles): a base node, and the number of particles added at it
+    /// \param count    called as count(corner, particles): a base node, and the number of particles with this base node
+    ///                 whose contributions were just added
     /// \tparam Held  whether sums stay in registers while consecutive particles have the same base node. The additions
     ///               and their order are the same either way.
     template <bool Held, class RowsAt, class Count>

@@ -32,7 +32,7 @@ struct ParticleFacts {
     bool at_face = false;         ///< whether it lies on a face of the domain, where G2P has stopped it
     bool has_passed = false;      ///< whether its velocity would have moved it more than a cell beyond the face
 
-    double speed() const {  ///< |v| [m/s]
+    double speed() const {  ///< Returns |v| [m/s].
         double square = 0;
         for (int a = 0; a < dimension; ++a) square += velocity[a] * velocity[a];
         return std::sqrt(square);
@@ -63,8 +63,9 @@ protected:
 
 /// Collects the particles that have values that are not finite, or would have moved more than a cell out of the domain.
 struct WrongParticles final : FactsReader {
-    std::size_t count = 0, of = 0;  ///< number of wrong particles, and of all
-    bool by_velocity = true;  ///< if false, all particles on faces count: some transfers move with another velocity
+    std::size_t count = 0,    ///< number of wrong particles
+        of = 0;               ///< number of all particles
+    bool by_velocity = true;  ///< true: finds what not_finite or has_passed tell; false: all that are at_face
 
     [[gnu::cold]] void see(ParticleFacts& one) override {
         if (by_velocity ? one.not_finite.empty() && !one.has_passed : !one.at_face) return;

@@ -25,8 +25,8 @@ consteval bool require_inertia() {
     return true;
 }
 
-/// Returns D⁻¹ of APIC and MLS [1/m²]: Kernel::inverse_inertia / h²; 0 if the kernel's inertia is not constant. \see
-/// kernel/concept.hpp
+/// Returns D⁻¹ of APIC and MLS [1/m²]: Kernel::inverse_inertia / h²; 0 if the kernel's inertia is not constant.
+/// \see kernel/concept.hpp
 /// \param h  cell size [m]
 template <class Kernel, class S>
 FIRN_INLINE S inverse_inertia(const S& h) {

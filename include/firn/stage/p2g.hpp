@@ -72,7 +72,7 @@ struct OpenRecord {
         return rest;
     }
 
-    /// Returns the record moved by the offset o along the open axis a, without a weight.
+    /// Returns the record moved by the offset o along the open axis a. The kernel's weight is not applied.
     template <class O>
     FIRN_INLINE OpenRecord moved(int a, const O& o) const {
         OpenRecord there = *this;
