@@ -100,7 +100,7 @@ public:
 
 private:
     static constexpr bool blended = blends_velocities<Transfer>;
-    /// An empty replacement for the sums that only transfers that blend velocities need.
+    /// Takes the place of PackSums for transfers that do not blend velocities. Its velocities are not used.
     struct NoSums {
         struct Lanes {
             Vec<P, D> velocity;

@@ -75,7 +75,7 @@ public:
     /// Whether positions are stored in cells.
     static constexpr bool in_cells = std::same_as<decltype(View::position), BlockedSpan<S>>;
 
-    /// For positions in this domain.
+    /// Makes a converter for positions in this domain.
     explicit Positions(const Domain<D>& domain) : per_cell_(S(1 / domain.cell_size)) {
         for (int a = 0; a < D; ++a) {
             lower_[a] = in_cells ? S(0) : S(domain.lower[a]);
@@ -207,7 +207,8 @@ public:
     using S = typename View::scalar_type;      ///< float or double.
     static constexpr int D = View::dimension;  ///< 2 or 3.
 
-    /// For the particles of this group. `view` and `positions` must exist as long as this object.
+    /// Makes the object for the particles of a group. It refers to `view` and `positions`, which must exist as long as
+    /// it does.
     GroupPlaces(const View& view, const BlockPartition<D>& partition, const BlockGroup& group,
                 const Positions<View>& positions)
         : view_(view),

@@ -19,7 +19,7 @@ struct Totals {
     std::size_t particles = 0;            ///< number of particles
     double mass = 0;                      ///< [kg]
     Vec<double, D> momentum{};            ///< Σ m v [kg m/s]
-    Axial<double, D> angular_momentum{};  ///< about the origin, including the affine fields [kg m²/s]
+    Axial<double, D> angular_momentum{};  ///< Σ m x × v, plus that of the affine fields [kg m²/s]
     Vec<double, D> first_moment{};        ///< Σ m x [kg m]; divided by `mass`, the centre of mass
     double kinetic_energy = 0;            ///< Σ ½ m (|v|² + h²/inverse_inertia ‖C‖²) [J]
     double elastic_energy = 0;            ///< Σ V0 ψ [J]; NaN if the material has no energy_density

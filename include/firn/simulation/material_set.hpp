@@ -190,7 +190,7 @@ struct MaterialSet {
     }
 
     /// Checks that a body belongs to this set.
-    /// \throws parameter_error  if no particle of this set has had some of the body's ids yet
+    /// \throws parameter_error  if the body has ids that were not yet given to particles of this set
     void check_body(const Body& body) const {
         if (std::uint64_t(body.first) + body.count > particles.next_id())
             throw parameter_error(sentence("There is no body of the particles ", body.first, " to ",

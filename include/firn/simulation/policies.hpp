@@ -118,8 +118,8 @@ Boundary default_boundary(const Domain<D>& domain) {
 
 }  // namespace detail
 
-/// The type of a simulation with these policies, given in any order. Policies that are not given are the defaults of
-/// Simulation:
+/// The type of a simulation with these policies, given in any order. For kinds of policies that are not given, it has
+/// the defaults of Simulation:
 ///
 ///     firn::SimulationWith<3, Snow<float>, Together<Walls<float, 3>, Collider<Sphere<float, 3>>>>
 ///     firn::SimulationWith<2, Sand<double>, CubicBSpline, WeightGradientForce>

@@ -83,7 +83,7 @@ template <class V, int Closed, bool Moments, bool Gradients>
 struct PartialSums {
     V value;                                                      ///< Σ N v
     std::array<V, std::size_t(Moments ? Closed : 0)> moment;      ///< Σ N v o_a for each of these axes a
-    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient;  ///< Σ ∂_a N v for each of these axes a
+    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient;  ///< Σ (∂N/∂x_a) v for each of these axes a
 };
 
 /// Returns the sums over one more axis.
