@@ -147,8 +147,8 @@ public:
     Boundary boundary;    ///< The walls and colliders. Steps move those that have a velocity.
     Execution execution;  ///< How P2G sums, and the number of threads of all stages.
     Transfer transfer{};  ///< The transfer policy, with its parameters.
-    /// If this holds a value, every step writes the impulse and angular impulse of each part of the boundary on matter
-    /// to it.
+    /// If this holds a value, every step stores in it the impulse and the angular impulse that each part of the
+    /// boundary exerts on matter.
     std::optional<Reactions<D>> reactions{};
     double fixed_time_step = 0;  ///< The time step [s]; 0: every step takes stable_time_step().
     /// If this is not 0, particles are also sorted whenever the number of steps taken is a multiple of it. In any case

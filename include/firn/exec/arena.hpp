@@ -98,7 +98,7 @@ struct Arena {
     }
 
 private:
-    static constexpr int before = block_size - allowed_drift;  // first node of the arena in the first block
+    static constexpr int before = block_size - allowed_drift;  // index in the first block of the arena's first node
 
     template <int Blocks>
     FIRN_INLINE void clear_lines(const ArenaBox<D>& box) {

@@ -120,7 +120,7 @@ private:
         view_.prefetch_state(slot);
     }
 
-    /// Updates the particles of one register of lanes.
+    /// Updates the particles of one SIMD register.
     /// \param block   lower corners of the particles' blocks [cells]
     /// \param offset  positions of the particles relative to their centre nodes [cells]
     /// \param before  Σ N v_i with the node velocities before forces acted; only for transfers that blend velocities

@@ -61,7 +61,7 @@ public:
     alignas(64) S node[(arena_nodes<D>(n) + 2 * block_size) * node_width];
 
 private:
-    static constexpr int before = block_size - allowed_drift;  // first node of the arena in the first block
+    static constexpr int before = block_size - allowed_drift;  // index in the first block of the arena's first node
     static constexpr int blocks = cube_blocks + 2, line_count = arena_nodes<D>(n) / n;
     static constexpr int words = line_count <= 64 ? 1 : line_count / 64 + 2;
 

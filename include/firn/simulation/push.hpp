@@ -20,7 +20,8 @@ public:
         for (std::uint32_t known = lowest_; id < known && !lowest_.compare_exchange_weak(known, id);) {
         }
     }
-    /// \throws particle_error  if an id was reported; the message names the lowest one
+    /// Throws if an id was reported.
+    /// \throws particle_error  if an id was reported; the message gives the lowest one, and their number
     void refuse(const char* what, const Moment& now, double dt) const {
         if (count_ > 0)
             throw particle_error(sentence("At step ", now.steps, ", at ", now.time, " s, ", what, " gives ", count_,
