@@ -38,19 +38,21 @@ namespace firn {
 
 /// A simulation by the material point method: sets of particles, a grid and a boundary, stepped through time.
 ///
-/// Make it from a domain, a material and those policies that differ from the defaults, in any order:
+/// Construct it from a domain, a material, and the policies that differ from the defaults. The policies may come in any
+/// order:
 ///
 ///     firn::Simulation simulation(domain, material, firn::Together(walls, collider), firn::Flip{});
 ///
-/// It composes the stages of exec/; a program may call the stages itself instead.
-/// \see SimulationWith, if a program must write the type
+/// A step calls the stages of exec/ (P2G, grid update, G2P) one after the other. A program may also call these stages
+/// itself, without this class.
+/// \see SimulationWith, which names the type of a simulation
 /// \tparam D          2 or 3
-/// \tparam Material   a constitutive model in float or double, which sets the precision of the simulation; or several
-///                    as `Materials<…>`, each with its own set of particles: `set<Snow<float>>()`
-/// \tparam Transfer   how velocities go to the grid and back: Apic, Pic, Flip, …
+/// \tparam Material   a constitutive model, whose scalar type (float or double) is the precision of the simulation; or
+///                    several models as `Materials<…>`. Each model has its own set of particles: `set<Snow<float>>()`
+/// \tparam Transfer   how velocities are transferred to the grid and back: Apic, Pic, Flip, …
 /// \tparam Force      how stresses become forces on nodes: MlsForce or WeightGradientForce
 /// \tparam Kernel     the weights of nodes: QuadraticBSpline, CubicBSpline or Linear
-/// \tparam Execution  how P2G adds up: Coloured, Serial or FixedPoint
+/// \tparam Execution  how P2G sums the contributions to a node: Coloured, Serial or FixedPoint
 /// \tparam Boundary   walls, colliders or both. \see boundary/concept.hpp
 template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, class Force = MlsForce,
           class Kernel = QuadraticBSpline, class Execution = Coloured,
@@ -71,7 +73,8 @@ public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
     static_assert(require_kernel<Kernel>());
     static_assert(transfer<Transfer> && force<Force>);
-    /// True. If the boundary does not fit the precision or the dimension, the compiler stops with a message.
+    /// Always true: if the boundary has another precision or dimension than the simulation, the compiler stops with a
+    /// message.
     static constexpr bool boundary_fits = detail::require_fitting_boundary<Boundary, detail::precision_of_t<List>, D>();
 
     using scalar_type = detail::precision_of_t<List>;
@@ -83,17 +86,18 @@ public:
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
     static constexpr std::size_t unnamed = detail::unnamed_material;        ///< In set(): the only material.
 
-    /// Makes a simulation without particles. If the boundary is Walls, it gets walls on all faces of the domain, which
-    /// matter can leave (Contact::separate), except across periodic axes. Any other boundary is default-constructed.
-    /// \param how  the execution
-    /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells; if a parameter of
-    ///         the material is out of range. \see check_material
+    /// Makes a simulation without particles. If `Boundary` is Walls, walls are put on all faces of the domain, except
+    /// those of periodic axes. Matter can separate from these walls (Contact::separate). Any other boundary is
+    /// default-constructed.
+    /// \param how  the execution: how P2G sums, and with how many threads
+    /// \throws parameter_error  if the domain is empty, not finite, or has too many or too few cells; or if a parameter
+    ///                          of the material is out of range. \see check_material
     explicit Simulation(const Domain<D>& domain, const Material& material = {},
                         const std::type_identity_t<Execution>& how = {})
         : Simulation(domain, material, how, detail::default_boundary<Boundary, S>(domain)) {}
     /// Makes a simulation without particles, with this boundary.
-    /// \param how    the execution
-    /// \param walls  the boundary
+    /// \param how    the execution: how P2G sums, and with how many threads
+    /// \param walls  the boundary: walls, colliders or both
     /// \throws parameter_error  if the domain or a parameter of the material is out of range
     Simulation(const Domain<D>& domain, const Material& material, const std::type_identity_t<Execution>& how,
                const Boundary& walls)
@@ -101,8 +105,9 @@ public:
         for_sets([](const auto& set) { check_material<D>(set.material); });
     }
 
-    /// Makes a simulation without particles, with these policies in any order. The type must name each of them; a
-    /// policy that is not given is default-constructed, and Walls are put on all faces of the domain.
+    /// Makes a simulation without particles, with these policies in any order. The type of each policy must be a
+    /// template argument of the simulation. A policy that is not given is default-constructed. If the boundary is not
+    /// given and its type is Walls, walls are put on all faces of the domain, except those of periodic axes.
     /// \throws parameter_error  if the domain or a parameter of the material is out of range
     template <class First, class... Rest>
     Simulation(const std::type_identity_t<Domain<D>>& domain, const Material& material, const First& first,
@@ -120,7 +125,7 @@ public:
         transfer = detail::one_of<Transfer>([] { return Transfer{}; }, first, rest...);
     }
 
-    /// Does not compile: the domain has another dimension.
+    /// Does not compile, and prints a message: the domain has another dimension than the simulation.
     template <int N, class... Rest>
         requires(N != D)
     explicit Simulation(const Domain<N>&, const Rest&...) : Simulation(Domain<D>{}) {
@@ -128,33 +133,37 @@ public:
     }
 
     using Stepper<D>::gravity;
-    /// Receives warnings, each of them once:
-    /// - the fixed time step is above the bound (again whenever the ratio grows by a fifth);
-    /// - the bound of the time step has fallen by 10³, or needs more than 10⁶ steps a second;
-    /// - the particles of a body lie further apart than a cell, two bodies overlap, or a body lies in a solid;
-    /// - the walls are not the faces of the domain;
+    /// A function that receives the text of each warning. Each is given once:
+    /// - the fixed time step is above stable_time_step() (this warning is given again whenever their ratio has grown by
+    ///   a fifth);
+    /// - stable_time_step() has fallen below 1/1000 of its largest value, or is below 10⁻⁶ s;
+    /// - the particles of a body lie further apart than a cell, two bodies overlap, or a body lies inside a solid of
+    ///   the boundary;
+    /// - the walls do not coincide with the faces of the domain;
     /// - matter has reached a face of the domain that has no wall.
     ///
-    /// By default warnings go to stderr. If it is empty, there are none.
+    /// By default, warnings are printed to stderr. If the function is empty, no warnings are given.
     using Stepper<D>::warn;
     Boundary boundary;    ///< The walls and colliders. Steps move those that have a velocity.
-    Execution execution;  ///< How P2G adds up, and the number of threads of all stages.
-    Transfer transfer{};  ///< The transfer with its parameters.
-    /// If it holds a value, every step fills it with the impulse and torque of each part of the boundary on matter.
+    Execution execution;  ///< How P2G sums, and the number of threads of all stages.
+    Transfer transfer{};  ///< The transfer policy, with its parameters.
+    /// If this holds a value, every step stores in it the impulse and the angular impulse that each part of the
+    /// boundary exerts on matter.
     std::optional<Reactions<D>> reactions{};
-    double fixed_time_step = 0;  ///< The time step [s]; 0: the bound, computed before every step.
-    /// Particles are sorted when one of them may leave the reach of its block. They are also sorted whenever the number
-    /// of steps is a multiple of this, unless it is 0.
+    double fixed_time_step = 0;  ///< The time step [s]; 0: every step takes stable_time_step().
+    /// If this is not 0, particles are also sorted whenever the number of steps taken is a multiple of it. In any case
+    /// they are sorted when one of them may be too far from the block into which it was sorted.
     std::uint64_t most_steps_between_sorts = 0;
 
     const Domain<D>& domain() const { return grid_.domain(); }  ///< The domain.
-    const SparseGrid<S, D>& grid() const { return grid_; }      ///< The grid, as the last step has left it.
+    const SparseGrid<S, D>& grid() const { return grid_; }      ///< The grid, with the node values of the last step.
 
     /// \name Sets of particles
     /// @{
 
-    /// A handle to the set of particles of one material: `set<Snow<float>>().add(…)`. If a material is in the list
-    /// twice, its place names it: `set<1>()`. A simulation with one material is such a handle itself.
+    /// Returns a handle to the set of particles of one material: `set<Snow<float>>().add(…)`. If the list contains a
+    /// material twice, give its index in the list instead, counted from 0: `set<1>()`. A simulation with one material
+    /// has the functions of a handle itself.
     template <std::size_t I = unnamed>
     SetHandle<Simulation, at<I>> set() {
         return SetHandle<Simulation, at<I>>(*this);
@@ -173,9 +182,9 @@ public:
     }
     /// @}
 
-    /// The bound of the time step for the present particles [s]: the largest step that is stable.
-    /// \throws particle_error  if particles are not finite or not in the domain, or if nothing moves and the
-    ///         material has no stiffness
+    /// Returns the largest stable time step for the present particles [s], also called the bound of the time step.
+    /// \throws particle_error  if a particle has a value that is not finite or lies outside the domain, or if nothing
+    ///                         moves and the material has no stiffness
     double stable_time_step() {
         prepare();
         const double fastest = detail::fastest_signal(sets_);
@@ -188,27 +197,28 @@ public:
         return bound;
     }
 
-    /// Takes one step under gravity: of the fixed time step, or of the bound if it is 0.
+    /// Takes one step under gravity. Its length is `fixed_time_step`, or stable_time_step() if `fixed_time_step` is 0.
     /// \throws parameter_error  if the fixed time step, gravity or a parameter of a policy is out of range
-    /// \throws particle_error   if particles are not finite or have left the domain, before or after the step
+    /// \throws particle_error   if a particle has a value that is not finite, or has left the domain, before or after
+    ///                          the step
     /// \throws overflow_error   if fixed-point sums could overflow
     void step();
 
-    /// Takes one step under another acceleration, in place of gravity.
+    /// Takes one step with this acceleration in place of `gravity`.
     /// \param acceleration  a vector [m/s²], or a field a(x) [m/s²]: a callable of Vec<P, D> [m] for any scalar P.
     ///                      \see acceleration_at
-    /// \throws parameter_error, particle_error, overflow_error  as step()
+    /// \throws parameter_error, particle_error, overflow_error  in the same cases as step()
     template <class Acceleration>
     void step(const Acceleration& acceleration) {
         take_steps(detail::own_acceleration<D>(acceleration), std::numeric_limits<double>::infinity(), now_.steps + 1);
     }
 
-    /// Takes steps until `duration` [s] has passed. The last step is shortened to end there.
+    /// Takes steps until `duration` [s] has passed. The last step is shortened to end at that time.
     /// \throws parameter_error  if the duration is negative or not finite
-    /// \throws parameter_error, particle_error, overflow_error  as step()
+    /// \throws parameter_error, particle_error, overflow_error  in the same cases as step()
     void advance(double duration);
-    /// Takes steps until `duration` [s] has passed, under another acceleration in place of gravity.
-    /// \param acceleration  as step() takes it
+    /// Takes steps until `duration` [s] has passed, with this acceleration in place of `gravity`.
+    /// \param acceleration  a vector [m/s²] or a field, as for step()
     template <class Acceleration>
     void advance(double duration, const Acceleration& acceleration) {
         if (!(duration >= 0) || !std::isfinite(duration))
@@ -218,13 +228,14 @@ public:
                    std::numeric_limits<std::uint64_t>::max());
     }
 
-    /// Replaces the particles of a material by stored ones, and goes back to their moment. With several materials, call
-    /// it once for each.
+    /// Replaces the particles of a material by stored ones, and sets the time and the step number to those of `moment`.
+    /// With several materials, call it once for each material.
     ///
-    /// A prepared set keeps its order in memory, its partition and its report: the run continues bit for bit.
+    /// If the stored set was prepared for a step (Readiness::prepared), its order in memory, its partition and its
+    /// report are kept: the continued run has the same bits as a run without a break.
     /// \param set     the stored particles. \see Restart
-    /// \param moment  after which step they were stored
-    /// \throws io_error  if another material was restored to another moment, with no step since
+    /// \param moment  the time and the step number at which the particles were stored
+    /// \throws io_error  if another material was restored to a different moment, and no step was taken in between
     template <std::size_t I = unnamed>
     void restore(std::tuple_element_t<at<I>, Sets>&& set, const Moment& moment) {
         for_sets([&](const auto& other) {
@@ -240,7 +251,7 @@ public:
     }
 
 private:
-    // What SetAccess calls on a simulation with one material.
+    // SetAccess calls these functions on a simulation with one material.
     Simulation& simulation() { return *this; }
     const Simulation& simulation() const { return *this; }
     template <std::size_t I = unnamed>
@@ -268,8 +279,8 @@ private:
 
     int workers() const { return thread_count(requested_threads(execution)); }
 
-    /// Takes steps until the time is `end` [s] or the number of steps is `last_step`. The last step is shortened to end
-    /// at `end`.
+    /// Takes steps until the time is `end` [s] or the number of steps since the start is `last_step`. The last step is
+    /// shortened to end at `end`.
     template <class Acceleration>
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
         if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, warn);
@@ -286,15 +297,15 @@ private:
             });
     }
 
-    /// Whether dt is the bound of the time step, and not chosen by the program.
+    /// Returns whether dt is the bound of the time step, and not a step that the program chose.
     bool is_the_bound(double dt) const { return fixed_time_step == 0 && bound_ > 0 && !(dt < bound_); }
     [[gnu::cold]] std::string reason_of_bound() {
         return detail::reason_of_bound<Kernel>(sets_, domain(), detail::speed_of_boundary<S>(boundary, domain()),
                                                detail::force_bound(sets_, now_.time, workers()));
     }
 
-    /// The fixed time step, or the bound [s].
-    /// \param warning  set if the program must be warned before the step
+    /// Returns the next time step [s]: the fixed one, or the bound.
+    /// \param warning  receives a text if the program must be warned before the step; otherwise unchanged
     double next_time_step(std::string& warning) {
         const double bound = bound_ = stable_time_step();
         if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
@@ -313,7 +324,7 @@ private:
         if (!(now_.time + dt > now_.time) || !std::isfinite(now_.time + dt))
             detail::throw_no_step(dt, now_.time, now_.steps, is_the_bound(dt) ? reason_of_bound() : "");
         if constexpr (requires { transfer.check(); }) transfer.check();
-        static_cast<void>(lift<native_pack<S>>(boundary));  // checks the boundary before anything changes
+        static_cast<void>(lift<native_pack<S>>(boundary));  // checks the boundary's parameters before anything changes
         const bool due = most_steps_between_sorts > 0 && now_.steps % most_steps_between_sorts == 0;
         bool sorted = false;
         for_sets([&](auto& set) {
@@ -334,7 +345,7 @@ private:
             else
                 grid_update(execution, grid_, dt, acceleration, boundary);
         }
-        for_sets([](auto& set) { set.readiness.spoil(); });  // until G2P has moved all particles
+        for_sets([](auto& set) { set.readiness.spoil(); });  // particles cannot be used before G2P has moved them all
         bool right = true;
         for_sets([&](auto& set) {
             const auto pass = detail::g2p_pass<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition,
@@ -371,12 +382,13 @@ private:
         after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, sets...);
     }
 
-    /// Checks, sorts and computes stresses of particles that were added or changed since the last step.
-    /// \throws particle_error  if a step failed half-way, or if particles are not finite or not in the domain
+    /// Prepares the sets that changed since the last step: checks and sorts their particles, and computes stresses.
+    /// \throws particle_error  if a step failed half-way, or if a particle has a value that is not finite or lies
+    ///                         outside the domain
     void prepare();
     template <class Set>
     void prepare(Set& set) {
-        if (set.particles.size() == 0 && (has_particles() || is_waiting())) {  // particles may come later
+        if (set.particles.size() == 0 && (has_particles() || is_waiting())) {  // particles may be added later
             set.partition = {};
             set.report = {};
             set.readiness.prepare();
@@ -401,9 +413,9 @@ private:
     bool has_particles() const {
         return any_set([](const auto& set) { return set.particles.size() > 0; });
     }
-    /// Whether there are no particles, but a source will give some.
+    /// Returns whether there are no particles now, but a source will add some.
     bool is_waiting() const { return !has_particles() && std::isfinite(next_burst()); }
-    /// The time of the next burst of a source [s]; infinite if there is none.
+    /// Returns the time of the next burst of any source [s]; infinite if no burst follows.
     double next_burst() const {
         return std::apply([](const auto&... set) { return std::min({set.next_burst()...}); }, sets_);
     }
@@ -427,11 +439,12 @@ private:
     SparseGrid<S, D> grid_;
     Sets sets_;
     TransferMemory<S> transfer_memory_;
-    double bound_ = 0;  // of the present step [s]
+    double bound_ = 0;  // bound of the time step, for the present step [s]
     detail::Warnings warnings_;
 };
 
-/// Deduces the type from the policies, given in any order: `Simulation simulation(domain, material, Flip{})`.
+/// Deduces the type of the simulation from its policies, given in any order: `Simulation simulation(domain, material,
+/// Flip{})`.
 template <int D, class Material, class... Policies>
 Simulation(const Domain<D>&, const Material&, const Policies&...)
     -> Simulation<D, Material, typename detail::chosen<D, Material, Policies...>::transfer,
@@ -440,8 +453,8 @@ Simulation(const Domain<D>&, const Material&, const Policies&...)
                   typename detail::chosen<D, Material, Policies...>::execution,
                   typename detail::chosen<D, Material, Policies...>::boundary>;
 
-// Functions that take long to compile are defined outside of the class, so they are not inline: if a program declares
-// the simulation `extern template class`, its other files do not compile them again.
+// Functions that take long to compile are defined outside of the class, so they are not inline. If the files of a
+// program declare the simulation `extern template class`, they do not compile these functions again.
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
 void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::step() {

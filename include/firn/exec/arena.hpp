@@ -1,4 +1,4 @@
-/// \file Arenas: contiguous memory for the nodes around a block or a cube of blocks.
+/// \file Arenas: contiguous memory for the values of the nodes around a block or a cube of blocks.
 #pragma once
 
 #include <firn/data/sparse_grid.hpp>
@@ -8,15 +8,15 @@
 
 namespace firn {
 
-/// The box of nodes of an arena that particles reach.
+/// The smallest box of nodes, within an arena, that contains all nodes in the kernel supports of a group's particles.
 template <int D>
 struct ArenaBox {
-    int first[D],         ///< First node along each axis.
-        last[D];          ///< Last node along each axis, included.
-    bool strays = false;  ///< Whether a particle lies beyond the arena.
+    int first[D],         ///< Index of the first node along each axis.
+        last[D];          ///< Index of the last node along each axis, included.
+    bool strays = false;  ///< Whether a particle is too far from its block: the arena lacks some of its nodes.
 };
 
-/// The blocks of the grid around the block or cube of a group.
+/// The indices, in the grid, of the blocks in and around the block or the cube of a group.
 template <int D>
 class BlocksAround {
 public:
@@ -39,8 +39,8 @@ public:
         }
     }
     BlocksAround(const BlocksAround&) = delete;
-    /// The number of each block in the grid, last axis fastest; no_block if the grid does not hold it. There are 3
-    /// blocks along each axis around a block, and cube_blocks + 2 around a cube.
+    /// Returns the index of each block in the grid, last axis fastest; no_block for a block that is not active in the
+    /// grid. For a block, the list has 3 blocks along each axis; for a cube, cube_blocks + 2.
     const std::uint32_t* data() const { return blocks_; }
 
 private:
@@ -49,31 +49,32 @@ private:
     std::uint32_t of_cube_[D == 2 ? n * n : n * n * n];
 };
 
-/// Number of nodes of an arena with n nodes along each axis.
+/// Returns the number of nodes of an arena with n nodes along each axis.
 template <int D>
 constexpr int arena_nodes(int n) {
     return D == 2 ? n * n : n * n * n;
 }
 
-/// The nodes that the particles of a group can reach: those of its block or cube of blocks, and of its surroundings.
-/// They lie in contiguous memory, last axis fastest.
+/// Contiguous memory for the nodes to which the particles of a group can contribute: the nodes of the group's block or
+/// cube of blocks, and of its surroundings. Nodes are stored with the last axis fastest. A line is all nodes along the
+/// last axis.
 ///
-/// Blocks and cubes share one code with a size known at run time. Two versions with sizes known at compile time are not
-/// faster, and take twice as long to compile.
-/// \tparam Number  a floating-point number, or an integer for fixed-point sums
-/// \tparam Width   how many numbers a node has
+/// The size of the arena is a run-time value, so that blocks and cubes share the same code. Two versions with sizes
+/// known at compile time are not faster, and take twice as long to compile.
+/// \tparam Number  type of the values: a floating-point number, or an integer for fixed-point sums
+/// \tparam Width   number of values per node
 template <class Kernel, class Number, int D, int Width = node_width>
 struct Arena {
-    static constexpr int n_of_block = arena_size<Kernel>,  ///< Nodes along an axis around a block.
-        n_of_cube = arena_size<Kernel, cube_blocks>;       ///< Nodes along an axis around a cube of blocks.
+    static constexpr int n_of_block = arena_size<Kernel>,  ///< Nodes along an axis, for a block.
+        n_of_cube = arena_size<Kernel, cube_blocks>;       ///< Nodes along an axis, for a cube of blocks.
     static_assert(n_of_block <= colours_along_axis<Kernel> * block_size && n_of_cube <= 2 * cube_blocks * block_size,
                   "firn: two groups of one colour never touch one node");
 
     int n;  ///< nodes along an axis
-    /// The numbers of the nodes. Rows of whole registers may reach over the end.
+    /// The values of the nodes. There is memory for 4 more nodes, because registers may extend beyond the last node.
     alignas(64) Number node[(arena_nodes<D>(n_of_cube) + 4) * Width];
 
-    /// Sets the size for a group, and zeros the lines of a box.
+    /// Sets `n` for a group, and sets to zero all nodes on lines that cross `box`.
     FIRN_INLINE void clear(const BlockGroup& group, const ArenaBox<D>& box) {
         n = group.sparse ? n_of_cube : n_of_block;
         if (group.sparse)
@@ -83,10 +84,11 @@ struct Arena {
         std::fill_n(node + arena_nodes<D>(n) * Width, 4 * Width, Number(0));
     }
 
-    /// Calls f(index, numbers, count) for runs of nodes that are contiguous in the arena and in the grid. The runs
-    /// cover the box. `index` is the place of the run in `node`, `numbers` its place in the grid, and `count` its
-    /// number of nodes, a compile-time constant.
-    /// \param nodes  the numbers of all nodes of the grid
+    /// Calls f(index, values, count) for runs of nodes that are contiguous both in the arena and in the grid. All runs
+    /// together cover the box, except for blocks that are not active in the grid. `index` is the index in `node` of the
+    /// first value of the run, `values` points to the same value in the grid, and `count` is the number of nodes of the
+    /// run, a compile-time constant.
+    /// \param nodes  the values of all nodes of the grid
     template <class N, class F>
     FIRN_INLINE void for_runs(N* nodes, const BlocksAround<D>& around, const ArenaBox<D>& box, const F& f) const {
         if (n == n_of_block)
@@ -96,7 +98,7 @@ struct Arena {
     }
 
 private:
-    static constexpr int before = block_size - allowed_drift;  // nodes of the first block before the arena
+    static constexpr int before = block_size - allowed_drift;  // index in the first block of the arena's first node
 
     template <int Blocks>
     FIRN_INLINE void clear_lines(const ArenaBox<D>& box) {
@@ -105,7 +107,8 @@ private:
             box, [&](int line, int, int) FIRN_LAMBDA { std::fill_n(node + line * numbers, numbers, Number(0)); });
     }
 
-    /// \param of_block  the blocks around. \see BlocksAround::data
+    /// Does the work of for_runs(), for the arena of a block (Blocks = 1) or of a cube of blocks.
+    /// \param of_block  indices of the blocks in and around it. \see BlocksAround::data
     template <int Blocks, class N, class F>
     FIRN_INLINE static void for_runs_of(N* nodes, const std::uint32_t* of_block, const ArenaBox<D>& box, const F& f) {
         constexpr int size = arena_size<Kernel, Blocks>, blocks = Blocks + 2;
@@ -114,7 +117,7 @@ private:
             unroll<blocks>([&](auto b) FIRN_LAMBDA {
                 constexpr int first = b == 0 ? before : 0;
                 constexpr int last = std::min(block_size, before + size - b * block_size);
-                constexpr int place = b * block_size + first - before;  // in the line
+                constexpr int place = b * block_size + first - before;  // index of the first node in the line
                 const std::uint32_t block = of_block[outer_block * blocks + b];
                 if (place > box.last[D - 1] || place + last - first <= box.first[D - 1] || block == no_block) return;
                 N* run = nodes +
@@ -124,7 +127,9 @@ private:
         });
     }
 
-    /// Calls f(line, block, node) for the lines of a box, with block and node in it along the leading axes.
+    /// Calls f(line, block, node) for the lines of a box. `line` is the index of the line in the arena. `block` is the
+    /// index of its block among the blocks around, and `node` the index of its node in this block, both along the
+    /// leading axes.
     template <int Blocks, class F>
     FIRN_INLINE static void for_lines(const ArenaBox<D>& box, const F& f) {
         for (int i = box.first[0]; i <= box.last[0]; ++i) {
@@ -139,24 +144,26 @@ private:
     }
 };
 
-/// Number of lines of nodes along the last axis that a particle reaches. It reaches one row of each.
+/// Number of lines (of nodes along the last axis) that contain nodes of a particle's support. In each line they form
+/// one row of Kernel::support nodes.
 template <class Kernel, int D>
 inline constexpr int lines_of_particle = D == 2 ? Kernel::support : Kernel::support * Kernel::support;
 
-/// Where a particle's row of line `line` begins, in nodes from its base node, in an arena with n nodes a line.
+/// Returns the index of the first node of row `line` around a particle, counted in nodes from the particle's base node.
+/// The arena has n nodes along each axis.
 template <class Kernel, int D>
 FIRN_INLINE constexpr std::ptrdiff_t line_begin(int line, std::ptrdiff_t n) {
     constexpr int K = Kernel::support;
     return (D == 2 ? line : line / K * n + line % K) * n;
 }
 
-/// The place in the grid of each node of a block's arena. The arena itself need not exist.
+/// Finds the index in the grid of each node of a block's arena. The arena itself need not exist.
 template <class Kernel, int D>
 class ArenaNodes {
 public:
-    /// The place in the grid, in nodes, of node k of a particle's row `line`.
-    /// \param neighbours  the blocks around the particle's block. \see SparseGrid::neighbours
-    /// \param corner      the index, in the arena, of the first number of the particle's base node
+    /// Returns the index, among all nodes of the grid, of node k in row `line` around a particle.
+    /// \param neighbours  indices of the blocks around the particle's block. \see SparseGrid::neighbours
+    /// \param corner      index in the arena of the first value of the particle's base node
     FIRN_INLINE static std::size_t in_grid(const std::uint32_t* neighbours, std::ptrdiff_t corner, int line, int k) {
         const Place place = places[std::size_t(corner / node_width + line_begin<Kernel, D>(line, n) + k)];
         return std::size_t(neighbours[place.neighbour]) * std::size_t(block_nodes<D>) + place.node;

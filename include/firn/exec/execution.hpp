@@ -1,4 +1,4 @@
-/// \file The executions of P2G: how it adds up contributions to a node, and with how many threads.
+/// \file The executions of P2G: how P2G sums the contributions to a node, and with how many threads.
 #pragma once
 
 #include <concepts>
@@ -12,24 +12,27 @@ struct Serial {
     static constexpr const char* name = "serial";
 };
 
-/// Threads work on blocks of one colour, which share no node, colour after colour. Sums are in floating point, without
-/// atomics, and have the same bits for any number of threads.
+/// Blocks have colours such that no two blocks of one colour contribute to the same node. Threads work on the blocks of
+/// one colour after the other. Sums are in floating point, without atomics, and have the same bits for any number of
+/// threads.
 struct Coloured {
     static constexpr const char* name = "coloured";
-    int threads = 0;  ///< number of threads; 0: thread_count() chooses
+    int threads = 0;  ///< number of threads; 0: thread_count() chooses it
 };
 
 /// How threads add integers to a node. Both ways give the same bits, because integer sums do not depend on the order.
 enum class Adding {
     atomic,   ///< all threads add to the grid with atomics, as WebGPU requires on a GPU
-    coloured  ///< threads work on blocks of one colour, as in Coloured, without atomics
+    coloured  ///< threads work on blocks of one colour at a time, as with Coloured, without atomics
 };
 
-/// Sums are in integers. They have the same bits for any number of threads and any order of the particles.
+/// P2G sums in integers (fixed point). The sums have the same bits for any number of threads and any order of the
+/// particles.
 ///
-/// If a scale is not given, P2G takes the largest for which no sum can overflow. A given scale that could overflow is
-/// refused with an overflow_error.
-/// \tparam Integer  std::int32_t, as on a GPU, or std::int64_t, whose error is negligible beside that of float
+/// If a scale is not given, P2G takes the largest scale with which no sum can overflow. If a sum could overflow with a
+/// given scale, P2G throws an overflow_error.
+/// \tparam Integer  std::int32_t, as on a GPU, or std::int64_t, whose rounding error is negligible compared with that
+///                  of float
 /// \tparam How      how threads add
 template <class Integer = std::int32_t, Adding How = Adding::atomic>
     requires std::same_as<Integer, std::int32_t> || std::same_as<Integer, std::int64_t>
@@ -37,23 +40,23 @@ struct FixedPoint {
     static constexpr const char* name =
         How == Adding::atomic ? (sizeof(Integer) == 4 ? "fixed_point" : "fixed_point_64")
                               : (sizeof(Integer) == 4 ? "coloured_fixed_point" : "coloured_fixed_point_64");
-    int threads = 0;                         ///< number of threads; 0: thread_count() chooses
+    int threads = 0;                         ///< number of threads; 0: thread_count() chooses it
     std::optional<double> momentum_scale{},  ///< Quanta per kg m/s, a power of two; if not given, the largest safe one.
         mass_scale{};                        ///< Quanta per kg, a power of two; if not given, the largest safe one.
 };
-/// Sums in integers, without atomics.
+/// P2G sums in integers, without atomics: threads work on blocks of one colour at a time.
 template <class Integer = std::int32_t>
 using ColouredFixedPoint = FixedPoint<Integer, Adding::coloured>;
 
-/// An execution: Serial, or a type with a number of threads.
+/// An execution policy: Serial, or a type with a member `threads`.
 template <class E>
 concept execution_policy = std::same_as<E, Serial> || requires(const E e) {
     { e.threads } -> std::convertible_to<int>;
 };
 
-/// One thread.
+/// Returns 1: Serial uses one thread.
 inline int requested_threads(const Serial&) { return 1; }
-/// The number of threads that an execution asks for; 0: thread_count() chooses.
+/// Returns the number of threads that an execution asks for; 0: thread_count() chooses it.
 template <class Execution>
 int requested_threads(const Execution& execution) {
     return execution.threads;

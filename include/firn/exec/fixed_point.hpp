@@ -1,4 +1,4 @@
-/// \file The scale of a fixed-point P2G: either chosen, or given by the program and checked.
+/// \file The scale of a fixed-point P2G: either computed, or given by the program and checked.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -26,8 +26,9 @@ S chosen_scale(std::optional<double> given, S largest, const char* what, const c
     return S(*given);
 }
 
-/// Checks that sums have enough quanta. S cannot hold the scale that very light particles need. Coarse momenta are
-/// accepted if one quantum moves the heaviest particle too slowly to be seen, as in matter at rest.
+/// Checks that the largest possible sums have enough quanta: very light particles may need a scale that S cannot
+/// represent. A coarse momentum is accepted if one quantum changes the velocity of the heaviest particle by a
+/// negligible amount, as in matter at rest.
 /// \throws overflow_error  if sums have too few quanta
 template <class S>
 void check_resolution(const FixedPointLoad<S>& load, const FixedPointBound<S>& bound, const FixedPointScale<S>& scale) {
@@ -45,13 +46,12 @@ void check_resolution(const FixedPointLoad<S>& load, const FixedPointBound<S>& b
 }
 }  // namespace detail
 
-/// The scale of fixed-point sums: the given one, or the largest for which no sum can overflow.
+/// Returns the scale of fixed-point sums: the given one, or the largest with which no sum can overflow.
 /// \param momentum  quanta per kg m/s, if given;  \param mass  quanta per kg, if given
 /// \tparam Integer  std::int32_t or std::int64_t
 /// \throws parameter_error  if a given scale is not a power of two
-/// \throws overflow_error   if sums could overflow with the given scale, or with any; or if the largest scale that S
-/// can
-///         hold, 2^120 quanta in float, leaves a sum too few quanta
+/// \throws overflow_error   if sums could overflow with the given scale, or with every scale; or if the largest scale
+///                          that S can represent (2^120 quanta per unit in float) leaves a sum too few quanta
 template <class Kernel, int D, class Integer, std::floating_point S>
 FixedPointScale<S> fixed_point_scale(const FixedPointLoad<S>& load, std::optional<double> momentum,
                                      std::optional<double> mass) {

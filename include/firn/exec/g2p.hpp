@@ -16,15 +16,15 @@
 
 namespace firn {
 
-/// What G2P returns about all particles.
+/// What G2P reports about all particles.
 struct G2PReport {
-    double signal_speed = 0;   ///< largest |v| + c [m/s], which bounds the next time step
-    bool sort_needed = false;  ///< a particle may have left the reach of its block: partition before the next P2G
+    double signal_speed = 0;   ///< largest signal speed |v| + c [m/s], which limits the next time step
+    bool sort_needed = false;  ///< a particle may be too far from its block: sort or partition before the next P2G
 };
 
 namespace detail {
 
-/// The report of a pass over the particles, and whether all of them are finite and in the domain.
+/// The report of a pass over the particles, and whether all values are finite and all particles in the domain.
 struct PassReport {
     G2PReport report;
     bool right = true;
@@ -34,8 +34,9 @@ struct PassReport {
     throw particle_error(wrong.text() + " " + cause);
 }
 
-/// A sum that is not finite if a number of the stress, or of the state that it comes from, is not. If F is not finite,
-/// neither is the trace of the stress. If the stress depends on the rate, its other components are summed, too.
+/// Returns a sum of components of the stress that is not finite if the stress, or the state from which it was computed,
+/// is not finite. The trace is enough: it is not finite if F is not finite. If the stress depends on the strain rate,
+/// the components below the diagonal are added, too.
 template <class Material, class P, int D>
 FIRN_INLINE P sum_of_stress(const Mat<P, D>& stress) {
     P sum = trace(stress);
@@ -44,13 +45,14 @@ FIRN_INLINE P sum_of_stress(const Mat<P, D>& stress) {
     return sum;
 }
 
-/// The report of one thread.
+/// The report of one thread about its particles. \see PassReport
 struct alignas(64) G2PThreadReport {
     double signal_speed = 0;
     bool sort_needed = false, right = true;
 };
 
-/// G2P of a group: each pack is gathered row by row, then updated in SIMD lanes.
+/// G2P of a group of particles. For each pack, sums over nodes are computed row by row; then the particles are updated
+/// in SIMD lanes.
 template <class Kernel, class Transfer, class Force, class Material, class View>
 class GroupUpdate {
     using S = typename View::scalar_type;
@@ -98,7 +100,7 @@ public:
 
 private:
     static constexpr bool blended = blends_velocities<Transfer>;
-    /// Replaces the sums that only blending transfers need.
+    /// Takes the place of PackSums for transfers that do not blend velocities. Its velocities are not used.
     struct NoSums {
         struct Lanes {
             Vec<P, D> velocity;
@@ -108,22 +110,23 @@ private:
 
     struct Seen {
         P speed = P(0);
-        P rightness = P(0);  // 0, or NaN once a number was not finite
+        P rightness = P(0);  // 0 as long as all values were finite, then NaN
         mask_t<P> stray = P(1) < P(0);
     };
 
-    /// Prefetches the pack that begins at `slot` into the cache, including numbers that are only written.
+    /// Prefetches the pack that begins at `slot` into the cache, including values that are only written.
     FIRN_INLINE void prefetch(std::size_t slot) const {
         view_.template prefetch<Transfer::affine>(slot);
         view_.prefetch_state(slot);
     }
 
-    /// Updates the particles of one register of lanes.
-    /// \param block   lower corner of the particle's block [cells];  \param offset  from its centre node [cells]
-    /// \param before  Σ N v_i before forces acted, for transfers that blend
+    /// Updates the particles of one SIMD register.
+    /// \param block   lower corners of the particles' blocks [cells]
+    /// \param offset  positions of the particles relative to their centre nodes [cells]
+    /// \param before  Σ N v_i with the node velocities before forces acted; only for transfers that blend velocities
     FIRN_INLINE void update(const Slots& slots, const Vec<P, D>& block, const Vec<P, D>& offset,
                             const G2PSums<P, D>& sums, const Vec<P, D>& before, Seen& seen) const {
-        const View view = view_;  // a local copy, which no store can change: addresses are computed once
+        const View view = view_;  // a local copy: the compiler computes addresses only once
         const auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_));
         const P mass = view.mass.template load_or_zero<P>(slots, 0);
         const auto real = mass > P(0);
@@ -141,7 +144,8 @@ private:
         if constexpr (Transfer::affine)
             unroll<D * D>([&](auto k) FIRN_LAMBDA { view.affine.store(slots, k, taken.affine.m[k]); });
 
-        // The sum is finite exactly if all its numbers are: numbers near overflow are wrong already.
+        // The sum is not finite if one of its terms is not finite. If it overflows, some terms are so large that they
+        // are wrong, too.
         const Vec<P, D> lowest = positions_.lowest(block), highest = positions_.highest(block);
         const Vec<P, D> position = load_vector<P, D>(view.position, slots);
         const auto v = velocities(view, slots, taken, before);
@@ -158,7 +162,8 @@ private:
         const P speed = signal_speed(material_, v.velocity, mass, volume, state, P(h_));
         seen.speed = max(seen.speed, speed);
 
-        // The stress comes last: it is a long chain of operations, and what depends on it does not delay the rest.
+        // The stress is computed last: it is a long chain of operations, and no other operation has to wait for its
+        // result here.
         if constexpr (!has_returned_with_stress<Lifted, D>)
             stress = stress_of(material_, state, taken.velocity_gradient);
         store_symmetric(view.stress, slots, stress);
@@ -166,7 +171,7 @@ private:
         seen.rightness = seen.rightness + select(real, sum * P(0), P(0));
     }
 
-    /// The velocity that the particles keep, and the velocity that moves them.
+    /// Returns the velocity that the particles store (`velocity`), and the velocity by which they are moved (`motion`).
     FIRN_INLINE auto velocities(const View& view, const Slots& slots, const G2PResult<P, D>& taken,
                                 const Vec<P, D>& before) const {
         struct Taken {
@@ -188,7 +193,7 @@ private:
     S h_, dt_, per_velocity_;
 };
 
-/// g2p() that reports a wrong particle instead of throwing.
+/// Does the work of g2p(). If a particle is wrong, sets PassReport::right to false instead of throwing.
 template <class Kernel, class Transfer, class Force, class Execution, class Material, std::floating_point S, int D,
           class Field, class State>
 PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
@@ -217,7 +222,7 @@ PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, 
     return pass;
 }
 
-/// A sum that is finite exactly if all numbers of the state are: numbers near overflow are wrong already.
+/// Returns the sum of all values of a state. It is not finite if one of them is not finite.
 template <class P, class State>
 FIRN_INLINE P sum_of_state(State state) {
     constexpr auto members = State::fields();
@@ -231,7 +236,7 @@ FIRN_INLINE P sum_of_state(State state) {
     return sum;
 }
 
-/// update_stress() that reports a wrong particle instead of throwing.
+/// Does the work of update_stress(). If a particle is wrong, sets PassReport::right to false instead of throwing.
 template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
 PassReport update_stress_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
                               const BlockPartition<D>& partition, const Material& material, double cell_size) {
@@ -286,13 +291,14 @@ PassReport update_stress_pass(const Execution& execution, const ParticleView<S, 
 }  // namespace detail
 
 /// Grid to particles: interpolates velocities, moves the particles, and updates the material's state and stress.
-/// Particles are kept inside the domain. A transfer that blends velocities needs before_p2g().
+/// Particles are kept inside the domain. If the transfer blends velocities, before_p2g() must be called before p2g().
 /// \see exec/transfer_passes.hpp
 /// \param dt  time step [s]
 /// \throws parameter_error  if dt is negative or not finite, or a parameter of the material is out of range
 /// \throws usage_error      if the grid was not activated for this partition
-/// \throws particle_error   if particles are not finite, or would have moved more than a cell beyond the domain. The
-///                          message says how many, and describes the one with the lowest id.
+/// \throws particle_error   if a particle has a value that is not finite, or would have moved more than a cell out of
+///                          the domain. The message gives the number of such particles, and describes the one with the
+///                          lowest id.
 template <class Kernel, class Transfer, class Force, class Execution, class View, class Material, int N,
           std::floating_point S, int D>
 G2PReport g2p(const Execution& execution, const View& view, const BlockPartition<N>& partition,
@@ -315,12 +321,12 @@ G2PReport g2p(const Execution& execution, const View& view, const BlockPartition
 }
 
 /// Computes stresses and signal speeds from the particles' states. Call it before the first step, and after the program
-/// has changed a state. A stress that depends on the rate takes C as the velocity gradient, or zero if the view has no
-/// C.
+/// has changed a state. If the stress depends on the strain rate, the velocity gradient is taken to be the particle's
+/// C, or zero if the view has no C.
 /// \param cell_size  h of the grid [m]
 /// \throws parameter_error  if a parameter of the material is out of range
-/// \throws particle_error   if particles or their stresses are not finite. The message says how many, and describes the
-///                          one with the lowest id.
+/// \throws particle_error   if a particle has a value that is not finite. The message gives the number of such
+///                          particles, and describes the one with the lowest id.
 template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
 G2PReport update_stress(const Execution& execution, const ParticleView<S, D, Field, State>& view,
                         const BlockPartition<D>& partition, const Material& material, double cell_size) {

@@ -1,4 +1,4 @@
-/// \file Gather: sums over the rows of nodes around a pack of particles.
+/// \file Gather: sums over the rows of nodes around each particle of a pack.
 #pragma once
 
 #include <firn/exec/places.hpp>
@@ -6,17 +6,17 @@
 
 namespace firn {
 
-/// Where the particles of a pack lie among the nodes. All their sums share it.
+/// Weights and positions of the particles of a pack, relative to the nodes around them. All sums of the pack use them.
 template <class Kernel, bool gradients, std::floating_point S, int D>
 struct PackPlaces {
-    using P = native_pack<S>;  ///< A register of lanes.
+    using P = native_pack<S>;  ///< A SIMD register.
 
     PackWeights<Kernel, S, D, gradients> weights;  ///< Weights of the nodes.
-    alignas(64) S from_centre_node[D][pack_size];  ///< Positions from the centre nodes [cells].
+    alignas(64) S from_centre_node[D][pack_size];  ///< Positions relative to the centre nodes [cells].
 
-    /// Sets the particles of one register, from lane `lane` of the pack on.
-    /// \param position  from the lower corners of their blocks [cells]
-    /// \param block     lower corners of their blocks in the arena [cells]
+    /// Computes the values for one register of particles, which begins at lane `lane` of the pack.
+    /// \param position  positions from the lower corners of the particles' blocks [cells]
+    /// \param block     lower corners of the particles' blocks in the arena [cells]
     /// \param n         nodes along an axis of the arena
     FIRN_INLINE void locate(int lane, const Vec<P, D>& position, const Vec<P, D>& block, int n) {
         const Place<P, D> place = firn::locate<Kernel>(position);
@@ -24,7 +24,8 @@ struct PackPlaces {
         const Vec<P, D> offset = from_centre<Kernel>(place.fraction);
         unroll<D>([&](auto a) FIRN_LAMBDA { offset.v[a].store(from_centre_node[a] + lane); });
     }
-    /// Positions from the centre nodes [cells], of one register from lane `lane` on.
+    /// Returns the positions relative to the centre nodes [cells], for one register of particles that begins at lane
+    /// `lane`.
     FIRN_INLINE Vec<P, D> offset(int lane) const {
         Vec<P, D> r;
         unroll<D>([&](auto a) FIRN_LAMBDA { r.v[a] = P::load(from_centre_node[a] + lane); });
@@ -32,24 +33,24 @@ struct PackPlaces {
     }
 };
 
-/// The sums of a pack of particles over their nodes: Σ N v, and two more if needed. \see G2PSums
+/// The sums over nodes for each particle of a pack: Σ N v, and two further sums if needed. \see G2PSums
 /// \tparam moments    whether to compute Σ N v oᵀ
 /// \tparam gradients  whether to compute Σ v ∇Nᵀ
 template <class Kernel, bool moments, bool gradients, std::floating_point S, int D>
 struct PackSums {
-    /// Number of vectors a particle has: Σ N v, the columns of the moment, the columns of the gradient.
+    /// Number of vectors per particle: Σ N v, then the columns of Σ N v oᵀ, then the columns of Σ v ∇Nᵀ.
     static constexpr int quads = 1 + (moments ? D : 0) + (gradients ? D : 0);
-    static constexpr int K = Kernel::support;  ///< Nodes along an axis.
-    using P = native_pack<S>;                  ///< A register of lanes.
+    static constexpr int K = Kernel::support;  ///< Nodes of the kernel's support along an axis.
+    using P = native_pack<S>;                  ///< A SIMD register.
 
-    alignas(64) S value[quads][pack_size * 4];  ///< The sums: four numbers for each vector and particle.
+    alignas(64) S value[quads][pack_size * 4];  ///< The sums: for each vector, four numbers per particle.
 
-    /// Computes the sums of all particles over the nodes that they reach.
-    /// \param row_of_line  row_of_line(l, i): row i of the nodes of lane l's particle, in any form. \see line_begin
+    /// Computes the sums of all particles of the pack over their nodes.
+    /// \param row_of_line  row_of_line(l, i) returns row i of the nodes around the particle of lane l. \see line_begin
     template <class Weights, class RowOfLine>
     FIRN_INLINE void gather(const Weights& weights, const RowOfLine& row_of_line) {
         using Row = std::remove_cvref_t<decltype(row_of_line(0, std::integral_constant<int, 0>{}))>;
-        // Particles processed together have their quads beside each other.
+        // The quads (groups of four numbers) of particles that are processed together are next to each other.
         constexpr int abreast = rows_abreast<Row>;
         static_assert(abreast == 1 || quad_offset<P>(pack_size / abreast) == quad_offset<P>(0) + 4);
         for (int l = 0; l < pack_size / abreast; ++l) {
@@ -62,7 +63,7 @@ struct PackSums {
         }
     }
 
-    /// The sums of one register, from lane `lane` on.
+    /// Returns the sums of one register of particles, which begins at lane `lane`.
     FIRN_INLINE G2PSums<P, D> lanes(int lane) const {
         G2PSums<P, D> sums;
         P r[4];
@@ -82,7 +83,7 @@ struct PackSums {
     }
 
 private:
-    /// Sums over all axes except the last; a row of nodes remains.
+    /// Returns the sums over all axes except the last, for the particle of lane l: a row of nodes.
     template <class Weights, class RowOfLine>
     FIRN_INLINE static auto leading_sums(const Weights& weights, int l, const RowOfLine& row_of_line) {
         using Row = std::remove_cvref_t<decltype(row_of_line(std::integral_constant<int, 0>{}))>;
@@ -94,7 +95,7 @@ private:
             unroll<K>([&](auto k) FIRN_LAMBDA {
                 constexpr std::integral_constant<int, line + (D == 3 && a == 0 ? K : 1) * k> next{};
                 if constexpr (a == 0)
-                    parts[k].value = k + 1 < K ? row_of_line(next) : row_of_line(next).held();  // is used twice
+                    parts[k].value = k + 1 < K ? row_of_line(next) : row_of_line(next).held();  // used twice
                 else
                     parts[k] = self(std::integral_constant<int, a - 1>{}, next, self);
                 w[k] = Number::fill(&weights.leading[a][k][l]);
@@ -105,7 +106,7 @@ private:
         return close(std::integral_constant<int, D - 2>{}, std::integral_constant<int, 0>{}, close);
     }
 
-    /// Sums over the last axis, for the particles whose quads begin at q: splits rows into nodes.
+    /// Splits rows into nodes, sums over the last axis, and stores the sums at index q of each vector's numbers.
     template <class Weights, class Row, std::size_t N>
     FIRN_INLINE void close_rows(const Weights& weights, int q,
                                 const std::array<PartialSums<Row, D - 1, moments, gradients>, N>& rows) {
@@ -147,9 +148,10 @@ template <class Kernel, class Transfer, class Force, std::floating_point S, int 
 using TransferSums =
     PackSums<Kernel, g2p_needs_moment<Kernel, Transfer>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
 
-/// The nodes that a group gathers from. A group that is not spray copies them to an arena. Spray reads them from the
-/// grid, node by node.
-/// \tparam Layers  number of layers of the grid to gather from, its nodes included. \see SparseGrid::layer
+/// The nodes from which a group of particles gathers. They are copied to an arena, unless the group is spray
+/// (BlockGroup::is_spray). For spray, they are read from the grid, node by node.
+/// \tparam Layers  number of layers of the grid from which the group gathers, counting the nodes' own values as layer
+///                 0. \see SparseGrid::layer
 template <class Kernel, std::floating_point S, int D, int Layers>
 class NodesOfGroup {
     using P = native_pack<S>;
@@ -172,14 +174,14 @@ public:
         }
     }
 
-    /// Locates the particles of the pack that begins at `slot` of the group.
+    /// Computes `pack` for the particles of the pack that begins at `slot`, counted from the group's first slot.
     template <class Pack, class View>
     FIRN_INLINE void locate(Pack& pack, const GroupPlaces<View>& places, std::size_t slot) const {
         const int n = is_spray_ ? arena_size<Kernel> : arena_[0].n;
         for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes, slot += scalar_traits<P>::lanes)
             pack.locate(lane, places.template position<P>(slot), places.template block_in_arena<Kernel, P>(slot, n), n);
     }
-    /// Computes the sums of a located pack over the numbers of a layer.
+    /// Computes the sums of a pack over the values of a layer. Call locate() for this pack first.
     template <int layer, class Pack, class Sums, class View>
     FIRN_INLINE void gather(const Pack& pack, Sums& sums, const GroupPlaces<View>& places, std::size_t slot) const {
         if (is_spray_)

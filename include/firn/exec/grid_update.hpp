@@ -16,7 +16,8 @@ namespace firn {
 
 namespace detail {
 
-/// The acceleration for a register of nodes. A policy is lifted; anything else is returned unchanged.
+/// Returns the acceleration for a register of nodes. A field with parameters is converted by lift(); anything else is
+/// returned unchanged.
 template <class P, class Acceleration>
 FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
     if constexpr (has_parameters<Acceleration>)
@@ -25,10 +26,10 @@ FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
         return acceleration;
 }
 
-/// Updates one block, a register of nodes at a time. It is not inlined, so that each kind of block can use all
-/// registers.
+/// Updates the nodes of one block, one SIMD register of nodes at a time. Not inlined, so that the compiler can use all
+/// registers in each instance.
 /// \param first      position of the first node [m];  \param h  cell size [m];  \param dt  time step [s]
-/// \param reactions  where to add the impulse of each part of the boundary on matter, or null
+/// \param reactions  array to which the impulse of each part of the boundary on matter is added; nullptr if not wanted
 template <std::floating_point S, int D, class Acceleration, class Boundary, class OfParts>
 [[gnu::noinline]] void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
                                     const Boundary& boundary, OfParts reactions) {
@@ -61,8 +62,8 @@ template <std::floating_point S, int D, class Acceleration, class Boundary, clas
     }
 }
 
-/// grid_update(), with or without reactions.
-/// \param reactions  null if they are not wanted
+/// Does the work of grid_update(), with or without reactions.
+/// \param reactions  nullptr if reactions are not wanted
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary, Reactions<D>* reactions) {
@@ -111,9 +112,10 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
 
 /// Turns the momentum of every node into its velocity after a step.
 /// \param dt            time step [s]
-/// \param acceleration  Vec<S, D> (or Eigen's) [m/s²]; or a callable of the node's position, Vec<P, D> → Vec<P, D> for
-///                      any scalar P, or of position, velocity and time step; or a policy of field/ in S
-/// \param boundary      a boundary policy in S: node position and velocity → velocity
+/// \param acceleration  a constant vector, of type Vec<S, D> or of Eigen [m/s²]; or a callable field(position) or
+///                      field(position, velocity, dt) that takes and returns Vec<P, D> for any scalar type P; or a
+///                      field of folder field/ with scalar type S
+/// \param boundary      a boundary policy with scalar type S
 /// \throws parameter_error  if dt is negative or not finite, or a parameter of a policy is out of range
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
@@ -123,9 +125,9 @@ void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
                             static_cast<Reactions<D>*>(nullptr));
 }
 
-/// Turns the momentum of every node into its velocity, and adds up what the boundary gives to matter. The velocities
-/// have the same bits as without reactions.
-/// \param reactions  receives impulse and torque of each part of the boundary. \see Reactions
+/// Turns the momentum of every node into its velocity after a step, and sums the impulses of the boundary on matter.
+/// The velocities have the same bits as without reactions.
+/// \param reactions  receives the impulse and the angular impulse of each part of the boundary. \see Reactions
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary, Reactions<D>& reactions) {

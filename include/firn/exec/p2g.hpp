@@ -16,8 +16,8 @@
 
 namespace firn {
 
-/// Calls body(group, thread) for all groups, phase after phase. The groups of one phase share no node, and run on
-/// several threads.
+/// Calls body(group, thread) for all groups, one phase after the other. The groups of one phase share no node, and are
+/// distributed to several threads.
 template <int D, class Body>
 void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const Body& body) {
     const std::vector<std::size_t>& ends = partition.phase_ends;
@@ -30,7 +30,8 @@ void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const 
 
 namespace detail {
 
-/// Calls body(records, slot, used) for every pack of the group. Lanes 0 to used − 1 of `records` hold particles.
+/// Calls body(records, slot, used) for every pack of the group. `slot` is the first slot of the pack, counted from the
+/// group's first slot. Lanes 0 to used − 1 of `records` hold particles.
 /// \param n  nodes along an axis of the arena
 template <class Kernel, class Transfer, class Force, class View, class Sums, class Body>
 FIRN_INLINE void for_packs(const ParticleReader<View>& reader, const GroupPlaces<View>& places, const BlockGroup& group,
@@ -43,8 +44,8 @@ FIRN_INLINE void for_packs(const ParticleReader<View>& reader, const GroupPlaces
     }
 }
 
-/// Scatters a group directly to the nodes of the grid. Like the other scatter functions it is not inlined, so that each
-/// can use all registers.
+/// Adds the contributions of a group directly to the nodes of the grid. Like the other scatter functions, it is not
+/// inlined, so that the compiler can use all registers in each of them.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 [[gnu::noinline]] void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
                                         const BlockPartition<D>& partition, const BlockGroup& group,
@@ -72,7 +73,8 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
         });
 }
 
-/// Scatters a group to an arena of the nodes around its block or cube of blocks, then adds the arena to the grid.
+/// Adds the contributions of a group to an arena of the nodes around its block or cube of blocks. Then adds the arena
+/// to the grid.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 [[gnu::noinline]] void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
                                         const BlockPartition<D>& partition, const BlockGroup& group,
@@ -84,7 +86,7 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
     if (box.strays) throw_strays();
     GroupArena arena;
     arena.clear(group, box);
-    const int n = arena.n;  // a copy, which stores of integers to the arena cannot change
+    const int n = arena.n;  // a copy, which writing integers to the arena cannot change
     typename Sums::template Counts<Kernel, D> counts(group, box);
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, n, sums, [&](const auto& records, std::size_t, int used) FIRN_LAMBDA {
@@ -103,8 +105,8 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
     });
 }
 
-/// Scatters spray to an arena, then adds the arena to the grid. So each node receives one number from the group, which
-/// does not depend on the node's earlier contributions.
+/// Adds the contributions of a spray group to an arena. Then adds the arena to the grid. So each node receives one sum
+/// from the group, whose rounding does not depend on what other groups have added to the node.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 [[gnu::noinline]] void scatter_spray(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
                                      const BlockPartition<D>& partition, const BlockGroup& group,
@@ -122,8 +124,8 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
     arena.add_to_grid(nodes, BlocksAround<D>(grid, partition, group));
 }
 
-/// Scatters all groups, phase after phase. No two threads add to one node at the same time, and the order of additions
-/// to a node is always the same.
+/// Adds the contributions of all groups, one phase after the other. No two threads add to one node at the same time,
+/// and the order of additions to a node is always the same.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, double dt, int threads,
                       const Sums& sums, typename Sums::number* nodes) {
@@ -131,7 +133,7 @@ void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid
     const ParticleReader<View> reader(set.view, grid.domain(), dt);
     for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int thread) {
         const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        auto&& mine = sums.of_thread(thread);  // MeasuredSums measures for each thread
+        auto&& mine = sums.of_thread(thread);  // MeasuredSums measures for each thread separately
         if (!group.is_spray())
             scatter_to_arena<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
         else if constexpr (std::floating_point<typename Sums::number>)
@@ -141,7 +143,7 @@ void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid
     });
 }
 
-/// Scatters one group directly to the nodes, for a single thread or for atomic sums.
+/// Adds the contributions of one group directly to the nodes of the grid. For a single thread, or for atomic sums.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 void scatter_group(const ParticleSet<View>& set, const BlockGroup& group, const SparseGrid<S, D>& grid, double dt,
                    const Sums& sums, typename Sums::number* nodes) {
@@ -151,6 +153,7 @@ void scatter_group(const ParticleSet<View>& set, const BlockGroup& group, const 
                                               set.partition, group, grid, sums, nodes);
 }
 
+/// Checks the arguments of p2g().
 /// \throws parameter_error  if dt [s] is negative or not finite
 /// \throws usage_error      if the grid was not activated for all sets
 template <std::floating_point S, int D, class... Views>
@@ -159,7 +162,7 @@ void check_p2g(const SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>
     (grid.require_active(sets.partition), ...);
 }
 
-/// Zeros `per_node` values of type T for each node of the grid.
+/// Sets `per_node` values of type T to zero for each node of the grid.
 template <class T, std::floating_point S, int D>
 void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
     // Large pieces: memset then writes cache lines without reading them first.
@@ -176,14 +179,14 @@ void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
 /// Particles to grid: clears the grid, then adds mass and momentum of all particles, including the impulse of the
 /// stress over dt.
 ///
-/// The grid must be activated for the partitions of all sets. No particle may lie more than `allowed_drift` cells from
-/// the block it was sorted into. Sets are scattered one after the other, so sums have the same bits for any number of
-/// threads.
+/// The grid must be activated for the partitions of all sets. The base node of each particle may lie at most
+/// `allowed_drift` cells outside the block into which the particle was sorted. The contributions of the sets are added
+/// one set after the other. The sums have the same bits for any number of threads.
 /// \param dt    time step [s]
 /// \param sets  the sets of particles, each with its partition
 /// \throws parameter_error  if dt is negative or not finite
-/// \throws usage_error      if the grid was not activated, or a particle has drifted further; the contents of the grid
-///                          are then undefined
+/// \throws usage_error      if the grid was not activated, or a particle is further from its block than allowed; the
+///                          values of the grid are then undefined
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
 void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
@@ -195,7 +198,7 @@ void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const Par
     });
 }
 
-/// Particles to grid in one thread, with the same requirements and errors as with Coloured.
+/// Particles to grid in one thread. The requirements and errors are those of p2g() with Coloured.
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
 void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
@@ -209,7 +212,7 @@ void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, const ParticleSet<Vie
 
 /// Particles to grid for one set of particles, with any execution.
 /// \param dt  time step [s]
-/// \throws parameter_error, usage_error, overflow_error  as p2g() of several sets
+/// \throws parameter_error, usage_error, overflow_error  in the same cases as p2g() of several sets
 template <class Kernel, class Transfer, class Force, class Execution, class View, int N, std::floating_point S, int D>
 void p2g(const Execution& execution, const View& view, const BlockPartition<N>& partition, SparseGrid<S, D>& grid,
          double dt) {

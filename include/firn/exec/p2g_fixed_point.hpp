@@ -11,16 +11,16 @@ namespace firn {
 
 namespace detail {
 
-/// Sums in integers that measure the particles while they are scattered.
+/// Sums in integers that also measure the particles while their contributions are added.
 ///
-/// The right scale depends on all particles, and is mostly that of the last step. So P2G tries the last scale, and
-/// reads particles once if it was right. If the right scale turns out to be another, or a number did not fit, P2G
-/// discards the sums and scatters again.
+/// The right scale depends on all particles, and is mostly the same as in the last step. So P2G first uses the scale of
+/// the last step. If this was the right scale, the particles are read only once. If it was not, or if a contribution
+/// did not fit into an integer, P2G discards the sums and adds all contributions again.
 template <class Kernel, class Force, class Integer, std::floating_point S>
 struct MeasuredSums : IntegerSums<Integer, S> {
     using P = native_pack<S>;
 
-    /// What one thread has measured.
+    /// The measurements of one thread.
     struct alignas(64) Seen {
         FixedPointLoad<P> load;
         P largest = P(0);  ///< largest contribution of the present pack [quanta]
@@ -28,7 +28,8 @@ struct MeasuredSums : IntegerSums<Integer, S> {
         bool all_fitted = true;
     };
 
-    /// Counts a group's particles by base node: in an arena, which fits into the cache, and then in the grid.
+    /// Counts the particles of a group that have the same base node. The numbers are first kept in an arena, which fits
+    /// into the cache, and then added to the grid.
     template <class K, int D>
     class Counts {
     public:
@@ -50,8 +51,8 @@ struct MeasuredSums : IntegerSums<Integer, S> {
     };
 
     Seen* seen;
-    std::uint32_t* counts;  ///< number of particles by base node
-    bool scatters;          ///< whether to scatter; otherwise it only measures
+    std::uint32_t* counts;  ///< for each node, the number of particles whose base node it is
+    bool scatters;          ///< whether contributions are added; if not, particles are only measured
 
     MeasuredSums(const FixedPointScale<S>& quanta_per_unit, Seen* of_threads, std::uint32_t* particles_by_node,
                  bool scatter)
@@ -67,26 +68,27 @@ struct MeasuredSums : IntegerSums<Integer, S> {
         seen->largest = max(seen->largest, max(momentum * P(this->scale.momentum), load.mass * P(this->scale.mass)));
         return IntegerSums<Integer, S>::operator()(record);
     }
-    /// Whether the last measured pack may be scattered.
+    /// Returns whether the contributions of the last measured pack may be added.
     FIRN_INLINE bool fits() {
         const bool fit = scatters && !any(seen->largest > P(S(std::numeric_limits<Integer>::max() / 2)));
         seen->all_fitted = seen->all_fitted && fit;
         seen->largest = P(0);
         return fit;
     }
-    /// Counts particles whose base node is this node of the grid.
+    /// Adds a number of particles whose base node is this node of the grid.
     FIRN_INLINE void count(std::size_t node, int particles) { counts[node] += std::uint32_t(particles); }
 };
 
-/// Memory for the sums of all nodes, and for the number of particles by base node.
+/// Memory for the sums of all nodes, and for the number of particles that have each node as their base node.
 template <class Integer>
 struct GridIntegers {
     Integer* sums;
     std::uint32_t* counts;
 };
 
-/// Integers use the memory of the nodes' numbers if they have the same size, and scratch memory otherwise. They are
-/// cleared, loaded and stored as bytes, so memory of floating-point numbers can hold them.
+/// Returns memory for the integers of all nodes. If Integer has the size of S, the sums use the memory of the nodes'
+/// floating-point values; otherwise they use scratch memory. Integers are cleared, read and written as bytes, so they
+/// may lie in memory of floating-point type.
 template <class Integer, std::floating_point S, int D>
 GridIntegers<Integer> integers_of(SparseGrid<S, D>& grid) {
     if constexpr (sizeof(Integer) == sizeof(S)) {
@@ -99,7 +101,7 @@ GridIntegers<Integer> integers_of(SparseGrid<S, D>& grid) {
     }
 }
 
-/// The load measured by all threads together.
+/// Returns the maxima over all particles, from the measurements of all threads.
 template <class Seen, std::floating_point S, int D>
 FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* counts, const SparseGrid<S, D>& grid) {
     constexpr std::size_t per_block = std::size_t(block_nodes<D>);
@@ -117,12 +119,12 @@ FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* c
     return load;
 }
 
-/// Converts sums in quanta to the numbers of the nodes, possibly in the same memory. Nodes of too little mass become
-/// empty. \see fewest_mass_quanta
+/// Converts sums in quanta to the momentum [kg m/s] and the mass [kg] of the nodes. `sums` may lie in the memory of the
+/// nodes. Nodes with too few quanta of mass become empty. \see fewest_mass_quanta
 template <class Integer, std::floating_point S, int D>
 void to_nodes(const Integer* sums, const FixedPointScale<S>& scale, SparseGrid<S, D>& grid, int threads) {
     constexpr int together = 4 * node_width, m = node_mass;
-    // Scales are powers of two, so the conversion is the only rounding of a 32-bit integer.
+    // Scales are powers of two, so a 32-bit integer is rounded only by the conversion to Real.
     using Real = std::conditional_t<sizeof(Integer) == 4, S, double>;
     using Integers [[gnu::vector_size(together * sizeof(Integer))]] = Integer;
     using Reals [[gnu::vector_size(together * sizeof(Real))]] = Real;
@@ -144,9 +146,9 @@ void to_nodes(const Integer* sums, const FixedPointScale<S>& scale, SparseGrid<S
     parallel_for(grid.block_count(), threads, convert, 16);
 }
 
-/// P2G up to the sums in quanta, stored in the memory of integers_of().
-/// \return their scale
-/// \throws overflow_error  if a sum could leave the range of Integer; the grid is empty then
+/// Computes the sums of P2G in quanta, and stores them in the memory that integers_of() returns.
+/// \return the scale of the sums
+/// \throws overflow_error  if a sum could leave the range of Integer; all nodes are set to zero in this case
 template <class Kernel, class Transfer, class Force, class Integer, Adding How, std::floating_point S, int D,
           class... Views>
 FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, double dt,
@@ -157,7 +159,7 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Spar
     clear(sums, node_width, grid, threads);
     clear(integers.counts, 1, grid, threads);
 
-    // Tries the last scale, or only measures the particles.
+    // Adds contributions with the scale of the last step, or only measures the particles.
     using Measured = MeasuredSums<Kernel, Force, Integer, S>;
     const bool tries = How == Adding::coloured && grid.last_scale;
     const FixedPointScale<S> tried = tries ? *grid.last_scale : FixedPointScale<S>{S(1), S(1)};
@@ -197,8 +199,8 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Spar
 
 }  // namespace detail
 
-/// Particles to grid in fixed point, with the same requirements and errors as with Coloured.
-/// \throws overflow_error  if a sum could leave the range of Integer; the grid is empty then
+/// Particles to grid in fixed point. The requirements and errors of p2g() with Coloured apply, too.
+/// \throws overflow_error  if a sum could leave the range of Integer; all nodes are set to zero in this case
 template <class Kernel, class Transfer, class Force, class Integer, Adding How, std::floating_point S, int D,
           class... Views>
 void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, double dt,

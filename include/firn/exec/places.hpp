@@ -1,4 +1,4 @@
-/// \file Where the particles of a group lie among the nodes around their blocks, read in SIMD lanes.
+/// \file Positions and base nodes of the particles of a group, relative to their blocks, in SIMD registers.
 #pragma once
 
 #include <firn/data/particle_view.hpp>
@@ -14,7 +14,7 @@
 
 namespace firn {
 
-/// The block of each slot of a group.
+/// For each slot of a group: the block to which the slot's particle belongs.
 template <std::floating_point S, int D>
 class BlocksOfSlots {
 public:
@@ -37,33 +37,35 @@ public:
         }
     }
 
-    /// Lower corners of the blocks of a register of slots, from `slot` of the group on [cells from the domain's lower
-    /// corner].
+    /// Returns the lower corners of the blocks of one register of slots [cells from the domain's lower corner]. `slot`
+    /// is the first of these slots, counted from the group's first slot.
     template <class P>
     FIRN_INLINE Vec<P, D> lower(std::size_t slot) const {
         Vec<P, D> r;
         unroll<D>([&](auto a) FIRN_LAMBDA { r.v[a] = P::load(lower_[a] + (slot & mask_)); });
         return r;
     }
-    /// The same, from the lower corner of the group's cube of blocks: 0 or block_size along each axis.
+    /// Returns the lower corners of the blocks of one register of slots, in cells from the lower corner of the group's
+    /// cube of blocks: 0 or block_size along each axis. `slot` is counted from the group's first slot.
     template <class P>
     FIRN_INLINE Vec<P, D> in_cube(std::size_t slot) const {
         return lower<P>(slot) - cast<P>(origin_);
     }
-    std::uint32_t range(std::size_t slot) const { return range_[slot & mask_]; }  ///< Number of a slot's range.
+    std::uint32_t range(std::size_t slot) const { return range_[slot & mask_]; }  ///< Index of a slot's range.
 
 private:
     static constexpr std::size_t most_slots = 256;
     static_assert((sparse_particles << D) + pack_size <= most_slots);
 
-    std::size_t mask_;  // all slots of a dense group belong to one block, so the first pack is stored for all
+    std::size_t mask_;  // stored slot = slot & mask_; a dense group has one block, so one pack is stored for all
     Vec<S, D> origin_;
     alignas(64) S lower_[D][most_slots];
     std::uint32_t range_[most_slots];
 };
 
-/// How positions are stored. firn's particles store them in cells from the lower corner of the particle's block, so
-/// that their resolution is the same everywhere. The arrays of a foreign program store them in metres.
+/// Converts stored positions. firn's particles store positions in cells from the lower corner of the particle's block,
+/// so that the resolution is the same everywhere in the domain. The arrays of a foreign program hold positions in
+/// metres.
 template <class View>
 class Positions {
     using S = typename View::scalar_type;
@@ -73,12 +75,12 @@ public:
     /// Whether positions are stored in cells.
     static constexpr bool in_cells = std::same_as<decltype(View::position), BlockedSpan<S>>;
 
-    /// Positions in this domain.
+    /// Makes a converter for positions in this domain.
     explicit Positions(const Domain<D>& domain) : per_cell_(S(1 / domain.cell_size)) {
         for (int a = 0; a < D; ++a) {
             lower_[a] = in_cells ? S(0) : S(domain.lower[a]);
             upper_[a] = in_cells ? extent_in_cells<S>(domain, a) : S(domain.upper[a]);
-            if (domain.periodic[std::size_t(a)]) {  // a particle may go one extent beyond the domain in a step
+            if (domain.periodic[std::size_t(a)]) {  // in a step, a particle may leave the domain by one extent
                 lower_[a] = -upper_[a];
                 upper_[a] = 2 * upper_[a];
             }
@@ -86,8 +88,8 @@ public:
         cell_ = in_cells ? S(1) : S(domain.cell_size);
     }
 
-    /// Stored positions, converted to cells from the lower corner of their block.
-    /// \param block  lower corner of the block [cells from the domain's]
+    /// Returns stored positions, converted to cells from the lower corners of the particles' blocks.
+    /// \param block  lower corners of the blocks [cells from the domain's lower corner]
     template <class P>
     FIRN_INLINE Vec<P, D> in_block(const Vec<P, D>& position, const Vec<P, D>& block) const {
         if constexpr (in_cells) {
@@ -99,18 +101,23 @@ public:
             return r;
         }
     }
-    /// The lower corner of the domain, as the positions in a block are stored. Along a periodic axis, one extent below.
+    /// Returns the lowest positions that particles may take, in the form in which positions are stored: the lower
+    /// corner of the domain; along a periodic axis, one extent of the domain below it.
+    /// \param block  lower corners of the particles' blocks [cells from the domain's lower corner]
     template <class P>
     FIRN_INLINE Vec<P, D> lowest(const Vec<P, D>& block) const {
         return in_cells ? cast<P>(lower_) - block : cast<P>(lower_);
     }
-    /// The upper corner of the domain, as the positions in a block are stored. Along a periodic axis, one extent above.
+    /// Returns the highest positions that particles may take, in the form in which positions are stored: the upper
+    /// corner of the domain; along a periodic axis, one extent of the domain above it.
+    /// \param block  lower corners of the particles' blocks [cells from the domain's lower corner]
     template <class P>
     FIRN_INLINE Vec<P, D> highest(const Vec<P, D>& block) const {
         return in_cells ? cast<P>(upper_) - block : cast<P>(upper_);
     }
-    S cell() const { return cell_; }  ///< The cell size in the unit of positions.
-    /// The factor from a velocity [m/s] to the motion of a position in dt.
+    S cell() const { return cell_; }  ///< The cell size, in the unit of stored positions.
+    /// Returns the displacement during a step divided by the velocity [m/s], for displacements in the unit of stored
+    /// positions.
     /// \param dt  time step [s];  \param h  cell size [m]
     S per_velocity(double dt, double h) const { return S(in_cells ? dt / h : dt); }
 
@@ -119,29 +126,30 @@ private:
     S per_cell_, cell_;
 };
 
-/// A particle's place among the nodes: its base node in the arena of its block, and its position from there.
+/// A particle's base node in the arena of its block, and the particle's position relative to its base node.
 template <class P, int D>
 struct Place {
-    Vec<P, D> node;      ///< base node, counted from the arena's first: 0 to block_size − 1 + 2 allowed_drift
-    Vec<P, D> fraction;  ///< f = x/h − base, in cells
+    Vec<P, D> node;      ///< index of the base node along each axis of the arena: 0 to block_size − 1 + 2 allowed_drift
+    Vec<P, D> fraction;  ///< position relative to the base node [cells]: f = x/h − base
 };
 
-/// The place of particles. A particle beyond the arena is put at its end.
-/// \param position  in cells, from the lower corner of the particle's block
+/// Returns the base nodes of particles, and the positions relative to them. For a particle that is too far from its
+/// block, the nearest allowed base node is returned.
+/// \param position  positions from the lower corners of the particles' blocks [cells]
 template <class Kernel, class P, int D>
 FIRN_INLINE Place<P, D> locate(const Vec<P, D>& position) {
     constexpr int last = block_size - 1 + 2 * allowed_drift;
     Place<P, D> place;
     unroll<D>([&](auto a) FIRN_LAMBDA {
         const P node = base_node<Kernel>(position.v[a]) + P(allowed_drift);
-        // Clamped, also for NaN, so that memory outside of the arena is never touched.
+        // The node is limited to the arena, also for NaN, so that memory outside of the arena is never accessed.
         place.node.v[a] = select(node > P(0), select(node < P(last), node, P(last)), P(0));
         place.fraction.v[a] = position.v[a] - (place.node.v[a] - P(allowed_drift));
     });
     return place;
 }
 
-/// The index of a node's first number in an arena with n nodes along each axis.
+/// Returns the index of the first value of a node in an arena with n nodes along each axis.
 template <class P, int D>
 FIRN_INLINE P first_number(const Vec<P, D>& node, int n) {
     P number = node.v[0];
@@ -149,8 +157,8 @@ FIRN_INLINE P first_number(const Vec<P, D>& node, int n) {
     return number * P(node_width);
 }
 
-/// A mask of the particles that lie beyond the reach of their block.
-/// \param position  in cells, from the lower corner of the particle's block
+/// Returns a mask of the particles whose base node lies more than allowed_drift cells outside their block.
+/// \param position  positions from the lower corners of the particles' blocks [cells]
 template <class Kernel, class P, int D>
 FIRN_INLINE mask_t<P> strays(const Vec<P, D>& position) {
     mask_t<P> stray = P(1) < P(0);
@@ -162,7 +170,7 @@ FIRN_INLINE mask_t<P> strays(const Vec<P, D>& position) {
 }
 
 namespace detail {
-/// True. If precision or dimension of particles, partition and grid differ, the compiler stops with a message.
+/// Always true: if particles, partition and grid differ in precision or dimension, the compiler stops with a message.
 template <class View, int N, class S, int D>
 consteval bool require_same_kind() {
     constexpr bool same = View::dimension == D && N == D && std::same_as<typename View::scalar_type, S>;
@@ -172,7 +180,7 @@ consteval bool require_same_kind() {
     return same;
 }
 
-/// True. If the material has another precision, the compiler stops with a message.
+/// Always true: if the material has another precision than the particles, the compiler stops with a message.
 template <class Material, class S>
 consteval bool require_same_precision() {
     constexpr bool same = std::same_as<material_scalar_t<Material>, S>;
@@ -183,7 +191,8 @@ consteval bool require_same_precision() {
 }
 }  // namespace detail
 
-/// \throws usage_error  always: particles have left the reach of their blocks
+/// Throws an error because particles are too far from the blocks into which they were sorted.
+/// \throws usage_error  always
 [[noreturn, gnu::cold, gnu::noinline]] inline void throw_strays() {
     throw usage_error(
         "P2G is given a partition that is stale: particles have left the reach of the blocks that they were sorted "
@@ -191,14 +200,15 @@ consteval bool require_same_precision() {
         "(or sort_particles()) and grid.activate() before the next p2g().");
 }
 
-/// The places of the particles of a group.
+/// Positions and base nodes of the particles of a group.
 template <class View>
 class GroupPlaces {
 public:
     using S = typename View::scalar_type;      ///< float or double.
     static constexpr int D = View::dimension;  ///< 2 or 3.
 
-    /// The places of this group. `view` and `positions` must outlive it.
+    /// Makes the object for the particles of a group. It refers to `view` and `positions`, which must exist as long as
+    /// it does.
     GroupPlaces(const View& view, const BlockPartition<D>& partition, const BlockGroup& group,
                 const Positions<View>& positions)
         : view_(view),
@@ -208,22 +218,23 @@ public:
           order_(partition.order.data()) {}
 
     const BlocksOfSlots<S, D>& blocks() const { return blocks_; }  ///< The blocks of the slots.
-    /// A register of slots of the particles, from `slot` of the group on.
+    /// Returns one register of slots. `slot` is the first of them, counted from the group's first slot.
     FIRN_INLINE Slots slots(std::size_t slot) const { return {first_ + slot, order_ + first_ + slot}; }
 
-    /// Positions of a register of particles, in cells from the lower corners of their blocks.
+    /// Returns the positions of one register of particles, in cells from the lower corners of their blocks.
     template <class P>
     FIRN_INLINE Vec<P, D> position(std::size_t slot) const {
         return positions_.in_block(load_vector<P, D>(view_.position, slots(slot)), blocks_.template lower<P>(slot));
     }
 
-    /// Lower corners of the particles' blocks in an arena with n nodes along each axis [cells].
+    /// Returns the lower corners of the particles' blocks, relative to the group's block or cube of blocks [cells].
+    /// \param n  nodes along an axis of the group's arena
     template <class Kernel, class P>
     FIRN_INLINE Vec<P, D> block_in_arena(std::size_t slot, int n) const {
         return n == arena_size<Kernel> ? Vec<P, D>::zero() : blocks_.template in_cube<P>(slot);
     }
 
-    /// The box of nodes of its arena that the particles of the group reach.
+    /// Returns the box of nodes in the group's arena that contains all nodes of the particles' supports.
     template <class Kernel>
     FIRN_INLINE ArenaBox<D> box(const BlockGroup& group) const {
         using P = native_pack<S>;
@@ -234,11 +245,12 @@ public:
         const auto see = [&](std::size_t slot, bool look) FIRN_LAMBDA {
             Vec<P, D> x = position<P>(slot);
             if (look) stray = stray | (strays<Kernel>(x) & is_used(group, slot));
-            // In one block the outermost particles have the outermost nodes. With several blocks nodes are compared,
-            // because adding the corner of a block to a position could round it to the next cell.
+            // If the group has one block, positions are compared: the outermost particles have the outermost nodes. If
+            // it has several blocks, nodes are compared, because adding the corner of a block to a position could round
+            // the position to the next cell.
             if (group.sparse) x = locate<Kernel>(x).node + blocks_.template in_cube<P>(slot);
             unroll<D>([&](auto a) FIRN_LAMBDA {
-                low.v[a] = min(low.v[a], x.v[a]);  // ignores NaN, which reaches wrong nodes anyway
+                low.v[a] = min(low.v[a], x.v[a]);  // ignores NaN: such a particle has wrong nodes in any case
                 high.v[a] = max(high.v[a], x.v[a]);
             });
         };
@@ -262,7 +274,7 @@ public:
         return box;
     }
 
-    /// Whether a particle of the group lies beyond the reach of its block.
+    /// Returns whether a particle of the group is too far from its block. \see strays
     template <class Kernel>
     FIRN_INLINE bool has_strays(const BlockGroup& group) const {
         using P = native_pack<S>;
@@ -272,9 +284,9 @@ public:
         return any(stray);
     }
 
-    /// Calls f(corner) for each particle of spray.
+    /// Calls f(corner) for each particle of a spray group. `corner` is the index in the arena of the first value of the
+    /// particle's base node.
     /// \param n  nodes along an axis of the arena
-    /// \param f  gets the index of the first number of the particle's base node in the arena
     template <class Kernel, class F>
     FIRN_INLINE void for_corners(const BlockGroup& spray, int n, const F& f) const {
         using P = native_pack<S>;
@@ -286,7 +298,8 @@ public:
     }
 
 private:
-    /// A mask of the lanes from `slot` on that hold particles. The others are padding.
+    /// Returns a mask of the lanes that hold particles, for the register of slots that begins at `slot`. The other
+    /// lanes are padding.
     FIRN_INLINE static auto is_used(const BlockGroup& group, std::size_t slot) {
         using P = native_pack<S>;
         S lane[scalar_traits<P>::lanes];
@@ -301,23 +314,25 @@ private:
     const std::uint32_t* order_;
 };
 
-/// Weights of a pack of particles, laid out for rows of nodes. The leading axes have one number for each axis, node and
-/// particle. The last axis has four numbers for each particle: the weights of its nodes.
+/// Weights of a pack of particles, in the order in which rows of nodes need them. For the leading axes (all but the
+/// last), there is one number for each axis, node and particle. For the last axis, there are four numbers for each
+/// particle: the weights of its nodes along this axis, then zeros.
 template <class Kernel, std::floating_point S, int D, bool Gradients>
 struct PackWeights {
-    static constexpr int K = Kernel::support;  ///< Nodes along an axis.
-    using P = native_pack<S>;                  ///< A register of lanes.
+    static constexpr int K = Kernel::support;  ///< Nodes of the kernel's support along an axis.
+    using P = native_pack<S>;                  ///< A SIMD register.
     using Index = typename P::integer;         ///< An integer of the same size as S.
 
     alignas(64) S leading[D - 1][K][pack_size];                           ///< Weights along the leading axes.
-    alignas(64) S leading_gradient[Gradients ? D - 1 : 1][K][pack_size];  ///< Their gradients [1/cell].
+    alignas(64) S leading_gradient[Gradients ? D - 1 : 1][K][pack_size];  ///< Gradients of `leading` [1/cell].
     alignas(64) S last[pack_size * 4];                                    ///< Weights along the last axis.
-    alignas(64) S last_gradient[Gradients ? pack_size * 4 : 4];           ///< Their gradients [1/cell].
-    alignas(64) Index corner[pack_size];  ///< Index in the arena of the base node's first number.
+    alignas(64) S last_gradient[Gradients ? pack_size * 4 : 4];           ///< Gradients of `last` [1/cell].
+    alignas(64) Index corner[pack_size];  ///< Index in the arena of the base node's first value.
 
-    /// Computes the weights of one register of particles.
-    /// \param lane   the first lane of the pack
-    /// \param block  lower corners of the particles' blocks in the arena;  \param n  nodes along an axis of the arena
+    /// Computes the weights for one register of particles.
+    /// \param lane   the register's first lane in the pack
+    /// \param block  lower corners of the particles' blocks in the arena [cells];  \param n  nodes along an axis of the
+    ///               arena
     FIRN_INLINE void fill(int lane, const Place<P, D>& place, const Vec<P, D>& block, int n) {
         const Vec<P, D> node = place.node + block;
         first_number(node, n).store(corner + lane);
@@ -343,7 +358,7 @@ private:
     }
 };
 
-/// The index of the first of the four numbers of lane l of a pack.
+/// Returns the index of the first of the four numbers of lane l's particle, in an array of 4 pack_size numbers.
 template <class P>
 FIRN_INLINE constexpr int quad_offset(int l) {
     constexpr unsigned lanes = scalar_traits<P>::lanes;

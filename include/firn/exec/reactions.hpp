@@ -1,4 +1,4 @@
-/// \file Reactions: the impulses and torques of boundaries on matter, for diagnostics and two-way coupling.
+/// \file Reactions: the impulses and angular impulses of boundaries on matter, for diagnostics and two-way coupling.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -10,11 +10,12 @@
 
 namespace firn {
 
-/// The impulse of one part of a boundary on matter, summed over the nodes: Σ m Δv and Σ (x − about) × m Δv. Matter acts
-/// on the part with the opposite impulse: over a step of dt, with the force −impulse / dt.
+/// The impulse and the angular impulse of one part of a boundary on matter in a step, summed over the nodes: Σ m Δv and
+/// Σ (x − about) × m Δv. m is the mass and x the position of a node, and Δv the change of its velocity by the part.
+/// Matter exerts the opposite impulse on the part: the mean force during a step of dt is −impulse / dt.
 template <int D>
 struct Reaction {
-    Vec<double, D> about = Vec<double, D>::zero();          ///< the point that torques are about [m]
+    Vec<double, D> about = Vec<double, D>::zero();          ///< the point about which angular impulses are taken [m]
     Vec<double, D> impulse = Vec<double, D>::zero();        ///< Σ m Δv [N s]
     Axial<double, D> angular_impulse = Axial<double, D>{};  ///< Σ (x − about) × m Δv [N m s]
 
@@ -26,18 +27,19 @@ struct Reaction {
     }
 };
 
-/// The reactions of all parts of a boundary, filled by grid_update(). A Together or BoundaryList has several parts.
-/// They are summed in double, block after block, and have the same bits for any number of threads.
+/// The reactions of all parts of a boundary, computed by grid_update(). A Together or a BoundaryList has several parts.
+/// The reactions are summed in double, block after block, and have the same bits for any number of threads.
 template <int D>
 struct Reactions {
-    /// The point that torques are about [m]. If not given: the position of each part, or the origin if it has none.
+    /// The point about which angular impulses are taken [m]. If not given, it is the position of each part, or the
+    /// origin for a part without a position.
     std::optional<Vec<double, D>> about{};
-    std::vector<Reaction<D>> parts{};  ///< One reaction for each part.
+    std::vector<Reaction<D>> parts{};  ///< One reaction for each part, in the order of the parts.
 };
 
 namespace detail {
 
-/// A boundary that adds up the impulses of its parts.
+/// A boundary with the velocities of another boundary. It also sums the impulses of the parts of that boundary.
 template <scalar P, int D, class Boundary>
 struct Watched {
     const Boundary& boundary;

@@ -1,5 +1,5 @@
-/// \file Sums of rows of nodes: their numbers (FloatSums, IntegerSums, AtomicSums) and their places (ArenaRows,
-/// GridRows).
+/// \file Sums of rows of nodes: their type and how to add to them (FloatSums, IntegerSums, AtomicSums), and where they
+/// are stored (ArenaRows, GridRows).
 #pragma once
 
 #include <firn/exec/fixed_point.hpp>
@@ -11,103 +11,106 @@
 
 namespace firn {
 
-/// The base of sums that do not measure the particles. \see MeasuredSums
+/// The base class of sums that do not measure the particles. \see MeasuredSums
 struct Unmeasured {
-    FIRN_INLINE static constexpr bool fits() { return true; }  ///< True: all packs may be scattered.
-    FIRN_INLINE static void count(std::size_t, int) {}         ///< Counts nothing.
+    FIRN_INLINE static constexpr bool fits() { return true; }  ///< Returns true: all contributions may be added.
+    FIRN_INLINE static void count(std::size_t, int) {}         ///< Does nothing.
 
-    /// Counts no particles.
+    /// Takes the place of MeasuredSums::Counts, and counts nothing.
     template <class Kernel, int D>
     struct Counts {
-        FIRN_INLINE Counts(const BlockGroup&, const ArenaBox<D>&) {}  ///< For one group.
-        FIRN_INLINE void add(std::ptrdiff_t, int) const {}            ///< Counts nothing.
-        /// Adds nothing.
+        FIRN_INLINE Counts(const BlockGroup&, const ArenaBox<D>&) {}  ///< Does nothing.
+        FIRN_INLINE void add(std::ptrdiff_t, int) const {}            ///< Does nothing.
+        /// Does nothing.
         template <class Sums>
         FIRN_INLINE void add_to_grid(const Sums&, const BlocksAround<D>&, const ArenaBox<D>&) const {}
     };
 };
 
-/// Sums in floating point.
+/// Sums in floating point, for memory to which only one thread at a time adds.
 template <std::floating_point S>
 struct FloatSums : Unmeasured {
-    using number = S;  ///< Type of the sums.
-    /// A row of sums.
+    using number = S;  ///< Type of one value of the sums.
+    /// Type of the sums of a row of nodes.
     template <class Row>
     using sum = Row;
-    /// Whether adding to memory is expensive. Then the particles of one cell are summed up first.
+    /// Whether adding to memory is expensive. If it is, the contributions of consecutive particles with the same base
+    /// node are summed in registers first.
     static constexpr bool costly = false;
 
-    const FloatSums& of_thread(int) const { return *this; }  ///< The sums that a thread uses.
-    /// The record in the unit of the sums: unchanged.
+    const FloatSums& of_thread(int) const { return *this; }  ///< Returns the object that a thread uses.
+    /// Returns the record in the unit of the sums: unchanged.
     template <class Record>
     FIRN_INLINE const Record& operator()(const Record& record) const {
         return record;
     }
-    /// Reads a row of sums.
+    /// Reads the sums of a row of nodes from memory.
     template <class Row>
     FIRN_INLINE static Row load(const S* from) {
         return Row::load(from);
     }
-    /// The sums plus the weighted record. \see OpenRecord
+    /// Returns the sums of a row plus a particle's contribution: the record times the weights.
+    /// \see OpenRecord::added_to
     template <class Row, class Record, class... Weights>
     FIRN_INLINE static Row plus(const Row& sums, const Record& record, const Weights&... weights) {
         return record.added_to(sums, weights...);
     }
-    /// Writes a row of sums.
+    /// Writes the sums of a row of nodes to memory.
     template <class Row>
     FIRN_INLINE static void store(S* to, const Row& sums) {
         sums.store(to);
     }
 };
 
-/// Sums in integers, to which one thread at a time adds.
+/// Sums in integers, for memory to which only one thread at a time adds.
 template <class Integer, std::floating_point S>
 struct IntegerSums : Unmeasured {
-    using number = Integer;  ///< Type of the sums.
-    /// A row of sums.
+    using number = Integer;  ///< Type of one value of the sums.
+    /// Type of the sums of a row of nodes.
     template <class Row>
     using sum = typename Row::template of<Integer>;
-    static constexpr bool costly = false;  ///< Whether adding to memory is expensive.
+    static constexpr bool costly = false;  ///< Adding to memory is not expensive.
     FixedPointScale<S> scale;              ///< Quanta per kg m/s and per kg.
 
-    /// Sums with this scale.
+    /// Makes an object that adds in quanta of this scale.
     explicit IntegerSums(const FixedPointScale<S>& quanta_per_unit) : scale(quanta_per_unit) {}
-    const IntegerSums& of_thread(int) const { return *this; }  ///< The sums that a thread uses.
+    const IntegerSums& of_thread(int) const { return *this; }  ///< Returns the object that a thread uses.
 
-    /// The record in quanta.
+    /// Returns the record in quanta.
     template <class P, int D>
     FIRN_INLINE P2GRecord<P, D> operator()(const P2GRecord<P, D>& record) const {
         return in_quanta(record, FixedPointScale<P>{P(scale.momentum), P(scale.mass)});
     }
-    /// Reads a row of sums.
+    /// Reads the sums of a row of nodes from memory.
     template <class Row>
     FIRN_INLINE static sum<Row> load(const Integer* from) {
         return sum<Row>::load(from);
     }
-    /// The sums plus the weighted record, rounded to the nearest integer.
+    /// Returns the sums of a row plus a particle's contribution, rounded to the nearest integer.
+    /// \see OpenRecord::weighted
     template <class Row, class Record, class... Weights>
     FIRN_INLINE static Row plus(const Row& sums, const Record& record, const Weights&... weights) {
         return sums + nearest<Integer>(record.weighted(weights...));
     }
-    /// Writes a row of sums.
+    /// Writes the sums of a row of nodes to memory.
     template <class Row>
     FIRN_INLINE static void store(Integer* to, const Row& sums) {
         sums.store(to);
     }
 };
 
-/// Sums in integers, to which all threads add with atomics.
+/// Sums in integers, for memory to which all threads add with atomics at the same time.
 template <class Integer, std::floating_point S>
 struct AtomicSums : IntegerSums<Integer, S> {
     static constexpr bool costly = true;  ///< Adding to memory is expensive.
     using IntegerSums<Integer, S>::IntegerSums;
 
-    /// A row of zeros: store() adds to memory.
+    /// Returns a row of zeros, and does not read memory, because store() adds to the sums in memory.
     template <class Row>
     FIRN_INLINE static auto load(const Integer*) {
         return typename Row::template of<Integer>{};
     }
-    /// Adds a row to memory.
+    /// Adds a row to the sums in memory, with atomics.
     template <class Row>
     FIRN_INLINE static void store(Integer* to, const Row& sums) {
         Integer numbers[Row::nodes * node_width];
@@ -117,29 +120,29 @@ struct AtomicSums : IntegerSums<Integer, S> {
     }
 };
 
-/// The rows of one particle in an arena.
-/// \tparam RowOfArena  a row in the registers that suit the target
+/// The rows of nodes around one particle, in an arena.
+/// \tparam RowOfArena  type of a row of nodes, in SIMD registers of the target
 template <class Sums, class Kernel, std::floating_point S, int D, class RowOfArena = row<S, Kernel::support>>
 class ArenaRows {
 public:
-    using Row = RowOfArena;                        ///< A row of contributions.
-    using Sum = typename Sums::template sum<Row>;  ///< A row of sums.
+    using Row = RowOfArena;                        ///< Type of the contributions to a row.
+    using Sum = typename Sums::template sum<Row>;  ///< Type of the sums of a row.
 
-    /// The rows of the particle at `corner`.
+    /// Makes the rows around the particle whose base node is at `corner`.
     /// \param n       nodes along an axis of the arena
-    /// \param corner  index in the arena of the first number of the particle's base node
+    /// \param corner  index in the arena of the first value of the particle's base node
     FIRN_INLINE ArenaRows(typename Sums::number* arena, std::ptrdiff_t n, std::ptrdiff_t corner)
         : first_(arena + corner), n_(n) {}
-    /// Reads the sums of a row.
+    /// Reads the sums of row `line`.
     FIRN_INLINE Sum load(int line) const {
         return Sums::template load<Row>(first_ + line_begin<Kernel, D>(line, n_) * node_width);
     }
-    /// The sum plus a weighted record.
+    /// Returns the sums of a row plus a particle's contribution. \see FloatSums::plus
     template <class... Row>
     FIRN_INLINE static Sum plus(const Sum& sum, const Row&... row) {
         return Sums::plus(sum, row...);
     }
-    /// Writes the sums of a row.
+    /// Writes the sums of row `line`.
     FIRN_INLINE void store(int line, const Sum& sum) const {
         Sums::store(first_ + line_begin<Kernel, D>(line, n_) * node_width, sum);
     }
@@ -149,37 +152,37 @@ private:
     std::ptrdiff_t n_;
 };
 
-/// The rows of one particle in the grid, with a register for each node.
+/// The rows of nodes around one particle, in the grid. Each node is read and written separately.
 template <class Sums, class Kernel, std::floating_point S, int D>
 class GridRows {
     static constexpr int K = Kernel::support, lines = lines_of_particle<Kernel, D>;
     using Node = typename Sums::template sum<portable_row<S, 1>>;
 
 public:
-    using Row = portable_row<S, K>;                ///< A row of contributions.
-    using Sum = typename Sums::template sum<Row>;  ///< A row of sums.
+    using Row = portable_row<S, K>;                ///< Type of the contributions to a row.
+    using Sum = typename Sums::template sum<Row>;  ///< Type of the sums of a row.
 
-    /// The rows of the particle at `corner`.
+    /// Makes the rows around the particle whose base node is at `corner`.
     /// \param nodes       the sums of all nodes of the grid
-    /// \param neighbours  the blocks around the particle's block. \see SparseGrid::neighbours
-    /// \param corner      index in the block's arena of the first number of the particle's base node
+    /// \param neighbours  indices of the blocks around the particle's block. \see SparseGrid::neighbours
+    /// \param corner      index in the block's arena of the first value of the particle's base node
     FIRN_INLINE GridRows(typename Sums::number* nodes, const std::uint32_t* neighbours, std::ptrdiff_t corner) {
         unroll<lines * K>([&](auto i) FIRN_LAMBDA {
             node_[i] = nodes + ArenaNodes<Kernel, D>::in_grid(neighbours, corner, i / K, i % K) * node_width;
         });
     }
-    /// Reads the sums of a row.
+    /// Reads the sums of row `line`.
     FIRN_INLINE Sum load(int line) const {
         return Sum::of_nodes([&](auto k) FIRN_LAMBDA {
             return Sums::template load<portable_row<S, 1>>(node_[line * K + k]).template node<0>();
         });
     }
-    /// The sum plus a weighted record.
+    /// Returns the sums of a row plus a particle's contribution. \see FloatSums::plus
     template <class... Row>
     FIRN_INLINE static Sum plus(const Sum& sum, const Row&... row) {
         return Sums::plus(sum, row...);
     }
-    /// Writes the sums of a row.
+    /// Writes the sums of row `line`.
     FIRN_INLINE void store(int line, const Sum& sum) const {
         unroll<K>([&](auto k) FIRN_LAMBDA { Sums::store(node_[line * K + k], Node{sum.template node<k>(), {}}); });
     }

@@ -1,5 +1,5 @@
-/// \file Scatter: adds the records of a pack of particles to the rows of nodes around them. The caller chooses the type
-/// and the place of the sums.
+/// \file Scatter: adds the contributions of a pack of particles to the rows of nodes around them. The caller chooses
+/// the type of the sums, and where they are stored.
 #pragma once
 
 #include <firn/exec/row_sums.hpp>
@@ -13,12 +13,12 @@ public:
     using S = typename View::scalar_type;      ///< float or double.
     static constexpr int D = View::dimension;  ///< 2 or 3.
 
-    /// Reads from `view`, which must outlive it, for a time step of `dt` [s].
+    /// Reads from `view`, for a time step of `dt` [s]. `view` must exist as long as the reader.
     ParticleReader(const View& view, const Domain<D>& domain, double dt)
         : view_(view), h_(S(domain.cell_size)), dt_(S(dt)) {}
 
-    /// The records of a register of particles.
-    /// \param fraction  positions from the base nodes [cells]
+    /// Returns the records of one register of particles.
+    /// \param fraction  positions of the particles relative to their base nodes [cells]
     template <class Kernel, class Transfer, class Force, class P>
     FIRN_INLINE P2GRecord<P, D> record(const Slots& slots, const Vec<P, D>& fraction) const {
         P2GParticle<P, D> particle;
@@ -31,7 +31,7 @@ public:
         return make_record<Kernel, Transfer, Force>(particle, from_centre<Kernel>(fraction), P(h_), P(dt_));
     }
 
-    /// Prefetches into the cache what record() reads of the pack that begins at `slot`.
+    /// Prefetches the pack that begins at `slot` into the cache: all values that record() reads.
     template <class Transfer>
     FIRN_INLINE void prefetch(std::size_t slot) const {
         view_.template prefetch<Transfer::affine>(slot);
@@ -42,26 +42,27 @@ private:
     S h_, dt_;
 };
 
-/// The records of a pack of particles, with the weights of their nodes. A record has four numbers for each of these: p
-/// with the mass, the columns of A, the columns of G. \see P2GRecord
+/// The records of a pack of particles, with the weights of their nodes. A record is a list of vectors of four numbers:
+/// p and the mass, then the columns of A, then the columns of G (if any). \see P2GRecord
 template <class Kernel, class Force, std::floating_point S, int D>
 struct PackRecords {
     static constexpr bool gradients = Force::weight_gradients;  ///< Whether records have G.
-    static constexpr int quads = 1 + D + (gradients ? D : 0);   ///< Number of vectors of a record.
-    static constexpr int K = Kernel::support,                   ///< Nodes along an axis.
-        centre = centre_node<Kernel>;                           ///< The centre node, counted from the base node.
-    static constexpr int lines = lines_of_particle<Kernel, D>;  ///< Number of rows of a particle.
-    using P = native_pack<S>;                                   ///< A register of lanes.
+    static constexpr int quads = 1 + D + (gradients ? D : 0);   ///< Number of vectors in a record.
+    static constexpr int K = Kernel::support,                   ///< Nodes of the kernel's support along an axis.
+        centre = centre_node<Kernel>;  ///< Index of the centre node, counted from the base node.
+    static constexpr int lines = lines_of_particle<Kernel, D>;  ///< Number of rows of nodes around a particle.
+    using P = native_pack<S>;                                   ///< A SIMD register.
 
     PackWeights<Kernel, S, D, gradients> weights;  ///< Weights along each axis.
-    alignas(64) S value[quads][pack_size * 4];     ///< The records.
-    alignas(64) S product[lines][pack_size];       ///< Products of the leading axes' weights, for each row.
-    /// The same products with the gradient of one axis instead of its weight.
+    alignas(64) S value[quads][pack_size * 4];     ///< The records, vector by vector.
+    alignas(64) S product[lines][pack_size];       ///< Products of the weights along the leading axes, for each row.
+    /// Products like `product`, but with the kernel's gradient along one leading axis in place of its weight.
     alignas(64) S gradient_product[gradients ? lines : 1][D - 1][pack_size];
 
-    /// Computes records and weights of one pack of particles in SIMD lanes, from slot `slot` of a group on.
+    /// Computes the records and weights of one pack of particles.
+    /// \param slot  the first slot of the pack, counted from the group's first slot
     /// \param n     nodes along an axis of the arena
-    /// \param unit  unit(record): the record in the unit of the sums
+    /// \param unit  unit(record) returns the record in the unit of the sums
     template <class Transfer, class Reader, class Places, class Unit>
     FIRN_INLINE void fill(const Reader& reader, const Places& places, std::size_t slot, int n, Unit&& unit) {
         constexpr int lanes = scalar_traits<P>::lanes;
@@ -87,9 +88,10 @@ struct PackRecords {
         }
     }
 
-    /// Adds the records of lanes [first, last) to the rows of their particles.
-    /// \param rows_at  rows_at(corner): the place of the sums. \see ArenaRows, GridRows
-    /// \param count    count(corner, particles): called for all particles
+    /// Adds the contributions of the particles of lanes [first, last) to the rows of nodes around them.
+    /// \param rows_at  rows_at(corner) returns the rows around a base node. \see ArenaRows, GridRows
+    /// \param count    called as count(corner, particles): a base node, and the number of particles with this base node
+    ///                 whose contributions were just added
     /// \tparam Held  whether sums stay in registers while consecutive particles have the same base node. The additions
     ///               and their order are the same either way.
     template <bool Held, class RowsAt, class Count>
@@ -115,17 +117,17 @@ struct PackRecords {
             count(corner, l - begin);
         }
     }
-    /// Calls count(corner, 1) for the particles of lanes [first, last), and adds nothing.
+    /// Calls count(corner, 1) for each particle of lanes [first, last). Adds no contributions.
     template <class Count>
     FIRN_INLINE void count(int first, int last, const Count& count) const {
         for (int l = first; l < last; ++l) count(weights.corner[l], 1);
     }
 
 private:
-    /// The place of a row along leading axis a.
+    /// Returns the index of row `line` along the leading axis a: 0 to K − 1.
     FIRN_INLINE static constexpr int along(int a, int line) { return D == 3 && a == 0 ? line / K : line % K; }
 
-    /// Computes the products of row `line` for a register, from lane `lane` on.
+    /// Computes the products of row `line` for one register of particles, which begins at lane `lane`.
     FIRN_INLINE void fill_products(int line, int lane) {
         const auto factor = [&](const auto& table, int a)
                                 FIRN_LAMBDA { return P::load(table[a][along(a, line)] + lane); };
@@ -140,8 +142,8 @@ private:
             });
     }
 
-    /// Calls f(line, record, weight, gradients) for the rows of lane l's particle. `record` is moved to the row;
-    /// `weight` and `gradients` are the factors for OpenRecord::weighted().
+    /// Calls f(line, record, weight, gradients) for each row of nodes around lane l's particle. `record` was moved to
+    /// the row with OpenRecord::moved(). `weight` and `gradients` are the arguments for OpenRecord::weighted().
     template <class Row, class F>
     FIRN_INLINE void for_rows(int l, const F& f) const {
         using Number = typename Row::Number;
@@ -174,7 +176,7 @@ private:
         go(std::integral_constant<int, D - 2>{}, std::integral_constant<int, 0>{}, row, go);
     }
 
-    /// Offset of each node of a row from the centre node, four times each.
+    /// The offset of each node of a row from the centre node. Each offset is repeated four times.
     alignas(64) static constexpr std::array<S, 16> row_offsets = [] {
         std::array<S, 16> r{};
         for (int i = 0; i < 16; ++i) r[std::size_t(i)] = S(i / 4 - centre);

@@ -1,4 +1,5 @@
-/// \file The arena for spray, of which only the nodes that particles reach are cleared and added to the grid.
+/// \file The arena for spray, which is few particles in sparse blocks. Only the nodes around these particles are
+/// cleared and added to the grid.
 #pragma once
 
 #include <firn/exec/arena.hpp>
@@ -8,8 +9,8 @@
 
 namespace firn {
 
-/// The nodes around a cube of blocks. Particles reach only some of them. It keeps track of runs of nodes: those of one
-/// line in one block.
+/// The nodes around a cube of blocks, of which the particles of a spray group need only some. The arena records which
+/// runs of nodes are used. A line is all nodes along the last axis; a run is the part of a line in one block.
 template <class Kernel, std::floating_point S, int D>
 class SprayArena {
     static constexpr int K = Kernel::support;
@@ -17,12 +18,14 @@ class SprayArena {
 public:
     static constexpr int n = arena_size<Kernel, cube_blocks>;  ///< nodes along an axis
 
-    /// Zeros the runs that a particle reaches. Call it for all particles before the first is added.
-    /// \param corner  index in the arena of the first number of the particle's base node
+    /// Sets the runs to zero that contain nodes of a particle's support, and marks them as used. Call it for all
+    /// particles of the group before the first contribution is added.
+    /// \param corner  index in the arena of the first value of the particle's base node
     FIRN_INLINE void reach(std::size_t corner) {
         const unsigned base = unsigned(corner) / node_width, line = base / n, k = base % n;
         const unsigned first = (k + before) / block_size, last = (k + before + K - 1) / block_size;
-        // Two runs have at most 2 block_size nodes. Zeroing some nodes of other runs is harmless, as nothing was added.
+        // Two runs have at most 2 block_size nodes. Some nodes of other runs may be set to zero, too: this is harmless,
+        // because nothing was added to them yet.
         const unsigned begin = line * n + unsigned(std::max(int(first * block_size) - before, 0));
         S* const run = node + begin * node_width;
         unroll<lines_of_particle<Kernel, D>>([&](auto l) FIRN_LAMBDA {
@@ -35,11 +38,11 @@ public:
         }
     }
 
-    /// Adds the runs that particles reach to the nodes of the grid.
+    /// Adds the used runs to the nodes of the grid.
     FIRN_INLINE void add_to_grid(S* nodes, const BlocksAround<D>& around) const {
         unroll<blocks>([&](auto b) FIRN_LAMBDA {
             constexpr int begin = b == 0 ? before : 0, end = std::min(block_size, before + n - b * block_size);
-            constexpr int place = b * block_size + begin - before;  // in the line
+            constexpr int place = b * block_size + begin - before;  // index of the first node in the line
             using Run = exact_row<S, end - begin>;
             for (int word = 0; word < words; ++word)
                 for (std::uint64_t left = reached_[b][word]; left != 0; left &= left - 1) {
@@ -54,15 +57,15 @@ public:
         });
     }
 
-    /// The numbers of the nodes. Zeroing may reach over the end.
+    /// The values of the nodes. There is additional memory because reach() may write zeros beyond the last node.
     alignas(64) S node[(arena_nodes<D>(n) + 2 * block_size) * node_width];
 
 private:
-    static constexpr int before = block_size - allowed_drift;  // nodes of the first block before the arena
+    static constexpr int before = block_size - allowed_drift;  // index in the first block of the arena's first node
     static constexpr int blocks = cube_blocks + 2, line_count = arena_nodes<D>(n) / n;
     static constexpr int words = line_count <= 64 ? 1 : line_count / 64 + 2;
 
-    /// One bit for each line that a particle of the first line reaches.
+    /// Bit l is set if line l contains nodes of the support of a particle whose base node lies in line 0.
     static constexpr std::uint64_t lines_from_0 = [] {
         std::uint64_t bits = 0;
         for (int l = 0; l < lines_of_particle<Kernel, D>; ++l)
@@ -70,7 +73,8 @@ private:
         return bits;
     }();
 
-    /// The place of a line in the grid along the leading axes: block, and node in it.
+    /// The indices of a line's block among the blocks around, and of its node in this block, both along the leading
+    /// axes.
     struct Line {
         std::uint8_t block, node;
     };
@@ -85,7 +89,7 @@ private:
         return all;
     }();
 
-    std::uint64_t reached_[blocks][words] = {};  // one bit for each line
+    std::uint64_t reached_[blocks][words] = {};  // for each block along the last axis: one bit for each line
 };
 
 }  // namespace firn

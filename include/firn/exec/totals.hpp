@@ -12,14 +12,15 @@
 
 namespace firn {
 
-/// Sums over particles, in double.
+/// Sums over particles, in double. For each particle: mass m, velocity v, position x, initial volume V0, affine field
+/// C, energy density ψ. h is the cell size.
 template <int D>
 struct Totals {
     std::size_t particles = 0;            ///< number of particles
     double mass = 0;                      ///< [kg]
     Vec<double, D> momentum{};            ///< Σ m v [kg m/s]
-    Axial<double, D> angular_momentum{};  ///< about the origin, that of the affine fields included [kg m²/s]
-    Vec<double, D> first_moment{};        ///< Σ m x [kg m]; over the mass: the centre of mass
+    Axial<double, D> angular_momentum{};  ///< Σ m x × v, plus that of the affine fields [kg m²/s]
+    Vec<double, D> first_moment{};        ///< Σ m x [kg m]; divided by `mass`, the centre of mass
     double kinetic_energy = 0;            ///< Σ ½ m (|v|² + h²/inverse_inertia ‖C‖²) [J]
     double elastic_energy = 0;            ///< Σ V0 ψ [J]; NaN if the material has no energy_density
     double dissipated_energy = 0;  ///< Σ V0 × work of plastic flow [J]; 0 unless the material is `Dissipating<…>`
@@ -40,7 +41,7 @@ struct Totals {
 
 namespace detail {
 
-/// 2 ω, twice the angular velocity of the spin (C − Cᵀ)/2.
+/// Returns the curl of a velocity field with the gradient C: twice its angular velocity.
 template <int D>
 Axial<double, D> curl(const Mat<double, D>& C) {
     if constexpr (D == 2)
@@ -49,7 +50,7 @@ Axial<double, D> curl(const Mat<double, D>& C) {
         return {{C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1)}};
 }
 
-/// A state with the same numbers in double.
+/// Returns a state with the same values in double.
 template <class To, class From>
 To state_in_double(const From& state) {
     To exact;
@@ -67,12 +68,12 @@ To state_in_double(const From& state) {
 
 }  // namespace detail
 
-/// The totals of a set of particles. They are summed in the order of ids, and have the same bits for any number of
-/// threads and any order in memory.
+/// Returns the totals of a set of particles. They are summed in the order of ids, and have the same bits for any number
+/// of threads and any order of the particles in memory.
 ///
-/// An affine field C carries angular momentum and energy like a body of inertia h²/inverse_inertia (Jiang, Schroeder
-/// and Teran 2017). If the kernel's inertia is not constant, C is not counted.
-/// \param threads  number of threads; 0: thread_count() chooses
+/// An affine field C has angular momentum and kinetic energy, like a body whose inertia per mass is h²/inverse_inertia
+/// (Jiang, Schroeder and Teran 2017). If the kernel's inertia is not constant, C is not counted.
+/// \param threads  number of threads; 0: thread_count() chooses it
 template <class Kernel, class Material, std::floating_point S, int D, class State>
 Totals<D> totals(const Particles<S, D, State>& particles, const Domain<D>& domain, const Material& material,
                  int threads = 0) {

@@ -1,5 +1,5 @@
-/// \file Additional passes of some transfers: FLIP, AFLIP and ASFLIP have one before P2G, FMPM has one after it. They
-/// do nothing for PIC and APIC. A step is
+/// \file Additional passes that some transfers need: FLIP, AFLIP and ASFLIP need before_p2g(), FMPM needs after_p2g().
+/// For PIC and APIC these functions do nothing. A step is
 ///
 ///     before_p2g<Kernel, Transfer>(execution, grid, sets...);
 ///     p2g<Kernel, Transfer, Force>(execution, grid, dt, sets...);
@@ -19,15 +19,15 @@
 
 namespace firn {
 
-/// Memory that passes keep from step to step, so that they do not allocate it again.
+/// Memory that after_p2g() uses again in every step, so that it does not allocate it each time.
 template <std::floating_point S>
 struct TransferMemory {
-    std::vector<aligned_vector<S>> velocities;  ///< Velocities of the particles of each set.
+    std::vector<aligned_vector<S>> velocities;  ///< Velocities of the particles, one array for each set.
 };
 
 namespace detail {
 
-/// A field of D numbers for each particle, in the layout of a set's velocities.
+/// Returns a field in `memory` that has a vector for each particle, in the same layout as the velocities of the view.
 template <class View>
 auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memory, std::size_t slots, int workers) {
     using S = typename View::scalar_type;
@@ -39,7 +39,7 @@ auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memor
         return StridedSpan<S>::template vectors<D>(memory.data());
 }
 
-/// Writes Σ N v_i of every particle of a set to `velocity`.
+/// Computes Σ N v_i, the velocity of the grid, at every particle of a set, and writes it to `velocity`.
 template <class Kernel, class View, class Field, std::floating_point S, int D>
 void gather_velocities(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, const Field& velocity) {
     const Positions<View> positions(grid.domain());
@@ -68,7 +68,8 @@ void transfer_velocities(const Execution& execution, SparseGrid<S, D>& grid, con
     grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
 }
 
-/// Calls f(numbers, index) for every register of nodes: its numbers in the grid, and the index of the first of them.
+/// Calls f(values, index) for every SIMD register of nodes. `values` points to the values of these nodes in the grid,
+/// and `index` is the index of the first of these values among those of all nodes.
 template <std::floating_point S, int D, class F>
 void for_nodes(SparseGrid<S, D>& grid, int threads, const F& f) {
     constexpr std::size_t per_block = std::size_t(block_nodes<D> * node_width);
@@ -94,14 +95,14 @@ FIRN_INLINE void store_node_vectors(const Vec<P, D>& v, P (&r)[4], value_type_t<
     store_quads(r, to);
 }
 
-/// after_p2g() for a transfer of order 2 or more.
+/// Does the work of after_p2g() for a transfer of order 2 or more.
 template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>
 void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer,
                     TransferMemory<S>& memory, int threads, const ParticleSet<Views>&... sets) {
     using P = native_pack<S>;
     memory.velocities.resize(std::max(memory.velocities.size(), sizeof...(Views)));
 
-    grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // v_1
+    grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // the nodes hold v_1
     grid.exchange(1, threads);
     for_nodes(grid, threads, [v_1 = grid.layer(1)](S* node, std::size_t i) {
         std::copy_n(v_1 + i, scalar_traits<P>::lanes * node_width, node);
@@ -115,7 +116,7 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
                 return taken;
             };
             const std::tuple<ParticleSet<Views>...> taken{as_taken(sets, I)...};
-            grid.exchange(2, threads);  // v_j
+            grid.exchange(2, threads);  // layer 2 holds v_j
             transfer_velocities<Kernel, Transfer>(execution, grid, std::get<I>(taken)...);
         };
         there_and_back(std::index_sequence_for<Views...>{});
@@ -134,7 +135,7 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
 }  // namespace detail
 
 /// Computes the velocities of the nodes before forces act, and stores them in layer 1 of the grid. Only transfers that
-/// blend with these velocities need it; for others it does nothing.
+/// blend with these velocities need this function; for other transfers it does nothing.
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
 void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const ParticleSet<Views>&... sets) {
     if constexpr (blends_velocities<Transfer>) {
@@ -146,9 +147,10 @@ void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Partic
     }
 }
 
-/// Replaces the momenta of P2G by m v, where v is the series of FMPM. Only transfers that refine momenta need it; for
-/// others it does nothing. It overwrites layers 1 and 2 of the grid.
-/// \param memory  memory for velocities, kept from step to step
+/// Replaces the momenta of the nodes by m v, where m is the mass of a node and v its velocity from the series of FMPM.
+/// Overwrites layers 1 and 2 of the grid. Only transfers that refine velocities need this function; for other transfers
+/// it does nothing.
+/// \param memory  memory for velocities; pass the same object in every step
 /// \throws parameter_error  if the order of the transfer is less than 1
 template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>
 void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer, TransferMemory<S>& memory,

@@ -1,8 +1,8 @@
-/// \file Finds particles that are not finite or have left the domain, and describes them. It runs only after a step has
-/// reported that there are some.
+/// \file Finds particles that have values that are not finite or have left the domain, and describes them. Used only
+/// after a step has reported that there are such particles.
 ///
-/// One template turns a particle into numbers and text. The code that makes sentences is not a template, and is
-/// compiled once.
+/// A template collects the facts about a particle. The code that writes sentences is not a template, so it is compiled
+/// only once.
 #pragma once
 
 #include <firn/data/check_particles.hpp>
@@ -21,29 +21,29 @@ namespace firn::detail {
 struct ParticleFacts {
     std::uint32_t id = 0;
     int dimension = 0;
-    bool has_position = false;  ///< false if positions are in cells and the domain is not known
+    bool has_position = false;  ///< false: not known, because positions are in cells and no domain is given
     double position[3] = {};    ///< [m]
     double velocity[3] = {};    ///< [m/s]
     double volume_ratio = 0;    ///< J, the determinant of the first matrix of the state
     bool has_volume_ratio = false;
     double signal_speed = 0;      ///< |v| + c [m/s]. \see firn::signal_speed
-    double undeformed_speed = 0;  ///< speed of sound in undeformed matter of its density [m/s]
-    std::string not_finite{};     ///< "not finite: its velocity, its stress", or empty
-    bool at_face = false;         ///< whether it lies at a face of the domain, where G2P has kept it
-    bool has_passed = false;      ///< whether its velocity would also have moved it a cell beyond the face
+    double undeformed_speed = 0;  ///< wave speed in undeformed matter of the particle's density [m/s]
+    std::string not_finite{};     ///< for example "not finite: its velocity, its stress"; else empty
+    bool at_face = false;         ///< whether it lies on a face of the domain, where G2P has stopped it
+    bool has_passed = false;      ///< whether its velocity would have moved it more than a cell beyond the face
 
-    double speed() const {  ///< |v| [m/s]
+    double speed() const {  ///< Returns |v| [m/s].
         double square = 0;
         for (int a = 0; a < dimension; ++a) square += velocity[a] * velocity[a];
         return std::sqrt(square);
     }
-    /// "particle 7 at (1, 2) m with velocity (3, 4) m/s, J = 1"
+    /// Returns a text like "particle 7 at (1, 2) m with velocity (3, 4) m/s, J = 1".
     [[gnu::cold]] std::string text() const {
         return sentence("particle ", id, has_position ? " at " + point_text(position, dimension) + " m" : "",
                         " with velocity ", point_text(velocity, dimension), " m/s",
                         has_volume_ratio ? sentence(", J = ", volume_ratio) : "");
     }
-    /// Adds the name of a field to `not_finite` if one of its numbers is not finite.
+    /// Adds the name of a field to `not_finite` if one of the field's values is not finite.
     [[gnu::cold]] void look_at(const char* name, const double* numbers, int components) {
         bool finite = true;
         for (int k = 0; k < components; ++k) finite = finite && std::isfinite(numbers[k]);
@@ -53,7 +53,7 @@ struct ParticleFacts {
     }
 };
 
-/// Receives the facts about particles, one after the other.
+/// The base class of objects that receive the facts about particles, one particle after the other.
 struct FactsReader {
     virtual void see(ParticleFacts& one) = 0;
 
@@ -61,10 +61,11 @@ protected:
     ~FactsReader() = default;
 };
 
-/// Particles that are not finite, or would have moved more than a cell beyond the domain.
+/// Collects the particles that have values that are not finite, or would have moved more than a cell out of the domain.
 struct WrongParticles final : FactsReader {
-    std::size_t count = 0, of = 0;  ///< number of wrong particles, and of all
-    bool by_velocity = true;        ///< whether to judge by velocity: transfers that blend move with another one
+    std::size_t count = 0,    ///< number of wrong particles
+        of = 0;               ///< number of all particles
+    bool by_velocity = true;  ///< true: finds what not_finite or has_passed tell; false: all that are at_face
 
     [[gnu::cold]] void see(ParticleFacts& one) override {
         if (by_velocity ? one.not_finite.empty() && !one.has_passed : !one.at_face) return;
@@ -75,7 +76,7 @@ struct WrongParticles final : FactsReader {
         lowest_[place] = one.id;
         if (place == 0) first_ = std::move(one);
     }
-    /// A sentence "3 of 100 particles …". The cause should follow.
+    /// Returns a sentence like "3 of 100 particles …". The caller should add the cause.
     [[gnu::cold]] std::string text() const {
         const std::string total = sentence(of, of == 1 ? " particle" : " particles");
         if (count == 0) return sentence("One of ", total, " is not finite, or has left the domain.");
@@ -89,11 +90,12 @@ struct WrongParticles final : FactsReader {
     }
 
 private:
-    std::array<std::uint32_t, 5> lowest_{};  // ids
+    std::array<std::uint32_t, 5> lowest_{};  // lowest ids of wrong particles, ascending
     ParticleFacts first_;
 };
 
-/// Computes the speeds of a particle. All lanes hold the same particle, because models are always used in SIMD lanes.
+/// Computes the signal speed and the undeformed wave speed of a particle. Models are always used in SIMD registers, so
+/// all lanes hold the same particle.
 template <class View, class Material>
 [[gnu::cold]] void find_speeds(const View& view, const Slots& slots, double cell_size, const Material& material,
                                ParticleFacts& facts) {
@@ -117,8 +119,8 @@ template <class View, class Material>
 }
 
 /// Collects the facts about one particle.
-/// \param domain  null if it is not known
-/// \param dt      time step that moved it [s]; 0: no step did
+/// \param domain  nullptr if the domain is not known
+/// \param dt      time step that moved the particle [s]; 0 if no step moved it
 template <int D, class View, class Material>
 [[gnu::cold]] void find_facts(const View& view, const BlockRange<D>& range, const Slots& slots, const Domain<D>* domain,
                               double cell_size, const Material& material, double dt, ParticleFacts& facts) {
@@ -164,7 +166,7 @@ template <int D, class View, class Material>
     }
 }
 
-/// Passes the facts about all particles of a set to a reader.
+/// Passes the facts about all particles of a set to a reader, one particle after the other.
 template <int D, class View, class Material>
 [[gnu::cold]] void read_facts(const View& view, const BlockPartition<D>& partition, const Domain<D>* domain,
                               double cell_size, const Material& material, double dt, FactsReader& reader) {
@@ -178,9 +180,9 @@ template <int D, class View, class Material>
         }
 }
 
-/// The wrong particles of a set.
-/// \param domain  null if it is not known
-/// \param dt      time step that moved them [s]; 0: no step did, the program set them
+/// Returns the wrong particles of a set.
+/// \param domain  nullptr if the domain is not known
+/// \param dt      time step that moved the particles [s]; 0 if no step moved them, but the program set their values
 template <int D, class View, class Material>
 [[gnu::cold]] WrongParticles wrong_particles(const View& view, const BlockPartition<D>& partition,
                                              const Domain<D>* domain, double cell_size, const Material& material,

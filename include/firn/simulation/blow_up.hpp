@@ -1,4 +1,4 @@
-/// \file Messages about a failed step: which particles are wrong, and the likely cause.
+/// \file Messages about a failed step: which particles have wrong values, and the likely cause.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -15,7 +15,8 @@
 
 namespace firn::detail {
 
-/// \throws parameter_error  if a constant acceleration, or a parameter of a field, is not finite
+/// Checks an acceleration.
+/// \throws parameter_error  if a constant acceleration, or a parameter of an acceleration field, is not finite
 template <int D, class Acceleration>
 void check_acceleration(const Acceleration& acceleration) {
     if constexpr (requires { acceleration.check(); }) acceleration.check();
@@ -41,8 +42,8 @@ void check_acceleration(const Acceleration& acceleration) {
     }
 }
 
-/// A sentence about the first node with mass where the acceleration is not finite, or moves matter at rest by more than
-/// `most` [m] in a step; empty if there is none.
+/// Returns a sentence about the first node with mass at which the acceleration is not finite, or would move matter at
+/// rest by more than `most` [m] in a step of dt [s]. Returns an empty string if there is no such node.
 template <std::floating_point S, int D, class Acceleration>
 [[gnu::cold]] std::string wrong_acceleration(const SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                                              double most) {
@@ -72,8 +73,9 @@ template <std::floating_point S, int D, class Acceleration>
     return {};
 }
 
-/// A sentence about the likely cause: the acceleration, a step above the bound, or the state of the particles.
-/// \param bound  of the time step, before the step [s]
+/// Returns a sentence about the likely cause of a failed step: the acceleration, a time step above the bound, or the
+/// state of the particles.
+/// \param bound  the bound of the time step, as computed before the step [s]
 template <std::floating_point S, int D, class Acceleration>
 [[gnu::cold]] std::string likely_cause(const SparseGrid<S, D>& grid, double dt, double bound,
                                        const Acceleration& acceleration) {
@@ -87,14 +89,15 @@ template <std::floating_point S, int D, class Acceleration>
                     " s: look for a load, a velocity, a state set by hand or a stiffness that is too large.");
 }
 
-/// The particle that sets the bound of the time step: the one with the largest signal speed.
+/// Finds the particle with the largest signal speed, which sets the bound of the time step.
 struct FastestParticle final : FactsReader {
     [[gnu::cold]] void see(ParticleFacts& one) override {
-        if (one.signal_speed <= fastest_) return;  // false for NaN, which counts as the fastest
+        if (one.signal_speed <= fastest_) return;  // false if the speed is NaN: it counts as the fastest
         fastest_ = one.signal_speed;
         facts_ = std::move(one);
     }
-    /// Sentences about this particle and the likely cause of its speed; empty if there are no particles.
+    /// Returns sentences about this particle and the likely cause of its speed; an empty string if there are no
+    /// particles.
     [[gnu::cold]] std::string text() const {
         if (fastest_ < 0) return {};
         std::string text = sentence("It is set by ", facts_.text(), ": its speed and that of waves in it add up to ",
@@ -116,8 +119,8 @@ private:
     ParticleFacts facts_;
 };
 
-/// Sentences about the fastest particle of all sets. \see FastestParticle
-/// \param sets  a tuple of MaterialSet, sorted
+/// Returns sentences about the particle with the largest signal speed of all sets. \see FastestParticle
+/// \param sets  a tuple of MaterialSet, whose particles must be sorted into blocks
 template <class Sets, int D>
 [[gnu::cold]] std::string fastest_particle(Sets& sets, const Domain<D>& domain) {
     FastestParticle fastest;
@@ -128,11 +131,11 @@ template <class Sets, int D>
     return fastest.text();
 }
 
-/// Throws a particle_error about particles that are not finite or have left the domain: those of the first set that has
-/// any.
+/// Throws a particle_error about the particles that have values that are not finite, or have left the domain. The
+/// message describes those of the first set that has such particles.
 /// \param sets   a tuple of MaterialSet
-/// \param when   begins the sentence;  \param cause  ends it
-/// \param dt     time step that moved them [s]; 0: no step did, the program set them
+/// \param when   beginning of the message;  \param cause  end of the message
+/// \param dt     time step that moved the particles [s]; 0 if no step moved them, but the program set their values
 template <class Sets, int D>
 [[noreturn, gnu::cold]] void throw_wrong_particles(Sets& sets, const Domain<D>& domain, const std::string& when,
                                                    double dt, const std::string& cause) {

@@ -1,4 +1,4 @@
-/// \file A body: the particles that were added together.
+/// \file A body: the particles that were added in one call.
 #pragma once
 
 #include <cstdint>
@@ -6,14 +6,15 @@
 
 namespace firn {
 
-/// The particles that one call of Simulation::add has added: ids [first, first + count) of their material.
+/// A body: the particles that one call of Simulation::add has added. Their ids, counted for each material from 0, are
+/// first, first + 1, …, first + count − 1.
 struct Body {
     std::uint32_t first = 0,  ///< Id of the first particle.
-        count = 0;            ///< Number of ids; some of their particles may have been taken out.
-    double end = std::numeric_limits<double>::infinity();  ///< When its particles are taken out [s].
+        count = 0;            ///< Number of ids. Some of the particles with these ids may have been removed.
+    double end = std::numeric_limits<double>::infinity();  ///< Time at which the body's particles are removed [s].
 
-    /// Whether the id is one of the body's.
-    bool holds(std::uint32_t id) const { return id - first < count; }  // an id below `first` wraps round
+    /// Returns whether this is the id of a particle of the body.
+    bool holds(std::uint32_t id) const { return id - first < count; }  // if id < first, the difference is very large
 };
 
 }  // namespace firn

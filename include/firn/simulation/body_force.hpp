@@ -12,8 +12,9 @@
 
 namespace firn::detail {
 
-/// The particles of a body as the points that forces act between: particle first + i is point i. All forces of the body
-/// share them. They are read once a step, in the order of memory.
+/// Copies of the particles of a body, as points between which forces act. Point i is the particle with id first + i.
+/// All forces of the body use the same points. The points are read once per step, in the order of the particles in
+/// memory.
 template <std::floating_point S, int D>
 class JoinedPoints {
 public:
@@ -23,7 +24,7 @@ public:
     PointView<S, D> view(double time) const { return {position_, velocity_, mass_, radius_, time}; }
     std::size_t size() const { return position_.size(); }
 
-    /// Reads all points, and notes their slots.
+    /// Copies the particles of the body to the points, and stores the particles' slots.
     void read(const ParticleStore<S, D>& particles, int threads) {
         renew(position_, body_.count, threads);
         renew(velocity_, body_.count, threads);
@@ -32,7 +33,7 @@ public:
         renew(slot_, body_.count, threads);
         for_chunks(body_.count, threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
-                position_[i] = velocity_[i] = Vec<S, D>::zero();  // stays for particles that were taken out
+                position_[i] = velocity_[i] = Vec<S, D>::zero();  // remains for particles that were removed
                 radius_[i] = mass_[i] = 0;
                 slot_[i] = no_particle;
             }
@@ -51,7 +52,9 @@ public:
         lost_ = std::size_t(std::count(slot_.begin(), slot_.end(), no_particle));
     }
 
-    /// Adds the impulses of the forces [N] to the particles' velocities.
+    /// Changes the particles' velocities by the impulses of the forces over a step of dt [s].
+    /// \param force  the force on each point [N]
+    /// \param wrong  receives the ids of particles whose velocity is not finite afterwards
     void push(ParticleStore<S, D>& particles, std::span<const Vec<S, D>> force, double dt, LowestId& wrong,
               int threads) {
         for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
@@ -64,9 +67,9 @@ public:
         });
     }
 
-    /// Number of points that have been taken out.
+    /// Number of points whose particles were removed.
     std::size_t lost() const { return lost_; }
-    /// The number of every point, or no_particle if it has been taken out.
+    /// Returns for each point its own index, or no_particle if its particle was removed.
     std::vector<std::uint32_t> places() const {
         std::vector<std::uint32_t> places(size());
         for (std::size_t i = 0; i < size(); ++i) places[i] = slot_[i] == no_particle ? no_particle : std::uint32_t(i);
@@ -83,23 +86,24 @@ private:
 
 /// A force between the particles of a body: springs, membranes, wind.
 ///
-/// Its impulses go to the particles' velocities, and P2G takes them to the nodes: Σ w_ip (m_p v_p + dt f_p), the
-/// momentum of a Lagrangian mesh (Jiang, Schroeder, Selle, Teran, Stomakhin 2015, §9). On the grid the mesh's
-/// frequencies are no higher than those of a free mesh, because nodes are heavier. So the bound of a free mesh holds.
+/// The impulse dt f_p of the force f_p on particle p is added to its momentum m_p v_p. P2G then gives node i the
+/// momentum Σ_p w_ip (m_p v_p + dt f_p), with weights w_ip, as for a Lagrangian mesh (Jiang, Schroeder, Selle, Teran,
+/// Stomakhin 2015, §9). With the grid, the frequencies of the mesh are not higher than without it, because nodes are
+/// heavier than particles. So a time step that is stable for the mesh without a grid is stable here, too.
 template <std::floating_point S, int D>
 struct BodyForce {
-    std::size_t points;  ///< number of the JoinedPoints that it acts on
+    std::size_t points;  ///< index of the JoinedPoints on which the force acts
     AnyForce<S, D> between;
-    std::size_t lost = 0;  ///< number of points taken out when it was last renumbered
+    std::size_t lost = 0;  ///< number of removed points when the force was last renumbered
 
-    /// Removes springs and elements whose points have been taken out.
+    /// Removes springs and elements that have a point whose particle was removed.
     void drop_lost(const JoinedPoints<S, D>& of) {
         if (lost != of.lost()) between.renumber(of.places());
         lost = of.lost();
     }
 };
 
-/// The forces between the particles of a set, in the order they were added.
+/// The forces between the particles of a set, in the order in which they were added.
 template <std::floating_point S, int D>
 class BodyForces final : public Push<S, D> {
 public:
@@ -118,7 +122,8 @@ public:
         return forces_.back().between;
     }
 
-    /// Reads the points, which have moved since the last step.
+    /// Returns the largest stable time step for these forces [s]. Reads the points first, because they have moved since
+    /// the last step.
     double largest_step(const ParticleStore<S, D>& particles, double time, int threads) override {
         read(particles, threads);
         double bound = std::numeric_limits<double>::infinity();
@@ -130,7 +135,8 @@ public:
 
     void forget() override { is_read_ = false; }
 
-    /// The forces act in order: each sees the velocities that the ones before it have left.
+    /// Applies the forces one after the other, in the order in which they were added. Each force uses the velocities
+    /// that the forces before it have changed.
     void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) override {
         if (!is_read_) read(particles, threads);
         for (BodyForce<S, D>& force : forces_) {

@@ -1,4 +1,5 @@
-/// \file The bound of the time step: from signals on the grid, the boundary's motion and forces between particles.
+/// \file The bound of the time step, from the signal speeds of particles, the motion of the boundary, and forces
+/// between particles.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -13,11 +14,12 @@
 
 namespace firn::detail {
 
-/// A step takes at most this fraction of the largest step for the forces between particles, because their stiffness
-/// changes with strain.
+/// A time step is at most this fraction of the largest stable step for the forces between particles. The fraction is
+/// less than 1 because the stiffness of these forces changes with strain.
 inline constexpr double force_safety = 0.5;
 
-/// The largest signal speed |v| + c of all particles [m/s]; NaN if one is NaN.
+/// Returns the largest signal speed |v| + c of all particles [m/s], from the reports of all sets. A report with NaN is
+/// ignored.
 template <class Sets>
 double fastest_signal(const Sets& sets) {
     double fastest = 0;
@@ -25,7 +27,7 @@ double fastest_signal(const Sets& sets) {
     return fastest;
 }
 
-/// The largest speed [m/s] that the boundary gives to nodes of the domain.
+/// Returns the largest speed [m/s] that the boundary can give to nodes of the domain.
 template <class S, class Boundary, int D>
 double speed_of_boundary(const Boundary& boundary, const Domain<D>& domain) {
     if constexpr (boundary_fits<Boundary, S, D>::value)
@@ -33,7 +35,7 @@ double speed_of_boundary(const Boundary& boundary, const Domain<D>& domain) {
     return 0;
 }
 
-/// The bound of the time step for the forces between particles [s].
+/// Returns the bound of the time step for the forces between particles [s]; infinite if there are no such forces.
 template <class Sets>
 double force_bound(Sets& sets, double time, int threads) {
     double bound = std::numeric_limits<double>::infinity();
@@ -44,7 +46,7 @@ double force_bound(Sets& sets, double time, int threads) {
     return bound;
 }
 
-/// A sentence about what sets the bound.
+/// Returns a sentence about what sets the bound of the time step.
 /// \param of_boundary  the largest speed of the boundary [m/s]
 /// \param of_forces    the bound for the forces between particles [s]
 template <class Kernel, class Sets, int D>
@@ -57,6 +59,7 @@ template <class Kernel, class Sets, int D>
     return fastest_particle(sets, domain);
 }
 
+/// Throws a particle_error because the bound of the time step is not finite and positive.
 /// \param fastest  the largest signal speed [m/s]: zero, or not finite
 [[noreturn, gnu::cold]] inline void throw_at_rest(double fastest) {
     throw particle_error(
@@ -75,8 +78,9 @@ template <class Kernel, class Sets, int D>
                                   " times the bound of the time step): ", failure.what()));
 }
 
-/// Throws because a step is too small to change the time.
-/// \param reason  what sets the bound, if the step is the bound; empty if the program chose the step
+/// Throws an error because a step of dt [s] is too small to change the time: a parameter_error if the program chose the
+/// step, a particle_error if the step is the bound of the time step.
+/// \param reason  a sentence about what sets the bound; empty if the program chose the step
 [[noreturn, gnu::cold]] inline void throw_no_step(double dt, double time, std::uint64_t step,
                                                   const std::string& reason) {
     const std::string nowhere = sentence(" of ", dt, " s is too small to change the time of ", time, " s");

@@ -1,4 +1,4 @@
-/// \file Templates that a program may compile in one of its files, or take from the library firn::compiled.
+/// \file Templates that a program may compile in only one of its files, or link from the library firn::compiled.
 #pragma once
 
 #include <firn/simulation.hpp>
@@ -20,9 +20,9 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::add_
 }  // namespace firn
 
 #ifdef FIRN_COMPILED
-/// The common simulations, the shapes that fill them, and templates that other simulations share with them.
-/// FIRN_COMPILES is the dimension that a source file of the library compiles. All other files declare these templates
-/// `extern`.
+/// Instantiates the templates of the library firn::compiled, or declares them `extern`: the common simulations, the
+/// sampling of shapes, and templates that other simulations also use. A source file of the library defines
+/// FIRN_COMPILES as the dimension for which it instantiates them. All other files declare them `extern`.
 #define FIRN_TEMPLATES(where, D)                                                                                 \
     namespace firn {                                                                                             \
     where template class ParticleStore<float, D>;                                                                \
@@ -39,8 +39,8 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::add_
                                                                    double, std::uint64_t, double, int);          \
     }
 namespace firn::detail {
-/// The library defines this for its own target. If a program is compiled for another target, the linker does not find
-/// it. Compile both with the same options.
+/// Makes the linker report a program that was compiled for another target than the library (other -march or OpenMP
+/// options): the library defines this function only for its own target. Compile both with the same options.
 template <std::size_t register_bytes, bool openmp>
 void firn_compiled_has_the_same_march_and_openmp();
 #ifdef _OPENMP

@@ -1,4 +1,4 @@
-/// \file Loads: forces that a program puts on the particles of a body.
+/// \file Loads: forces that a program applies to the particles of a body.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -11,18 +11,18 @@
 
 namespace firn {
 
-/// A force on every particle of a body. For a traction [Pa] on a face, give each of the face's particles the force
-/// traction × area of the face / number of its particles.
+/// A force on every particle of a body. For a traction t [Pa] on a face of area A with n particles, the force on each
+/// of these particles is t A / n.
 template <int D>
 struct Load {
-    Body body;  ///< The particles that it acts on.
-    /// The force [N] on one particle, from its position [m] and the time [s].
+    Body body;  ///< The body on whose particles the force acts.
+    /// A function that returns the force [N] on one particle, for its position [m] and the time [s].
     std::function<Vec<double, D>(const Vec<double, D>& position, double time)> force;
 };
 
 namespace detail {
 
-/// The loads of a set, in the order they were added.
+/// The loads of a set of particles, in the order in which they were added.
 template <std::floating_point S, int D>
 class Loads final : public Push<S, D> {
 public:

@@ -1,4 +1,4 @@
-/// \file The materials of a simulation, and the set of particles that each of them has.
+/// \file The list of materials of a simulation, and the set of particles of each material.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -23,14 +23,15 @@
 
 namespace firn {
 
-/// Several constitutive models of one precision in one simulation: `Simulation<3, Materials<Snow<float>,
-/// Sand<float>>>`. Each has its own set of particles, with its own state. All sets meet on one grid.
+/// A list of constitutive models of the same precision for one simulation: `Simulation<3, Materials<Snow<float>,
+/// Sand<float>>>`. Each model has its own set of particles, which carry the state of that model. All sets share one
+/// grid.
 template <class... M>
 struct Materials {
     std::tuple<M...> models;  ///< The models.
 
     Materials() = default;
-    Materials(const M&... each) : models(each...) {}  ///< A list of these models.
+    Materials(const M&... each) : models(each...) {}  ///< Makes a list of these models.
 };
 
 namespace detail {
@@ -50,11 +51,11 @@ struct precision_of<Materials<First, Rest...>> {
     using type = typename std::conditional_t<require_material_scalar<First>(), material_scalar<First>,
                                              std::type_identity<float>>::type;
 };
-/// The precision of a material, or of a list of them.
+/// The scalar type (float or double) of a material, or of the materials of a list.
 template <class Material>
 using precision_of_t = typename precision_of<typename listed<Material>::type>::type;
 
-/// True. If a simulation cannot have these materials, the compiler stops with a message.
+/// Always true: if a simulation cannot have these materials, the compiler stops with a message.
 template <int D, class First, class... Rest>
 consteval bool require_materials(std::type_identity<Materials<First, Rest...>>) {
     if constexpr ((require_material<First, D>() && ... && require_material<Rest, D>())) {
@@ -66,7 +67,8 @@ consteval bool require_materials(std::type_identity<Materials<First, Rest...>>) 
         return false;
     }
 }
-/// The list of materials. If it cannot be used, a list that can: then the compiler prints one message only.
+/// The list of materials. If it is not valid, a valid list takes its place, so that the compiler prints only one
+/// message.
 template <class Material, int D>
 using material_list = std::conditional_t<require_materials<D>(std::type_identity<typename listed<Material>::type>{}),
                                          typename listed<Material>::type, Materials<NoStress<float>>>;
@@ -75,7 +77,8 @@ using material_list = std::conditional_t<require_materials<D>(std::type_identity
 namespace detail {
 inline constexpr std::size_t unnamed_material = std::size_t(-1);
 
-/// The place in the list of the material that the program named. If there are several, it must name one.
+/// Returns the index in the list of the material that the program named; 0 if it named none. If the list has several
+/// materials, the program must name one.
 template <std::size_t I, std::size_t Count>
 constexpr std::size_t named_material() {
     static_assert(I != unnamed_material || Count == 1,
@@ -95,20 +98,20 @@ struct MaterialSet {
     BlockPartition<D> partition{};                             ///< The blocks that the particles are sorted into.
     std::vector<Body> bodies{};                                ///< The bodies, in the order of their ids.
     G2PReport report{};                                        ///< Report of the last G2P.
-    Readiness readiness{};                                     ///< How far the set is ready for a step.
-    std::optional<Moment> restored{};                          ///< Moment of the restored state, until the next step.
+    Readiness readiness{};                                     ///< Which preparations for a step are done.
+    std::optional<Moment> restored{};                          ///< Moment of the restored state; empty after a step.
     std::vector<Source<D>> sources{};                          ///< The sources.
     std::vector<Sink<D>> sinks{};                              ///< The sinks.
     detail::MaybePush<S, D> loads{},                           ///< Loads on bodies.
         forces{};                                              ///< Forces between the particles of bodies.
-    std::vector<Facet<D>> facets{};                            ///< Facets of the nets, by ids of particles.
+    std::vector<Facet<D>> facets{};                            ///< Facets of the nets; corners are ids of particles.
 
     /// Adds a body of uniform density and velocity.
     /// \param density   [kg/m³; kg/m² in 2D]
     /// \param velocity  [m/s]
-    /// \param threads   number of workers that will use the particles. \see Particles::reserve
+    /// \param threads   number of threads that will use the particles. \see Particles::reserve
     /// \throws parameter_error  if the density, the volume or the velocity is out of range
-    /// \throws particle_error   if a position is not finite or not in the domain. Nothing is added then.
+    /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads) {
         if (!(density > 0) || !std::isfinite(density))
             throw parameter_error(
@@ -126,11 +129,11 @@ struct MaterialSet {
     }
 
     /// Adds the points of a net as particles that have mass and no volume.
-    /// \param masses    of each point [kg]
-    /// \param velocity  [m/s]
-    /// \param threads   number of workers that will use the particles. \see Particles::reserve
+    /// \param masses    mass of each point [kg]
+    /// \param velocity  velocity of all points [m/s]
+    /// \param threads   number of threads that will use the particles. \see Particles::reserve
     /// \throws parameter_error  if a mass, the velocity or a corner of a facet is out of range
-    /// \throws particle_error   if a position is not finite or not in the domain. Nothing is added then.
+    /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity, int threads) {
         static_assert(std::same_as<Material, NoStress<S>>,
                       "firn: the points of a net carry mass only; add them to the material NoStress.");
@@ -154,20 +157,22 @@ struct MaterialSet {
         return body;
     }
 
-    /// Adds a source. \see SetAccess::add_source
+    /// Adds a source. If steps were already taken, bursts that were due up to `now` are skipped.
+    /// \see SetAccess::add_source
     void add(Source<D> source, const Moment& now) {
         if (now.steps > 0) source.skip(now.time);
         sources.push_back(std::move(source));
     }
     /// Adds a load. \see SetAccess::add_load
-    /// \throws parameter_error  if its force is an empty function, or there is no such body
+    /// \throws parameter_error  if the load's force is an empty function, or this set has no such body
     void add(Load<D> load) {
         if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
         check_body(load.body);
         loads.template made<detail::Loads<S, D>>().add(std::move(load));
     }
     /// Adds a force between the particles of a body. \see SetAccess::add_force
-    /// \throws parameter_error  if there is no such body
+    /// \return a reference to the stored force
+    /// \throws parameter_error  if this set has no such body
     template <class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
         check_body(body);
@@ -176,7 +181,8 @@ struct MaterialSet {
             .template as<BetweenPoints>();
     }
 
-    /// The place in `bodies` of the body that holds an id; bodies.size() if no body does.
+    /// Returns the index (in `bodies`) of the body to which the particle with this id belongs; bodies.size() if there
+    /// is none.
     std::size_t body_of(std::uint32_t id) const {
         const auto next = std::upper_bound(bodies.begin(), bodies.end(), id,
                                            [](std::uint32_t wanted, const Body& body) { return wanted < body.first; });
@@ -184,7 +190,7 @@ struct MaterialSet {
     }
 
     /// Checks that a body belongs to this set.
-    /// \throws parameter_error  if some of its ids have not been given out
+    /// \throws parameter_error  if the body has ids that were not yet given to particles of this set
     void check_body(const Body& body) const {
         if (std::uint64_t(body.first) + body.count > particles.next_id())
             throw parameter_error(sentence("There is no body of the particles ", body.first, " to ",
@@ -193,7 +199,8 @@ struct MaterialSet {
                                            "that add() has returned for this material."));
     }
 
-    /// Replaces particles and bodies by those of a stored set. Sources, sinks, loads, forces and facets stay.
+    /// Replaces the particles and bodies by those of `stored`. The sources, sinks, loads, forces and facets of this set
+    /// stay. Sources skip the bursts that were due up to `moment`.
     void restore(MaterialSet&& stored, const Moment& moment) {
         stored.sources = std::move(sources);
         stored.sinks = std::move(sinks);
@@ -206,8 +213,9 @@ struct MaterialSet {
         for (Source<D>& source : sources) source.skip(moment.time);
     }
 
-    /// Checks the positions of particles that were changed since the last check.
-    /// \throws particle_error  naming the first that is not finite or not in the domain
+    /// Checks all positions, if particles were changed since the last check.
+    /// \throws particle_error  if a position is not finite or not in the domain; the message names the first such
+    ///                         particle
     void check_positions() {
         if (!readiness.is(Readiness::inside))
             firn::check_positions<double, D>(
@@ -217,8 +225,9 @@ struct MaterialSet {
         readiness.check();
     }
 
-    /// Calls change(position [m], state) for the body's particles. The next step computes their stress from the state.
-    /// \throws parameter_error  if there is no such body
+    /// Calls change(position [m], state) for each particle of the body; it may change `state`. The next step computes
+    /// the stresses from the new states.
+    /// \throws parameter_error  if this set has no such body
     template <class Change>
     void change_states(const Body& body, const Change& change) {
         check_body(body);
@@ -231,8 +240,8 @@ struct MaterialSet {
         }
     }
 
-    /// Takes out the particles for which wanted(position [m], id) is true.
-    /// \return their number
+    /// Removes the particles for which wanted(position [m], id) returns true.
+    /// \return the number of removed particles
     template <class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
         const std::size_t before = particles.size();
@@ -243,8 +252,8 @@ struct MaterialSet {
         return before - particles.size();
     }
 
-    /// Adds the bursts of sources that are due at `time` [s].
-    /// \throws parameter_error  if they have more particles than there are ids left
+    /// Adds the particles of all bursts that are due at `time` [s].
+    /// \throws parameter_error  if the bursts have more particles than there are unused ids
     void give(double time, int threads) {
         for (Source<D>& source : sources) {
             source.require_ids(time, no_particle - particles.next_id());
@@ -257,7 +266,7 @@ struct MaterialSet {
             }
         }
     }
-    /// Takes out particles that lie in a sink, and bodies whose end has come at `time` [s].
+    /// Removes the particles that lie in a sink, and those of bodies whose `end` is not after `time` [s].
     void take(double time) {
         if (!sinks.empty())
             remove_if([&](const Vec<double, D>& x, std::uint32_t) {
@@ -272,7 +281,7 @@ struct MaterialSet {
         for (Body& body : bodies)
             if (has_ended(body)) body.count = 0;
     }
-    /// The time of the next burst of a source [s]; infinite if there is none.
+    /// Returns the time of the next burst of any source [s]; infinite if no burst follows.
     double next_burst() const {
         double next = std::numeric_limits<double>::infinity();
         for (const Source<D>& source : sources)
@@ -281,10 +290,10 @@ struct MaterialSet {
     }
 
     /// Adds the impulses of loads and forces over a step of `dt` [s] to the particles' velocities.
-    /// \throws particle_error  if a velocity is not finite then, naming the first such particle
+    /// \throws particle_error  if a velocity is not finite afterwards; the message names the first such particle
     void push(const Moment& now, double dt, int threads) {
         if (!loads && !forces) return;
-        readiness.spoil();  // until the step has ended
+        readiness.spoil();  // the particles cannot be used until the step has ended
         if (loads) loads->push(particles, now, dt, threads);
         if (loads && forces) forces->forget();
         if (forces) forces->push(particles, now, dt, threads);
@@ -311,15 +320,15 @@ private:
 };
 
 namespace detail {
-/// A tuple of the sets of a list of materials.
+/// `type` is a std::tuple with one MaterialSet for each material of the list.
 template <int D, class List>
 struct material_sets;
 template <int D, class... M>
 struct material_sets<D, Materials<M...>> {
     using type = std::tuple<MaterialSet<D, M>...>;
 
-    /// A set without particles for each material.
-    /// \param given  the materials: a list, or the only one
+    /// Makes one empty particle set per material.
+    /// \param given  a list of materials, or a single material
     template <class Given>
     static type make(const Given& given, const Domain<D>& domain) {
         Materials<M...> materials;
@@ -330,7 +339,7 @@ struct material_sets<D, Materials<M...>> {
             },
             materials.models);
     }
-    /// The place of a material in the list.
+    /// Returns the index of the material Wanted in the list, counted from 0.
     template <class Wanted>
     static constexpr std::size_t place() {
         static_assert(

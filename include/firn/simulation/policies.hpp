@@ -1,4 +1,4 @@
-/// \file The policies of a simulation: those that a program chooses, and defaults for the others.
+/// \file The policies of a simulation: those that a program chooses, and the defaults for the others.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -20,8 +20,8 @@ class Simulation;
 
 namespace detail {
 
-// The kind of a policy is recognised by one characteristic member. So a policy that lacks another member gets a message
-// about that member.
+// The kind of a policy (transfer, force, …) is recognised by one characteristic member. If a policy has that member but
+// lacks another one, the compiler's message is about the missing member.
 
 template <class P>
 struct is_transfer : std::bool_constant<has_affine_flag<P>> {};
@@ -36,7 +36,7 @@ struct is_execution : std::bool_constant<execution_policy<P>> {};
 template <class P>
 struct is_boundary : std::bool_constant<says_where<P, 2> || says_where<P, 3>> {};
 
-/// The first policy of a kind, or the default.
+/// `type` is the first policy that is of this kind; `Default` if there is none.
 template <template <class> class Kind, class Default, class... Policies>
 struct first_of_kind : std::type_identity<Default> {};
 template <template <class> class Kind, class Default, class First, class... Rest>
@@ -46,7 +46,7 @@ struct first_of_kind<Kind, Default, First, Rest...>
 template <template <class> class Kind, class... Policies>
 inline constexpr int how_many = (0 + ... + int(Kind<Policies>::value));
 
-/// True. If a type is no policy, or a kind is there twice, the compiler stops with a message.
+/// Always true: if a type is not a policy, or two policies are of the same kind, the compiler stops with a message.
 template <class... Policies>
 consteval bool require_policies() {
     constexpr bool known = ((is_transfer<Policies>::value || is_force<Policies>::value || is_kernel<Policies>::value ||
@@ -67,11 +67,11 @@ consteval bool require_policies() {
     return known && once && one_boundary;
 }
 
-/// The given policies, and the defaults of Simulation for the others.
-/// \tparam Policies  in any order
+/// The policies of a simulation: those that are given, and the defaults of Simulation for the other kinds.
+/// \tparam Policies  the given policies, in any order
 template <int D, class Material, class... Policies>
 struct chosen {
-    static_assert(require_policies<Policies...>() || true);  // has its own messages
+    static_assert(require_policies<Policies...>() || true);  // prints its own messages
     using transfer = typename first_of_kind<is_transfer, Apic, Policies...>::type;
     using force = typename first_of_kind<is_force, MlsForce, Policies...>::type;
     using kernel = typename first_of_kind<is_kernel, QuadraticBSpline, Policies...>::type;
@@ -80,7 +80,7 @@ struct chosen {
     using simulation = Simulation<D, Material, transfer, force, kernel, execution, boundary>;
 };
 
-/// Whether each of the policies is one of `All`.
+/// `are_all<Policies...>` tells whether each of the policies is one of the types `All`.
 template <class... All>
 struct among {
     template <class One>
@@ -89,7 +89,7 @@ struct among {
     static constexpr bool are_all = (is_one<Policies> && ...);
 };
 
-/// The argument of type Wanted, or `otherwise()` if none is.
+/// Returns the argument that has type Wanted; the result of otherwise() if no argument has.
 template <class Wanted, class Otherwise, class... Given>
 Wanted one_of(const Otherwise& otherwise, const Given&... given) {
     const Wanted* found = nullptr;
@@ -100,8 +100,8 @@ Wanted one_of(const Otherwise& otherwise, const Given&... given) {
     return found ? *found : otherwise();
 }
 
-/// Walls on all faces of the domain that matter can leave, none across periodic axes. Another boundary is
-/// default-constructed.
+/// Returns the default boundary of a simulation. If Boundary is Walls: walls on all faces of the domain, from which
+/// matter can separate, but no walls on the faces of periodic axes. Any other boundary is default-constructed.
 /// \throws parameter_error  if the domain is not valid. \see check
 template <class Boundary, class S, int D>
 Boundary default_boundary(const Domain<D>& domain) {
@@ -118,7 +118,8 @@ Boundary default_boundary(const Domain<D>& domain) {
 
 }  // namespace detail
 
-/// The type of a simulation with the named policies, in any order, and the defaults of Simulation for the others:
+/// The type of a simulation with these policies, given in any order. For kinds of policies that are not given, it has
+/// the defaults of Simulation:
 ///
 ///     firn::SimulationWith<3, Snow<float>, Together<Walls<float, 3>, Collider<Sphere<float, 3>>>>
 ///     firn::SimulationWith<2, Sand<double>, CubicBSpline, WeightGradientForce>

@@ -1,6 +1,7 @@
-/// \file The base of loads and of forces between particles, which push the particles of a set in every step.
+/// \file The base class of loads and of forces between particles, which change the velocities of a set's particles in
+/// every step.
 ///
-/// The first call that adds one creates the object. A program that adds none does not compile them.
+/// The object is created when the first load or force is added. If a program adds none, their code is not compiled.
 #pragma once
 
 #include <firn/core/stepper.hpp>
@@ -11,7 +12,7 @@
 
 namespace firn::detail {
 
-/// The lowest id that any worker has seen, and the number of ids seen.
+/// Collects ids that several threads report: the lowest of them, and their number.
 class LowestId {
 public:
     void see(std::uint32_t id) {
@@ -19,7 +20,8 @@ public:
         for (std::uint32_t known = lowest_; id < known && !lowest_.compare_exchange_weak(known, id);) {
         }
     }
-    /// \throws particle_error  if an id was seen
+    /// Throws if an id was reported.
+    /// \throws particle_error  if an id was reported; the message gives the lowest one, and their number
     void refuse(const char* what, const Moment& now, double dt) const {
         if (count_ > 0)
             throw particle_error(sentence("At step ", now.steps, ", at ", now.time, " s, ", what, " gives ", count_,
@@ -33,26 +35,28 @@ private:
     std::atomic<std::size_t> count_ = 0;
 };
 
-/// All loads of a set, or all forces between its particles.
+/// The base class of two kinds of objects: all loads of a particle set, and all forces between its particles.
 template <std::floating_point S, int D>
 class Push {
 public:
     virtual ~Push() = default;
     virtual std::unique_ptr<Push> copy() const = 0;
-    /// Whether a force that the user wrote may open parallel regions.
+    /// Returns whether a force written by the user may start parallel regions.
     virtual bool may_open_regions() const { return false; }
-    /// The largest stable step [s] of explicit integration.
+    /// Returns the largest time step [s] that is stable with explicit integration; infinite if there is no limit.
     virtual double largest_step(const ParticleStore<S, D>&, double /* time */, int /* threads */) {
         return std::numeric_limits<double>::infinity();
     }
-    /// Must be called when particles have moved to other slots, or something else has changed their velocities.
+    /// Discards the copies of particles. Must be called when particles were moved to other slots, or when other code
+    /// has changed their velocities.
     virtual void forget() {}
-    /// Adds the impulses of a step of dt [s] to the particles' velocities. P2G takes them to the nodes.
-    /// \throws particle_error  if a velocity is not finite then, naming the first such particle
+    /// Changes the particles' velocities by the impulses of a step of dt [s]. P2G then transfers the velocities to the
+    /// nodes.
+    /// \throws particle_error  if a velocity is not finite afterwards; the message names the first such particle
     virtual void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) = 0;
 };
 
-/// An optional Push that can be copied.
+/// Owns one Push or none. A copy owns a copy of the Push.
 template <std::floating_point S, int D>
 class MaybePush {
 public:
@@ -66,8 +70,8 @@ public:
 
     explicit operator bool() const { return held_ != nullptr; }
     Push<S, D>* operator->() const { return held_.get(); }
-    /// The Push, created if there is none yet.
-    /// \tparam Which  its type, the same in each call
+    /// Returns the Push. Creates it first if there is none.
+    /// \tparam Which  the class of the Push; it must be the same in each call
     template <class Which>
     Which& made() {
         if (!held_) held_ = std::make_unique<Which>();

@@ -1,4 +1,4 @@
-/// \file How far a set of particles is ready for a step.
+/// \file Readiness: which preparations for a step a set of particles has had.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -8,32 +8,35 @@
 
 namespace firn {
 
-/// How far a set of particles is ready for a step.
+/// Records which preparations for a step a set of particles has had: checked positions, sorting, stresses.
 class Readiness {
 public:
-    /// The levels of readiness. Each includes those before it.
+    /// The levels of readiness, in ascending order. A set at one level also meets the requirements of all lower levels.
     enum Value : std::uint8_t {
-        spoiled,   ///< a step failed half-way: particles cannot be used until they are restored
-        changed,   ///< the program may have changed particles, or they were not checked yet
+        spoiled,   ///< a step failed half-way: the particles cannot be used until they are restored
+        changed,   ///< the positions must be checked: the program may have changed particles
         inside,    ///< all positions lie in the domain
-        prepared,  ///< sorted into blocks, with stress and report up to date
-        sorted     ///< no step was made since they were sorted
+        prepared,  ///< the particles are sorted into blocks; stresses and report are up to date
+        sorted     ///< no step was taken since the particles were sorted
     };
 
-    bool is(Value at_least) const { return value_ >= at_least; }  ///< Whether the set is at this level or above.
+    /// Returns whether the set is at this level or above.
+    bool is(Value at_least) const { return value_ >= at_least; }
 
-    void edit() { value_ = std::min(value_, changed); }  ///< The program may change any field.
-    /// Checked particles were added, or particles were taken out, or nothing in the set can move yet.
+    void edit() { value_ = std::min(value_, changed); }  ///< Call when the program may change any field.
+    /// Call after particles with checked positions were added, after particles were removed, or if nothing in the set
+    /// can move yet.
     void unprepare() { value_ = std::min(value_, inside); }
-    void check() { value_ = std::max(value_, inside); }  ///< All positions were found to lie in the domain.
-    void prepare() { value_ = sorted; }                  ///< Particles were sorted, and their stress was computed.
+    void check() { value_ = std::max(value_, inside); }  ///< Call after all positions were found to lie in the domain.
+    void prepare() { value_ = sorted; }  ///< Call after sorting the particles and computing their stresses.
 
-    void begin_step() { edit(); }           ///< A step begins: the set is not prepared until the step ends.
-    void spoil() { value_ = spoiled; }      ///< A step changes the particles: if it fails, they cannot be used.
-    void end_step() { value_ = prepared; }  ///< A step has ended without error.
+    void begin_step() { edit(); }  ///< Call when a step begins: the set is not prepared until the step ends.
+    /// Call before a step changes particles: if the step fails, they cannot be used.
+    void spoil() { value_ = spoiled; }
+    void end_step() { value_ = prepared; }  ///< Call after a step without error.
 
-    /// Particles were replaced by stored ones.
-    /// \param in_order  whether their partition and report were stored with them
+    /// Call after the particles were replaced by stored ones.
+    /// \param in_order  whether the partition and the report were stored, too
     void restore(bool in_order) { value_ = in_order ? prepared : changed; }
 
 private:

@@ -9,9 +9,10 @@
 
 namespace firn {
 
-/// Access to a set of particles: adding, changing and reading them. SetHandle offers it, and a simulation with one
-/// material does, too.
-/// \tparam Self  has simulation(), mine() (its MaterialSet) and number_of_mine() (the place of its material)
+/// The functions that add, change and read the particles of one material. They are members of SetHandle and of a
+/// simulation with one material.
+/// \tparam Self  the derived class, with simulation(), mine() (the MaterialSet) and number_of_mine() (the index of the
+///               material in the list of materials)
 template <class Self, int D>
 class SetAccess {
 public:
@@ -20,10 +21,10 @@ public:
     const std::vector<Body>& bodies() const {
         return self().mine().bodies;
     }  ///< The bodies, in the order of their ids.
-    /// The facets of the nets, by ids of particles. Some of these particles may have been taken out.
+    /// The facets of the nets. Their corners are ids of particles, some of which may have been removed.
     const std::vector<Facet<D>>& facets() const { return self().mine().facets; }
 
-    /// Total mass, momenta and energies of the particles.
+    /// Returns the total mass, momenta and energies of the particles.
     Totals<D> totals() const {
         const auto& simulation = self().simulation();
         using Kernel = typename std::remove_cvref_t<decltype(simulation)>::kernel_type;
@@ -31,32 +32,32 @@ public:
                                     requested_threads(simulation.execution));
     }
 
-    /// The particles, to be changed: the velocities of a body, for example. The next step checks and sorts them again,
-    /// and computes their stress.
+    /// Returns the particles so that the program can change them, for example the velocities of a body. The next step
+    /// checks and sorts the particles again, and computes their stresses.
     auto& edit_particles() {
         auto& set = self().mine();
         set.readiness.edit();
         return set.particles;
     }
     /// Changes the states of a body's particles. The next step computes their stress from the new states.
-    /// \param change  change(position [m], state of the material), which may change the state
-    /// \throws parameter_error  if there is no such body
+    /// \param change  called as change(position [m], state) for each particle of the body; may change `state`
+    /// \throws parameter_error  if the material has no such body
     template <class Change>
     void set_states(const Body& body, const Change& change) {
         self().mine().change_states(body, change);
     }
 
     /// Adds a body of uniform density and velocity. \see sample_box, sample_mesh
-    /// \param samples   positions [m] and the volume of a particle [m^D]
+    /// \param samples   positions of the particles [m], and the volume of each particle [m^D]
     /// \param density   [kg/m³; kg/m² in 2D]
     /// \param velocity  [m/s]
-    /// \return the body: the ids of its particles
+    /// \return the body, which holds the ids of its particles
     /// \throws parameter_error  if the density, the volume or the velocity is out of range
-    /// \throws particle_error   if a position is not finite or not in the domain. Nothing is added then.
+    /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
         return self().simulation().add_to(self().number_of_mine(), samples, density, velocity);
     }
-    /// Does not compile: the samples or the velocity have another dimension.
+    /// Does not compile, and prints a message: the samples or the velocity have another dimension than the simulation.
     template <int N, int M = D>
         requires(N != D || M != D)
     Body add(const Samples<N>&, double, const Vec<double, M>& = {}) {
@@ -65,43 +66,45 @@ public:
         return {};
     }
     /// Adds the points of a net as particles that have mass and no volume. The material must be NoStress.
-    /// \param masses    of each point [kg]
-    /// \param velocity  of all points [m/s]
-    /// \return the body: the ids of its particles, in the order of the points
+    /// \param masses    mass of each point [kg]
+    /// \param velocity  velocity of all points [m/s]
+    /// \return the body, which holds the ids of its particles; they are in the order of the points
     /// \throws parameter_error  if a mass, the velocity or a corner of a facet is out of range
-    /// \throws particle_error   if a position is not finite or not in the domain. Nothing is added then.
+    /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
         return self().mine().add(net, masses, velocity, self().simulation().workers());
     }
 
     /// Adds a force between the particles of a body, which acts in every following step: springs, membranes, wind.
     ///
-    /// The force sees the particles as points, numbered from 0 in the order in which they were added, without a radius
-    /// and with positions in S. Its stiffness bounds the time step. If a particle is taken out, the springs and
-    /// elements at it go, too.
-    /// \return the stored force; its parameters may be changed
-    /// \throws parameter_error  if there is no such body
+    /// The force acts between points. The points are the particles of the body, numbered from 0 in the order in which
+    /// they were added. Their radius is 0, and their positions have the precision of the simulation. The stiffness of
+    /// the force limits the time step. If a particle is removed, the springs and elements at this particle are removed,
+    /// too.
+    /// \return a reference to the stored force, through which its parameters may be changed
+    /// \throws parameter_error  if the material has no such body
     /// \see element_forces.hpp
     template <class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
         return self().mine().add_force(body, std::move(force));
     }
-    /// Adds a source, which gives particles during the following steps. Each burst is a body.
-    /// \throws parameter_error  if a number of the source is out of range
+    /// Adds a source, which adds particles during the following steps. Each burst is a body.
+    /// \throws parameter_error  if the source has no particles, or one of its parameters is out of range
     void add_source(const Source<D>& source) {
         source.check();
         self().simulation().warn_of_spacing(source.samples);
         self().mine().add(source, self().simulation().moment());
     }
-    /// Adds a sink, which takes out the particles in its box after every step.
+    /// Adds a sink, which removes the particles in its box at the end of every step.
     /// \throws parameter_error  if upper is below lower
     void add_sink(const Sink<D>& sink) {
         sink.check();
         self().mine().sinks.push_back(sink);
     }
-    /// Adds a load, which pushes the particles of a body in every following step.
-    /// \param force  force(position [m], time [s]) on one particle [N]. Several threads call it at the same time.
-    /// \throws parameter_error  if there is no such body, or the force is an empty function
+    /// Adds a load: a force on each particle of a body, in every following step.
+    /// \param force  force(position [m], time [s]) returns the force on one particle [N]. Several threads call this
+    ///               function at the same time.
+    /// \throws parameter_error  if the material has no such body, or the force is an empty function
     template <class OfParticle>
     void add_load(const Body& body, const OfParticle& force) {
         static_assert(
@@ -110,21 +113,23 @@ public:
             "Give it a return type that holds the numbers: -> Eigen::Vector3d.");
         self().mine().add(Load<D>{body, force});
     }
-    /// Takes out the particles for which wanted(position [m], id) is true. The other particles keep their ids.
-    /// \return the number of particles taken out
+    /// Removes the particles for which wanted(position [m], id) returns true. The other particles keep their ids.
+    /// \return the number of removed particles
     template <class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
         return self().mine().remove_if(wanted);
     }
 
-    /// The blocks that the particles are sorted into. Prepares the particles for a step first.
-    /// \throws particle_error  as Simulation::stable_time_step()
+    /// Returns the blocks into which the particles are sorted. First prepares the particles for a step, if they are not
+    /// prepared.
+    /// \throws particle_error  in the same cases as Simulation::stable_time_step()
     const BlockPartition<D>& partition() {
         self().simulation().prepare();
         return self().mine().partition;
     }
-    /// The report of the last G2P, which sets the bound of the next step. Prepares the particles for a step first.
-    /// \throws particle_error  as Simulation::stable_time_step()
+    /// Returns the report of the last G2P, from which the bound of the next time step is computed. First prepares the
+    /// particles for a step, if they are not prepared.
+    /// \throws particle_error  in the same cases as Simulation::stable_time_step()
     const G2PReport& report() {
         self().simulation().prepare();
         return self().mine().report;
@@ -135,16 +140,16 @@ private:
     const Self& self() const { return static_cast<const Self&>(*this); }
 };
 
-/// A handle to one set of particles of a simulation. It refers to the simulation, which must outlive it and must not
-/// be moved.
-/// \tparam I  the place of the material
+/// A handle to the particles of one material of a simulation. The handle refers to the simulation, which must exist as
+/// long as the handle and must not be moved.
+/// \tparam I  the index of the material in the list of materials
 template <class Simulation, std::size_t I>
 class SetHandle : public SetAccess<SetHandle<Simulation, I>, Simulation::dimension> {
     using Access = SetAccess<SetHandle, Simulation::dimension>;
     friend Access;
 
 public:
-    /// A handle to a set of this simulation. \see Simulation::set
+    /// Makes a handle to the particles of material I of this simulation. \see Simulation::set
     explicit SetHandle(Simulation& simulation) : simulation_(&simulation) {}
 
     Simulation& simulation() const { return *simulation_; }  ///< The simulation.

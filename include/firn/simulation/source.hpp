@@ -1,4 +1,4 @@
-/// \file Sources, which give particles while a simulation runs, and sinks, which take them out.
+/// \file Sources, which add particles while a simulation runs, and sinks, which remove particles.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -11,25 +11,27 @@
 
 namespace firn {
 
-/// A source gives particles in bursts: burst k at the time start + k / rate, unless that is after `end`. A burst that
-/// is due within a step is added after the step, at the place to which it would have flown by then.
+/// A source adds particles in bursts. Burst k = 0, 1, … is due at the time start + k / rate, if this time is not after
+/// `end`. A burst that is due during a step is added at the end of the step. Its particles are then moved by their
+/// velocity times the time that has passed since the burst was due.
 template <int D>
 struct Source {
-    Samples<D> samples;                                         ///< of one burst
-    double density = 1000;                                      ///< [kg/m³; kg/m² in 2D]
-    Vec<double, D> velocity{};                                  ///< [m/s]
-    double rate = 1;                                            ///< bursts a second [1/s]
-    double start = 0;                                           ///< of the first burst [s]
-    double end = std::numeric_limits<double>::infinity();       ///< no burst after it [s]
-    double lifespan = std::numeric_limits<double>::infinity();  ///< a particle is taken out at this age [s]
-    std::uint64_t bursts = 0;                                   ///< number of bursts given so far
+    Samples<D> samples;                                         ///< the particles of one burst
+    double density = 1000;                                      ///< density of the particles [kg/m³; kg/m² in 2D]
+    Vec<double, D> velocity{};                                  ///< velocity of the particles [m/s]
+    double rate = 1;                                            ///< number of bursts per second [1/s]
+    double start = 0;                                           ///< time of the first burst [s]
+    double end = std::numeric_limits<double>::infinity();       ///< no burst is due after this time [s]
+    double lifespan = std::numeric_limits<double>::infinity();  ///< age at which a particle is removed [s]
+    std::uint64_t bursts = 0;                                   ///< number of bursts added so far
 
-    /// A jet without gaps: bursts of a layer of particles, one spacing apart along the velocity.
-    /// \param layer     particles that fill a layer across the velocity, as thick as one spacing
-    /// \param spacing   [m]
+    /// Returns the source of a jet without gaps. Each burst is a layer of particles. The layers follow each other at
+    /// the distance `spacing` along the velocity.
+    /// \param layer     particles that fill a layer perpendicular to the velocity, whose thickness is `spacing`
+    /// \param spacing   distance of the layers, and of the particles in a layer [m]
     /// \param density   [kg/m³; kg/m² in 2D]
     /// \param velocity  [m/s]
-    /// \throws parameter_error  if the velocity is zero, or as check()
+    /// \throws parameter_error  if the speed or the spacing is not positive and finite, or if check() throws it
     static Source jet(Samples<D> layer, double spacing, double density, const Vec<double, D>& velocity) {
         const double speed = norm(velocity);
         if (!(spacing > 0) || !std::isfinite(spacing) || !(speed > 0) || !std::isfinite(speed))
@@ -40,7 +42,8 @@ struct Source {
         return source;
     }
 
-    /// \throws parameter_error  if there are no particles, or a number is out of range
+    /// Checks the source.
+    /// \throws parameter_error  if the source has no particles, or one of its parameters is out of range
     void check() const {
         if (samples.positions.empty()) throw parameter_error("A source has no particles to give. Sample a shape.");
         if (!(samples.volume > 0) || !std::isfinite(samples.volume) || !(density > 0) || !std::isfinite(density))
@@ -52,35 +55,37 @@ struct Source {
         recurrence().check(lifespan);
     }
 
-    /// The time of a burst, counted from 0 [s].
+    /// Returns the time at which a burst is due [s]. Bursts are numbered from 0.
     double time_of(std::uint64_t burst) const { return recurrence().time_of(burst); }
-    /// Checks that there are enough ids for the bursts due at `time` [s].
-    /// \param left  number of ids that are left
-    /// \throws parameter_error  if the bursts have more particles
+    /// Checks that there are enough unused ids for the particles of all bursts that are due at `time` [s].
+    /// \param left  number of unused ids
+    /// \throws parameter_error  if the bursts have more particles than there are unused ids
     void require_ids(double time, std::uint32_t left) const {
         recurrence().require_ids(bursts, time, double(samples.positions.size()), left);
     }
-    bool is_due(double time) const { return recurrence().is_due(bursts, time); }  ///< Whether the next burst is due.
-    /// Skips the bursts that are due at `time` [s] or before: they were given already, or the source did not exist.
+    bool is_due(double time) const { return recurrence().is_due(bursts, time); }  ///< Returns whether a burst is due.
+    /// Skips the bursts that were due at `time` [s] or before: they were already added, or were due before the source
+    /// existed.
     void skip(double time) { bursts = recurrence().first_after(bursts, time); }
 
 private:
     detail::Recurrence recurrence() const { return {"A source", "bursts", rate, start, end}; }
 };
 
-/// A sink takes out every particle that lies in its box after a step.
+/// A sink removes every particle that lies in its box at the end of a step.
 template <int D>
 struct Sink {
     Vec<double, D> lower{},  ///< Lower corner of the box [m].
         upper{};             ///< Upper corner of the box [m].
 
-    /// Whether a position [m] lies in the box, faces included.
+    /// Returns whether a position [m] lies in the box or on one of its faces.
     bool holds(const Vec<double, D>& x) const {
         bool inside = true;
         for (int a = 0; a < D; ++a) inside = inside && x[a] >= lower[a] && x[a] <= upper[a];
         return inside;
     }
-    /// \throws parameter_error  unless lower ≤ upper along each axis (infinite is allowed)
+    /// Checks the box.
+    /// \throws parameter_error  unless lower ≤ upper along each axis (infinite corners are allowed)
     void check() const {
         for (int a = 0; a < D; ++a)
             if (!(lower[a] <= upper[a]))

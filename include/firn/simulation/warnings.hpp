@@ -1,4 +1,4 @@
-/// \file Warnings of a simulation: input that is valid, but hardly intended. Each is given once.
+/// \file Warnings of a simulation about input that is valid, but probably not intended. Each warning is given once.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -28,7 +28,7 @@ std::string text_of(const Vec<double, D>& x) {
     return point_text(x.v, D);
 }
 
-/// A sentence about samples that lie further apart than a cell; empty if they do not.
+/// Returns a sentence if samples are further apart than the cell size; otherwise an empty string.
 template <int D>
 std::string wide_spacing(const Samples<D>& samples, double cell_size) {
     const double spacing = std::pow(samples.volume, 1.0 / D);
@@ -39,7 +39,8 @@ std::string wide_spacing(const Samples<D>& samples, double cell_size) {
                     D, ">(cell_size, ", 1 << D, ") = ", particle_spacing<D>(cell_size, 1 << D), " m.");
 }
 
-/// A sentence about walls that are not the faces of the domain; empty if they are.
+/// Returns a sentence if the boundary has walls that do not coincide with the faces of the domain; otherwise an empty
+/// string.
 template <class Boundary, int D>
 std::string other_walls(const Boundary& boundary, const Domain<D>& domain) {
     if constexpr (requires { boundary.at_lower[D - 1], Vec<double, D>(cast<double>(boundary.lower)); }) {
@@ -70,15 +71,16 @@ void for_sets(const Sets& sets, const F& f) {
     std::apply([&](const auto&... set) { (f(set), ...); }, sets);
 }
 
-/// A particle of a body, as far as warnings need it.
+/// The values of a body's particle that the warnings need.
 template <int D>
 struct ParticleOfBody {
-    std::size_t body;  ///< its number among the bodies of all sets
+    std::size_t body;  ///< index of its body, counted over the bodies of all sets
     std::uint32_t id;
-    double volume;       ///< [m^D]
-    Vec<double, D> x{};  ///< [m]
+    double volume;       ///< volume of the particle [m^D]
+    Vec<double, D> x{};  ///< position [m]
 };
-/// Calls see(particle) for every particle of every body. It is compiled once for the sets, because `see` has one type.
+/// Calls see(particle) for every particle of every body. `see` is a std::function, so that this function is compiled
+/// only once for each type of Sets, and not once for each callable.
 template <int D, class Sets>
 [[gnu::cold]] void for_particles(const Sets& sets, const std::function<void(const ParticleOfBody<D>&)>& see) {
     std::size_t first = 0;
@@ -94,7 +96,8 @@ template <int D, class Sets>
     });
 }
 
-/// A sentence about particles of bodies that lie in a solid, more than a tenth of a cell deep; empty if there are none.
+/// Returns a sentence if particles lie inside a solid of the boundary, deeper than a tenth of a cell; otherwise an
+/// empty string.
 template <class Sets, class Boundary, int D>
 [[gnu::cold]] std::string matter_in_solids(const Sets& sets, const Domain<D>& domain, const Boundary& boundary) {
     using S = typename std::tuple_element_t<0, Sets>::S;
@@ -122,25 +125,26 @@ template <class Sets, class Boundary, int D>
     }
 }
 
-/// A body with what is needed to find out whether it overlaps others.
+/// A body with its bounding box and the positions of its particles, to find out whether it overlaps other bodies.
 template <int D>
 struct BodyPoints {
     std::size_t material;
     Body body;
-    double spacing = 0;  ///< of its particles [m]
+    double spacing = 0;  ///< distance between its particles [m]
     Vec<double, D> lower = Vec<double, D>::filled(std::numeric_limits<double>::infinity());
     Vec<double, D> upper = Vec<double, D>::filled(-std::numeric_limits<double>::infinity());
     bool has_neighbours = false;
-    std::vector<Vec<double, D>> points{};  ///< positions of its particles, if it has neighbours [m]
+    std::vector<Vec<double, D>> points{};  ///< positions of its particles [m]; empty if has_neighbours is false
 
     bool meets(const BodyPoints& other) const {
         bool meets = spacing > 0 && other.spacing > 0;
         for (int a = 0; a < D; ++a) meets = meets && lower[a] < other.upper[a] && other.lower[a] < upper[a];
         return meets;
     }
-    double edge() const { return 4 * spacing; }  ///< edge of the boxes in which bodies are compared [m]
+    double edge() const { return 4 * spacing; }  ///< edge of the cubes in which bodies are compared [m]
 
-    /// Keys of the boxes of this body's lattice in which the points of a body fill at least six tenths, in order.
+    /// Divides this body's bounding box into cubes, and returns the keys of those cubes of which the points of body
+    /// `of` fill at least 60 %. The keys are in ascending order.
     [[gnu::cold]] std::vector<std::uint64_t> cubes_filled_by(const BodyPoints& of) const {
         RadixSort<std::uint64_t> cubes;
         for (const Vec<double, D>& x : of.points) {
@@ -161,8 +165,8 @@ struct BodyPoints {
         }
         return filled;
     }
-    /// Whether both bodies fill the same box. Bodies that only touch do not.
-    /// \param where  set to a place in the first such box [m]
+    /// Returns whether both bodies fill the same cube of this body's bounding box. Bodies that only touch do not.
+    /// \param where  receives a position in the first such cube [m]; unchanged if there is none
     bool overlaps(const BodyPoints& other, Vec<double, D>& where) const {
         const std::vector<std::uint64_t> mine = cubes_filled_by(*this), its = cubes_filled_by(other);
         for (std::size_t i = 0, j = 0; i < mine.size() && j < its.size(); (mine[i] < its[j] ? i : j) += 1)
@@ -179,7 +183,7 @@ struct BodyPoints {
     }
 };
 
-/// A sentence about two bodies that overlap; empty if there are none.
+/// Returns a sentence about the first two bodies that overlap; an empty string if no bodies overlap.
 template <int D, class Sets>
 [[gnu::cold]] std::string overlapping_bodies(const Sets& sets) {
     std::vector<BodyPoints<D>> all;
@@ -214,7 +218,7 @@ template <int D, class Sets>
     return {};
 }
 
-/// Whether walls hold matter at every face of the domain that is not periodic.
+/// Returns whether every face of the domain has a wall, not counting the faces of periodic axes.
 template <class Boundary, int D>
 bool has_all_walls(const Boundary& boundary, const Domain<D>& domain) {
     bool has = false;
@@ -229,7 +233,8 @@ bool has_all_walls(const Boundary& boundary, const Domain<D>& domain) {
     return has;
 }
 
-/// A sentence about a particle that has reached a face of the domain; empty if none has.
+/// Returns a sentence about the first particle that has reached a face of the domain; an empty string if no particle
+/// has. Faces of periodic axes do not count.
 template <class Sets, int D>
 [[gnu::cold]] std::string matter_at_the_end(const Sets& sets, const Domain<D>& domain) {
     std::string text;
@@ -248,11 +253,12 @@ template <class Sets, int D>
     return text;
 }
 
-/// The warnings of a run. Remembers which were given.
+/// The warnings of a simulation. The object remembers which warnings were already given.
 class Warnings {
 public:
-    /// A warning if the bound of the time step [s] has fallen far, or is very small; otherwise empty.
-    /// \param reason  reason(): a sentence about what sets the bound
+    /// Returns a warning if the bound of the time step [s] has fallen below 1/1000 of its largest value, or is below
+    /// 10⁻⁶ s; otherwise an empty string.
+    /// \param reason  reason() returns a sentence about what sets the bound
     template <class Reason>
     std::string of_bound(double bound, std::uint64_t step, double time, const Reason& reason) {
         largest_ = std::max(largest_, bound);
@@ -260,7 +266,8 @@ public:
         return of_small_bound(bound, step, time, reason);
     }
 
-    /// A warning if the fixed time step [s] is above the bound; empty if the last warning was of about the same ratio.
+    /// Returns a warning if the fixed time step [s] is above the bound [s], and their ratio has grown by at least a
+    /// fifth since the last warning; otherwise an empty string.
     template <class Warn>
     std::string of_step(double fixed, double bound, std::uint64_t step, const Warn& warn) {
         const double ratio = fixed / bound;
@@ -270,7 +277,8 @@ public:
         return sentence("the fixed time step of ", fixed, " s is ", ratio, " times the bound of ", bound, " s at step ",
                         step, "; the simulation may become unstable.");
     }
-    /// A warning if matter has reached a face of the domain without a wall; otherwise empty. Checks every 32 steps.
+    /// Returns a warning if matter has reached a face of the domain, and not all faces have walls; otherwise an empty
+    /// string. Checks only every 32nd step.
     template <class Sets, int D, class Boundary>
     std::string of_the_end(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, std::uint64_t step) {
         if (end_said_ || step % 32 != 0 || has_all_walls(boundary, domain)) return {};
@@ -278,8 +286,8 @@ public:
         end_said_ = !text.empty();
         return text;
     }
-    /// Warns of wide samples when they are added.
-    /// \param warn  receives the warning; may be empty
+    /// Warns if samples that are added are further apart than the cell size.
+    /// \param warn  a function that receives the warning; may be empty
     template <int D, class Warn>
     void of_spacing(const Samples<D>& samples, const Domain<D>& domain, const Warn& warn) {
         if (!warn || spacing_said_) return;
@@ -287,7 +295,8 @@ public:
         spacing_said_ = !text.empty();
         if (!text.empty()) warn(text);
     }
-    /// Warns of bodies and walls before the first step.
+    /// Warns before the first step if walls do not coincide with the faces of the domain, particles lie in solids, or
+    /// bodies overlap.
     template <class Sets, int D, class Boundary, class Warn>
     void of_start(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, const Warn& warn) {
         if (!warn || started_) return;

@@ -1,12 +1,14 @@
-/// \file The scale of fixed-point sums, from an upper bound of what any node can receive.
+/// \file The scale (quanta per unit) of fixed-point sums, from an upper bound of the sums of any node.
 ///
-/// A particle gives node i at most N_i q + |∇N_i| g in any component a, with q = |p_a| + (max |o|) Σ_b |A_ab| and
-/// g = Σ_b |G_ab|. Let n be the largest number of particles with the same base node, K the kernel's support, γ its
-/// largest gradient, W the sum of the largest weights of its nodes. Then a node's mass is at most Wᴰ n max m, and its
-/// momentum at most
+/// Let m, p, A and G be the members of a particle's P2GRecord, N_i the weight of node i, and o the node's offset from
+/// the particle's centre node. The particle adds at most N_i q + |∇N_i| g to component a of the momentum of node i,
+/// with q = |p_a| + (max |o|) Σ_b |A_ab| and g = Σ_b |G_ab|. Let n be the largest number of particles with the same
+/// base node, D the dimension, K the kernel's support (nodes along an axis), γ the kernel's largest gradient, and W the
+/// sum, over the K nodes, of the largest weight of each. Then the mass of a node is at most Wᴰ n max m, and each
+/// component of its momentum at most
 ///     Wᴰ n max q  +  D K γ Wᴰ⁻¹ n max g
-/// At most Kᴰ n particles reach a node. If B is the bound, every sum of rounded numbers fits with the scale
-/// 2^⌊log2((max − Kᴰ n)/B)⌋.
+/// At most Kᴰ n particles contribute to a node. If B is one of these two bounds and I the largest integer, every sum of
+/// rounded contributions fits into the integers with the scale 2^⌊log2((I − Kᴰ n)/B)⌋.
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -18,7 +20,8 @@
 
 namespace firn {
 
-/// The properties of the particles that the bound needs. They are maxima, so they do not depend on any order.
+/// The maxima over all particles from which the bound is computed. They do not depend on the order of the particles.
+/// The symbols q, g, m and n are explained in the description of this file.
 template <class S>
 struct FixedPointLoad {
     S momentum = S(0);   ///< max q [kg m/s]
@@ -27,29 +30,31 @@ struct FixedPointLoad {
     S particles = S(0);  ///< n, the largest number of particles with the same base node
 };
 
-/// The larger of each number.
+/// Returns the larger of a and b, member by member.
 template <class S>
 FIRN_INLINE FixedPointLoad<S> larger(const FixedPointLoad<S>& a, const FixedPointLoad<S>& b) {
     return {max(a.momentum, b.momentum), max(a.gradient, b.gradient), max(a.mass, b.mass),
             max(a.particles, b.particles)};
 }
 
-/// Upper bounds of what a node can receive.
+/// Upper bounds of the sums of one node.
 template <class S>
 struct FixedPointBound {
-    S momentum;       ///< [kg m/s]
-    S mass;           ///< [kg]
-    S contributions;  ///< number of particles that reach a node, at most Kᴰ n; each contribution is rounded
+    S momentum;       ///< largest absolute value of a momentum component [kg m/s]
+    S mass;           ///< largest mass [kg]
+    S contributions;  ///< largest number of contributions: Kᴰ n; each is rounded
 };
 
-/// A node with less mass than this [quanta] counts as empty, because rounding errors would dominate its velocity.
+/// A node with less mass than this number of quanta counts as empty, because rounding errors would dominate its
+/// velocity.
 inline constexpr int fewest_mass_quanta = 64;
 
-/// The largest |o|: the distance of the farthest node of the support from the centre node [cells].
+/// The largest |o|: the distance along an axis from the centre node to the farthest node of the support [cells].
 template <class Kernel>
 inline constexpr int largest_offset = Kernel::support - 1 - centre_node<Kernel>;
 
-/// The largest q and g over the axes, and m, of one particle; zero for a particle without mass. NaN becomes infinite.
+/// Returns q and g of one particle, each the largest over the axes, and its mass m. For a particle without mass, q and
+/// g are zero. NaN becomes infinite. `particles` is not set.
 template <class Kernel, class Force, scalar S, int D>
 FIRN_INLINE FixedPointLoad<S> load_of(const P2GRecord<S, D>& record) {
     const auto real = !(record.mass <= S(0));
@@ -59,7 +64,7 @@ FIRN_INLINE FixedPointLoad<S> load_of(const P2GRecord<S, D>& record) {
         unroll<D - 1>([&](auto a) FIRN_LAMBDA {
             const S other = of_axis(std::integral_constant<int, a + 1>{});
             most = max(most, other);
-            sum = sum + other;  // NaN if one of them is
+            sum = sum + other;  // NaN if one of the terms is NaN
         });
         return select(real, select(sum <= infinite, most, infinite), S(0));
     };
@@ -79,8 +84,8 @@ FIRN_INLINE FixedPointLoad<S> load_of(const P2GRecord<S, D>& record) {
     return load;
 }
 
-/// The record in quanta. Scales are powers of two, so scaling the record or scaling its value at a node gives the same
-/// bits.
+/// Returns the record in quanta. Scales are powers of two, so scaling the record gives the same bits as scaling the
+/// contribution of the record to a node.
 template <scalar S, int D>
 FIRN_INLINE P2GRecord<S, D> in_quanta(const P2GRecord<S, D>& record, const FixedPointScale<S>& scale) {
     return {record.mass * scale.mass, record.momentum * scale.momentum, record.affine * scale.momentum,
@@ -91,7 +96,7 @@ namespace detail {
 constexpr double power(double x, int n) { return n == 0 ? 1 : x * power(x, n - 1); }
 }  // namespace detail
 
-/// The upper bounds for these particles, by the formulas in the description of this file.
+/// Returns the upper bounds of the sums of a node, by the formulas in the description of this file.
 template <class Kernel, int D, scalar S>
 FIRN_INLINE FixedPointBound<S> fixed_point_bound(const FixedPointLoad<S>& load) {
     constexpr double W = [] {
@@ -106,8 +111,8 @@ FIRN_INLINE FixedPointBound<S> fixed_point_bound(const FixedPointLoad<S>& load) 
             S(detail::power(Kernel::support, D)) * n};
 }
 
-/// The largest powers of two with which every sum stays below `integer_max`; 1 if the bound is zero. The bound must be
-/// finite.
+/// Returns the largest powers of two (quanta per unit of momentum and of mass) with which no sum exceeds `integer_max`.
+/// A scale is 1 if its bound is zero. The bounds must be finite.
 template <scalar S>
 FIRN_INLINE FixedPointScale<S> largest_scale(const FixedPointBound<S>& bound, double integer_max) {
     const S room = S(integer_max) - bound.contributions;

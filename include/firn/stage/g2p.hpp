@@ -5,31 +5,33 @@
 
 namespace firn {
 
-/// Sums over the nodes around a particle.
+/// Sums over the nodes i around a particle, with weights N_i, velocities v_i, and offsets o_i from the centre node
+/// [cells].
 template <class S, int D>
 struct G2PSums {
-    Vec<S, D> velocity;  ///< Σ N v_i [m/s]
-    Mat<S, D> moment;    ///< Σ N v_i oᵀ, o in cells from the centre node [m/s]; for affine transfers
-    Mat<S, D> gradient;  ///< Σ v_i ∇Nᵀ, ∇N per cell [m/s]; where weight gradients are needed
+    Vec<S, D> velocity;  ///< Σ N_i v_i [m/s]
+    Mat<S, D> moment;    ///< Σ N_i v_i o_iᵀ [m/s]; only for affine transfers
+    Mat<S, D> gradient;  ///< Σ v_i ∇N_iᵀ, with ∇N_i per cell [m/s]; only if needed
 };
 
-/// Whether G2P needs the sum Σ N v_i oᵀ.
+/// Whether G2P needs the sum Σ N_i v_i o_iᵀ. \see G2PSums
 template <class Kernel, class Transfer>
 inline constexpr bool g2p_needs_moment = Transfer::affine && has_inertia<Kernel>;
-/// Whether G2P needs the sum Σ v_i ∇Nᵀ.
+/// Whether G2P needs the sum Σ v_i ∇N_iᵀ. \see G2PSums
 template <class Kernel, class Transfer, class Force>
 inline constexpr bool g2p_needs_gradient = Force::weight_gradients || !g2p_needs_moment<Kernel, Transfer>;
 
-/// What a particle receives from the grid.
+/// The values of a particle that G2P computes from the grid.
 template <class S, int D>
 struct G2PResult {
-    Vec<S, D> velocity;           ///< v [m/s]
-    Mat<S, D> affine;             ///< C [1/s]
-    Mat<S, D> velocity_gradient;  ///< ∇v, which moves F [1/s]
+    Vec<S, D> velocity;           ///< new velocity v [m/s]
+    Mat<S, D> affine;             ///< affine field C [1/s]
+    Mat<S, D> velocity_gradient;  ///< ∇v, by which F is updated [1/s]
 };
 
-/// A particle's velocity, C and velocity gradient from its sums. If the transfer is affine and MLS forces act, which
-/// are dual to C (Hu et al. 2018, §4), the velocity gradient is C. Otherwise it is Σ v_i ⊗ ∇N_i.
+/// Returns a particle's velocity, affine field C and velocity gradient, from its sums over nodes. With an affine
+/// transfer and MLS forces, the velocity gradient is C, because MLS forces are dual to C (Hu et al. 2018, §4).
+/// Otherwise the velocity gradient is Σ v_i ⊗ ∇N_i.
 /// \param d  the particle's position from its centre node, in cells;  \param h  cell size [m]
 template <class Kernel, class Transfer, class Force, scalar S, int D>
 FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<S, D>& d, const S& h) {
@@ -39,7 +41,7 @@ FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<
     if constexpr (g2p_needs_moment<Kernel, Transfer>)
         result.affine = Transfer::affine_field((sums.moment - outer(sums.velocity, d)) * h * D_inverse);
     else if constexpr (Transfer::affine)
-        result.affine = Transfer::affine_field(sums.gradient * (S(1) / h));  // the same as B D⁻¹
+        result.affine = Transfer::affine_field(sums.gradient * (S(1) / h));  // equals B D⁻¹ of APIC
     else
         result.affine = Mat<S, D>::zero();
     if constexpr (g2p_needs_gradient<Kernel, Transfer, Force>)
@@ -49,15 +51,16 @@ FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<
     return result;
 }
 
-/// Where a particle is after a step.
+/// The new position of a particle. \see moved_by
 template <class S, int D>
 struct G2PMove {
-    Vec<S, D> position;  ///< the new position, kept between two corners
-    S outside;           ///< how far it would have gone beyond them along any axis; not positive if it stays inside
+    Vec<S, D> position;  ///< the new position, limited to the box between the corners
+    S outside;           ///< largest distance from the box along an axis, before limiting; ≤ 0 if inside
 };
-/// Moves a particle by its velocity, and keeps it between two corners.
-/// \param per_velocity  the factor from a velocity [m/s] to the motion in dt, in units of the position
-/// \param lowest, highest  the corners, in units of the position
+/// Moves a particle by its velocity, and limits its position to the box between two corners.
+/// \param per_velocity  displacement per velocity: the time step if positions are in metres, dt / h if they are in
+///                      cells
+/// \param lowest, highest  lower and upper corner of the box, in the unit of `position`
 template <scalar S, int D>
 FIRN_INLINE G2PMove<S, D> moved_by(const Vec<S, D>& velocity, const S& per_velocity, const Vec<S, D>& position,
                                    const Vec<S, D>& lowest, const Vec<S, D>& highest) {
@@ -71,27 +74,30 @@ FIRN_INLINE G2PMove<S, D> moved_by(const Vec<S, D>& velocity, const S& per_veloc
     return move;
 }
 
-/// Sums over the nodes along some of the axes; the dual of OpenRecord.
-/// \tparam V       the velocity of a node, or of a row of nodes
-/// \tparam Closed  the number of axes summed over
+/// Sums over the nodes along the first `Closed` axes, with the weight N, velocity v and offset o of a node. G2P sums
+/// over one axis after the other. \see sum_axis
+/// \tparam V       type of v: the velocity of a node, or the velocities of a row of nodes
+/// \tparam Closed  the number of axes over which the sums were taken
+/// \tparam Moments, Gradients  whether there are sums with o, and with gradients of N
 template <class V, int Closed, bool Moments, bool Gradients>
 struct PartialSums {
     V value;                                                      ///< Σ N v
-    std::array<V, std::size_t(Moments ? Closed : 0)> moment;      ///< Σ N v o, one for each axis
-    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient;  ///< Σ ∂N v, one for each axis
+    std::array<V, std::size_t(Moments ? Closed : 0)> moment;      ///< Σ N v o_a for each of these axes a
+    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient;  ///< Σ (∂N/∂x_a) v for each of these axes a
 };
 
-/// Sums over one more axis.
-/// \tparam Centre  the place of the centre node in `parts`
-/// \param parts  the sums of the nodes at offsets k − Centre
-/// \param w      the kernel's weight at each of these offsets;  \param g  its gradient
+/// Returns the sums over one more axis.
+/// \tparam Centre  the index of the centre node in `parts`
+/// \param parts  for each node k along this axis, the sums over the axes before; node k has the offset k − Centre
+/// \param w      the kernel's weight at each node k;  \param g  the kernel's gradient at each node k [1/cell]
 template <int Centre, class V, int Closed, bool Moments, bool Gradients, class W, std::size_t K>
 FIRN_INLINE PartialSums<V, Closed + 1, Moments, Gradients> sum_axis(
     const std::array<PartialSums<V, Closed, Moments, Gradients>, K>& parts, const std::array<W, K>& w,
     const std::array<W, K>& g) {
     PartialSums<V, Closed + 1, Moments, Gradients> sums;
-    // The moment along this axis needs some of the products, too: they are computed once. The product of offset 1 is
-    // not shared, because it is free on targets that multiply and add in one operation.
+    // Some products of value and weight are needed twice, for the value and for the moment along this axis: they are
+    // computed once. The product at offset 1 is not shared, because targets that multiply and add in one operation get
+    // it without cost.
     constexpr auto is_shared = [](int k) { return k == 0 || (Moments && (k < Centre || k > Centre + 1)); };
     std::array<V, K> weighted;
     unroll<int(K)>([&](auto k) FIRN_LAMBDA {
@@ -111,7 +117,7 @@ FIRN_INLINE PartialSums<V, Closed + 1, Moments, Gradients> sum_axis(
                 sums.moment[a] = plus_times(sums.moment[a], parts[k + 1].moment[a], w[k + 1]);
             });
         });
-        // Offsets 1 and −1 first, then the others. Offset 0 adds nothing.
+        // The moment is summed first over offsets 1 and −1, then over the others. Offset 0 adds nothing.
         if constexpr (Centre == 0)
             sums.moment[Closed] = parts[Centre + 1].value * w[Centre + 1];
         else

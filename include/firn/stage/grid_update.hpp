@@ -18,10 +18,11 @@ decltype(auto) own_acceleration(const Acceleration& acceleration) {
 }
 }  // namespace detail
 
-/// The acceleration of a node [m/s²].
-/// \param field     a constant vector; or a field f(position), written for any scalar; or a field
-///                  f(position, velocity, dt), which gets the velocity before the step
-/// \param position  of the node [m];  \param velocity  before the step [m/s];  \param dt  time step [s]
+/// Returns the acceleration of a node [m/s²].
+/// \param field     a constant vector; or a callable field(position) or field(position, velocity, dt) for any scalar
+///                  type
+/// \param position  position of the node [m];  \param velocity  its velocity before the step [m/s]
+/// \param dt        time step [s]
 template <scalar S, int D, class Field>
 FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& position, const Vec<S, D>& velocity,
                                       const S& dt) {
@@ -34,13 +35,14 @@ FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& posit
         return cast<S>(field);
 }
 
-/// The new velocity of a node: momentum over mass, accelerated for dt, then changed by the boundary.
+/// Returns the new velocity of a node: momentum divided by mass, plus acceleration times dt, then changed by the
+/// boundary.
 ///
-/// A node without mass gets the velocity zero. So does a node whose mass is below the smallest normal number, because
-/// 1 / mass would not be finite. The acceleration is added to the velocity, not to the momentum, which is more accurate
-/// for nodes with very little mass.
+/// The velocity is zero for a node without mass, and for a node whose mass is below the smallest normal floating-point
+/// number, because 1 / mass would not be finite. The acceleration is added to the velocity and not to the momentum,
+/// because this is more accurate for nodes with very little mass.
 /// \param momentum  [kg m/s];  \param mass  [kg];  \param position  [m];  \param dt  time step [s]
-/// \param acceleration  as acceleration_at() takes it
+/// \param acceleration  a vector or a field. \see acceleration_at
 /// \param boundary      a boundary policy
 template <scalar S, int D, class Acceleration = Vec<S, D>, class Boundary>
 FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, const Vec<S, D>& position,
@@ -52,21 +54,21 @@ FIRN_INLINE Vec<S, D> node_velocity(const Vec<S, D>& momentum, const S& mass, co
     return select(filled, detail::in_own_terms(boundary.velocity(position, v)), Vec<S, D>::zero());
 }
 
-/// The boundary for nodes that no wall or collider reaches, and for passes in which none acts.
+/// A boundary without effect, for nodes that no wall or collider affects, and for passes in which no boundary acts.
 struct NoBoundary {
     static constexpr const char* name = "no_boundary";
 
-    /// The velocity v, unchanged.
+    /// Returns the velocity v unchanged.
     template <class S, int D>
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>&, const Vec<S, D>& v) const {
         return v;
     }
-    /// False: it reaches no box.
+    /// Returns false: this boundary affects no nodes in any box.
     template <int D>
     bool reaches(const Vec<double, D>&, const Vec<double, D>&) const {
         return false;
     }
-    /// Shows no surface.
+    /// Does nothing: this boundary has no surface.
     template <class S, int D, class Seen>
     FIRN_INLINE void surfaces(const Vec<S, D>&, const Seen&) const {}
 };

@@ -1,4 +1,5 @@
-/// \file Offsets of particles and nodes from the centre node, in cells. The offsets of nodes are −1, 0, 1 or 2.
+/// \file Offsets of particles and nodes from the centre node, in cells. Along each axis, the offset of a node is −1, 0,
+/// 1 or 2.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -6,14 +7,15 @@
 
 namespace firn {
 
-/// A particle's position from its centre node [cells].
-/// \param fraction  f = x/h − base, its position from the base node [cells]
+/// Returns a particle's position relative to its centre node [cells].
+/// \param fraction  the particle's position relative to its base node [cells]: f = x/h − base
 template <class Kernel, class S, int D>
 FIRN_INLINE Vec<S, D> from_centre(const Vec<S, D>& fraction) {
     return fraction - Vec<S, D>::filled(S(centre_node<Kernel>));
 }
 
-/// True. If these forces need a kernel of constant inertia and this is none, the compiler stops with a message.
+/// Always true: if the force form needs a kernel of constant inertia and this kernel's inertia is not constant, the
+/// compiler stops with a message.
 template <class Kernel, class Force>
 consteval bool require_inertia() {
     static_assert(
@@ -23,7 +25,8 @@ consteval bool require_inertia() {
     return true;
 }
 
-/// D⁻¹ [1/m²]: the kernel's inverse inertia over h²; 0 if its inertia is not constant. \see kernel/concept.hpp
+/// Returns D⁻¹ of APIC and MLS [1/m²]: Kernel::inverse_inertia / h²; 0 if the kernel's inertia is not constant.
+/// \see kernel/concept.hpp
 /// \param h  cell size [m]
 template <class Kernel, class S>
 FIRN_INLINE S inverse_inertia(const S& h) {
@@ -33,12 +36,12 @@ FIRN_INLINE S inverse_inertia(const S& h) {
         return S(0);
 }
 
-/// a + b o
+/// Returns a + b o.
 template <class V, class O>
 FIRN_INLINE V plus_times(const V& a, const V& b, const O& o) {
     return a + b * o;
 }
-/// a + b o for an offset known at compile time, without a multiplication.
+/// Returns a + b o for an offset o known at compile time, without a multiplication.
 template <class V, int o>
 FIRN_INLINE V plus_times(const V& a, const V& b, std::integral_constant<int, o>) {
     if constexpr (o == 0)
@@ -48,10 +51,10 @@ FIRN_INLINE V plus_times(const V& a, const V& b, std::integral_constant<int, o>)
     else if constexpr (o == -1)
         return a - b;
     else
-        return a + (b + b);  // o = 2, of the cubic kernel
+        return a + (b + b);  // o = 2, which only the cubic kernel has
 }
 
-/// b w − a
+/// Returns b w − a.
 template <class V, class W>
 FIRN_INLINE V times_minus(const V& b, const W& w, const V& a) {
     return b * w - a;

@@ -2,33 +2,34 @@
 ///
 /// A node at offset o (whole cells from the particle's centre node) receives
 ///     N (p + A o) + G ∇N      momentum [kg m/s]        and        N m      mass [kg]
-/// where p and A come from the transfer and the MLS form of the forces, and G from the weight-gradient form.
+/// where N is the weight of the node and m the mass of the particle. The vector p and the matrix A come from the
+/// transfer and from MLS forces, the matrix G from weight-gradient forces.
 #pragma once
 
 #include <firn/stage/offset.hpp>
 
 namespace firn {
 
-/// What P2G reads of a particle.
+/// The values of a particle that P2G reads.
 template <class S, int D>
 struct P2GParticle {
     S mass;              ///< m [kg]
-    S volume;            ///< V0, at rest [m^D]
+    S volume;            ///< initial volume V0 [m^D]
     Vec<S, D> velocity;  ///< v [m/s]
-    Mat<S, D> affine;    ///< C [1/s]; read by affine transfers only
+    Mat<S, D> affine;    ///< affine field C [1/s]; used by affine transfers only
     Mat<S, D> stress;    ///< Kirchhoff stress τ [Pa]
 };
 
-/// What P2G scatters to the nodes around a particle.
+/// The values of a particle from which its contributions to nodes are computed. \see firn/stage/p2g.hpp
 template <class S, int D>
 struct P2GRecord {
     S mass;              ///< m [kg]
-    Vec<S, D> momentum;  ///< p, at the centre node [kg m/s]
-    Mat<S, D> affine;    ///< A [kg m/s a cell]
-    Mat<S, D> gradient;  ///< G [kg m/s]; zero unless the force form uses weight gradients
+    Vec<S, D> momentum;  ///< p: momentum, extrapolated to the centre node [kg m/s]
+    Mat<S, D> affine;    ///< A: change of the momentum per cell [kg m/s]
+    Mat<S, D> gradient;  ///< G: impulse that is multiplied by ∇N [kg m/s]; zero for MLS forces
 };
 
-/// The record of a particle: its momentum, its affine field and the impulse of its stress.
+/// Returns the record of a particle, from its momentum, its affine field and the impulse of its stress.
 /// \param d  the particle's position from its centre node, in cells
 /// \param h  cell size [m];  \param dt  time step [s]
 template <class Kernel, class Transfer, class Force, scalar S, int D>
@@ -42,21 +43,23 @@ FIRN_INLINE P2GRecord<S, D> make_record(const P2GParticle<S, D>& particle, const
     return {particle.mass, particle.velocity * particle.mass - A * d, A, Force::gradient_part(impulse, h)};
 }
 
-/// A record along its path to a node. The node's offset is chosen axis by axis; an axis without an offset is open.
+/// A record for which the offset of the node is chosen axis by axis. An axis is open as long as no offset along it is
+/// chosen. The open axes are always the first ones.
 ///
-/// There are two ways. contract() closes one axis after the other; after the last one, `value` is what the node
-/// receives. Or moved() goes along each axis, and weighted() weights the result: this needs fewer operations if many
-/// nodes share products of weights.
+/// There are two ways to get the contribution to a node. Either call contract() for the last open axis until no axis is
+/// open: then `value` is the contribution. Or call moved() for each open axis, and then weighted(), which returns the
+/// contribution. The second way needs fewer operations if many nodes share products of weights.
 /// \tparam V          momentum and mass of a node, or of a row of nodes
-/// \tparam Open       the number of open axes, which are the leading ones
+/// \tparam Open       the number of open axes
 /// \tparam Gradients  whether the force form uses weight gradients
 template <class V, int Open, bool Gradients>
 struct OpenRecord {
-    V value;                                                    ///< momentum and mass at the present offset
-    std::array<V, std::size_t(Open)> column;                    ///< columns of A
-    std::array<V, std::size_t(Gradients ? Open : 0)> gradient;  ///< columns of G
+    V value;                                                    ///< momentum and mass at the chosen offset
+    std::array<V, std::size_t(Open)> column;                    ///< columns of A, one for each open axis
+    std::array<V, std::size_t(Gradients ? Open : 0)> gradient;  ///< columns of G, one for each open axis
 
-    /// Closes the last open axis at offset o, where the kernel has weight w and gradient g.
+    /// Returns the record with the offset o chosen along the last open axis. w and g are the kernel's weight and
+    /// gradient at this offset.
     template <class O, class W>
     FIRN_INLINE OpenRecord<V, Open - 1, Gradients> contract(const O& o, const W& w, const W& g) const {
         OpenRecord<V, Open - 1, Gradients> rest;
@@ -69,21 +72,21 @@ struct OpenRecord {
         return rest;
     }
 
-    /// The record at offset o along open axis a.
+    /// Returns the record moved by the offset o along the open axis a. The kernel's weight is not applied.
     template <class O>
     FIRN_INLINE OpenRecord moved(int a, const O& o) const {
         OpenRecord there = *this;
         there.value = plus_times(value, column[std::size_t(a)], o);
         return there;
     }
-    /// What a node receives, after moved() was called for all open axes.
-    /// \param weight     product of these axes' weights
-    /// \param gradients  for each axis, the same product with its gradient in place of its weight
+    /// Returns the contribution to a node. Call moved() for all open axes first.
+    /// \param weight     product of the weights along these axes
+    /// \param gradients  for each of these axes: the product with the gradient along this axis in place of the weight
     template <class W>
     FIRN_INLINE V weighted(const W& weight, const std::array<W, std::size_t(Gradients ? Open : 0)>& gradients) const {
         return with_gradients(value * weight, gradients);
     }
-    /// sum + weighted(…)
+    /// Returns sum + weighted(weight, gradients).
     template <class W>
     FIRN_INLINE V added_to(const V& sum, const W& weight,
                            const std::array<W, std::size_t(Gradients ? Open : 0)>& gradients) const {

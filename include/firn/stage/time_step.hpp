@@ -9,23 +9,25 @@
 
 namespace firn {
 
-/// The fraction of h / (|v| + c) that a step may take.
+/// The largest safe time step, divided by h / (|v| + c). h is the cell size, v the velocity, c the wave speed.
 ///
-/// In matter without gaps symplectic Euler is stable up to the kernel's courant_limit: 1.63 h/c for quadratic
-/// B-splines. Unevenly spaced particles and MLS forces need a smaller step. For a single particle, ω² is at most c²/h²
-/// max Σ N'²/N, and more particles do not raise it. The limit is then 0.82 h/c for the quadratic and 1.13 h/c for the
-/// cubic spline. So the same fraction of the courant_limit is safe for both.
+/// In matter without gaps, symplectic Euler is stable for steps up to courant_limit × h/c; this is 1.63 h/c for
+/// quadratic B-splines. Unevenly spaced particles and MLS forces need smaller steps. For a single particle, the squared
+/// angular frequency ω² is at most (c²/h²) max Σ N'²/N, with the sum over nodes, weights N and their derivatives N'.
+/// More particles do not raise this value. The limit 2/ω of the time step is then 0.82 h/c for the quadratic and 1.13
+/// h/c for the cubic spline. So the same fraction of the courant_limit is safe for both splines.
 template <class Kernel>
 inline constexpr double time_step_safety = 0.6 * (Kernel::courant_limit / 1.6329931618554521);
 
-/// The signal speed of a particle [m/s]: |v| + c, plus 2 d/h if the model has a diffusivity d [m²/s]; 0 without mass.
+/// Returns the signal speed of a particle [m/s]: |v| + c, with velocity v and wave speed c, plus 2 d/h if the material
+/// has a diffusivity d [m²/s], with cell size h. Returns 0 for a particle without mass.
 ///
 /// Why 2 d/h: on a grid of lumped masses, viscosity damps a wave at the rate λ = s d/h², where s is the symbol of the
-/// Laplacian. With many particles, its maximum over all waves is 1.5 for quadratic B-splines and weight gradients, and
-/// 1.94 for MLS forces. With two or more particles a cell and axis it is at most 2. In two and three dimensions it is
-/// not larger, because the weights along the other axes only lower it. Symplectic Euler with stiffness ω² = s c²/h² and
-/// damping λ is stable for (ω dt)² + 2 λ dt < 4 (both roots of z² − (2 − ω²dt² − λdt) z + 1 − λdt lie in the unit
-/// circle). With a step of 0.6 h / (c + 2 d/h) the left side is at most 1.2.
+/// Laplacian. With many particles, the maximum of s over all waves is 1.5 for quadratic B-splines and weight gradients,
+/// and 1.94 for MLS forces. With two or more particles per cell along each axis, s is at most 2. In two and three
+/// dimensions s is not larger, because the weights along the other axes only lower it. Symplectic Euler with stiffness
+/// ω² = s c²/h² and damping λ is stable for (ω dt)² + 2 λ dt < 4 (both roots of z² − (2 − ω²dt² − λdt) z + 1 − λdt lie
+/// in the unit circle). With a step of 0.6 h / (c + 2 d/h) the left side is at most 1.2.
 template <class Material, scalar S, int D, class State>
 FIRN_INLINE S signal_speed(const Material& material, const Vec<S, D>& velocity, const S& mass, const S& volume,
                            const State& state, [[maybe_unused]] const S& cell_size) {
@@ -37,16 +39,17 @@ FIRN_INLINE S signal_speed(const Material& material, const Vec<S, D>& velocity, 
 }
 
 namespace detail {
-/// \throws parameter_error  unless the step [s] is finite and not negative
+/// Checks a time step.
+/// \throws parameter_error  unless the time step [s] is finite and not negative
 inline void check_step(double dt) {
     if (!(dt >= 0) || !std::isfinite(dt))
         throw parameter_error(sentence("The time step is ", dt, " s; it must be finite and not negative."));
 }
 }  // namespace detail
 
-/// The bound of the time step [s].
-/// \param cell_size             [m]
-/// \param largest_signal_speed  of all particles [m/s]. \see signal_speed
+/// Returns the largest stable time step [s], also called the bound of the time step.
+/// \param cell_size             cell size h [m]
+/// \param largest_signal_speed  the largest signal speed of all particles [m/s]. \see signal_speed
 template <class Kernel>
 double stable_time_step(double cell_size, double largest_signal_speed) {
     return time_step_safety<Kernel> * cell_size / largest_signal_speed;
