@@ -64,7 +64,7 @@ void fill_poisson(const Shape<D, Winding>& shape, const SamplingOptions& options
     const auto margin = Vec<double, D>::filled(2 * radius);
     // The background grid, with cells of side r/√D, has about 9 cells per particle in 3D and 3 in 2D (poisson_density).
     const auto points = poisson_disk_points<D>(shape.bounds.lower - margin, shape.bounds.upper + margin, radius,
-                                               options.seed, 8 * double(options.max_particles));
+                                               options.seed, 16 * double(options.max_particles));
     double covered = 0;
     for (const auto& x : points) {
         const int winding = shape.winding(x);

@@ -40,14 +40,15 @@ struct Damped {
         return std::tuple{parameter{"field", "", &Damped::field}, parameter{"rate", "1/s", &Damped::rate}};
     }
 
-    /// Checks the rate.
-    /// \throws parameter_error unless the rate is finite and not negative
+    /// Checks the rate, and the field if it has a check().
+    /// \throws parameter_error unless the rate is finite and not negative; or if the field's check() throws it
     void check() const
         requires std::floating_point<S>
     {
         if (!(rate >= 0) || !std::isfinite(rate))
             throw parameter_error(
                 sentence("The rate of damping is ", rate, " /s; it must be finite and not negative."));
+        if constexpr (requires { field.check(); }) field.check();
     }
     /// Returns the field converted to scalar type T. A simulation calls it once a step, before any node changes.
     /// \throws parameter_error if check() throws it

@@ -84,16 +84,14 @@ struct Sand {
                          sand.hardening_decay,
                          "; both must be finite and not negative, and with hardening the decay must be "
                          "positive, or the angle would grow without bound."));
-        const double most = hardening > 0 ? hardening / sand.hardening_decay / std::numbers::e : 0;
         Sand model;
         model.mu = elastic.mu;
         model.lambda = elastic.lambda;
-        check_friction_angle(sand.friction_angle - sand.initial_loss);
-        check_friction_angle(sand.friction_angle + radians(most));
-        model.friction_angle = S(check_friction_angle(sand.friction_angle).in_radians());
+        model.friction_angle = S(sand.friction_angle.in_radians());
         model.hardening = S(hardening);
         model.hardening_decay = S(sand.hardening_decay);
         model.initial_loss = S(sand.initial_loss.in_radians());
+        check_angles(sand.friction_angle.in_radians(), hardening, sand.hardening_decay, sand.initial_loss.in_radians());
         return model;
     }
     /// Checks the parameters.
@@ -103,7 +101,6 @@ struct Sand {
         requires std::floating_point<S>
     {
         check_lame_of_plastic(double(mu), double(lambda));
-        check_friction_angle(radians(double(friction_angle)));
         if (!(hardening >= 0 && hardening_decay >= 0 && std::isfinite(hardening + hardening_decay + initial_loss)) ||
             (hardening > 0 && hardening_decay == 0))
             throw parameter_error(
@@ -111,6 +108,7 @@ struct Sand {
                          " from a loss of ", initial_loss,
                          " rad; all must be finite, the first two not negative, and with hardening the decay "
                          "must be positive."));
+        check_angles(double(friction_angle), double(hardening), double(hardening_decay), double(initial_loss));
     }
 
     /// The elastic solid with the moduli of this sand.
@@ -176,6 +174,16 @@ struct Sand {
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         return returned_with_stress(trial).state;
+    }
+
+private:
+    /// φ(q) = h₀ + (h₁ q − h₃) e^{−h₂ q} [rad] runs from h₀ − h₃ over a maximum at q = 1/h₂ + h₃/h₁, if that is
+    /// positive, to h₀.
+    /// \throws parameter_error unless 0° ≤ φ < 90° for every plastic strain q
+    static void check_angles(double h0, double h1, double h2, double h3) {
+        check_friction_angle(radians(h0));
+        check_friction_angle(radians(h0 - h3));
+        if (h1 > 0 && h1 + h2 * h3 > 0) check_friction_angle(radians(h0 + h1 / h2 * std::exp(-1 - h2 * h3 / h1)));
     }
 };
 

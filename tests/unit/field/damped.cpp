@@ -73,4 +73,7 @@ TEST_CASE("a body in free flight slows down as exp(−c t), and comes v/c far", 
 TEST_CASE("a rate of damping that cannot be is refused", "[field][error]") {
     for (const double rate : {-1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
         CHECK_THROWS_AS(lift<float>(Damped<double, 2>{{}, rate}), parameter_error);
+    Attraction<double, 2> wrong{};
+    wrong.radius = -1;
+    CHECK_THROWS_AS(lift<float>(Damped<double, 2, Attraction>{wrong, 1}), parameter_error);
 }

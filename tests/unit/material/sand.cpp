@@ -213,6 +213,20 @@ TEST_CASE("sand refuses properties that are none", "[material][error]") {
     CHECK_THROWS_AS(from({.friction_angle = degrees(5), .initial_loss = degrees(10)}), parameter_error);
     CHECK_THROWS_AS(from({.friction_angle = degrees(80), .hardening = degrees(90), .hardening_decay = 0.5}),
                     parameter_error);
+    // The maximum of φ lies above h₀ + h₁/(h₂ e), which is 81.6°, where sand is stronger before any flow.
+    CHECK_THROWS_AS(from({.friction_angle = degrees(60),
+                          .hardening = degrees(58.7),
+                          .hardening_decay = 1,
+                          .initial_loss = degrees(-25)}),
+                    parameter_error);
+    CHECK_NOTHROW(from({.friction_angle = degrees(60), .hardening = degrees(58.7), .hardening_decay = 1}));
+    Sand<float> by_hand;
+    by_hand.check();
+    by_hand.initial_loss = 0.7F;  // φ would begin below 0
+    CHECK_THROWS_AS(by_hand.check(), parameter_error);
+    by_hand = {};
+    by_hand.hardening = 4, by_hand.hardening_decay = 1;  // φ would reach 119°
+    CHECK_THROWS_AS(by_hand.check(), parameter_error);
     CHECK_THROWS_AS(from({.hardening = degrees(9)}), parameter_error);  // would grow without a bound
     CHECK_THROWS_AS(from({.hardening = degrees(-1), .hardening_decay = 1}), parameter_error);
     CHECK_THROWS_AS(from({.hardening = degrees(1), .hardening_decay = std::nan("")}), parameter_error);
