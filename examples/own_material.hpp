@@ -29,6 +29,13 @@ struct SoftTissue {
         return (F * transpose(F) - Matrix::identity()) * stiffened(F, J) + Matrix::diagonal(lambda * (J - S(1)) * J);
     }
 
+    /// ψ  [J/m³ of undeformed volume]: without it, totals().elastic_energy is NaN, and all else works.
+    template <int D>
+    S energy_density(const firn::Mat<S, D>& F) const {
+        const S J = determinant(F), change = J - S(1);
+        return (stiffened(F, J) - mu) / (S(2) * stiffening) + S(0.5) * lambda * change * change;
+    }
+
     /// ρ0 c² ≤ μ exp(k Q) (σ_max² + 1 + 2 k ‖FFᵀ − I‖²) + λ J²: the acoustic tensor's largest eigenvalue.  [m/s]
     template <int D>
     S wave_speed(const S& density, const firn::Mat<S, D>& F) const {

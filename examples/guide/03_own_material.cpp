@@ -5,7 +5,7 @@
 //!
 //! ## The maths
 //!
-//! firn asks for two things of an elastic material:
+//! firn asks two things of an elastic material:
 //!
 //! 1. the **Kirchhoff stress** τ = J σ = (∂ψ/∂F) Fᵀ [Pa], where F is the deformation gradient, J = det F and ψ the
 //!    energy per undeformed volume;
@@ -21,20 +21,28 @@
 //!     ∂ψ/∂F = μ exp(k Q) (F − F⁻ᵀ) + λ (J − 1) J F⁻ᵀ
 //!     τ = (∂ψ/∂F) Fᵀ = μ exp(k Q) (FFᵀ − I) + λ (J − 1) J I
 //!
-//! The speed of sound follows from the acoustic tensor, the second derivative of ψ for a wave n ⊗ n. Its largest
-//! eigenvalue over the density ρ₀ is c². A bound is enough: too large a value costs a shorter step, too small a value
-//! makes the simulation unstable.
+//! **The speed of sound.** Matter that moves by a small wave, direction of motion a and direction of travel n, both unit
+//! vectors, is deformed to F + s (a ⊗ n) F. The second derivative of ψ for s, which is a · A a with the acoustic tensor
+//! A, over the density ρ₀ at rest is c². A bound for every a and n is enough: too large a value costs a shorter step,
+//! too small a value makes the simulation unstable. Here
+//!
+//!     d²Q/ds² = 2 |Fᵀn|² + 2 (a·n)²,     dQ/ds = 2 a · (FFᵀ − I) n,     d²J/ds² = 0,     dJ/ds = J (a·n)
+//!     ρ₀ c² = μ exp(k Q) (|Fᵀn|² + (a·n)² + 2 k (a · (FFᵀ − I) n)²) + λ J² (a·n)²
+//!           ≤ μ exp(k Q) (σ_max² + 1 + 2 k ‖FFᵀ − I‖²) + λ J²
+//!
+//! where σ_max is the largest principal stretch. `firn::squared_stretch_bound(F)` is a bound of σ_max² without a singular
+//! value decomposition.
 //!
 //! ## The struct
 //!
 //! [own_material.hpp](../own_material.hpp)
 //!
-//! - Write `firn::sqrt`, `firn::abs`, `firn::exp`, `firn::log`, `firn::pow`, `firn::min`, `firn::max`. `std::sqrt`
-//! knows
-//!   neither SIMD lanes nor the scalar that writes WGSL.
+//! - Write `firn::sqrt`, `firn::abs`, `firn::exp`, `firn::log`, `firn::pow`, `firn::min`, `firn::max`.
+//!   `std::sqrt` knows neither SIMD lanes nor the scalar that writes WGSL.
 //! - Write `firn::select(condition, a, b)` in place of `if` and `?:` on a value, because lanes take both sides.
-//! - A material with a memory has a struct template `state<D>` of its own with `fields()`, and takes that in the place
-//!   of F. A plastic one offers `returned(trial)`. firn::VonMises is a short example; the list of all that a material
+//! - `energy_density` is optional. It gives `totals().elastic_energy`, and lets you check the stress, as below.
+//! - A material with a memory has a struct template `state<D>` of its own with `fields()`, and takes that instead of
+//!   F. A plastic one offers `returned(trial)`. firn::VonMises is a short example; the list of all that a material
 //!   may offer is at the top of `firn/material/concept.hpp`.
 //! - In Eigen's terms, `Eigen::Matrix<S, D, D>` in place of `firn::Mat<S, D>`: `examples/eigen_material.hpp`.
 //!
@@ -52,24 +60,17 @@
 
 #include <cstdio>
 
-/// ψ, for this check only: a simulation needs it for totals().elastic_energy.
-template <class S>
-S energy(const SoftTissue<S>& tissue, const firn::Mat<S, 3>& F) {
-    const S J = determinant(F), Q = squared_norm(F) - S(3) - S(2) * firn::log(J);
-    return tissue.mu / (S(2) * tissue.stiffening) * (firn::exp(tissue.stiffening * Q) - S(1)) +
-           S(0.5) * tissue.lambda * (J - S(1)) * (J - S(1));
-}
-
 int main() {
     const SoftTissue<double> tissue{.mu = 2e4, .lambda = 3e4, .stiffening = 0.5};
-    const firn::Mat<double, 3> F{{1.1, 0.1, 0.0, -0.05, 0.95, 0.1, 0.0, 0.02, 1.05}};
-    const firn::Mat<double, 3> velocity_gradient{{0.3, -0.2, 0.1, 0.5, 0.4, -0.6, 0.2, 0.1, -0.3}};  // [1/s]
-    const firn::Mat<double, 3> rate = velocity_gradient * F;
+    using Matrix = firn::Mat<double, 3>;  // braces give it by columns, Mat::rows by rows
+    const auto F = Matrix::rows(1.1, 0.1, 0.0, -0.05, 0.95, 0.1, 0.0, 0.02, 1.05);
+    const auto velocity_gradient = Matrix::rows(0.3, -0.2, 0.1, 0.5, 0.4, -0.6, 0.2, 0.1, -0.3);  // [1/s]
+    const Matrix rate = velocity_gradient * F;
 
     using Dual = firn::dual<double>;
     firn::Mat<Dual, 3> moving;
     for (int i = 0; i < 9; ++i) moving.m[i] = Dual(F.m[i], rate.m[i]);
-    const double by_dual = energy(SoftTissue<Dual>{Dual(2e4), Dual(3e4), Dual(0.5)}, moving).derivative;
+    const double by_dual = SoftTissue<Dual>{Dual(2e4), Dual(3e4), Dual(0.5)}.energy_density(moving).derivative;
     const auto stress = tissue.kirchhoff_stress(F);
     double by_stress = 0;
     for (int i = 0; i < 9; ++i) by_stress += stress.m[i] * velocity_gradient.m[i];

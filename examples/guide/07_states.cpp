@@ -8,47 +8,60 @@
 
 #include <cstdio>
 
+#include <filesystem>
+
 firn::Simulation<2> scene() {
     firn::Simulation<2> simulation({.lower = {0, 0}, .upper = {1, 1}, .cell_size = 1.0 / 64});
     simulation.add(firn::sample_box<2>({0.2, 0.4}, {0.5, 0.7}, {.spacing = 1.0 / 128}), 1000, {1.0, 0.0});
     return simulation;
 }
 
-int main() {
-    //! ## Write
-    //!
-    //! A BackgroundSeries writes while the simulation goes on; a StateSeries writes at once. Both make
-    //! `NAME.hdf.series`, which ParaView opens. An Interruption turns Ctrl-C and SIGTERM into the end of the run, so
-    //! that its last state is on disk.
+//! ## Start, or go on
+//!
+//! This function is a whole run: it starts, or goes on where an earlier run ended. A BackgroundSeries writes while the
+//! simulation goes on; a StateSeries writes at once. Both make `NAME.hdf.series`, which ParaView opens. An Interruption
+//! turns Ctrl-C and SIGTERM into the end of the run, so that its last state is on disk.
+//!
+//! `go_on_from` keeps the states of the earlier run. Without it, a series replaces an older one of the same name.
+firn::Simulation<2> run(const char* name, double end) {
     firn::Simulation<2> simulation = scene();
-    {
-        firn::BackgroundSeries<float> series("out", "run");
-        const firn::Interruption interruption;
-        while (simulation.steps() < 200 && !interruption.requested()) {
-            simulation.step();
-            if (simulation.steps() % 100 != 0) continue;
-            auto state = series.spare();  // memory of a state that is on disk
-            firn::state_of(simulation, state);
-            series.write(std::move(state));
-        }
-        series.finish();  // throws if a state could not be written
+    firn::BackgroundSeries<float> series("out", name);
+    const std::string list = std::string("out/") + name + ".hdf.series";
+    if (std::filesystem::exists(list)) {
+        const firn::SeriesEntry last = firn::read_series(list).back();
+        firn::restore(simulation, firn::read_state<float>("out/" + last.file));
+        series.go_on_from(last.time);
+    } else {
+        series.write(firn::state_of(simulation));
     }
+    const firn::Interruption interruption;
+    while (simulation.time() < end - 1e-9 && !interruption.requested()) {
+        simulation.advance(0.05);
+        auto state = series.spare();  // memory of a state that is on disk
+        firn::state_of(simulation, state);
+        series.write(std::move(state));
+    }
+    series.finish();  // throws if a state could not be written
+    return simulation;
+}
 
-    //! ## Go on
+//! Every step after a restart has the bits of a run that was never stopped, on any number of threads.
+int main() {
+    for (const char* name : {"whole", "parts"}) std::filesystem::remove(std::string("out/") + name + ".hdf.series");
+    const auto whole = run("whole", 0.4);
+    run("parts", 0.2);
+    const auto simulation = run("parts", 0.4);  // goes on from 0.2 s
+    const bool same = firn::state_of(simulation) == firn::state_of(whole) &&
+                      firn::read_series("out/parts.hdf.series").size() == 9;
+    std::printf("stopped and gone on with: %s\n", same ? "the same bits" : "other bits");
+
+    //! With several materials write a series for each set. If the program was killed between two writes, one list is
+    //! longer: go on from the last time that all lists have.
     //!
-    //! Another program, made in the same way, takes the last state. Every further step has the bits of a run that was
-    //! never stopped, on any number of threads.
-    firn::Simulation<2> other = scene();
-    const firn::SeriesEntry last = firn::read_series("out/run.hdf.series").back();
-    firn::restore(other, firn::read_state<float>("out/" + last.file));
-    simulation.advance(0.1);
-    other.advance(0.1);
-    const bool same = firn::state_of(simulation) == firn::state_of(other);
-    std::printf("from step %llu on: %s\n", static_cast<unsigned long long>(other.steps()),
-                same ? "the same bits" : "other bits");
-
-    //! A run of another policy, stiffness, cell, precision, compiler or processor is refused with a sentence that says
-    //! what differs. Restart::other_build takes the same run from another build, whose roundings were others.
+    //! ## What is refused
+    //!
+    //! A state of a run with another policy, stiffness, cell, precision, compiler or processor is refused with a sentence
+    //! that says what differs. Restart::other_build accepts the state of another build, which rounds differently.
     //! Restart::converted takes the particles into any run: float to double, another transfer, another stiffness.
     firn::Simulation<2, firn::FixedCorotated<double>> exact({.lower = {0, 0}, .upper = {1, 1}, .cell_size = 1.0 / 64});
     try {
@@ -70,7 +83,7 @@ int main() {
     //! | for | write | with |
     //! | --- | --- | --- |
     //! | ParaView | a StateSeries or BackgroundSeries | all fields, triangles, times |
-    //! | Houdini, Blender | `write_ply("run_0001.ply", state, {"velocity"})` (`firn/io/ply.hpp`) | points, ids, fields
+    //! | Houdini, Blender | `write_ply("run_0001.ply", state, {"velocity"})` (`firn/io/ply.hpp`) | points, ids, named fields |
     //! that you name | | Houdini, Blender | `write_obj("cloth_0001.obj", state)` (`firn/io/obj.hpp`) | points and
     //! triangles | | anything that reads points | `write_obj_points("run_0001.obj", points)` | points |
     //!

@@ -34,8 +34,8 @@ int main() {
     const int steps = 50;
     for (int i = 0; i < steps; ++i) simulation.step();
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    const double rate = double(simulation.particles().size()) * steps / seconds;
-    std::printf("%zu particles, %.1f million particle-steps a second\n", simulation.particles().size(), rate / 1e6);
+    const double speed = double(simulation.particles().size()) * steps / seconds;
+    std::printf("%zu particles, %.1f million particle-steps a second\n", simulation.particles().size(), speed / 1e6);
 
     //! ## What to expect
     //!
@@ -70,5 +70,5 @@ int main() {
     //! every particle or node (loads, fields, boundaries) run on several threads at once; those called once a step may
     //! open parallel regions of their own. Inside a parallel region of yours, and in a child of `fork()`, firn runs on
     //! the calling thread. A host's own threads are lent through firn::LentThreads: `examples/14_lend_threads.cpp`.
-    return rate > 0 ? 0 : 1;
+    return speed > 0 ? 0 : 1;
 }

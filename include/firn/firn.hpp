@@ -1,6 +1,8 @@
-/// \file Includes all of firn that needs no other library.
+/// \file Includes simulations on a grid with all policies, and the stages of a step.
 ///
-/// With OpenMP enabled, loops use it. For Eigen include firn/core/eigen.hpp; for HDF5 see firn/io.
+/// Include beside it what you need of the rest: firn/lagrangian.hpp (particles, soft bodies and cloth without a grid),
+/// firn/io/states.hpp (HDF5), firn/io/obj.hpp, firn/data/eigen.hpp, firn/wgsl/program.hpp (programs for a GPU),
+/// firn/core/own_threads.hpp. Loops run on OpenMP's threads if the compiler has OpenMP enabled.
 #pragma once
 
 #include <firn/core/requirements.hpp>

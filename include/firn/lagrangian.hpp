@@ -1,11 +1,15 @@
 /// \file Includes all of point masses: springs, constraints, cloth, soft bodies, collisions, emitters.
 ///
-/// They need no grid, and firn.hpp need not be included. For nets on the grid of a simulation see
-/// Simulation::add_force().
+/// It includes walls, moving solids and shapes, too, as boundaries of a ParticleSystem. No grid is needed, and firn.hpp
+/// need not be included. For nets on the grid of a simulation see Simulation::add_force().
 #pragma once
 
 #include <firn/core/requirements.hpp>
 
+#include <firn/boundary/collider.hpp>
+#include <firn/boundary/shapes.hpp>
+#include <firn/boundary/together.hpp>
+#include <firn/boundary/walls.hpp>
 #include <firn/lagrangian/any_force.hpp>
 #include <firn/lagrangian/cloth.hpp>
 #include <firn/lagrangian/collision_grid.hpp>
