@@ -1,6 +1,7 @@
-/// \file Includes all of firn that needs no other library.
+/// \file Includes all parts of firn that need no other library.
 ///
-/// With OpenMP enabled, loops use it. For Eigen include firn/core/eigen.hpp; for HDF5 see firn/io.
+/// If OpenMP is enabled in the compiler, firn's loops run on OpenMP's threads. For Eigen include firn/core/eigen.hpp;
+/// for HDF5 see firn/io.
 #pragma once
 
 #include <firn/core/requirements.hpp>

@@ -1,7 +1,8 @@
-/// \file Includes all of point masses: springs, constraints, cloth, soft bodies, collisions, emitters.
+/// \file Includes all that serves to simulate point masses: springs, constraints, cloth, soft bodies, collisions,
+/// emitters.
 ///
-/// They need no grid, and firn.hpp need not be included. For nets on the grid of a simulation see
-/// Simulation::add_force().
+/// Point masses need no grid, and a program that simulates only point masses need not include firn.hpp. For nets of
+/// point masses on the grid of a simulation, see Simulation::add_force().
 #pragma once
 
 #include <firn/core/requirements.hpp>

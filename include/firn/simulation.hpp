@@ -42,15 +42,15 @@ namespace firn {
 ///
 ///     firn::Simulation simulation(domain, material, firn::Together(walls, collider), firn::Flip{});
 ///
-/// It composes the stages of exec/; a program may call the stages itself instead.
-/// \see SimulationWith, if a program must write the type
+/// A simulation calls the stages of exec/. A program may call these stages itself instead.
+/// \see SimulationWith, if a program must write the type of a simulation
 /// \tparam D          2 or 3
-/// \tparam Material   a constitutive model in float or double, which sets the precision of the simulation; or several
-///                    as `Materials<…>`, each with its own set of particles: `set<Snow<float>>()`
-/// \tparam Transfer   how velocities go to the grid and back: Apic, Pic, Flip, …
+/// \tparam Material   a constitutive model, whose scalar (float or double) is the precision of the simulation; or
+///                    several models as `Materials<…>`, each with its own set of particles: `set<Snow<float>>()`
+/// \tparam Transfer   how velocities go from particles to the grid and back: Apic, Pic, Flip, …
 /// \tparam Force      how stresses become forces on nodes: MlsForce or WeightGradientForce
 /// \tparam Kernel     the weights of nodes: QuadraticBSpline, CubicBSpline or Linear
-/// \tparam Execution  how P2G adds up: Coloured, Serial or FixedPoint
+/// \tparam Execution  how P2G sums over particles on several threads: Coloured, Serial or FixedPoint
 /// \tparam Boundary   walls, colliders or both. \see boundary/concept.hpp
 template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, class Force = MlsForce,
           class Kernel = QuadraticBSpline, class Execution = Coloured,
@@ -71,28 +71,29 @@ public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
     static_assert(require_kernel<Kernel>());
     static_assert(transfer<Transfer> && force<Force>);
-    /// True. If the boundary does not fit the precision or the dimension, the compiler stops with a message.
+    /// Is always true. If the boundary does not fit the simulation's precision or dimension, the compilation stops with
+    /// a message.
     static constexpr bool boundary_fits = detail::require_fitting_boundary<Boundary, detail::precision_of_t<List>, D>();
 
     using scalar_type = detail::precision_of_t<List>;
-    using material_type = Material;    ///< The material, or the list of materials.
-    using kernel_type = Kernel;        ///< The kernel.
+    using material_type = Material;    ///< The type of the material, or Materials<…>.
+    using kernel_type = Kernel;        ///< The type of the kernel.
     using S = scalar_type;             ///< float or double.
     using Sets = typename Make::type;  ///< A tuple with one MaterialSet for each material.
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
-    static constexpr std::size_t unnamed = detail::unnamed_material;        ///< In set(): the only material.
+    static constexpr std::size_t unnamed = detail::unnamed_material;        ///< In set<I>(): the only material.
 
     /// Makes a simulation without particles. If the boundary is Walls, it gets walls on all faces of the domain, which
     /// matter can leave (Contact::separate), except across periodic axes. Any other boundary is default-constructed.
-    /// \param how  the execution
-    /// \throws parameter_error if the domain is empty, not finite, or has too many or too few cells; if a parameter of
-    ///         the material is out of range. \see check_material
+    /// \param how  the execution policy: how P2G sums, and the number of threads
+    /// \throws parameter_error  if the domain is empty, not finite, or has too many or too few cells; or if a parameter
+    ///                          of the material is out of range. \see check_material
     explicit Simulation(const Domain<D>& domain, const Material& material = {},
                         const std::type_identity_t<Execution>& how = {})
         : Simulation(domain, material, how, detail::default_boundary<Boundary, S>(domain)) {}
     /// Makes a simulation without particles, with this boundary.
-    /// \param how    the execution
+    /// \param how    the execution policy: how P2G sums, and the number of threads
     /// \param walls  the boundary
     /// \throws parameter_error  if the domain or a parameter of the material is out of range
     Simulation(const Domain<D>& domain, const Material& material, const std::type_identity_t<Execution>& how,
@@ -101,8 +102,9 @@ public:
         for_sets([](const auto& set) { check_material<D>(set.material); });
     }
 
-    /// Makes a simulation without particles, with these policies in any order. The type must name each of them; a
-    /// policy that is not given is default-constructed, and Walls are put on all faces of the domain.
+    /// Makes a simulation without particles, with these policies in any order. The type of the simulation must name the
+    /// type of each policy. A policy that is not given is default-constructed; if that is a boundary of type Walls, it
+    /// gets walls on all faces of the domain.
     /// \throws parameter_error  if the domain or a parameter of the material is out of range
     template <class First, class... Rest>
     Simulation(const std::type_identity_t<Domain<D>>& domain, const Material& material, const First& first,
@@ -120,7 +122,7 @@ public:
         transfer = detail::one_of<Transfer>([] { return Transfer{}; }, first, rest...);
     }
 
-    /// Does not compile: the domain has another dimension.
+    /// Does not compile: the domain has another dimension than the simulation.
     template <int N, class... Rest>
         requires(N != D)
     explicit Simulation(const Domain<N>&, const Rest&...) : Simulation(Domain<D>{}) {
@@ -128,33 +130,35 @@ public:
     }
 
     using Stepper<D>::gravity;
-    /// Receives warnings, each of them once:
-    /// - the fixed time step is above the bound (again whenever the ratio grows by a fifth);
-    /// - the bound of the time step has fallen by 10³, or needs more than 10⁶ steps a second;
+    /// Receives the text of each warning, once:
+    /// - the fixed time step is above the bound (given again whenever the ratio of the two grows by a fifth);
+    /// - the bound of the time step has fallen by a factor of 10³, or is below 10⁻⁶ s;
     /// - the particles of a body lie further apart than a cell, two bodies overlap, or a body lies in a solid;
     /// - the walls are not the faces of the domain;
     /// - matter has reached a face of the domain that has no wall.
     ///
-    /// By default warnings go to stderr. If it is empty, there are none.
+    /// By default warnings go to stderr. If the function is empty, there are no warnings.
     using Stepper<D>::warn;
-    Boundary boundary;    ///< The walls and colliders. Steps move those that have a velocity.
-    Execution execution;  ///< How P2G adds up, and the number of threads of all stages.
+    Boundary boundary;    ///< The walls and colliders. Each step moves those that have a velocity.
+    Execution execution;  ///< How P2G sums over particles, and the number of threads of all stages.
     Transfer transfer{};  ///< The transfer with its parameters.
-    /// If it holds a value, every step fills it with the impulse and torque of each part of the boundary on matter.
+    /// If you set this to a value, every step writes to it the impulse and the torque that each part of the boundary
+    /// exerts on matter. Empty by default: nothing is computed.
     std::optional<Reactions<D>> reactions{};
-    double fixed_time_step = 0;  ///< The time step [s]; 0: the bound, computed before every step.
-    /// Particles are sorted when one of them may leave the reach of its block. They are also sorted whenever the number
-    /// of steps is a multiple of this, unless it is 0.
+    double fixed_time_step = 0;  ///< The time step [s]; 0: stable_time_step(), computed before every step.
+    /// Particles are always sorted when one of them has moved so far from its block that the next step needs a new
+    /// sort. If this number is not 0, they are also sorted whenever the number of steps is a multiple of it.
     std::uint64_t most_steps_between_sorts = 0;
 
     const Domain<D>& domain() const { return grid_.domain(); }  ///< The domain.
-    const SparseGrid<S, D>& grid() const { return grid_; }      ///< The grid, as the last step has left it.
+    const SparseGrid<S, D>& grid() const { return grid_; }      ///< The grid, with the values of the last step.
 
     /// \name Sets of particles
     /// @{
 
-    /// A handle to the set of particles of one material: `set<Snow<float>>().add(…)`. If a material is in the list
-    /// twice, its place names it: `set<1>()`. A simulation with one material is such a handle itself.
+    /// Returns a handle to the set of particles of one material: `set<Snow<float>>().add(…)`. If the list of materials
+    /// contains the same type twice, use the index in the list: `set<1>()`. A simulation with one material has the
+    /// functions of the handle itself.
     template <std::size_t I = unnamed>
     SetHandle<Simulation, at<I>> set() {
         return SetHandle<Simulation, at<I>>(*this);
@@ -173,9 +177,9 @@ public:
     }
     /// @}
 
-    /// The bound of the time step for the present particles [s]: the largest step that is stable.
-    /// \throws particle_error  if particles are not finite or not in the domain, or if nothing moves and the
-    ///         material has no stiffness
+    /// Returns the bound of the time step [s]: the largest step that is stable for the present particles.
+    /// \throws particle_error  if particles are not finite or not in the domain, or if nothing moves and the material
+    ///                         has no stiffness
     double stable_time_step() {
         prepare();
         const double fastest = detail::fastest_signal(sets_);
@@ -188,27 +192,30 @@ public:
         return bound;
     }
 
-    /// Takes one step under gravity: of the fixed time step, or of the bound if it is 0.
+    /// Takes one step under gravity. The time step is fixed_time_step, or stable_time_step() if fixed_time_step is 0.
     /// \throws parameter_error  if the fixed time step, gravity or a parameter of a policy is out of range
     /// \throws particle_error   if particles are not finite or have left the domain, before or after the step
     /// \throws overflow_error   if fixed-point sums could overflow
     void step();
 
-    /// Takes one step under another acceleration, in place of gravity.
+    /// Takes one step under the given acceleration, in place of gravity.
     /// \param acceleration  a vector [m/s²], or a field a(x) [m/s²]: a callable of Vec<P, D> [m] for any scalar P.
     ///                      \see acceleration_at
-    /// \throws parameter_error, particle_error, overflow_error  as step()
+    /// \throws parameter_error, particle_error, overflow_error  for the same reasons as step()
     template <class Acceleration>
     void step(const Acceleration& acceleration) {
         take_steps(detail::own_acceleration<D>(acceleration), std::numeric_limits<double>::infinity(), now_.steps + 1);
     }
 
-    /// Takes steps until `duration` [s] has passed. The last step is shortened to end there.
+    /// Takes steps until the time `duration` [s] has passed. The last step is shortened to end then.
     /// \throws parameter_error  if the duration is negative or not finite
-    /// \throws parameter_error, particle_error, overflow_error  as step()
+    /// \throws parameter_error, particle_error, overflow_error  for the same reasons as step()
     void advance(double duration);
-    /// Takes steps until `duration` [s] has passed, under another acceleration in place of gravity.
-    /// \param acceleration  as step() takes it
+    /// Takes steps until the time `duration` [s] has passed, under the given acceleration in place of gravity. The last
+    /// step is shortened to end then.
+    /// \param acceleration  a vector [m/s²], or a field a(x) [m/s²], as for step()
+    /// \throws parameter_error  if the duration is negative or not finite
+    /// \throws parameter_error, particle_error, overflow_error  for the same reasons as step()
     template <class Acceleration>
     void advance(double duration, const Acceleration& acceleration) {
         if (!(duration >= 0) || !std::isfinite(duration))
@@ -218,13 +225,14 @@ public:
                    std::numeric_limits<std::uint64_t>::max());
     }
 
-    /// Replaces the particles of a material by stored ones, and goes back to their moment. With several materials, call
-    /// it once for each.
+    /// Replaces the particles of a material by stored ones, and sets the time and the number of steps to those at which
+    /// the particles were stored. With several materials, call restore() once for each material.
     ///
-    /// A prepared set keeps its order in memory, its partition and its report: the run continues bit for bit.
+    /// If the stored set contains its partition and its report, its order in memory is kept, too, and the run continues
+    /// bit for bit.
     /// \param set     the stored particles. \see Restart
-    /// \param moment  after which step they were stored
-    /// \throws io_error  if another material was restored to another moment, with no step since
+    /// \param moment  the time and the number of steps at which the particles were stored
+    /// \throws io_error  if another material was restored to another moment, and no step was taken since
     template <std::size_t I = unnamed>
     void restore(std::tuple_element_t<at<I>, Sets>&& set, const Moment& moment) {
         for_sets([&](const auto& other) {
@@ -240,7 +248,7 @@ public:
     }
 
 private:
-    // What SetAccess calls on a simulation with one material.
+    // SetAccess calls these functions. A simulation with one material inherits from SetAccess.
     Simulation& simulation() { return *this; }
     const Simulation& simulation() const { return *this; }
     template <std::size_t I = unnamed>
@@ -268,8 +276,8 @@ private:
 
     int workers() const { return thread_count(requested_threads(execution)); }
 
-    /// Takes steps until the time is `end` [s] or the number of steps is `last_step`. The last step is shortened to end
-    /// at `end`.
+    /// Takes steps until the time is `end` [s] or the number of steps is `last_step`. The last step before `end` is
+    /// shortened to end at that time.
     template <class Acceleration>
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
         if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, warn);
@@ -286,15 +294,15 @@ private:
             });
     }
 
-    /// Whether dt is the bound of the time step, and not chosen by the program.
+    /// Whether the time step dt [s] is the bound of the time step, and was not chosen by the program.
     bool is_the_bound(double dt) const { return fixed_time_step == 0 && bound_ > 0 && !(dt < bound_); }
     [[gnu::cold]] std::string reason_of_bound() {
         return detail::reason_of_bound<Kernel>(sets_, domain(), detail::speed_of_boundary<S>(boundary, domain()),
                                                detail::force_bound(sets_, now_.time, workers()));
     }
 
-    /// The fixed time step, or the bound [s].
-    /// \param warning  set if the program must be warned before the step
+    /// Returns the time step [s] to take next: the fixed time step, or the bound.
+    /// \param warning  receives the text of a warning if there is one to give before the step
     double next_time_step(std::string& warning) {
         const double bound = bound_ = stable_time_step();
         if (fixed_time_step < 0 || !std::isfinite(fixed_time_step))
@@ -334,7 +342,7 @@ private:
             else
                 grid_update(execution, grid_, dt, acceleration, boundary);
         }
-        for_sets([](auto& set) { set.readiness.spoil(); });  // until G2P has moved all particles
+        for_sets([](auto& set) { set.readiness.spoil(); });  // until G2P moved all particles
         bool right = true;
         for_sets([&](auto& set) {
             const auto pass = detail::g2p_pass<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition,
@@ -371,12 +379,12 @@ private:
         after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, sets...);
     }
 
-    /// Checks, sorts and computes stresses of particles that were added or changed since the last step.
+    /// Checks and sorts the particles that were added or changed since the last step, and computes their stresses.
     /// \throws particle_error  if a step failed half-way, or if particles are not finite or not in the domain
     void prepare();
     template <class Set>
     void prepare(Set& set) {
-        if (set.particles.size() == 0 && (has_particles() || is_waiting())) {  // particles may come later
+        if (set.particles.size() == 0 && (has_particles() || is_waiting())) {  // others may be added later
             set.partition = {};
             set.report = {};
             set.readiness.prepare();
@@ -401,9 +409,9 @@ private:
     bool has_particles() const {
         return any_set([](const auto& set) { return set.particles.size() > 0; });
     }
-    /// Whether there are no particles, but a source will give some.
+    /// Whether there are no particles now, but a source will add some later.
     bool is_waiting() const { return !has_particles() && std::isfinite(next_burst()); }
-    /// The time of the next burst of a source [s]; infinite if there is none.
+    /// Returns the time at which a source adds particles next [s]; infinite if no source will.
     double next_burst() const {
         return std::apply([](const auto&... set) { return std::min({set.next_burst()...}); }, sets_);
     }
@@ -427,11 +435,12 @@ private:
     SparseGrid<S, D> grid_;
     Sets sets_;
     TransferMemory<S> transfer_memory_;
-    double bound_ = 0;  // of the present step [s]
+    double bound_ = 0;  // the bound of the time step at the present step [s]
     detail::Warnings warnings_;
 };
 
-/// Deduces the type from the policies, given in any order: `Simulation simulation(domain, material, Flip{})`.
+/// Deduces the type of a simulation from its policies, given in any order: `Simulation simulation(domain, material,
+/// Flip{})`.
 template <int D, class Material, class... Policies>
 Simulation(const Domain<D>&, const Material&, const Policies&...)
     -> Simulation<D, Material, typename detail::chosen<D, Material, Policies...>::transfer,
@@ -440,8 +449,8 @@ Simulation(const Domain<D>&, const Material&, const Policies&...)
                   typename detail::chosen<D, Material, Policies...>::execution,
                   typename detail::chosen<D, Material, Policies...>::boundary>;
 
-// Functions that take long to compile are defined outside of the class, so they are not inline: if a program declares
-// the simulation `extern template class`, its other files do not compile them again.
+// Functions that take long to compile are defined outside of the class, so that they are not inline. If a program
+// declares the type of its simulation `extern template class`, only one file of the program compiles these functions.
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
 void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::step() {
