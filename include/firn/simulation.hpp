@@ -439,8 +439,8 @@ private:
     detail::Warnings warnings_;
 };
 
-/// Deduces the type of a simulation from its policies, given in any order: `Simulation simulation(domain, material,
-/// Flip{})`.
+/// Deduces the type of a simulation from its policies, given in any order:
+/// `Simulation simulation(domain, material, Flip{})`.
 template <int D, class Material, class... Policies>
 Simulation(const Domain<D>&, const Material&, const Policies&...)
     -> Simulation<D, Material, typename detail::chosen<D, Material, Policies...>::transfer,

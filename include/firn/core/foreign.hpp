@@ -47,9 +47,9 @@ concept is_made_from = is_foreign<T> && std::same_as<typename foreign<T>::own, O
 
 namespace detail {
 
-/// A type that is different for every call of F with arguments A…. It is an argument of has_counterpart, because
-/// compilers evaluate a concept only once per list of arguments: what they found for other calls, before the library's
-/// header was included, must not be used again.
+/// A type that names one call: of a function F with arguments A…. It is an argument of has_counterpart, so that the
+/// compiler checks this concept again for every call. Otherwise the compiler would reuse the result of an earlier
+/// check, which may have been made before the other library's header was included.
 template <class F, class... A>
 struct call_of;
 

@@ -1,5 +1,5 @@
-/// \file Loops with a fixed or a largest number of passes. The scalar that records a program for a GPU records them as
-/// loops.
+/// \file Loops whose number of passes is fixed, or has an upper limit, at compile time. If the scalar records a program
+/// for a GPU, the program gets a loop, too.
 #pragma once
 
 #include <firn/core/scalar.hpp>

@@ -1,8 +1,9 @@
 /// \file What an interpolation kernel is. It gives the weights of the nodes around a particle.
 ///
 /// A kernel is a product of one function N per axis. Let x be a particle's coordinate along an axis, in cells from the
-/// lower corner of the grid. The particle touches `support` nodes along this axis: base, base + 1, … with base =
-/// floor(x − base_shift). The kernel's functions take f = x − base, the particle's distance from node base [cells].
+/// lower corner of the grid. The particle touches `support` nodes along this axis: base, base + 1, … with
+/// base = floor(x − base_shift). The kernel's functions take f = x − base, the particle's distance from node base
+/// [cells].
 ///
 /// Below, h is the cell size, and N_i, v_i and x_i are the weight, the velocity and the position of node i.
 #pragma once

@@ -28,8 +28,8 @@ struct QuadraticBSpline {
     /// most 1.5 c²/h², at z = −½. \see has_courant_limit
     static constexpr double courant_limit = 1.6329931618554521;
 
-    /// Returns the weights of the nodes base, base + 1 and base + 2 for a particle at the distance f from base, ½ ≤ f <
-    /// 3/2 [cells].
+    /// Returns the weights of the nodes base, base + 1 and base + 2 for a particle at the distance f from base,
+    /// ½ ≤ f < 3/2 [cells].
     template <scalar S>
     FIRN_INLINE static std::array<S, 3> weights(const S& f) {
         const S left = S(1.5) - f, middle = f - S(1), right = f - S(0.5);

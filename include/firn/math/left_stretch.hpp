@@ -68,9 +68,9 @@ template <class T>
 
 }  // namespace detail
 
-/// Returns the rotation R of F = V R in 2D, which is the rotation nearest to F. The angle θ of R has tan θ = (F₁₀ −
-/// F₀₁) / (F₀₀ + F₁₁). If every rotation is equally near (σ₁ = −σ₀, or F = 0), R = I. The error of R is a few ε for
-/// every finite F.
+/// Returns the rotation R of F = V R in 2D, which is the rotation nearest to F. The angle θ of R has tan
+/// θ = (F₁₀ − F₀₁) / (F₀₀ + F₁₁). If every rotation is equally near (σ₁ = −σ₀, or F = 0), R = I. The error of R is a
+/// few ε for every finite F.
 template <scalar S>
 FIRN_INLINE Mat<S, 2> polar_rotation(const Mat<S, 2>& F) {
     const S x = S(0.5) * F(0, 0) + S(0.5) * F(1, 1);  // the halves prevent overflow
@@ -95,8 +95,8 @@ FIRN_INLINE Mat<S, 2> turned_back(const Mat<S, 2>& F, const Mat<S, 2>& R) {
 }
 }  // namespace detail
 
-/// Returns the left stretch V = F Rᵀ of a 2 × 2 matrix, where R = polar_rotation(F). V is symmetric to the bit, and ‖V²
-/// − FFᵀ‖ ≤ 10 ε ‖F‖² for every finite F (ε: machine epsilon).
+/// Returns the left stretch V = F Rᵀ of a 2 × 2 matrix, where R = polar_rotation(F). V is symmetric to the bit, and
+/// ‖V² − FFᵀ‖ ≤ 10 ε ‖F‖² for every finite F (ε: machine epsilon).
 template <scalar S>
 FIRN_INLINE Mat<S, 2> left_stretch(const Mat<S, 2>& F) {
     return detail::turned_back(F, polar_rotation(F));
@@ -145,8 +145,8 @@ FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
 /// epsilon). The smallest eigenvalue of V has the sign of det F if its absolute value exceeds 50 ε ‖F‖. V must be
 /// representable: all |Fᵢⱼ| must be below a third of the largest number of the scalar.
 ///
-/// Most lanes use a closed form by invariants (Hoger & Carlson, Q. Appl. Math. 42 (1984)), with b = FFᵀ, J = det F, λ =
-/// tr V and II = (λ² − tr b)/2:
+/// Most lanes use a closed form by invariants (Hoger & Carlson, Q. Appl. Math. 42 (1984)), with b = FFᵀ, J = det F,
+/// λ = tr V and II = (λ² − tr b)/2:
 ///
 ///     V = [λ J I + (λ² − II) b − b²] / (λ II − J)
 ///

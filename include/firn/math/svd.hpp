@@ -5,8 +5,8 @@
 /// 11 ε), with the machine epsilon ε. In 3D the decomposition is computed by Jacobi rotations (jacobi.hpp), with at
 /// most six sweeps in float and seven in double; in 2D in closed form.
 ///
-/// A return mapping does not need V. If it changes the singular values from σ to σ′, the new deformation gradient is F′
-/// = U diag(σ′/σ) Uᵀ F. An isotropic stress with the principal values τ̂ is U diag(τ̂) Uᵀ. For both, left_singular()
+/// A return mapping does not need V. If it changes the singular values from σ to σ′, the new deformation gradient is
+/// F′ = U diag(σ′/σ) Uᵀ F. An isotropic stress with the principal values τ̂ is U diag(τ̂) Uᵀ. For both, left_singular()
 /// and spectral() are enough.
 #pragma once
 
@@ -65,8 +65,8 @@ FIRN_INLINE LeftSingular<S, 2> left_singular(const Mat<S, 2>& F) {
 
 namespace detail {
 
-/// Returns σ and U with their derivatives: dσᵢ = (Uᵀ dF Fᵀ U)ᵢᵢ / σᵢ, and dU = U Ω with Ωᵢⱼ = (Uᵀ d(FFᵀ) U)ᵢⱼ / (σⱼ² −
-/// σᵢ²) for i ≠ j.
+/// Returns σ and U with their derivatives: dσᵢ = (Uᵀ dF Fᵀ U)ᵢᵢ / σᵢ, and dU = U Ω with Ωᵢⱼ = (Uᵀ d(FFᵀ)
+/// U)ᵢⱼ / (σⱼ² − σᵢ²) for i ≠ j.
 template <class T, int D>
 FIRN_INLINE LeftSingular<dual<T>, D> left_singular_of_dual(const Mat<dual<T>, D>& F) {
     Mat<T, D> value, change;
@@ -101,7 +101,7 @@ FIRN_INLINE LeftSingular<dual<T>, D> left_singular_of_dual(const Mat<dual<T>, D>
 /// Returns the left singular vectors (U) and the singular values (σ) of a 2 × 2 matrix, with their derivatives.
 ///
 /// The derivative of a singular value is right wherever it exists and the singular value is not 0; else it is set to 0.
-/// If |σ₀| = |σ₁|, U has no derivative; it is set to 0. If they are nearly equal, the derivative of U loses digits.
+/// If |σ₀| = |σ₁|, U has no derivative, and dU is set to 0. If |σ₀| and |σ₁| are nearly equal, dU loses digits.
 template <scalar T>
 FIRN_INLINE LeftSingular<dual<T>, 2> left_singular(const Mat<dual<T>, 2>& F) {
     return detail::left_singular_of_dual(F);
@@ -109,8 +109,8 @@ FIRN_INLINE LeftSingular<dual<T>, 2> left_singular(const Mat<dual<T>, 2>& F) {
 /// Returns the left singular vectors (U) and the singular values (σ) of a 3 × 3 matrix, with their derivatives.
 ///
 /// The derivative of a singular value is right wherever it exists and the singular value is not 0; else it is set to 0.
-/// If |σᵢ| = |σⱼ|, the rotation of columns i and j of U into each other has no derivative; that part of dU is set to 0.
-/// If they are nearly equal, that part loses digits.
+/// If |σᵢ| = |σⱼ|, the rotation of columns i and j of U into each other has no derivative; this part of dU is set to 0.
+/// If |σᵢ| and |σⱼ| are nearly equal, this part of dU loses digits.
 template <scalar T>
 FIRN_INLINE LeftSingular<dual<T>, 3> left_singular(const Mat<dual<T>, 3>& F) {
     return detail::left_singular_of_dual(F);
@@ -138,8 +138,8 @@ struct Svd {
     Mat<S, D> V;       ///< right singular vectors, in columns; a rotation
 };
 
-/// Returns the singular value decomposition of a 2 × 2 matrix F: U and σ of its left stretch, and V = RᵀU with R =
-/// polar_rotation(F).
+/// Returns the singular value decomposition of a 2 × 2 matrix F: U and σ of its left stretch, and V = RᵀU with
+/// R = polar_rotation(F).
 template <scalar S>
 FIRN_INLINE Svd<S, 2> svd(const Mat<S, 2>& F) {
     const S scale = detail::largest_or_one(F);
