@@ -38,7 +38,7 @@ namespace firn {
 
 /// A simulation by the material point method: sets of particles, a grid and a boundary, stepped through time.
 ///
-/// Make it from a domain, a material and those policies that differ from the defaults, in any order:
+/// Make a simulation from a domain, a material and those policies that differ from the defaults, in any order:
 ///
 ///     firn::Simulation simulation(domain, material, firn::Together(walls, collider), firn::Flip{});
 ///
@@ -84,8 +84,9 @@ public:
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
     static constexpr std::size_t unnamed = detail::unnamed_material;        ///< In set<I>(): the only material.
 
-    /// Makes a simulation without particles. If the boundary is Walls, it gets walls on all faces of the domain, which
-    /// matter can leave (Contact::separate), except across periodic axes. Any other boundary is default-constructed.
+    /// Makes a simulation without particles. If the boundary's type is Walls, it gets walls on all faces of the domain
+    /// except across periodic axes; matter can separate from these walls (Contact::separate). A boundary of another
+    /// type is default-constructed.
     /// \param how  the execution policy: how P2G sums, and the number of threads
     /// \throws parameter_error  if the domain is empty, not finite, or has too many or too few cells; or if a parameter
     ///                          of the material is out of range. \see check_material
@@ -134,7 +135,7 @@ public:
     /// - the fixed time step is above the bound (given again whenever the ratio of the two grows by a fifth);
     /// - the bound of the time step has fallen by a factor of 10³, or is below 10⁻⁶ s;
     /// - the particles of a body lie further apart than a cell, two bodies overlap, or a body lies in a solid;
-    /// - the walls are not the faces of the domain;
+    /// - the walls do not lie on the faces of the domain;
     /// - matter has reached a face of the domain that has no wall.
     ///
     /// By default warnings go to stderr. If the function is empty, there are no warnings.

@@ -1,4 +1,5 @@
-/// \file SIMD lanes: a scalar that holds several particles in one register. Its arithmetic acts on all lanes at once.
+/// \file SIMD lanes: a scalar that holds one number for each of several particles. Arithmetic acts on all lanes at
+/// once.
 ///
 /// The class pack uses the vector extension of g++ and clang, so the same source gives AVX-512, AVX2, SSE2 and NEON
 /// code. An auto-vectorised loop over floats is as fast, but cannot skip a slow path that few lanes need; with packs

@@ -29,7 +29,7 @@ namespace firn {
 template <class Owner, class Field>
 struct parameter {
     const char* name;       ///< the name in states, programs for a GPU and messages
-    const char* unit;       ///< e.g. "Pa"
+    const char* unit;       ///< the unit, e.g. "Pa"
     Field Owner::* member;  ///< the member of the policy that holds the value
     /// Makes a parameter from its name, its unit, and the member of the policy that holds the value.
     constexpr parameter(const char* n, const char* u, Field Owner::* m) : name(n), unit(u), member(m) {}
@@ -71,7 +71,7 @@ using with_scalar_t = typename detail::with_scalar_of<P, T>::type;
 template <class P>
 concept has_parameters = requires { P::parameters(); };
 
-/// A policy that holds a list of policies, whose number is known only at run time.
+/// A policy that has a list `all` of other policies. Their number is known only at run time.
 template <class P>
 concept is_list = requires(P policy) { policy.all.size(); };
 

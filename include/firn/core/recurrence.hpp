@@ -11,8 +11,8 @@ namespace firn::detail {
 
 /// A schedule of events. Event k = 0, 1, … happens at the time start + k / rate, unless this time is after `end`.
 struct Recurrence {
-    const char* owner;   ///< for messages, e.g. "An emitter"
-    const char* events;  ///< for messages, e.g. "births"
+    const char* owner;   ///< name of the owner in messages, e.g. "An emitter"
+    const char* events;  ///< name of the events in messages, e.g. "births"
     double rate;         ///< number of events per second [1/s]
     double start;        ///< time of event 0 [s]
     double end;          ///< time after which no event happens [s]

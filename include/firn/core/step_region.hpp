@@ -14,15 +14,15 @@
 
 namespace firn::detail {
 
-/// Decides whether the next steps run with helpers, from the times that the steps before took.
+/// Decides whether the next steps run with helpers, from the computing times of the steps before.
 class StepHelpers {
 public:
     /// Number of steps to take next without helpers; 0: the next steps have helpers.
     std::uint64_t steps_alone() const { return alone_; }
 
-    /// Records the time of the last steps, which ran in one parallel region, or without helpers.
-    /// \param whole  time of all these steps, with the begin and end of the region [s]
-    /// \param body   time of all these steps, without the begin and end of the region [s]
+    /// Records the computing time of the last steps, which ran in one parallel region, or without helpers.
+    /// \param whole  computing time of all these steps, including the begin and end of the region [s]
+    /// \param body   computing time of all these steps, without the begin and end of the region [s]
     /// \param steps  number of steps
     void took(double whole, double body, std::uint64_t steps) {
         if (steps == 0) return;
@@ -51,7 +51,7 @@ private:
     static constexpr std::uint64_t most_age = 256;  ///< without_ is measured again after this many steps
 
     std::uint64_t alone_ = 0;       ///< number of steps still to take without helpers
-    double without_ = 0;            ///< time of one step without helpers [s]
+    double without_ = 0;            ///< computing time of one step without helpers [s]
     std::uint64_t age_ = most_age;  ///< number of steps since without_ was measured
 };
 
@@ -65,7 +65,7 @@ template <class Body>
 void steps_region(int workers, std::uint64_t most, StepHelpers& helpers, const Body& body) {
     if (workers <= 1 || !may_open_region() || !helpers_may_be_left_out)
         return parallel_region(workers, [&] { body(most); });
-    double inside = 0;  // [s]
+    double inside = 0;  // computing time of body() [s]
     std::uint64_t taken = 0;
     const auto timed_body = [&](std::uint64_t steps) {
         const double begin = seconds_now();

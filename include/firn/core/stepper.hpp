@@ -13,7 +13,7 @@ namespace firn {
 
 /// The time and step that a run has reached.
 struct Moment {
-    double time = 0;            ///< [s]
+    double time = 0;            ///< time that the run has reached [s]
     std::uint64_t steps = 0;    ///< number of steps so far
     double last_time_step = 0;  ///< size of the last step [s]; 0 before the first one
 

@@ -76,7 +76,7 @@ struct ThreadRole {
 };
 inline constinit thread_local ThreadRole role_of_this_thread{};
 
-/// The workers of one call. Worker 0 is the caller. Workers 1, 2, … are helpers, which may come late or not at all.
+/// The workers of one call. Worker 0 is the caller. Workers 1, 2, … are helpers, which may start late or never.
 class Team {
 public:
     explicit Team(int workers) : seats_(std::size_t(workers)) {}
@@ -85,7 +85,7 @@ public:
 
     int workers() const { return int(seats_.size()); }
 
-    /// Runs a loop on the calling thread, which must be worker 0, and on the helpers that come in time.
+    /// Runs a loop on the calling thread, which must be worker 0, and on the helpers that are there in time.
     /// \param workers  largest number of workers that take part
     /// \throws anything  that a chunk throws: the first exception, after all workers have stopped. Chunks that have not
     ///                   been started before the exception are left out.
@@ -122,7 +122,7 @@ private:
     struct Share {
         static constexpr int bits = 22;
         static constexpr std::uint64_t most_chunks = (std::uint64_t(1) << bits) - 1, most_workers = 0xffff;
-        std::uint64_t first, last;  ///< first ≤ chunk < last
+        std::uint64_t first, last;  ///< the chunks: first ≤ chunk < last
         std::uint64_t workers;      ///< number of workers that may take part
         std::uint64_t phase;        ///< number of the phase, modulo 16
 
@@ -144,7 +144,7 @@ private:
         std::atomic<bool> is_taken = false;
     };
 
-    /// Runs chunks until none is left and `enough` is set.
+    /// Runs chunks as this worker until no chunk is left and `enough` is true.
     void work(int worker, const std::atomic<bool>& enough) {
         ThreadRole& role = role_of_this_thread;
         const bool was_at_work = std::exchange(role.at_work, true);

@@ -18,15 +18,15 @@ namespace firn {
 /// Jiang et al. 2016, "The Material Point Method for Simulating Continuum Materials", §4.
 struct CubicBSpline {
     static constexpr const char* name = "cubic_b_spline";
-    static constexpr int support = 4;             ///< Nodes that a particle touches along an axis.
+    static constexpr int support = 4;             ///< Number of nodes that a particle touches along an axis.
     static constexpr double base_shift = 1;       ///< The first node is base = floor(x − base_shift) [cells].
-    static constexpr double inverse_inertia = 3;  ///< D⁻¹ in units of 1/h².
+    static constexpr double inverse_inertia = 3;  ///< The factor of D⁻¹ in units of 1/h². \see has_inertia
     /// Largest weights that the nodes base, …, base + 3 can have: N(1), N(0), N(0), N(1). The outer nodes are at least
     /// one cell from the particle.
     static constexpr std::array<double, 4> largest_weight{1.0 / 6, 2.0 / 3, 2.0 / 3, 1.0 / 6};
     static constexpr double largest_gradient = 2.0 / 3;  ///< Largest |N'| per cell, at |u| = ⅔.
-    /// Largest stable c dt/h, from the largest stable time step 2/ω: ω² = (1 − z)(16 + 13 z + z²)/15 c²/h² with z = cos
-    /// θ is largest at z = √15 − 4. \see has_courant_limit
+    /// Largest stable c dt/h (c: wave speed, h: cell size). The largest stable dt is 2/ω, where ω² = (1 − z)(16 + 13
+    /// z + z²)/15 c²/h² with z = cos θ is largest at z = √15 − 4. \see has_courant_limit
     static constexpr double courant_limit = 1.9251248585239016;
 
     /// Returns the weights of the nodes base, …, base + 3 for a particle at the distance f from base, 1 ≤ f < 2

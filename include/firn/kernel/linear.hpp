@@ -24,7 +24,7 @@ namespace firn {
 /// Sulsky, Chen and Schreyer 1994, "A particle method for history-dependent materials", §3.
 struct Linear {
     static constexpr const char* name = "linear";
-    static constexpr int support = 2;        ///< Nodes that a particle touches along an axis.
+    static constexpr int support = 2;        ///< Number of nodes that a particle touches along an axis.
     static constexpr double base_shift = 0;  ///< The first node is base = floor(x − base_shift) [cells].
     /// Largest weight that the nodes base and base + 1 can have: N(0).
     static constexpr std::array<double, 2> largest_weight{1, 1};

@@ -17,15 +17,15 @@ namespace firn {
 /// Jiang et al. 2016, "The Material Point Method for Simulating Continuum Materials", §4.
 struct QuadraticBSpline {
     static constexpr const char* name = "quadratic_b_spline";
-    static constexpr int support = 3;             ///< Nodes that a particle touches along an axis.
+    static constexpr int support = 3;             ///< Number of nodes that a particle touches along an axis.
     static constexpr double base_shift = 0.5;     ///< The first node is base = floor(x − base_shift) [cells].
-    static constexpr double inverse_inertia = 4;  ///< D⁻¹ in units of 1/h².
+    static constexpr double inverse_inertia = 4;  ///< The factor of D⁻¹ in units of 1/h². \see has_inertia
     /// Largest weights that the nodes base, base + 1 and base + 2 can have: N(½), N(0), N(½). The outer nodes are at
     /// least half a cell from the particle.
     static constexpr std::array<double, 3> largest_weight{0.5, 0.75, 0.5};
     static constexpr double largest_gradient = 1;  ///< Largest |N'| per cell.
-    /// Largest stable c dt/h, from the largest stable time step 2/ω: ω² = (2 − 2z)(2 + z)/3 c²/h² with z = cos θ is at
-    /// most 1.5 c²/h², at z = −½. \see has_courant_limit
+    /// Largest stable c dt/h (c: wave speed, h: cell size). The largest stable dt is 2/ω, where ω² = (2 − 2z)(2 + z)/3
+    /// c²/h² with z = cos θ is at most 1.5 c²/h², at z = −½. \see has_courant_limit
     static constexpr double courant_limit = 1.6329931618554521;
 
     /// Returns the weights of the nodes base, base + 1 and base + 2 for a particle at the distance f from base,

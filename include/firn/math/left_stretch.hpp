@@ -87,7 +87,7 @@ FIRN_INLINE Mat<S, 2> polar_rotation(const Mat<S, 2>& F) {
 }
 
 namespace detail {
-/// Returns F Rᵀ for R = polar_rotation(F), symmetric to the bit.
+/// Returns F Rᵀ for R = polar_rotation(F). It is exactly symmetric.
 template <class S>
 FIRN_INLINE Mat<S, 2> turned_back(const Mat<S, 2>& F, const Mat<S, 2>& R) {
     const S off = S(0.5) * (F(0, 0) * R(1, 0) + F(0, 1) * R(1, 1)) + S(0.5) * (F(1, 0) * R(0, 0) + F(1, 1) * R(0, 1));
@@ -95,7 +95,7 @@ FIRN_INLINE Mat<S, 2> turned_back(const Mat<S, 2>& F, const Mat<S, 2>& R) {
 }
 }  // namespace detail
 
-/// Returns the left stretch V = F Rᵀ of a 2 × 2 matrix, where R = polar_rotation(F). V is symmetric to the bit, and
+/// Returns the left stretch V = F Rᵀ of a 2 × 2 matrix, where R = polar_rotation(F). V is exactly symmetric, and
 /// ‖V² − FFᵀ‖ ≤ 10 ε ‖F‖² for every finite F (ε: machine epsilon).
 template <scalar S>
 FIRN_INLINE Mat<S, 2> left_stretch(const Mat<S, 2>& F) {
@@ -141,9 +141,9 @@ FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
 
 /// Returns the left stretch V of a 3 × 3 matrix.
 ///
-/// For every finite F, V is symmetric to the bit, and ‖V² − FFᵀ‖ ≤ 100 ε ‖F‖² (measured: ≤ 30 ε ‖F‖², ε: machine
-/// epsilon). The smallest eigenvalue of V has the sign of det F if its absolute value exceeds 50 ε ‖F‖. V must be
-/// representable: all |Fᵢⱼ| must be below a third of the largest number of the scalar.
+/// For every finite F, V is exactly symmetric, and ‖V² − FFᵀ‖ ≤ 100 ε ‖F‖² (measured: ≤ 30 ε ‖F‖², ε: machine epsilon).
+/// The smallest eigenvalue of V has the sign of det F if its absolute value exceeds 50 ε ‖F‖. V must be representable:
+/// all |Fᵢⱼ| must be below a third of the largest number of the scalar.
 ///
 /// Most lanes use a closed form by invariants (Hoger & Carlson, Q. Appl. Math. 42 (1984)), with b = FFᵀ, J = det F,
 /// λ = tr V and II = (λ² − tr b)/2:

@@ -14,7 +14,7 @@
 
 namespace firn {
 
-/// Returns the matrix U diag(d) Uᵀ, symmetric to the bit.
+/// Returns the matrix U diag(d) Uᵀ. It is exactly symmetric.
 template <scalar S, int D>
 FIRN_INLINE Mat<S, D> spectral(const Mat<S, D>& U, const Vec<S, D>& d) {
     return detail::symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
