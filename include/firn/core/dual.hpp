@@ -78,7 +78,7 @@ template <class T>
 struct scalar_traits<dual<T>> {
     using value_type = value_type_t<T>;                    ///< float or double
     static constexpr int lanes = scalar_traits<T>::lanes;  ///< number of lanes of T
-    static constexpr bool has_friends = true;              ///< \see firn::has_friends
+    static constexpr bool has_friends = true;              ///< whether firn::has_friends is true
 };
 
 }  // namespace firn

@@ -179,7 +179,7 @@ template <class T, int N>
 struct scalar_traits<pack<T, N>> {
     using value_type = T;                      ///< float or double
     static constexpr int lanes = N;            ///< number of lanes
-    static constexpr bool has_friends = true;  ///< \see firn::has_friends
+    static constexpr bool has_friends = true;  ///< whether firn::has_friends is true
 };
 
 /// The pack that fills one SIMD register of the processor. It has at least four lanes, since transposes need four.

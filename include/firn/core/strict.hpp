@@ -79,7 +79,7 @@ template <class T>
 struct scalar_traits<strict<T>> {
     using value_type = T;                      ///< float or double
     static constexpr int lanes = 1;            ///< number of lanes
-    static constexpr bool has_friends = true;  ///< \see firn::has_friends
+    static constexpr bool has_friends = true;  ///< whether firn::has_friends is true
 };
 
 }  // namespace firn
