@@ -7,7 +7,6 @@
 #include <firn/io/states.hpp>
 
 #include <cstdio>
-
 #include <filesystem>
 
 firn::Simulation<2> scene() {
@@ -48,11 +47,11 @@ firn::Simulation<2> run(const char* name, double end) {
 //! Every step after a restart has the bits of a run that was never stopped, on any number of threads.
 int main() {
     for (const char* name : {"whole", "parts"}) std::filesystem::remove(std::string("out/") + name + ".hdf.series");
-    const auto whole = run("whole", 0.4);
+    auto whole = run("whole", 0.4);
     run("parts", 0.2);
-    const auto simulation = run("parts", 0.4);  // goes on from 0.2 s
-    const bool same = firn::state_of(simulation) == firn::state_of(whole) &&
-                      firn::read_series("out/parts.hdf.series").size() == 9;
+    auto simulation = run("parts", 0.4);  // goes on from 0.2 s
+    const bool same =
+        firn::state_of(simulation) == firn::state_of(whole) && firn::read_series("out/parts.hdf.series").size() == 9;
     std::printf("stopped and gone on with: %s\n", same ? "the same bits" : "other bits");
 
     //! With several materials write a series for each set. If the program was killed between two writes, one list is
@@ -84,8 +83,8 @@ int main() {
     //! | --- | --- | --- |
     //! | ParaView | a StateSeries or BackgroundSeries | all fields, triangles, times |
     //! | Houdini, Blender | `write_ply("run_0001.ply", state, {"velocity"})` (`firn/io/ply.hpp`) | points, ids, named fields |
-    //! that you name | | Houdini, Blender | `write_obj("cloth_0001.obj", state)` (`firn/io/obj.hpp`) | points and
-    //! triangles | | anything that reads points | `write_obj_points("run_0001.obj", points)` | points |
+    //! | Houdini, Blender | `write_obj("cloth_0001.obj", state)` (`firn/io/obj.hpp`) | points and triangles |
+    //! | anything that reads points | `write_obj_points("run_0001.obj", points)` | points |
     //!
     //! firn::StateOptions selects fields, with every n-th state complete to go on from, and compresses.
     return same ? 0 : 1;

@@ -8,10 +8,11 @@
 //! | --- | --- |
 //! | optimisation | `-O3`, or `CMAKE_BUILD_TYPE=Release`; without, some hundred times slower |
 //! | processor | `-march=native`: lanes are as wide as the target's registers |
-//! | threads | one for each core: `OMP_NUM_THREADS`, or `firn::Coloured{.threads = 8}`; more only wait for one another
-//! | | places | alone on a machine with several processors: `OMP_PLACES=cores OMP_PROC_BIND=close` | | precision |
-//! `float`; `double` takes about twice the time | | stiffness | the step is as long as sound takes to cross a cell: E
-//! four times as large, twice the steps | | transfer | firn::Apic; firn::Flip and its kin take a second P2G each step |
+//! | threads | one for each core: `OMP_NUM_THREADS`, or `firn::Coloured{.threads = 8}` |
+//! | places | alone on a machine with several processors: `OMP_PLACES=cores OMP_PROC_BIND=close` |
+//! | precision | `float`; `double` takes about twice the time |
+//! | stiffness | a step is bounded by the time that sound takes to cross a cell: E four times as large, twice the steps |
+//! | transfer | firn::Apic; firn::Flip and its kin take a second P2G each step |
 //! | execution | firn::Coloured; firn::FixedPoint is for comparison with GPUs |
 //!
 //! ## How to measure

@@ -1,4 +1,5 @@
-/// \file Includes all of point masses: springs, constraints, cloth, soft bodies, collisions, emitters.
+/// \file Includes all that serves to simulate point masses: springs, constraints, cloth, soft bodies, collisions,
+/// emitters.
 ///
 /// It includes walls, moving solids and shapes, too, as boundaries of a ParticleSystem. No grid is needed, and firn.hpp
 /// need not be included. For nets on the grid of a simulation see Simulation::add_force().

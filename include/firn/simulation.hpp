@@ -78,13 +78,13 @@ public:
     static constexpr bool boundary_fits = detail::require_fitting_boundary<Boundary, detail::precision_of_t<List>, D>();
 
     using scalar_type = detail::precision_of_t<List>;
-    using material_type = Material;    ///< The material, or the list of materials.
-    using kernel_type = Kernel;        ///< The kernel.
+    using material_type = Material;    ///< The type of the material, or Materials<…>.
+    using kernel_type = Kernel;        ///< The type of the kernel.
     using S = scalar_type;             ///< float or double.
     using Sets = typename Make::type;  ///< A tuple with one MaterialSet for each material.
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
-    static constexpr std::size_t unnamed = detail::unnamed_material;        ///< In set(): the only material.
+    static constexpr std::size_t unnamed = detail::unnamed_material;        ///< In set<I>(): the only material.
 
     /// Makes a simulation without particles. If `Boundary` is Walls, walls are put on all faces of the domain, except
     /// those of periodic axes. Matter can separate from these walls (Contact::separate). Any other boundary is

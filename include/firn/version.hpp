@@ -1,21 +1,21 @@
-/// \file The version of firn. The build reads it from this header.
+/// \file The version of firn. CMake reads the version from this header.
 #pragma once
 
 #include <string>
 
-/// Major, minor and patch number of the version, for the preprocessor.
+/// Major, minor and patch number of firn's version, for the preprocessor.
 /// @{
 #define FIRN_VERSION_MAJOR 0
 #define FIRN_VERSION_MINOR 2
 #define FIRN_VERSION_PATCH 0
 /// @}
 
-/// The version as one number, 10000 major + 100 minor + patch: `#if FIRN_VERSION >= 200`.
+/// The version of firn as one number, 10000 major + 100 minor + patch: `#if FIRN_VERSION >= 200`.
 #define FIRN_VERSION (10000 * FIRN_VERSION_MAJOR + 100 * FIRN_VERSION_MINOR + FIRN_VERSION_PATCH)
 
 namespace firn {
 
-/// Major, minor and patch number of the version. While the major number is 0, a new minor number may change the
+/// Major, minor and patch number of firn's version. While the major number is 0, a new minor number may change the
 /// interface and the bits of results; a new patch number changes neither.
 /// @{
 inline constexpr int version_major = FIRN_VERSION_MAJOR;
@@ -23,7 +23,7 @@ inline constexpr int version_minor = FIRN_VERSION_MINOR;
 inline constexpr int version_patch = FIRN_VERSION_PATCH;
 /// @}
 
-/// Returns the version as text, e.g. "0.2.0".
+/// Returns the version of firn as text, e.g. "0.2.0".
 inline std::string version() {
     return std::to_string(version_major) + "." + std::to_string(version_minor) + "." + std::to_string(version_patch);
 }

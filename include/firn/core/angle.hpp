@@ -9,7 +9,7 @@
 
 namespace firn {
 
-/// A plane angle. It is made by degrees() or radians(), not from a bare number, which has no unit.
+/// A plane angle. Make it with degrees() or radians(): a number alone does not compile, since it has no unit.
 class Angle {
 public:
     constexpr Angle() = default;  ///< The angle 0.
@@ -24,13 +24,13 @@ public:
     constexpr double in_radians() const { return radians_; }                           ///< The angle [rad].
     constexpr double in_degrees() const { return radians_ * 180 / std::numbers::pi; }  ///< The angle [°].
 
-    /// Returns an angle from a number in radians or degrees.
+    /// Returns the angle of `number` radians or degrees.
     /// @{
     friend constexpr Angle radians(double number);
     friend constexpr Angle degrees(double number);
     /// @}
 
-    /// Sums, differences and multiples of angles.
+    /// Returns the sum or difference of two angles, the opposite angle, or a multiple of an angle.
     /// @{
     friend constexpr Angle operator+(Angle a, Angle b) { return of(a.radians_ + b.radians_); }
     friend constexpr Angle operator-(Angle a, Angle b) { return of(a.radians_ - b.radians_); }
@@ -52,9 +52,9 @@ private:
     double radians_ = 0;
 };
 
-/// Returns an angle of so many radians.
+/// Returns the angle of `number` radians.
 constexpr Angle radians(double number) { return Angle::of(number); }
-/// Returns an angle of so many degrees.
+/// Returns the angle of `number` degrees.
 constexpr Angle degrees(double number) { return Angle::of(number * std::numbers::pi / 180); }
 
 }  // namespace firn

@@ -1,5 +1,5 @@
 /// \file Exact operations on the binary digits of a float, a double, or all lanes of a pack. exp, log and pow use them.
-/// They hold for normal numbers. Callers must treat zero, subnormal numbers, ±∞ and NaN separately.
+/// The operations are right for normal numbers only. Callers must treat zero, subnormal numbers, ±∞ and NaN separately.
 #pragma once
 
 #include <firn/core/scalar.hpp>
@@ -8,23 +8,24 @@
 
 namespace firn {
 
-/// The places of the digits of an IEEE 754 float or double.
+/// The layout of the bits of an IEEE 754 float or double.
 template <std::floating_point T>
 struct binary_layout {
-    /// Integer of the same size.
+    /// The integer type of the same size as T.
     using integer = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
-    /// Digits after the leading one, in the lowest bits; above them lie the exponent and the sign.
+    /// Number of bits of the fraction. They are the lowest bits; above them are the bits of the exponent, then the
+    /// sign.
     static constexpr int fraction_bits = std::numeric_limits<T>::digits - 1;
-    static constexpr integer bias = std::numeric_limits<T>::max_exponent - 1;    ///< stored exponent − exponent
-    static constexpr integer fraction_mask = (integer(1) << fraction_bits) - 1;  ///< the bits of the fraction
-    static constexpr integer one = bias << fraction_bits;                        ///< the bits of 1
-    /// Add it to a whole number |n| \< 2^(fraction_bits − 1): the lowest bits of the sum then hold n.
+    static constexpr integer bias = std::numeric_limits<T>::max_exponent - 1;    ///< stored exponent = exponent + bias
+    static constexpr integer fraction_mask = (integer(1) << fraction_bits) - 1;  ///< 1 in the fraction's bits, else 0
+    static constexpr integer one = bias << fraction_bits;                        ///< the bits of the number 1
+    /// If `whole` is added to a whole number n with |n| \< 2^(fraction_bits − 1), the lowest bits of the sum are n.
     static constexpr T whole = T(1.5) * T(integer(1) << fraction_bits);
 };
 
 namespace detail::bits {
 
-// V is T or a vector of T, I the integer or vector of integers of the same size.
+// T is float or double, V is T or a SIMD vector of T, and I is the integer or vector of integers of the same size as V.
 
 template <class T, class I, class V>
 FIRN_INLINE V power_of_two(V n) {
@@ -57,17 +58,18 @@ template <std::floating_point T>
 FIRN_INLINE T power_of_two(T n) {
     return detail::bits::power_of_two<T, typename binary_layout<T>::integer>(n);
 }
-/// Returns e of x = m 2ᵉ with 1 ≤ m < 2, for normal x > 0.
+/// Returns the exponent e of x = m 2ᵉ, where 1 ≤ m < 2, for a normal number x > 0.
 template <std::floating_point T>
 FIRN_INLINE T exponent_of(T x) {
     return detail::bits::exponent_of<T, typename binary_layout<T>::integer>(x);
 }
-/// Returns m of x = m 2ᵉ with 1 ≤ m < 2, for normal x > 0.
+/// Returns the factor m of x = m 2ᵉ, where 1 ≤ m < 2, for a normal number x > 0.
 template <std::floating_point T>
 FIRN_INLINE T significand_of(T x) {
     return detail::bits::significand_of<T, typename binary_layout<T>::integer>(x);
 }
-/// Returns x with only its leading 12 binary digits (double: 26). The product of two such numbers is exact.
+/// Returns x with all binary digits after the leading 12 (in double 26) set to zero. The product of two such numbers is
+/// exact.
 template <std::floating_point T>
 FIRN_INLINE T leading_half(T x) {
     return detail::bits::leading_half<T, typename binary_layout<T>::integer>(x);

@@ -1,4 +1,4 @@
-/// \file What depends on the compiler and the target: forced inlining, and the size of SIMD registers.
+/// \file Definitions that depend on the compiler and the processor: forced inlining, and the size of SIMD registers.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -15,11 +15,12 @@
 #endif
 
 /// \def FIRN_INLINE
-/// Forces a function to be inlined, so that its numbers stay in registers. Without optimisation and with sanitizers it
-/// only says `inline`.
+/// Forces the compiler to inline a function, so that the function's values stay in registers. Without optimisation, and
+/// with sanitizers, FIRN_INLINE is only `inline`.
 
 /// \def FIRN_LAMBDA
-/// The same for a lambda. It stands after the parameter list.
+/// Forces the compiler to inline a lambda. Write it after the lambda's parameter list. Without optimisation, and with
+/// sanitizers, FIRN_LAMBDA is empty.
 
 #if defined(__OPTIMIZE__) && !defined(FIRN_SANITIZED)
 #define FIRN_INLINE [[gnu::always_inline]] inline
@@ -29,7 +30,8 @@
 #define FIRN_LAMBDA
 #endif
 
-/// Prevents a lambda from being inlined or copied. It stands after the parameter list.
+/// Prevents the compiler from inlining a lambda or making further copies of its code. Write it after the lambda's
+/// parameter list.
 #ifdef __clang__
 #define FIRN_NEVER_INLINE __attribute__((noinline))
 #else
@@ -38,7 +40,7 @@
 
 namespace firn {
 
-/// Size of a SIMD register of the target [bytes].
+/// Size of a SIMD register of the processor for which firn is compiled [bytes].
 inline constexpr std::size_t register_bytes =
 #if defined(__AVX512F__) && defined(__AVX512DQ__)
     64;
@@ -48,7 +50,7 @@ inline constexpr std::size_t register_bytes =
     16;
 #endif
 
-/// Number of SIMD registers of the target.
+/// Number of SIMD registers of the processor for which firn is compiled.
 inline constexpr int vector_registers =
 #if defined(__AVX512F__) || defined(__aarch64__)
     32;
@@ -56,7 +58,7 @@ inline constexpr int vector_registers =
     16;
 #endif
 
-/// Calls f(0), f(1), …, f(N−1), each index a compile-time constant.
+/// Calls f(0), f(1), …, f(N−1). Each argument is a compile-time constant of type std::integral_constant.
 template <int N, class F>
 FIRN_INLINE constexpr void unroll(F&& f) {
     [&]<int... I>(std::integer_sequence<int, I...>)

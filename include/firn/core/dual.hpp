@@ -6,25 +6,25 @@
 namespace firn {
 
 /// A number and its derivative with respect to one variable.
-/// \tparam T  the scalar of both: float, double, pack, …
+/// \tparam T  type of the value and of the derivative: float, double, pack, …
 template <scalar T>
 struct dual {
     T value;       ///< a of a + b ε
     T derivative;  ///< b of a + b ε
 
-    dual() = default;  ///< Leaves both numbers uninitialised.
-    /// Returns v + d ε.
+    dual() = default;  ///< Leaves value and derivative uninitialised.
+    /// Makes the dual number v + d ε.
     FIRN_INLINE constexpr dual(T v, T d) : value(v), derivative(d) {}
-    /// A constant, whose derivative is zero.
+    /// Makes a constant: the derivative is zero.
     template <class U>
         requires std::is_arithmetic_v<U>
     FIRN_INLINE constexpr dual(U v) : value(T(v)), derivative(T(0)) {}
-    /// A constant from a scalar T that is not float or double.
+    /// Makes a constant, with derivative zero, from a T that is not float or double (e.g. a pack).
     FIRN_INLINE constexpr explicit dual(const T& v)
         requires(!std::is_arithmetic_v<T>)
         : value(v), derivative(T(0)) {}
 
-    /// Arithmetic with the rules for derivatives of sums, products and quotients.
+    /// Arithmetic operators. The derivative of the result follows the rules for sums, products and quotients.
     /// @{
     FIRN_INLINE friend constexpr dual operator+(dual a, dual b) {
         return {a.value + b.value, a.derivative + b.derivative};
@@ -45,7 +45,7 @@ struct dual {
     FIRN_INLINE constexpr dual& operator*=(dual b) { return *this = *this * b; }
     /// @}
 
-    /// Compares the values; derivatives do not matter.
+    /// Compares only the values and ignores the derivatives.
     /// @{
     FIRN_INLINE friend constexpr auto operator<(dual a, dual b) { return a.value < b.value; }
     FIRN_INLINE friend constexpr auto operator<=(dual a, dual b) { return a.value <= b.value; }
@@ -54,11 +54,11 @@ struct dual {
     FIRN_INLINE friend constexpr auto operator==(dual a, dual b) { return a.value == b.value; }
     /// @}
 
-    /// Returns a where the mask is on, b elsewhere; both value and derivative.
+    /// Returns value and derivative of a in lanes where the mask is on, of b in the other lanes.
     FIRN_INLINE friend constexpr dual select(mask_t<T> m, dual a, dual b) {
         return {select(m, a.value, b.value), select(m, a.derivative, b.derivative)};
     }
-    /// Returns √a; its derivative is infinite or NaN where a is zero.
+    /// Returns √a. Where a is zero, the derivative of the result is infinite or NaN.
     FIRN_INLINE friend dual sqrt(dual a) {
         using firn::sqrt;
         const T root = sqrt(a.value);
@@ -66,19 +66,19 @@ struct dual {
     }
     /// Returns |a|.
     FIRN_INLINE friend dual abs(dual a) { return select(a.value < T(0), -a, a); }
-    /// Returns the largest whole number ≤ a; its derivative is zero.
+    /// Returns the largest whole number ≤ a, with derivative zero.
     FIRN_INLINE friend dual floor(dual a) {
         using firn::floor;
         return {floor(a.value), T(0)};
     }
 };
 
-/// The numbers of a dual are those of its scalar.
+/// Traits of a dual number: its number type and its number of lanes are those of T.
 template <class T>
 struct scalar_traits<dual<T>> {
     using value_type = value_type_t<T>;                    ///< float or double
-    static constexpr int lanes = scalar_traits<T>::lanes;  ///< lanes of T
-    static constexpr bool has_friends = true;              ///< \see firn::has_friends
+    static constexpr int lanes = scalar_traits<T>::lanes;  ///< number of lanes of T
+    static constexpr bool has_friends = true;              ///< whether firn::has_friends is true
 };
 
 }  // namespace firn

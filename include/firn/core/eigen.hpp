@@ -1,13 +1,15 @@
 /// \file Conversions between firn's small vectors and matrices and Eigen's. Include this header to use them.
 ///
 /// From Eigen: every function that takes a `Vec<S, D>` or `Mat<S, D>` also takes Eigen's expressions of that size and
-/// evaluates them at once. A vector may be a row. A size that is known only at run time is checked then.
+/// evaluates them at once. A vector may be a row vector. If the size is known only at run time, it is checked at run
+/// time, and a wrong size throws parameter_error.
 ///
-/// To Eigen: `Eigen::Vector3d x = vec;` copies. as_eigen(vec) returns a map of the numbers, which is valid while vec
-/// lives; for a temporary it returns a copy. A callback may take and return Eigen's types.
+/// To Eigen: `Eigen::Vector3d x = vec;` copies. as_eigen(vec) returns an Eigen::Map onto the components of vec, which
+/// is valid while vec lives; if vec is a temporary, it returns a copy. A callback may take and return Eigen's types.
 ///
-/// A material, an acceleration field or a shape may be written in Eigen's types, for all scalars of firn (lanes, dual
-/// numbers, the scalar that records WGSL). Functions of Eigen's that branch on values do not compile for these.
+/// A material, an acceleration field or a shape may be written in Eigen's types, for all scalars of firn, also packs,
+/// dual numbers and the scalar that records WGSL. Eigen's functions that branch on values (e.g. its decompositions) do
+/// not compile for these three.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -33,7 +35,7 @@ concept eigen_dense = requires(const E& e) { detail::as_dense(e); };
 template <class E>
 concept eigen_owning = eigen_dense<E> && std::derived_from<E, Eigen::PlainObjectBase<E>>;
 
-/// What all dense types of Eigen's have in common.
+/// The members of `foreign` that are the same for all dense types of Eigen.
 template <class E>
 struct foreign_of_eigen {
     static constexpr bool owns = eigen_owning<E>;
@@ -46,8 +48,8 @@ struct foreign_of_eigen {
         return (columns == 1 && may_be(rows, Rows)) || (rows == 1 && may_be(columns, Rows));
     }();
 
-    /// Evaluates an expression into Rows × Columns numbers.
-    /// \throws parameter_error  if a size that is known only at run time differs
+    /// Evaluates an expression and writes its Rows × Columns numbers, column by column.
+    /// \throws parameter_error  if the expression's size, known only at run time, is not Rows × Columns
     template <class S, int Rows, int Columns>
     FIRN_INLINE static void read(const E& from, S* numbers) {
         using T = typename E::Scalar;
@@ -88,23 +90,23 @@ struct own_type<S, 1, 1> {
 template <class E>
 using own_type_t = typename own_type<typename E::Scalar, E::RowsAtCompileTime, E::ColsAtCompileTime>::type;
 
-/// An Eigen::Matrix or Eigen::Array of the size of a vector or a square matrix.
+/// An Eigen::Matrix or Eigen::Array that has the fixed size of a Vec or a Mat.
 template <class E>
 concept eigen_small = eigen_owning<E> && requires { typename own_type_t<E>; };
 
 }  // namespace detail
 
-/// Eigen's dense types, expressions included.
+/// Converts from Eigen's dense types, including expressions. \see foreign.hpp
 template <detail::eigen_dense E>
 struct foreign<E> : detail::foreign_of_eigen<E> {};
 
-/// Eigen's matrices and arrays of the size of a vector or a square matrix.
+/// Converts from and to Eigen's matrices and arrays that have the fixed size of a Vec or a Mat. \see foreign.hpp
 template <detail::eigen_dense E>
     requires detail::eigen_small<E>
 struct foreign<E> : detail::foreign_of_eigen<E> {
-    using own = detail::own_type_t<E>;  ///< firn's type for it: a Vec or a Mat
+    using own = detail::own_type_t<E>;  ///< firn's type of the same size: a Vec or a Mat
 
-    /// Returns an E of these numbers, which are ordered column by column.
+    /// Returns an E made from numbers that are stored column by column.
     FIRN_INLINE static E made(const typename E::Scalar* numbers) {
         constexpr int rows = E::RowsAtCompileTime, columns = E::ColsAtCompileTime;
         constexpr int order = rows == 1 && columns != 1 ? Eigen::RowMajor : Eigen::ColMajor;
@@ -115,7 +117,8 @@ struct foreign<E> : detail::foreign_of_eigen<E> {
     }
 };
 
-/// Declares Eigen's types for a Vec and a Mat. It is never called. \see foreign.hpp
+/// Tells, by its return type, which type of Eigen's corresponds to a Vec or a Mat. The function is never called. \see
+/// foreign.hpp
 /// @{
 template <class S, int D>
 Eigen::Matrix<S, D, 1> counterpart_of(const Vec<S, D>&, const void*);
@@ -123,7 +126,8 @@ template <class S, int D>
 Eigen::Matrix<S, D, D> counterpart_of(const Mat<S, D>&, const void*);
 /// @}
 
-/// Returns a map of the numbers of a vector or matrix, valid while that lives; for a temporary, a copy.
+/// Returns an Eigen::Map onto the elements of a Vec or Mat, which is valid while the Vec or Mat lives. For a temporary
+/// Vec or Mat, returns a copy.
 /// @{
 template <class S, int D>
 Eigen::Map<Eigen::Matrix<S, D, 1>> as_eigen(Vec<S, D>& a) {
@@ -152,7 +156,8 @@ Eigen::Matrix<S, D, D> as_eigen(const Mat<S, D>&& a) {
 
 /// @}
 
-/// Evaluates an expression to a Vec or Mat. If its size is known only at run time, write `Vec<double, 3>(a)` instead.
+/// Evaluates an Eigen expression of fixed size and returns the result as a Vec or Mat. For an expression whose size is
+/// known only at run time, write `Vec<double, 3>(a)` instead.
 template <class E>
 auto from_eigen(const Eigen::DenseBase<E>& a) {
     return detail::own_type_t<E>(a.derived());
@@ -160,7 +165,8 @@ auto from_eigen(const Eigen::DenseBase<E>& a) {
 
 namespace detail {
 
-/// Eigen's type for many scalars (a row each), vectors (a column each) or matrices (a column each, column by column).
+/// The type of the Eigen matrix that holds a list of T: one row per number; or one column per Vec; or one column per
+/// Mat, with the elements of the Mat column by column.
 template <class T>
 struct eigen_of_many {};
 template <class S>
@@ -186,10 +192,12 @@ concept range_for_eigen = std::ranges::contiguous_range<R> && std::ranges::sized
 
 }  // namespace detail
 
-/// Returns a vector, span or array of numbers, Vec or Mat as one Eigen matrix. Each Vec is a column. Each Mat is a
-/// column, too, with its own columns one after another. Each number is a row.
+/// Returns all elements of a std::vector, span or array as one Eigen matrix. Numbers give a matrix with one column and
+/// one row per number. Vecs give one column per Vec. Mats give one column per Mat, which holds the elements of the Mat
+/// column by column.
 ///
-/// The result is a map of the numbers, valid while these live; for a temporary vector it is a copy.
+/// The result is an Eigen::Map onto the elements, which is valid while they live; for a temporary std::vector it is a
+/// copy.
 template <detail::range_for_eigen Range>
 auto as_eigen(Range&& range) {
     using Of = detail::eigen_of_many<std::ranges::range_value_t<Range>>;
@@ -208,8 +216,8 @@ auto as_eigen(Range&& range) {
 
 namespace detail {
 
-/// A scalar of firn's that is not float or double. Eigen also checks this concept for its own expressions while it
-/// defines them, so the concept must not evaluate one.
+/// A scalar of firn that is not float or double. Eigen tests this concept also for its own expression types, before
+/// they are complete. The concept must therefore not contain an operation with S.
 template <class S>
 concept scalar_for_eigen = !std::same_as<value_type_t<S>, S>;
 
@@ -248,14 +256,15 @@ struct no_checked_inverse {
 
 namespace Eigen {
 
-/// Traits of firn's lanes, dual numbers and recorded numbers, with the costs of a float.
+/// Eigen's traits for firn's packs, dual numbers and recorded numbers. The costs of their operations are those of
+/// float.
 template <firn::detail::scalar_for_eigen S>
 struct NumTraits<S> : GenericNumTraits<S> {
-    using Real = S;        ///< type of the real part
+    using Real = S;        ///< type of the real part of a number
     using NonInteger = S;  ///< type of quotients
-    using Nested = S;      ///< how expressions hold a number
+    using Nested = S;      ///< type of a number that an expression stores
     using Literal = S;     ///< type of constants
-    /// Eigen's traits of a number, and its costs in operations.
+    /// Whether a number is complex, an integer, signed, or needs a constructor; and the costs of its operations.
     enum {
         IsComplex = 0,
         IsInteger = 0,
@@ -295,8 +304,8 @@ class LDLT<Matrix<S, R, C, O, MR, MC>, U> : firn::detail::no_decomposition<S> {}
 
 namespace internal {
 
-/// Arrays of lanes have the alignment of lanes. Eigen's own alignment is at most a register of the target, but a pack
-/// may be wider.
+/// Leaves the alignment of Eigen's fixed-size arrays of S to the compiler, which uses that of S. The alignment that
+/// Eigen would choose is at most the size of one SIMD register, too small for a pack that is wider.
 template <firn::detail::scalar_for_eigen S, int Size>
     requires(Size != Dynamic)
 struct compute_default_alignment<S, Size> {

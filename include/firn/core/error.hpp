@@ -19,49 +19,50 @@ struct error : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// A parameter outside its allowed range (a negative density, ν ≥ ½, a NaN).
+/// Thrown if a parameter is outside its allowed range (a negative density, ν ≥ ½, a NaN).
 struct parameter_error : error {
     using error::error;
 };
 
-/// Something that does not fit into the memory that is left.
+/// Thrown if something does not fit into the memory that is left.
 struct memory_error : parameter_error {
     using parameter_error::parameter_error;
 };
 
-/// A particle that is not finite, or lies or moves outside the domain.
+/// Thrown if a particle has values that are not finite, or lies or moves outside the domain.
 struct particle_error : error {
     using error::error;
 };
 
-/// Sums on the grid that could exceed the range of the fixed-point integers.
+/// Thrown if sums on the grid could exceed the range of the fixed-point integers.
 struct overflow_error : error {
     using error::error;
 };
 
-/// A triangle mesh that cannot be used for this purpose (open, empty, wrong indices).
+/// Thrown if a triangle mesh cannot be used for the purpose (not watertight, empty, wrong indices).
 struct mesh_error : error {
     using error::error;
 };
 
-/// A file that could not be read or written.
+/// Thrown if a file cannot be read or written.
 struct io_error : error {
     using error::error;
 };
 
-/// A GPU that does not exist, is lost, or refuses a program or a command.
+/// Thrown if a GPU does not exist, is lost, or refuses a program or a command.
 struct device_error : error {
     using error::error;
 };
 
-/// A call at the wrong time or in the wrong order.
+/// Thrown if a function is called at the wrong time or in the wrong order.
 struct usage_error : error {
     using error::error;
 };
 
 namespace detail {
 
-/// One argument of sentence(): text or a number. One type for all of them, so that one function joins all sentences.
+/// One argument of sentence(): a text or a number. All arguments are converted to this type, so that one function joins
+/// all sentences.
 class Part {
 public:
     Part(const char* text) : Part(std::string_view(text)) {}
@@ -94,7 +95,7 @@ private:
     };
 };
 
-/// A path in quotes, an atomic's value, or else the argument itself.
+/// Returns a path in quotes, the value of an atomic, or any other argument unchanged.
 /// @{
 template <class T>
     requires requires(const T& path) { path.root_directory(); }
@@ -123,7 +124,7 @@ const T& part_of(const T& part) {
     return sentence;
 }
 
-/// "(x, y, z)"
+/// Returns the components of a point as text: "(x, y, z)".
 [[gnu::cold]] inline std::string point_text(const double* x, int dimension) {
     std::string text = "(";
     for (int a = 0; a < dimension; ++a) {
@@ -136,8 +137,8 @@ const T& part_of(const T& part) {
 
 }  // namespace detail
 
-/// Joins text, numbers and paths into a message: `throw parameter_error(sentence("dt = ", dt, " s …"))`. Floating-point
-/// numbers get nine digits, paths are quoted.
+/// Joins texts, numbers and paths to one message: `throw parameter_error(sentence("dt = ", dt, " s …"))`.
+/// Floating-point numbers are written with up to nine digits, paths in quotes.
 template <class... Parts>
 [[gnu::cold, gnu::noinline]] std::string sentence(const Parts&... parts) {
     return detail::joined({detail::Part(detail::part_of(parts))...});

@@ -1,8 +1,9 @@
 /// \file Conversions from and to the small vectors and matrices of another library.
 ///
-/// core/eigen.hpp provides them for Eigen. A header for another library specialises `foreign` in the same way. In
-/// namespace firn it declares `counterpart_of(const Vec<S, D>&, const void*)`, which returns the library's type for a
-/// Vec, and the same for a Mat. Without such a header nothing here is called.
+/// core/eigen.hpp provides them for Eigen. A header for another library must do two things. It specialises `foreign`
+/// for the types of the library. And it declares, in namespace firn, `counterpart_of(const Vec<S, D>&, const void*)`
+/// and `counterpart_of(const Mat<S, D>&, const void*)`, whose return types are the library's types for a Vec and a Mat.
+/// Without such a header no function of this file is called.
 #pragma once
 
 #include <firn/core/config.hpp>
@@ -18,42 +19,44 @@ struct Vec;
 template <class S, int D>
 struct Mat;
 
-/// How to convert type T of another library, which holds numbers. A specialisation has
+/// Converts a vector or matrix type T of another library. A specialisation has
 ///
-///     owns                                   whether T owns its numbers: an expression does not
-///     holds<Rows, Columns>                   whether a T may have this size, as far as its type says
-///     template <class S, int Rows, int Columns> static void read(const T&, S* numbers)    column by column
+///     owns                                   true if a T stores its numbers, false if T is an expression
+///     holds<Rows, Columns>                   whether a T can have Rows × Columns numbers, as far as the type T tells
+///     template <class S, int Rows, int Columns> static void read(const T& from, S* numbers);
+///                                            writes the numbers of `from` column by column
 ///
-/// and, for types that own a fixed number of numbers,
+/// and, if a T stores its numbers and its size is fixed,
 ///
-///     own                                    firn's type for it: Vec<S, D> or Mat<S, D>
-///     static T made(const S* numbers)        from numbers column by column
+///     own                                    firn's type of the same size: Vec<S, D> or Mat<S, D>
+///     static T made(const S* numbers)        makes a T from numbers that are stored column by column
 template <class T>
 struct foreign {};
 
-/// A type of another library that holds numbers.
+/// A type of another library for which `foreign` is specialised.
 template <class T>
 concept is_foreign = requires { foreign<T>::owns; };
 
-/// A type of another library that may have this size.
+/// A type of another library whose objects can have Rows × Columns numbers.
 template <class T, int Rows, int Columns>
 concept holds_numbers = is_foreign<T> && foreign<T>::template holds<Rows, Columns>;
 
-/// A type of another library that firn's type Own converts to.
+/// A type of another library into which firn's type Own can be converted.
 template <class T, class Own>
 concept is_made_from = is_foreign<T> && std::same_as<typename foreign<T>::own, Own>;
 
 namespace detail {
 
-/// Stands for a call of F with arguments A…. Compilers remember the answer of has_counterpart. With this argument an
-/// answer from before the library's header was included is not reused for other calls.
+/// A type that names one call: of a function F with arguments A…. It is an argument of has_counterpart, so that the
+/// compiler checks this concept again for every call. Otherwise the compiler would reuse the result of an earlier
+/// check, which may have been made before the other library's header was included.
 template <class F, class... A>
 struct call_of;
 
 template <class T, class Call>
 concept has_counterpart = requires(const T& x, Call* call) { counterpart_of(x, call); };
 
-/// Returns x in the other library's type if it has one, else x.
+/// Returns x converted to its counterpart_of() in the other library; if there is none, x itself.
 template <class Call, class T>
 FIRN_INLINE decltype(auto) in_other_terms(const T& x) {
     if constexpr (has_counterpart<T, Call>) {
@@ -64,7 +67,7 @@ FIRN_INLINE decltype(auto) in_other_terms(const T& x) {
     }
 }
 
-/// Converts the result of a function of the user's to firn's types.
+/// Returns the result x of a user's function, converted to firn's type if x has a type of another library.
 template <class T>
 FIRN_INLINE auto in_own_terms(const T& x) {
     if constexpr (is_foreign<T>) {
@@ -84,18 +87,19 @@ template <class F, class... A>
 concept takes_other_terms = (has_counterpart<A, call_of<F, A...>> || ...) &&
                             requires(const F& f, const A&... a) { f(in_other_terms<call_of<F, A...>>(a)...); };
 
-/// A function that takes firn's vectors and matrices, or the other library's.
+/// A function F that can be called with arguments A…, or with these converted to the other library's types.
 template <class F, class... A>
 concept takes = takes_own_terms<F, A...> || takes_other_terms<F, A...>;
 
-/// A function whose result is not an expression of another library, which would refer to destroyed values.
+/// A function F that does not return an expression of another library. Such an expression would refer to values that
+/// are destroyed when F returns.
 template <class F, class... A>
 concept returns_numbers = !requires(const F& f, const A&... a) {
     requires is_foreign<std::remove_cvref_t<decltype(f(a...))>>;
     requires !foreign<std::remove_cvref_t<decltype(f(a...))>>::owns;
 };
 
-/// The type that call() returns. It is found without instantiating call().
+/// The type that call() returns, determined without instantiating call().
 template <class F, class... A>
 struct call_result {};
 template <class F, class... A>
@@ -110,8 +114,9 @@ struct call_result<F, A...> {
         decltype(in_own_terms(std::declval<const F&>()(in_other_terms<call_of<F, A...>>(std::declval<const A&>())...)));
 };
 
-/// Returns f(a…), for an f that takes firn's types or the other library's. Only a template that deduces the other
-/// library's sizes (`Eigen::Matrix<S, D, D>`) needs arguments of these types; other functions convert by themselves.
+/// Returns f(a…) in firn's types. If f cannot take the arguments a, they are first converted to the other library's
+/// types. This is needed only if f is a template that deduces the other library's sizes (`Eigen::Matrix<S, D, D>`); the
+/// parameters of other functions convert implicitly.
 template <class... A, takes<A...> F>
 FIRN_INLINE constexpr typename call_result<F, A...>::type call(const F& f, const A&... a) {
     if constexpr (takes_own_terms<F, A...>)

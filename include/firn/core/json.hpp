@@ -17,7 +17,8 @@ namespace firn {
 
 namespace detail {
 
-/// Returns the text in quotes, with quotes, backslashes and control characters escaped (RFC 8259, section 7).
+/// Returns the text as a JSON string: in quotes, with quotes, backslashes and control characters escaped (RFC 8259,
+/// section 7).
 inline std::string json_text(std::string_view text) {
     constexpr const char* digits = "0123456789abcdef";
     std::string json = "\"";
@@ -33,8 +34,8 @@ inline std::string json_text(std::string_view text) {
     return json + '"';
 }
 
-/// Returns the shortest decimal that reads back as the same number. A number that is not finite becomes null, since
-/// JSON has no such numbers.
+/// Returns the shortest decimal text from which the same number is read again. For a number that is not finite, returns
+/// "null", since JSON cannot express it.
 template <class T>
     requires std::is_arithmetic_v<T>
 std::string json_number(T value) {
@@ -51,12 +52,12 @@ std::string json_number(T value) {
 ///     json.object([&] { json.field("steps", 3).key("ids").array(…); });
 class Json {
 public:
-    /// Writes an object. body() writes its members with field(), or with key() and a value.
+    /// Writes an object. The function body() must write the object's members, with field(), or with key() and a value.
     template <class Body>
     Json& object(const Body& body) {
         return enclosed('{', '}', body);
     }
-    /// Writes an array. f(each) writes the value of one element of the range.
+    /// Writes an array. f(each) is called for each element of the range and must write one value.
     template <class Range, class F>
     Json& array(const Range& range, const F& f) {
         return enclosed('[', ']', [&] {
@@ -66,7 +67,7 @@ public:
             }
         });
     }
-    /// Writes the key of a member; its value must follow.
+    /// Writes the key of a member. The next call must write the member's value.
     Json& key(const char* name) {
         separate();
         text_ += detail::json_text(name);
@@ -126,15 +127,15 @@ private:
     bool first_ = true;
 };
 
-/// Reads the values that its caller asks for, in the order of the text. All functions skip white space.
+/// Reads JSON value by value: each function reads the next part of the text. White space is skipped.
 ///
-/// Every function that finds something else throws io_error with the position [bytes].
+/// If the text has something else there, the function throws io_error, with the position in the text [bytes].
 class JsonReader {
 public:
-    /// Reads this text, which must outlive the reader.
+    /// Makes a reader of this text. The text must live as long as the reader.
     explicit JsonReader(std::string_view text) : text_(text) {}
 
-    /// Whether the next character is c. If so, it is skipped.
+    /// Returns true and skips the next character if it is c; else returns false.
     bool take(char c) {
         skip_space();
         if (at_ >= text_.size() || text_[at_] != c) return false;
@@ -142,7 +143,7 @@ public:
         return true;
     }
     /// Skips the next character, which must be c.
-    /// \throws io_error  if it is not
+    /// \throws io_error  if the next character is not c
     void expect(char c) {
         if (!take(c)) fail(sentence("'", c, "'"));
     }
@@ -152,7 +153,7 @@ public:
         return at_ == text_.size();
     }
 
-    /// Reads a string; escapes are replaced.
+    /// Reads a string and replaces escape sequences by the characters that they mean.
     /// \throws io_error  if the next value is not a valid string
     std::string string() {
         expect('"');
@@ -178,7 +179,7 @@ public:
         return value;
     }
 
-    /// Reads an object. f(key) must read the value of each member.
+    /// Reads an object. f(key) is called for each member and must read the member's value.
     /// \throws io_error  if the next value is not an object
     template <class F>
     void object(const F& f) {
@@ -192,7 +193,7 @@ public:
         expect('}');
     }
 
-    /// Reads an array. f() must read each element.
+    /// Reads an array. f() is called for each element and must read it.
     /// \throws io_error  if the next value is not an array
     template <class F>
     void array(const F& f) {
@@ -204,8 +205,8 @@ public:
     }
 
     /// Skips the next value.
-    /// \param depth  number of objects and arrays around it
-    /// \throws io_error  if it is not valid JSON, or nested deeper than 16 levels
+    /// \param depth  number of objects and arrays that enclose the value
+    /// \throws io_error  if the value is not valid JSON, or is nested deeper than 16 levels
     void skip_value(int depth = 0) {
         if (depth > 16) fail("less nesting");
         skip_space();
@@ -220,14 +221,15 @@ public:
     }
 
     /// Reports an error at the current position.
-    /// \param expected  what the text should have there
+    /// \param expected  what the text should contain at this position
     /// \throws io_error  always
     [[noreturn]] void fail(std::string_view expected) const {
         throw io_error(sentence("byte ", at_, ": expected ", expected));
     }
 
 private:
-    /// Appends the character whose escape begins with the backslash at at_. Sets at_ to its last character.
+    /// Reads the escape sequence whose backslash is at index at_, and appends the character that it means. Afterwards
+    /// at_ is the index of the last character of the escape sequence.
     void append_escaped(std::string& value) {
         constexpr std::string_view signs = "\"\\/bfnrt", meant = "\"\\/\b\f\n\r\t";
         ++at_;
@@ -259,7 +261,7 @@ private:
             tail(12), tail(6), tail(0);
         }
     }
-    /// Reads the four hexadecimal digits after the u at at_. Sets at_ to the last digit.
+    /// Reads the four hexadecimal digits after the u at index at_. Afterwards at_ is the index of the last digit.
     std::uint32_t four_digits() {
         std::uint32_t code = 0;
         const std::string_view digits = text_.substr(at_ + 1, 4);

@@ -1,4 +1,5 @@
-/// \file The lanes of a scalar as single numbers, e.g. to look them up in a table in memory. On a CPU only.
+/// \file Access to the single numbers in the lanes of a scalar, e.g. to look up values in a table. For programs on a
+/// CPU only.
 #pragma once
 
 #include <firn/core/dual.hpp>
@@ -7,7 +8,8 @@
 
 namespace firn {
 
-/// Returns the number in a lane, 0 ≤ lane < `scalar_traits<S>::lanes`. Of a dual number it is the value.
+/// Returns the number in a lane, 0 ≤ lane < `scalar_traits<S>::lanes`. For a dual number, returns the value in that
+/// lane, not the derivative.
 /// @{
 template <std::floating_point T>
 FIRN_INLINE T lane_value(T a, int) {
@@ -27,13 +29,13 @@ FIRN_INLINE auto lane_value(const dual<T>& a, int lane) {
 }
 /// @}
 
-/// A scalar whose numbers can be read at run time: every scalar except one that records a program.
+/// A scalar whose numbers can be read at run time: every scalar except the one that records a program for a GPU.
 template <class S>
 concept has_lanes = requires(const S a) {
     { lane_value(a, 0) } -> std::floating_point;
 };
 
-/// Returns the scalar with f(lane) in every lane. A dual number gets the derivative zero.
+/// Returns a scalar S that holds the number f(lane) in each lane. If S is a dual number, its derivative is zero.
 template <has_lanes S, class F>
 FIRN_INLINE S from_lanes(const F& f) {
     using T = value_type_t<S>;

@@ -1,4 +1,5 @@
-/// \file Where the threads of a call come from: OpenMP's parallel region, or a host that lends its own threads.
+/// \file The threads on which a call of firn runs: those of OpenMP, or threads that the calling program (the host)
+/// lends.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -18,7 +19,8 @@ namespace firn {
 
 namespace detail {
 
-/// A function that the caller runs, with a team for the loops that the function starts.
+/// One call of firn: the function that the calling thread runs, and the team of workers for the loops that the function
+/// starts.
 struct Call {
     Call(int workers, void (*function)(const void*), const void* of) : team(workers), run(function), body(of) {}
 
@@ -44,19 +46,19 @@ struct Call {
 
 }  // namespace detail
 
-/// The work of one call, to be run on a host's threads. Copies refer to the same work. A copy may be called at any
-/// time; after the end of the call it does nothing.
+/// The work of one call of firn, to be run on the host's threads. Copies of a Work refer to the same call. A Work may
+/// be invoked at any time; after the end of the call it does nothing.
 class Work {
 public:
-    /// Used by firn, which creates the work of a call.
+    /// For firn only, which makes one Work per call.
     explicit Work(std::shared_ptr<detail::Call> call) : call_(std::move(call)) {}
 
-    /// Runs the part of one worker.
+    /// Runs the call's work as worker number `worker`.
     ///
-    /// Worker 0 must run on the thread that started the call. It runs everything that no other worker runs; it waits
-    /// only for chunks that others have started.
+    /// work(0) must be invoked on the thread that started the call. It runs all chunks that no other worker runs, and
+    /// waits only for chunks that other workers have started.
     ///
-    /// Workers 1, 2, … help until the call ends. Each may be called once, late, or not at all.
+    /// work(1), work(2), … help until the call ends. Each of them may be invoked once, late, or not at all.
     void operator()(int worker) const noexcept {
         const std::shared_ptr<detail::Call> call = call_;
         if (worker > 0 && worker < call->team.workers())
@@ -69,16 +71,16 @@ private:
     std::shared_ptr<detail::Call> call_;
 };
 
-/// A function that lends threads to one call. It runs work(0) on the calling thread, and work(1), …, work(workers − 1)
-/// on other threads, as many as it has.
+/// A function of the host that lends threads to one call of firn. It must invoke work(0) on the calling thread. It
+/// should invoke work(1), …, work(workers − 1) on other threads, or only some of these if it has fewer threads.
 using Lend = std::function<void(int workers, const Work& work)>;
 
 namespace detail {
 inline constinit thread_local const Lend* lender_of_this_thread = nullptr;
 }  // namespace detail
 
-/// While an object of this class lives, loops that its thread starts run on a host's threads instead of OpenMP's. Each
-/// step, and each stage that is called alone, asks for threads once.
+/// While an object of this class lives, the loops of the thread that made it run on threads of the host instead of
+/// OpenMP's. firn asks the host for threads once per step, and once per stage that is called alone.
 ///
 ///     const firn::LentThreads lent([&](int workers, const firn::Work& work) {
 ///         for (int k = 1; k < workers; ++k) jobs.submit([work, k] { work(k); });  // may run late
@@ -86,7 +88,7 @@ inline constinit thread_local const Lend* lender_of_this_thread = nullptr;
 ///     });
 class LentThreads {
 public:
-    /// \param lend  called for each step or stage, on the thread that starts it
+    /// \param lend  called once for each step or stage, on the thread that starts the step or stage
     explicit LentThreads(Lend lend)
         : lend_(std::move(lend)), before_(std::exchange(detail::lender_of_this_thread, &lend_)) {}
     LentThreads(const LentThreads&) = delete;
@@ -102,27 +104,29 @@ namespace detail {
 
 inline const pid_t first_process = ::getpid();
 
-/// Whether loops may get helpers if this thread starts them outside of a call.
+/// Whether loops that this thread starts outside of a call may get helpers (other threads).
 inline bool may_have_helpers() {
     if (lender_of_this_thread) return true;
 #ifdef _OPENMP
-    // OpenMP's threads do not exist in a child of fork(). g++'s library would wait for them for ever.
+    // In a child process after fork(), OpenMP's threads do not exist. g++'s OpenMP library would wait for them for
+    // ever.
     return !omp_in_parallel() && ::getpid() == first_process;
 #else
     return false;
 #endif
 }
 
-/// Whether one region may hold several steps. A host gets its threads back after each step.
+/// Whether several steps may run in one parallel region. With a host's threads they may not: the host gets its threads
+/// back after each step.
 inline bool regions_span_steps() { return !lender_of_this_thread; }
 
-/// Whether this thread may open a region: it may have helpers and is not inside a region.
+/// Whether this thread may open a parallel region: it may have helpers, and it is not inside a region already.
 inline bool may_open_region() {
     const ThreadRole& role = role_of_this_thread;
     return !role.team && !role.at_work && may_have_helpers();
 }
 
-/// Runs the call. Rethrows its exception when no helper runs a chunk any more.
+/// Runs a call of firn. If the call's function throws, rethrows the exception when no helper runs a chunk any more.
 inline void run_call(const std::shared_ptr<Call>& call) {
     const Work work(call);
     if (lender_of_this_thread) {

@@ -1,4 +1,4 @@
-/// \file Names of policies, and of policies that consist of other policies.
+/// \file The names of policies, also of a policy that consists of other policies.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -21,7 +21,7 @@ constexpr std::string_view name_of() {
 
 namespace detail {
 
-/// The policies' names, joined by underscores.
+/// `text` is the names of the policies P…, joined by underscores.
 template <class... P>
 struct joined_names {
     static constexpr auto characters = [] {

@@ -1,13 +1,13 @@
 /// \file A warning for programs that are compiled without optimisation, which makes them some hundred times slower.
 ///
-/// It is printed once, when the program makes its first grid or particle system. Define FIRN_ALLOW_UNOPTIMISED in all
-/// files of the program to silence it.
+/// The warning is printed once, when the program makes its first grid or particle system. To silence the warning,
+/// define FIRN_ALLOW_UNOPTIMISED in all files of the program.
 #pragma once
 
 #include <firn/core/requirements.hpp>
 
 /// \def FIRN_TELLS_UNOPTIMISED
-/// Whether this file is compiled without optimisation and shall warn of it.
+/// True if this file is compiled without optimisation and FIRN_ALLOW_UNOPTIMISED is not defined; else false.
 #if defined(__OPTIMIZE__) || defined(FIRN_ALLOW_UNOPTIMISED)
 #define FIRN_TELLS_UNOPTIMISED false
 #else
@@ -17,9 +17,9 @@
 
 namespace firn::detail {
 
-/// Prints the warning to stderr, once.
-/// \tparam tells  FIRN_TELLS_UNOPTIMISED; false: it does nothing. As a parameter it keeps the functions of differently
-///                compiled files apart.
+/// Prints the warning of a missing optimisation to stderr, once.
+/// \tparam tells  FIRN_TELLS_UNOPTIMISED of the calling file; if false, the function does nothing. It is a template
+///                parameter so that files with and without optimisation call different functions.
 template <bool tells>
 void tell_unoptimised() {
 #if FIRN_TELLS_UNOPTIMISED

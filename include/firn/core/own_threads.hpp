@@ -1,4 +1,4 @@
-/// \file A pool of threads for firn's loops, for programs without OpenMP and for a child of fork().
+/// \file A pool of threads for firn's loops, for programs without OpenMP and for a child process after fork().
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -18,17 +18,17 @@
 
 namespace firn {
 
-/// A pool of threads. They park between calls and end with the pool.
+/// A pool of threads. The threads sleep between the calls of firn, and end when the pool is destroyed.
 ///
 ///     firn::OwnThreads threads;
 ///     const firn::LentThreads lent(std::ref(threads));  // this thread's loops use the pool from here on
 ///
-/// On Linux, if firn is compiled with OpenMP, its settings bind the threads to processors (OMP_PROC_BIND, OMP_PLACES).
-/// Otherwise they are not bound.
+/// On Linux, if firn is compiled with OpenMP, the threads are bound to processors as OpenMP's settings say
+/// (OMP_PROC_BIND, OMP_PLACES). Otherwise the threads are not bound.
 class OwnThreads {
 public:
-    /// Starts the threads. If the system cannot start that many, the pool has fewer.
-    /// \param workers  number of workers, including the caller; 0: as many as the machine has processors
+    /// Starts the threads. If the system cannot start that many threads, the pool has fewer.
+    /// \param workers  number of workers, including the calling thread; 0: the number of processors of the machine
     explicit OwnThreads(int workers = 0) : pool_(new Pool) {
         const int wanted = workers > 0 ? workers : int(std::thread::hardware_concurrency());
         try {
@@ -42,18 +42,18 @@ public:
     }
     OwnThreads(const OwnThreads&) = delete;
     OwnThreads& operator=(const OwnThreads&) = delete;
-    /// Ends the threads. In a child of fork() it does nothing: the threads do not exist there, and the pool is leaked,
-    /// since a condition variable that threads wait for cannot be destroyed.
+    /// Ends the threads. In a child process after fork() the destructor does nothing: the threads do not exist there,
+    /// and the pool is leaked, since a condition variable for which threads wait cannot be destroyed.
     ~OwnThreads() {
         if (is_of_parent()) return;
         pool_->end();
         delete pool_;
     }
 
-    /// Number of workers, including the caller; 1 in a child of fork().
+    /// Number of workers, including the calling thread; 1 in a child process after fork().
     int workers() const { return is_of_parent() ? 1 : int(pool_->threads.size()) + 1; }
 
-    /// Runs the work on the calling thread and on the threads of the pool. \see Lend
+    /// Runs the work on the calling thread and on threads of the pool, on at most `workers` threads in all. \see Lend
     void operator()(int workers, const Work& work) {
         const int helpers = std::min(workers, this->workers()) - 1;
         if (helpers > 0) pool_->post(work, helpers);
@@ -69,7 +69,7 @@ private:
         std::mutex mutex;
         std::condition_variable wanted;
         std::deque<Job> jobs;
-        std::atomic<std::uint64_t> posted = 0, taken = 0;  // number of jobs so far
+        std::atomic<std::uint64_t> posted = 0, taken = 0;  // numbers of jobs so far
         bool is_over = false;
         std::vector<std::thread> threads;
 
@@ -86,7 +86,7 @@ private:
         }
         void serve() {
             for (;;) {
-                // The next call often comes soon. A short spin costs less than parking and waking.
+                // The next call often comes soon. Spinning for a short time costs less than sleeping and waking.
                 for (int looked = 0; looked < detail::ThreadRole::most_patience && posted == taken; ++looked)
                     detail::pause();
                 std::unique_lock lock(mutex);
@@ -111,7 +111,9 @@ private:
 
     bool is_of_parent() const { return ::getpid() != process_; }
 
-    /// Binds the calling thread, worker k of this many, to processors.
+    /// Binds the calling thread to processors as OpenMP's settings say.
+    /// \param k   number of the worker that this thread is
+    /// \param of  number of workers
     static void bind([[maybe_unused]] int k, [[maybe_unused]] int of) {
 #if defined(_OPENMP) && defined(__linux__)
         const int places = omp_get_num_places(), first = std::max(omp_get_place_num(), 0);

@@ -1,7 +1,9 @@
-/// \file SIMD lanes: a scalar that holds several particles in one register. Its arithmetic acts on all lanes at once.
+/// \file SIMD lanes: a scalar that holds one number for each of several particles. Arithmetic acts on all lanes at
+/// once.
 ///
-/// It uses the vector extension of g++ and clang, so the same source gives AVX-512, AVX2, SSE2 and NEON code. An
-/// auto-vectorised loop over floats is as fast, but cannot use `any(mask)` to skip a slow path that few lanes need.
+/// The class pack uses the vector extension of g++ and clang, so the same source gives AVX-512, AVX2, SSE2 and NEON
+/// code. An auto-vectorised loop over floats is as fast, but cannot skip a slow path that few lanes need; with packs
+/// `any(mask)` does that.
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -14,7 +16,8 @@
 namespace firn {
 
 namespace detail {
-/// Whether any bit is set. It combines halves, since g++ 12 compiles a loop over lanes to N extractions.
+/// Whether any bit is set. The function combines halves of the vector, since g++ 12 compiles a loop over N lanes to N
+/// extractions.
 template <std::size_t Bytes, class V>
 FIRN_INLINE bool any_bit(V bits) {
     if constexpr (Bytes == 8) {
@@ -28,7 +31,7 @@ FIRN_INLINE bool any_bit(V bits) {
     }
 }
 
-/// Returns the sign bits of the lanes; lane 0 is the lowest bit.
+/// Returns an integer whose bit i is the sign bit of lane i.
 template <class T, int N, class V>
 FIRN_INLINE std::uint32_t sign_bits(V bits) {
     using numbers [[gnu::vector_size(sizeof(V))]] = T;
@@ -41,7 +44,8 @@ FIRN_INLINE std::uint32_t sign_bits(V bits) {
     }
 }
 
-/// Returns √a of all lanes, in one instruction if the target has one: g++ 12 does not vectorise a loop over lanes.
+/// Returns √a of all lanes, by one instruction if the processor has one, since g++ 12 does not vectorise a loop over
+/// lanes.
 template <class T, class V>
 FIRN_INLINE V sqrt_of_lanes(V a) {
     if constexpr (requires { x86::sqrt(a); }) {
@@ -52,7 +56,8 @@ FIRN_INLINE V sqrt_of_lanes(V a) {
     }
 }
 
-/// Returns the largest whole numbers ≤ a. Numbers that are too large to have a fraction are returned unchanged.
+/// Returns in each lane the largest whole number ≤ a. Numbers that are too large to have a fraction are returned
+/// unchanged.
 template <class P>
 FIRN_INLINE P floor_of_lanes(P a) {
     using V = typename P::vector;
@@ -66,20 +71,20 @@ FIRN_INLINE P floor_of_lanes(P a) {
 }
 }  // namespace detail
 
-/// N lanes of T in one register; N is a power of two.
+/// A SIMD vector of N numbers of type T, one in each lane. N is a power of two.
 template <std::floating_point T, int N>
 struct pack {
     static_assert(N > 1 && (N & (N - 1)) == 0, "a pack has a power of two of lanes");
 
-    /// Integer of the size of T.
+    /// The integer type of the same size as T.
     using integer = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
     using vector [[gnu::vector_size(N * sizeof(T))]] = T;             ///< The compiler's type for N numbers.
     using mask_vector [[gnu::vector_size(N * sizeof(T))]] = integer;  ///< The compiler's type for N masks.
 
-    /// The result of a comparison. In each lane all bits are set or none.
+    /// The result of a comparison: in each lane all bits are set (the mask is on) or none (off).
     struct mask {
         mask_vector bits;  ///< −1 in lanes that are on, else 0
-        /// And, or, not in each lane.
+        /// Returns a and b, a or b, not a, in each lane.
         /// @{
         FIRN_INLINE friend mask operator&(mask a, mask b) { return {a.bits & b.bits}; }
         FIRN_INLINE friend mask operator|(mask a, mask b) { return {a.bits | b.bits}; }
@@ -95,12 +100,12 @@ struct pack {
         }
     };
 
-    vector lanes;  ///< the numbers
+    vector lanes;  ///< the numbers, one in each lane
 
     pack() = default;  ///< Leaves the lanes uninitialised.
-    /// From the compiler's vector.
+    /// Makes a pack from the compiler's vector.
     FIRN_INLINE pack(vector v) : lanes(v) {}
-    /// The same number in all lanes.
+    /// Makes a pack with the same number in all lanes.
     template <class U>
         requires std::is_arithmetic_v<U>
     FIRN_INLINE pack(U value) : lanes(T(value) - vector{}) {}
@@ -110,15 +115,16 @@ struct pack {
     /// Sets the number in a lane, 0 ≤ lane < N.
     FIRN_INLINE void set(int lane, T value) { lanes[lane] = value; }
 
-    /// Reads N consecutive numbers, of any alignment.
+    /// Reads N consecutive numbers from memory of any alignment.
     FIRN_INLINE static pack load(const T* from) {
         pack p;
         std::memcpy(&p.lanes, from, sizeof p.lanes);
         return p;
     }
-    /// Writes N consecutive numbers, of any alignment.
+    /// Writes the numbers of lanes 0 to N − 1 one after another to memory of any alignment.
     FIRN_INLINE void store(T* to) const { std::memcpy(to, &lanes, sizeof lanes); }
-    /// Writes whole numbers that fit into `integer`.
+    /// Converts the numbers to `integer` and writes them to memory of any alignment. They must be whole and fit into
+    /// `integer`.
     FIRN_INLINE void store(integer* to) const {
         const mask_vector whole = __builtin_convertvector(lanes, mask_vector);
         std::memcpy(to, &whole, sizeof whole);
@@ -145,7 +151,7 @@ struct pack {
     FIRN_INLINE friend mask operator==(pack a, pack b) { return {a.lanes == b.lanes}; }
     /// @}
 
-    /// Returns a in lanes whose mask is on, b in the others.
+    /// Returns a in lanes where the mask is on, b in the other lanes.
     FIRN_INLINE friend pack select(mask m, pack a, pack b) {
         if constexpr (sizeof(vector) <= register_bytes)
             return {m.bits ? a.lanes : b.lanes};
@@ -154,9 +160,9 @@ struct pack {
     }
     /// Whether the mask is on in any lane.
     FIRN_INLINE friend bool any(mask m) { return detail::any_bit<sizeof(mask_vector)>(m.bits); }
-    /// Returns a number whose bit l says whether lane l is on, for N ≤ 32.
+    /// Returns an integer whose bit i is 1 if the mask is on in lane i, for N ≤ 32.
     FIRN_INLINE friend std::uint32_t lane_bits(mask m) { return detail::sign_bits<T, N>(m.bits); }
-    /// The functions of all scalars, lane by lane; see core/scalar.hpp and core/bits.hpp.
+    /// The functions that every scalar has, lane by lane. core/scalar.hpp and core/bits.hpp document them.
     /// @{
     FIRN_INLINE friend pack sqrt(pack a) { return {detail::sqrt_of_lanes<T>(a.lanes)}; }
     FIRN_INLINE friend pack abs(pack a) { return {vector(mask_vector(a.lanes) & std::numeric_limits<integer>::max())}; }
@@ -168,15 +174,15 @@ struct pack {
     /// @}
 };
 
-/// A pack holds N numbers of type T.
+/// Traits of a pack: it has N lanes with numbers of type T.
 template <class T, int N>
 struct scalar_traits<pack<T, N>> {
     using value_type = T;                      ///< float or double
-    static constexpr int lanes = N;            ///< particles held by one pack
-    static constexpr bool has_friends = true;  ///< \see firn::has_friends
+    static constexpr int lanes = N;            ///< number of lanes
+    static constexpr bool has_friends = true;  ///< whether firn::has_friends is true
 };
 
-/// The pack that fills one register of the target, but has at least four lanes, as transposes need.
+/// The pack that fills one SIMD register of the processor. It has at least four lanes, since transposes need four.
 template <std::floating_point T>
 using native_pack = pack<T, (register_bytes / sizeof(T) < 4 ? 4 : int(register_bytes / sizeof(T)))>;
 

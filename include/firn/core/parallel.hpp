@@ -1,16 +1,16 @@
 /// \file Loops that run on several threads.
 ///
-/// If firn is compiled with OpenMP, loops run on OpenMP's threads. Otherwise they run on the calling thread. A host can
-/// lend its own threads instead. \see LentThreads
+/// If firn is compiled with OpenMP, loops run on OpenMP's threads; otherwise they run on the calling thread. The
+/// calling program (the host) can lend its own threads instead. \see LentThreads
 ///
-/// Each call opens one parallel region. A call is a step, a stage that is called alone, or a parallel_region().
+/// Each call of firn opens one parallel region. A call is a step, a stage that is called alone, or a parallel_region().
 ///
-/// In these places a loop runs on its calling thread, with the same results:
+/// In these cases a loop runs on its calling thread alone, with the same results:
 /// - in the body of another loop,
-/// - in a parallel region of the user's,
-/// - in a child of fork(), where OpenMP's threads do not exist.
+/// - in a parallel region that the user has opened with OpenMP,
+/// - in a child process after fork(), where OpenMP's threads do not exist.
 ///
-/// Calls from different threads of the user's are independent.
+/// Several threads of the user may call firn at the same time. Their calls are independent of each other.
 #pragma once
 
 #include <firn/core/config.hpp>
@@ -26,10 +26,10 @@
 
 namespace firn {
 
-/// Returns how many workers a loop gets at most if it starts here and asks for this number. OMP_THREAD_LIMIT is an
-/// upper limit. Where a loop runs on its calling thread, the result is 1.
-/// \param requested  1 to 65535. 0: as many as OpenMP would use (OMP_NUM_THREADS), or with a host's threads as many as
-///                   the machine has processors
+/// Returns the largest number of workers that a loop gets if the calling thread starts the loop with `requested`
+/// workers. It is at most OMP_THREAD_LIMIT, and 1 where a loop runs on its calling thread alone.
+/// \param requested  1 to 65535. 0: the OpenMP default (OMP_NUM_THREADS); if the calling program lends the threads, the
+///                   number of processors
 /// \throws parameter_error  if `requested` is negative or above 65535
 inline int thread_count(int requested) {
     if (requested < 0 || requested > 0xffff)
@@ -47,12 +47,12 @@ inline int thread_count(int requested) {
     return requested > 0 ? requested : std::max(int(sysconf(_SC_NPROCESSORS_ONLN)), 1);
 }
 
-/// Calls body() on the calling thread. All loops that body() starts share one parallel region, so that its workers are
-/// started once; between two loops they wait. In body() OpenMP's own regions have one thread.
+/// Calls body() on the calling thread. All loops that body() starts share one parallel region: the region's workers are
+/// started once and wait between two loops. A parallel region of OpenMP that is opened in body() has one thread.
 ///
-/// Inside another region, or without helpers, it only calls body().
-/// \param workers  at most so many workers; 0: thread_count(0)
-/// \throws anything  that body() throws, after the region is closed
+/// Inside another region, or if there can be no helpers, parallel_region() only calls body().
+/// \param workers  largest number of workers; 0: thread_count(0)
+/// \throws anything  that body() throws, after the region has ended
 template <class Body>
 void parallel_region(int workers, const Body& body) {
     if (workers == 0) workers = thread_count(0);
@@ -63,7 +63,7 @@ void parallel_region(int workers, const Body& body) {
 
 namespace detail {
 
-/// Calls body(), whose loops run on the calling thread.
+/// Calls body(). All loops that body() starts run on the calling thread alone.
 template <class Body>
 void on_this_thread(const Body& body) {
     const struct Alone {
@@ -85,19 +85,20 @@ inline void run_loop(const PhasedLoop& loop, int workers) {
 
 }  // namespace detail
 
-/// Calls body(phase, i, worker) for every phase and 0 ≤ i < counts[phase]. A phase starts after the one before it has
+/// Calls body(phase, i, worker) for every phase and 0 ≤ i < counts[phase]. A phase starts after the phase before it has
 /// ended. Within a phase the order is arbitrary, but a worker takes `grain` consecutive indices at a time.
-/// \param counts   number of indices, one per phase
-/// \param workers  at most so many workers. 0 ≤ worker < workers, and two calls at the same time never have the same
-///                 worker.
+/// \param counts   the number of indices of each phase
+/// \param workers  largest number of workers. In the calls of body, 0 ≤ worker < workers; two calls of body at the same
+///                 time never have the same worker.
 /// \param body     called on several threads at the same time
-/// \param grain    at least 1
-/// \throws anything  that a body throws: the first exception, after all workers have stopped. Many of the remaining
-///                   calls are then left out.
+/// \param grain    number of indices that a worker takes at a time, at least 1
+/// \throws anything  that body throws: the first exception, after all workers have stopped. Many of the remaining calls
+///                   of body are then left out.
 template <class Body>
 void parallel_phases(std::span<const std::size_t> counts, int workers, const Body& body, std::size_t grain = 1) {
-    // All threads run one copy of this function, which is never inlined. In two copies the compiler could fuse
-    // different multiplications and additions, and results would then depend on the number of threads.
+    // All threads run one copy of this function, which is never inlined. If there were two copies, the compiler could
+    // fuse other multiplications and additions in one than in the other, and results would then depend on the number of
+    // threads.
     const auto run = [](const void* f, std::size_t phase, std::size_t first, std::size_t last, int worker)
                          FIRN_NEVER_INLINE {
                              for (std::size_t i = first; i < last; ++i)
@@ -106,8 +107,12 @@ void parallel_phases(std::span<const std::size_t> counts, int workers, const Bod
     detail::run_loop({counts, grain, run, &body}, workers);
 }
 
-/// Calls body(i, worker) for 0 ≤ i < n, like parallel_phases() with one phase.
-/// \throws anything  that a body throws, as parallel_phases()
+/// Calls body(i, worker) for 0 ≤ i < n, in any order and on several threads at the same time.
+/// \param workers  largest number of workers. In the calls of body, 0 ≤ worker < workers; two calls of body at the same
+///                 time never have the same worker.
+/// \param grain    number of consecutive indices that a worker takes at a time, at least 1
+/// \throws anything  that body throws: the first exception, after all workers have stopped. Many of the remaining calls
+///                   of body are then left out.
 template <class Body>
 void parallel_for(std::size_t n, int workers, const Body& body, std::size_t grain = 1) {
     const auto only_phase = [&](std::size_t, std::size_t i, int worker) { body(i, worker); };
@@ -116,12 +121,12 @@ void parallel_for(std::size_t n, int workers, const Body& body, std::size_t grai
 
 namespace detail {
 
-/// Number of points or elements in a chunk.
+/// Number of consecutive indices in a chunk of for_chunks().
 inline constexpr std::size_t at_once = 1024;
 
-/// Cuts [0, n) into one share per worker, and calls body(first, last) for each share on its worker. The worker that
-/// first writes to a page of memory gets that page near its own processor. If a worker is more than a millisecond
-/// late, others do its share.
+/// Cuts the indices [0, n) into one share per worker. Each worker calls body(first, last) for its own share. Use it to
+/// initialise memory: the system puts a page of memory near the processor of the worker that first writes to the page.
+/// If a worker is more than a millisecond late, other workers do its share.
 template <class Body>
 void for_shares(std::size_t n, int workers, const Body& body) {
     const std::size_t shares = std::size_t(std::max(workers, 1));
@@ -133,14 +138,15 @@ void for_shares(std::size_t n, int workers, const Body& body) {
     run_loop({std::span(&shares, 1), 1, run_some, &run, true}, workers);
 }
 
-/// Cuts [0, n) into chunks, and calls body(first, last) for each.
+/// Cuts the indices [0, n) into chunks, and calls body(first, last) for each chunk, first ≤ i < last, on several
+/// threads.
 template <class Body>
 void for_chunks(std::size_t n, int threads, const Body& body) {
     parallel_for((n + at_once - 1) / at_once, thread_count(threads),
                  [&](std::size_t c, int) { body(c * at_once, std::min(n, (c + 1) * at_once)); });
 }
 
-/// Sets all numbers to the value.
+/// Sets all elements of an array to `value`, on several threads.
 template <class Numbers, class T>
 void fill_chunks(Numbers& numbers, const T& value, int threads) {
     for_chunks(numbers.size(), threads, [&](std::size_t first, std::size_t last) {

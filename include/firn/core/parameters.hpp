@@ -1,5 +1,5 @@
-/// \file Named parameters of policies, with units. They serve to convert a policy to another scalar, to write it to a
-/// file, and to name its uniforms in a GPU program.
+/// \file The list of a policy's parameters, with names and units. firn uses the list to convert a policy to another
+/// scalar, to write a policy to a file, and to name the policy's uniforms in a GPU program.
 ///
 /// A policy lists its parameters:
 ///
@@ -8,11 +8,12 @@
 ///                           firn::parameter{"lambda", "Pa", &NeoHookean::lambda}};
 ///     }
 ///
-/// A parameter may itself be a policy. Its parameters then belong to the owner, too; each name is preceded by the name
-/// of the policy and an underscore.
+/// A parameter `inner` of a policy may itself be a policy. The parameters of `inner` then belong to the outer policy,
+/// too; their names begin with "inner_".
 ///
-/// A policy that holds more than scalars defines `template <class T> P<T> lifted() const`. A policy whose scalar is not
-/// its first template parameter defines `template <class T> using with_scalar = …`.
+/// A policy P that has members other than its parameters defines `template <class T> P<T> lifted() const`, which
+/// returns the policy with scalar T. A policy whose scalar is not its first template parameter defines the type
+/// `template <class T> using with_scalar = …`, its own type with scalar T.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -28,9 +29,9 @@ namespace firn {
 template <class Owner, class Field>
 struct parameter {
     const char* name;       ///< the name in states, programs for a GPU and messages
-    const char* unit;       ///< e.g. "Pa"
+    const char* unit;       ///< the unit, e.g. "Pa"
     Field Owner::* member;  ///< the member of the policy that holds the value
-    /// Names a member of the policy.
+    /// Makes a parameter from its name, its unit, and the member of the policy that holds the value.
     constexpr parameter(const char* n, const char* u, Field Owner::* m) : name(n), unit(u), member(m) {}
 
     /// Returns the value of this parameter in the given policy.
@@ -62,7 +63,7 @@ struct with_scalar_of<P, T> {
 };
 }  // namespace detail
 
-/// The policy `P<S>` or `P<S, D>` with its scalar replaced by T.
+/// The type of a policy with scalar T instead of S: `P<T>` for `P<S>`, `P<T, D>` for `P<S, D>`.
 template <class P, class T>
 using with_scalar_t = typename detail::with_scalar_of<P, T>::type;
 
@@ -70,11 +71,11 @@ using with_scalar_t = typename detail::with_scalar_of<P, T>::type;
 template <class P>
 concept has_parameters = requires { P::parameters(); };
 
-/// A policy that holds a list of policies, whose number is known only at run time.
+/// A policy that has a list `all` of other policies. Their number is known only at run time.
 template <class P>
 concept is_list = requires(P policy) { policy.all.size(); };
 
-// Declared here for policies that are parameters of policies.
+// Declared here because lift_value() calls it for policies that are parameters of other policies.
 template <class T, class P>
 FIRN_INLINE auto lift(const P& policy);
 
@@ -92,9 +93,10 @@ FIRN_INLINE Vec<T, D> lift_value(const Vec<S, D>& value) {
 }
 }  // namespace detail
 
-/// Calls f(name, unit, value) for every scalar and vector among the parameters of a policy. Policies in a list are
-/// named by their number in the list. A type without parameters has no calls.
-/// \param before  text in front of all names
+/// Calls f(name, unit, value) for every parameter of a policy that is a scalar or a vector, also for the parameters of
+/// policies within the policy. In a list of policies, the names begin with the index of the policy: "0_", "1_", … For a
+/// type without parameters, f is not called.
+/// \param before  text that is put in front of all names
 template <class P, class F>
 void for_parameters(P& policy, const F& f, const std::string& before = "") {
     if constexpr (has_parameters<std::remove_const_t<P>>)
@@ -116,7 +118,8 @@ void for_parameters(P& policy, const F& f, const std::string& before = "") {
             for_parameters(policy.all[k], f, before + std::to_string(k) + "_");
 }
 
-/// Converts a policy to the scalar T. Every listed parameter is converted, e.g. a float to sixteen equal lanes.
+/// Returns the policy with scalar T. Every listed parameter is converted, e.g. a float to a pack of sixteen equal
+/// numbers.
 template <class T, class P>
 FIRN_INLINE auto lift(const P& policy) {
     using Lifted = with_scalar_t<P, T>;

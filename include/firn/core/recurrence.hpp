@@ -1,4 +1,4 @@
-/// \file Events at a steady rate: the schedule of emitters and other sources of particles.
+/// \file A schedule of events at a constant rate, for emitters and other sources of particles.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -9,16 +9,16 @@
 
 namespace firn::detail {
 
-/// A schedule. Event k happens at start + k / rate, unless that is after `end`.
+/// A schedule of events. Event k = 0, 1, … happens at the time start + k / rate, unless this time is after `end`.
 struct Recurrence {
-    const char* owner;   ///< for messages, e.g. "An emitter"
-    const char* events;  ///< for messages, e.g. "births"
-    double rate;         ///< [1/s]
-    double start;        ///< [s]
-    double end;          ///< [s]
+    const char* owner;   ///< name of the owner in messages, e.g. "An emitter"
+    const char* events;  ///< name of the events in messages, e.g. "births"
+    double rate;         ///< number of events per second [1/s]
+    double start;        ///< time of event 0 [s]
+    double end;          ///< time after which no event happens [s]
 
-    /// Checks the numbers.
-    /// \param lifespan  of the particles [s]
+    /// Checks the rate, the times and the lifespan of the particles.
+    /// \param lifespan  lifespan of the particles [s]
     /// \throws parameter_error  if the rate, the times or the lifespan are out of range
     void check(double lifespan) const {
         if (!(rate > 0) || !std::isfinite(rate))
@@ -32,13 +32,13 @@ struct Recurrence {
                 sentence(owner, "'s particles have a lifespan of ", lifespan, " s; it must be positive."));
     }
 
-    /// Returns the time of an event [s].
+    /// Returns the time of an event [s], given by its number.
     double time_of(std::uint64_t event) const { return start + double(event) / rate; }
     /// Whether an event happens at or before `time` [s].
     bool is_due(std::uint64_t event, double time) const { return time_of(event) <= time && time_of(event) <= end; }
 
-    /// Returns the number of events, from number `first` on, that are due at `time` [s].
-    /// \throws parameter_error  if there are 2⁵³ or more events until then
+    /// Returns how many of the events `first`, `first` + 1, … happen at or before `time` [s].
+    /// \throws parameter_error  if 2⁵³ or more events, counted from event 0, happen at or before `time`
     double due(std::uint64_t first, double time) const {
         const double all = std::floor((std::min(time, end) - start) * rate) + 1;
         if (!(all < 0x1p53))
@@ -48,9 +48,10 @@ struct Recurrence {
         return std::max(all - double(first), 0.0);
     }
 
-    /// Checks that there are enough ids for the particles of all events from number `first` on that are due at `time`.
+    /// Checks that there are enough ids for the particles of those of the events `first`, `first` + 1, … that happen at
+    /// or before `time` [s].
     /// \param ids  number of ids that are left
-    /// \throws parameter_error  if there are not enough, or as due()
+    /// \throws parameter_error  if there are not enough ids, or if due() throws it
     void require_ids(std::uint64_t first, double time, double particles_of_event, std::uint32_t ids) const {
         if (const double owed = due(first, time) * particles_of_event; owed > double(ids))
             throw parameter_error(sentence(owner, " of ", rate, " ", events, " a second owes ", owed, " particles at ",
@@ -58,8 +59,9 @@ struct Recurrence {
                                            " more. Take a lower rate, or let it start later."));
     }
 
-    /// Returns the first event, from number `first` on, that is not due at `time` [s].
-    /// \throws parameter_error  as due()
+    /// Returns the number of the first of the events `first`, `first` + 1, … that does not happen at or before `time`
+    /// [s].
+    /// \throws parameter_error  if due() throws it
     std::uint64_t first_after(std::uint64_t first, double time) const {
         // due() rounds, so the last events are checked one by one.
         if (const double most = due(first, time) * (1 - 1e-12); most > 2) first += std::uint64_t(most - 2);

@@ -1,12 +1,13 @@
-/// \file Loops with a fixed number of passes. A scalar that records a program records them as loops.
+/// \file Loops whose number of passes is fixed, or has an upper limit, at compile time. If the scalar records a program
+/// for a GPU, the program gets a loop, too.
 #pragma once
 
 #include <firn/core/scalar.hpp>
 
 namespace firn {
 
-/// Applies f N times, state → f(state) → …, and returns the last state. On a CPU the loop is unrolled, so that the
-/// state stays in registers.
+/// Computes state = f(state) N times and returns the last state. On a CPU the loop is unrolled, so that the state stays
+/// in registers.
 template <int N, class State, class F>
 FIRN_INLINE constexpr State repeat(State state, F&& f) {
     if constexpr (N == 0) {
@@ -19,10 +20,11 @@ FIRN_INLINE constexpr State repeat(State state, F&& f) {
     }
 }
 
-/// Calls f(state), at most N times, until the mask that f returns is off in all lanes. Returns the state.
+/// Calls f(state) until the mask that f returns is off in all lanes, but at most N times. Returns the last state.
 ///
-/// f must not change lanes whose mask is off, so that a lane does not depend on how many passes other lanes need.
-/// \param f  takes the state by reference and changes it
+/// Once the mask is off in a lane, f must not change this lane any more, so that its result does not depend on how many
+/// passes other lanes need.
+/// \param f  takes the state by reference, changes the state, and returns a mask
 template <int N, class State, class F>
 FIRN_INLINE constexpr State repeat_while(State state, F&& f) {
     if constexpr (requires { record_repeat<N>(state, f); }) {

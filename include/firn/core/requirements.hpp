@@ -1,10 +1,10 @@
 /// \file The compilers that firn needs. Other compilers stop here with a clear message.
 ///
-/// An error directive alone does not stop a compiler. Including a header that does not exist does, and its name says
-/// why.
+/// An error directive alone does not stop a compiler. Including a header that does not exist stops it, and the header's
+/// name tells the reason.
 #pragma once
 
-// AppleClang counts differently: its 17 is LLVM's 19.
+// AppleClang's version numbers are not those of clang: AppleClang 17 is made from LLVM 19.
 #if __cplusplus < 202002L || (!defined(__clang__) && !defined(__GNUC__)) ||              \
     (defined(__apple_build_version__) && __clang_major__ < 17) ||                        \
     (defined(__clang__) && !defined(__apple_build_version__) && __clang_major__ < 16) || \

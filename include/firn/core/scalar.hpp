@@ -1,16 +1,18 @@
-/// \file What a scalar is. One definition of a formula works for all scalars: float, double, SIMD lanes, dual numbers.
+/// \file What a scalar is: a type of number with which every formula of firn works, such as float, double, pack (SIMD
+/// lanes) or dual.
 ///
-/// A definition may use + − × ÷, comparisons, which return a *mask*, and the functions of this file:
-/// `select(mask, a, b)` instead of `if`, `sqrt`, `abs`, `min`, `max`, `floor`, `any(mask)`.
-/// `any` serves to skip work that no lane needs. Guarded code must not change lanes whose mask is off.
+/// A formula may use + − × ÷, comparisons, which return a *mask*, and the functions of this file: `select(mask, a, b)`
+/// instead of `if`, `sqrt`, `abs`, `min`, `max`, `floor`, `any(mask)`. Use `if (any(mask))` to skip work that no lane
+/// needs. This work must not change lanes where the mask is off.
 ///
-/// `firn::sqrt(x)` works for every scalar. Outside of firn, plain `sqrt(x)` is firn's function for lanes, but the C
-/// library's for float and double.
+/// `firn::sqrt(x)` works for every scalar. Outside of namespace firn, `sqrt(x)` is firn's function if x is a pack or a
+/// dual number, but the C library's function if x is a float or a double.
 #pragma once
 
 #include <firn/core/config.hpp>
 
-// With these headers abs(x) of a float is a float in a user's namespace, too. With cmath alone it may be C's abs(int).
+// With these headers, abs(x) of a float x returns a float in a user's namespace, too. With cmath alone, abs(x) may be
+// C's abs(int).
 #include <math.h>
 #include <stdlib.h>
 
@@ -22,12 +24,12 @@
 
 namespace firn {
 
-/// Returns if_true where the mask is on, if_false elsewhere.
+/// Returns if_true if the mask is on (true), else if_false.
 template <std::floating_point S>
 FIRN_INLINE constexpr S select(bool mask, S if_true, S if_false) {
     return mask ? if_true : if_false;
 }
-/// Whether the mask is on in any lane.
+/// Returns the mask itself, since a float or double has only one lane.
 FIRN_INLINE constexpr bool any(bool mask) { return mask; }
 
 /// Returns √a.
@@ -47,7 +49,7 @@ FIRN_INLINE constexpr S abs(S a) {
 }
 
 namespace detail {
-/// Called where a mask of lanes is converted to bool: does not compile.
+/// Does not compile, and tells the reason. It is called where a mask is converted to bool.
 template <class Mask>
 constexpr bool refuse_to_branch() {
     static_assert(!std::same_as<Mask, Mask>,
@@ -57,18 +59,18 @@ constexpr bool refuse_to_branch() {
 }
 }  // namespace detail
 
-/// The numbers that a scalar is made of. pack, dual, … specialise it.
+/// Traits of a scalar: the type of its numbers and the number of its lanes. pack, dual, … specialise it.
 template <class S>
 struct scalar_traits {
     using value_type = S;            ///< float or double
-    static constexpr int lanes = 1;  ///< particles held by one S
+    static constexpr int lanes = 1;  ///< number of lanes of S
 };
-/// Whether S is one of firn's classes (pack, dual, …). Their functions are friends, which only argument-dependent
-/// lookup finds.
+/// Whether S is one of firn's scalar classes (pack, dual, …). The functions of these classes are friends, which only
+/// argument-dependent lookup finds.
 template <class S>
 inline constexpr bool has_friends = requires { scalar_traits<S>::has_friends; };
 
-/// The type of the numbers in S: float or double.
+/// The type of the numbers in the lanes of S: float or double.
 template <class S>
 using value_type_t = typename scalar_traits<S>::value_type;
 
@@ -104,7 +106,7 @@ concept has_roots = requires(const S a) {
 };
 // clang-format on
 
-/// Calls the friend function of firn's class S, so that the name with firn:: in front works for all scalars.
+/// Calls the friend function of firn's scalar class S, so that e.g. firn::sqrt(x) works for all scalars.
 /// @{
 template <class S>
     requires has_friends<S>
@@ -128,20 +130,20 @@ FIRN_INLINE constexpr S abs(const S& a) {
 }
 /// @}
 
-/// Returns x. A scalar that records a program gives x this name in the program.
+/// Returns x. If S is the scalar that records a program for a GPU, x gets this name in the program.
 template <class S>
 FIRN_INLINE constexpr const S& named(const char*, const S& x) {
     return x;
 }
 
-/// Returns x. Marks a sum whose rounding matters, such as (a + b) − a, which serves to find the error of a + b. A
-/// scalar that records a program prevents compilers from simplifying it.
+/// Returns x. Use it for a sum s = settled(a + b) whose rounding error is computed next, by (s − a) − b. If S is the
+/// scalar that records a program for a GPU, compilers of that program cannot simplify the error to 0.
 template <class S>
 FIRN_INLINE constexpr const S& settled(const S& x) {
     return x;
 }
 
-/// A type of number that all of firn's definitions work with.
+/// A type of number with which all formulas of firn work: float, double, pack, dual, …
 template <class S>
 concept scalar = has_arithmetic<S> && has_literals<S> && has_select<S> && has_roots<S>;
 

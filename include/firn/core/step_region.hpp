@@ -1,8 +1,10 @@
-/// \file The parallel region of steps. Steps run without helpers where helpers would slow them down.
+/// \file The parallel region in which steps run. Where helpers (threads other than the calling one) would slow the
+/// steps down, the steps run without helpers.
 ///
-/// A region of OpenMP's ends only when all its threads have arrived. If another program occupies a processor, a helper
-/// arrives some milliseconds late, and a step that takes a tenth of that waits for it. Regions are therefore timed: if
-/// their begin and end take long, and the steps took longer than without helpers, the next steps run without helpers.
+/// A parallel region of OpenMP ends only when all its threads have arrived. If another program occupies a processor, a
+/// helper arrives some milliseconds late, and a step that takes a tenth of this time has to wait for the helper.
+/// Regions are therefore timed: if their begin and end take long, and the steps took longer than without helpers, the
+/// next steps run without helpers.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -12,15 +14,15 @@
 
 namespace firn::detail {
 
-/// Decides which steps have helpers, from the times of the steps before.
+/// Decides whether the next steps run with helpers, from the computing times of the steps before.
 class StepHelpers {
 public:
-    /// Number of steps to take without helpers next; 0: the next steps have helpers.
+    /// Number of steps to take next without helpers; 0: the next steps have helpers.
     std::uint64_t steps_alone() const { return alone_; }
 
-    /// Takes the times of steps that ran in one region, or one after another without helpers.
-    /// \param whole  time that the steps took [s]
-    /// \param body   the part of it without the begin and end of the region [s]
+    /// Records the computing time of the last steps, which ran in one parallel region, or without helpers.
+    /// \param whole  computing time of all these steps, including the begin and end of the region [s]
+    /// \param body   computing time of all these steps, without the begin and end of the region [s]
     /// \param steps  number of steps
     void took(double whole, double body, std::uint64_t steps) {
         if (steps == 0) return;
@@ -34,35 +36,36 @@ public:
         age_ += steps;
         if (whole - body < whole * noticed) return;
         if (age_ >= most_age)
-            alone_ = 1;  // measures how long one takes
+            alone_ = 1;  // measures how long one step takes
         else if (each > without_)
             alone_ = 1 + std::uint64_t(std::min(given_back * double(steps) * (each / without_ - 1), most_alone));
     }
 
 private:
-    /// Begin and end of a region matter if they take at least this part of its time.
+    /// The begin and end of a region matter if they take at least this part of the region's time.
     static constexpr double noticed = 1. / 8;
-    /// Steps without helpers must win back the lost time so many times before helpers are tried again.
+    /// After steps with helpers that lost time, helpers are tried again only when steps without them have saved this
+    /// many times the lost time.
     static constexpr double given_back = 10;
-    static constexpr double most_alone = 1000;      ///< steps in a row without helpers, at most
-    static constexpr std::uint64_t most_age = 256;  ///< after so many steps without_ is measured again
+    static constexpr double most_alone = 1000;      ///< largest number of steps in a row without helpers
+    static constexpr std::uint64_t most_age = 256;  ///< without_ is measured again after this many steps
 
-    std::uint64_t alone_ = 0;       ///< steps to take without helpers
-    double without_ = 0;            ///< time of one step without helpers [s]
-    std::uint64_t age_ = most_age;  ///< steps since without_ was measured
+    std::uint64_t alone_ = 0;       ///< number of steps still to take without helpers
+    double without_ = 0;            ///< computing time of one step without helpers [s]
+    std::uint64_t age_ = most_age;  ///< number of steps since without_ was measured
 };
 
-/// Whether steps may run without helpers. Tests that count regions set it to false.
+/// Whether steps may run without helpers. Tests that count parallel regions set this to false.
 inline bool helpers_may_be_left_out = true;
 
-/// Calls body(most) in a parallel region. If helpers would slow the steps down, it calls body(n) on the calling thread
-/// instead, with n ≤ most.
+/// Calls body(most) in a parallel region. If helpers would slow the steps down, steps_region() calls body(n) on the
+/// calling thread instead, with n ≤ most.
 /// \param body  body(n) takes at most n steps and returns how many it took
 template <class Body>
 void steps_region(int workers, std::uint64_t most, StepHelpers& helpers, const Body& body) {
     if (workers <= 1 || !may_open_region() || !helpers_may_be_left_out)
         return parallel_region(workers, [&] { body(most); });
-    double inside = 0;  // [s]
+    double inside = 0;  // computing time of body() [s]
     std::uint64_t taken = 0;
     const auto timed_body = [&](std::uint64_t steps) {
         const double begin = seconds_now();

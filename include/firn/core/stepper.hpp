@@ -13,7 +13,7 @@ namespace firn {
 
 /// The time and step that a run has reached.
 struct Moment {
-    double time = 0;            ///< [s]
+    double time = 0;            ///< time that the run has reached [s]
     std::uint64_t steps = 0;    ///< number of steps so far
     double last_time_step = 0;  ///< size of the last step [s]; 0 before the first one
 
@@ -28,9 +28,9 @@ inline void warn_on_stderr(const std::string& text) { std::fprintf(stderr, "firn
 template <int D>
 class Stepper {
 public:
-    Vec<double, D> gravity = Vec<double, D>::zero();  ///< [m/s²]; −9.81 along y unless changed
-    /// Called with each warning, once, before the step that the warning is about and outside of parallel regions. By
-    /// default it writes to stderr. An empty function drops warnings.
+    Vec<double, D> gravity = Vec<double, D>::zero();  ///< Gravity [m/s²]; −9.81 along y unless changed.
+    /// Receives the text of each warning, once. The function is called outside of parallel regions, before the step
+    /// that the warning is about. By default warnings go to stderr. If the function is empty, there are no warnings.
     std::function<void(const std::string&)> warn = detail::warn_on_stderr;
 
     double time() const { return now_.time; }                      ///< Time that the run has reached [s].
@@ -41,12 +41,12 @@ public:
 protected:
     Stepper() { gravity[1] = -9.81; }
 
-    /// Takes steps until is_done() returns true. The steps share parallel regions. A region ends before a function of
-    /// the user's is called.
-    /// \param workers    workers of a region
-    /// \param last_step  no region goes beyond this step
-    /// \param is_done    is_done(): whether to stop
-    /// \param step       step(warning): takes one step, or sets the warning and takes none
+    /// Takes steps until is_done() returns true. Many steps share one parallel region. A region ends before a function
+    /// of the user is called.
+    /// \param workers    number of workers of a region
+    /// \param last_step  a region ends at the latest when the run has taken this many steps
+    /// \param is_done    is_done() returns whether to stop
+    /// \param step       step(warning) takes one step; or it writes a text to `warning` and takes no step
     template <class IsDone, class Step>
     void take_steps(int workers, std::uint64_t last_step, const IsDone& is_done, const Step& step) {
         std::string warning;

@@ -14,8 +14,8 @@ template <std::floating_point T>
 struct strict {
     /// The result of a comparison. It does not convert to bool.
     struct mask {
-        bool bit;  ///< whether it is on
-        /// And, or, not.
+        bool bit;  ///< whether the mask is on
+        /// Returns a and b, a or b, not a.
         /// @{
         friend constexpr mask operator&(mask a, mask b) { return {a.bit && b.bit}; }
         friend constexpr mask operator|(mask a, mask b) { return {a.bit || b.bit}; }
@@ -35,12 +35,12 @@ struct strict {
     T value;  ///< the number
 
     strict() = default;  ///< Leaves the number uninitialised.
-    /// From a number.
+    /// Makes a strict from a number.
     template <class U>
         requires std::is_arithmetic_v<U>
     constexpr strict(U v) : value(T(v)) {}
 
-    /// Arithmetic of T.
+    /// Arithmetic operators, as of T.
     /// @{
     friend constexpr strict operator+(strict a, strict b) { return a.value + b.value; }
     friend constexpr strict operator-(strict a, strict b) { return a.value - b.value; }
@@ -61,7 +61,7 @@ struct strict {
     friend constexpr mask operator==(strict a, strict b) { return {a.value == b.value}; }
     /// @}
 
-    /// The functions of all scalars, see core/scalar.hpp and core/bits.hpp.
+    /// The functions that every scalar has. core/scalar.hpp and core/bits.hpp document them.
     /// @{
     friend constexpr strict select(mask m, strict a, strict b) { return m.bit ? a : b; }
     friend strict sqrt(strict a) { return std::sqrt(a.value); }
@@ -74,12 +74,12 @@ struct strict {
     /// @}
 };
 
-/// A strict number is one T.
+/// Traits of a strict: it has one lane with a number of type T.
 template <class T>
 struct scalar_traits<strict<T>> {
     using value_type = T;                      ///< float or double
-    static constexpr int lanes = 1;            ///< particles held by one scalar
-    static constexpr bool has_friends = true;  ///< \see firn::has_friends
+    static constexpr int lanes = 1;            ///< number of lanes
+    static constexpr bool has_friends = true;  ///< whether firn::has_friends is true
 };
 
 }  // namespace firn

@@ -1,17 +1,17 @@
 /// \file The scheduler of one call: it decides which worker runs which chunks of the loops.
 ///
-/// A phase of a loop is cut into chunks. Each worker gets a share: consecutive chunks, in every loop the same part of
-/// the memory, so that this part stays in the cache of its processor. A worker takes chunks from the front of its own
-/// share. When that is empty, it steals from the back of another share. The worker that finishes the last chunk of a
-/// phase opens the next phase.
+/// A phase of a loop is cut into chunks of indices. Each worker gets a share: consecutive chunks, in every loop the
+/// same part of the memory, so that this part stays in the cache of the worker's processor. A worker takes chunks from
+/// the front of its own share. When its own share is empty, it steals chunks from the back of another worker's share.
+/// The worker that finishes the last chunk of a phase starts the next phase.
 ///
-/// A phase ends when its chunks are done, not when all workers have arrived. The caller waits only for workers that
-/// hold a chunk, and can run all chunks alone. If another program occupies a processor, the worker there delays a phase
-/// by at most the chunk that it holds.
+/// A phase ends when its chunks are done, not when all workers have arrived. The caller (the thread that starts the
+/// loop) waits only for workers that are running a chunk, and can run all chunks alone. If another program occupies a
+/// processor, the worker on that processor delays a phase by at most the one chunk that it is running.
 ///
-/// A worker that finds no chunk spins for some microseconds, then parks. The caller does the same. Waking a parked
-/// thread takes longer than most phases. A thread therefore spins longer after each time that spinning found a chunk,
-/// and only half as long after each time that it did not.
+/// A worker that finds no chunk spins (looks again and again) for some microseconds, then sleeps. The caller does the
+/// same. Waking a sleeping thread takes longer than most phases. A thread therefore spins longer after each time that
+/// spinning found a chunk, and only half as long after each time that it found none.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -30,18 +30,19 @@ namespace firn::detail {
 
 /// A loop of one or more phases, which run one after another.
 struct PhasedLoop {
-    std::span<const std::size_t> counts;  ///< number of indices, one per phase
-    std::size_t grain = 1;                ///< indices of a chunk
-    /// Runs the chunk first ≤ i < last of a phase.
+    std::span<const std::size_t> counts;  ///< the number of indices of each phase
+    std::size_t grain = 1;                ///< number of indices in a chunk
+    /// Runs the chunk of the indices first ≤ i < last of a phase.
     void (*run)(const void* body, std::size_t phase, std::size_t first, std::size_t last, int worker) = nullptr;
     const void* body = nullptr;  ///< the first argument of run
-    /// The loop has one phase, and workers run only their own shares. Others run the share of a worker that is late.
+    /// Whether each worker runs only its own share. The loop must then have one phase. If a worker is late by
+    /// longest_wait_for_owner, other workers run its share.
     bool is_owned = false;
 
     std::size_t chunks(std::size_t phase) const { return counts[phase] / grain + (counts[phase] % grain != 0); }
 };
 
-/// Tells the processor that this thread spins.
+/// Tells the processor that this thread waits in a loop.
 inline void pause() {
 #if defined(__x86_64__) || defined(__i386__)
     __builtin_ia32_pause();
@@ -50,30 +51,32 @@ inline void pause() {
 #endif
 }
 
-/// Returns the time of a clock that is never set back [s].
+/// Returns the time [s] of a clock that is never set back.
 inline double seconds_now() {
     std::timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-/// A worker may be late by this time before others run its share [s]. Tests set it higher.
+/// If PhasedLoop::is_owned, other workers run the share of a worker that is later than this [s]. Tests set a longer
+/// time.
 inline double longest_wait_for_owner = 1e-3;
 
 class Team;
 
-/// What the current thread does for firn.
+/// What the current thread does for firn at the moment.
 struct ThreadRole {
-    /// Limits of `patience`, and how it grows: 100 to 2000 looks take 3 to 100 µs. Waking a thread takes about 50 µs.
+    /// The smallest and the largest `patience`, and by how much it grows each time that spinning found a chunk. To look
+    /// for a chunk 100 to 2000 times takes 3 to 100 µs; waking a thread takes about 50 µs.
     static constexpr int least_patience = 100, most_patience = 2000, patience_gained = 40;
 
-    Team* team = nullptr;           ///< the team whose caller this thread is
-    bool at_work = false;           ///< it runs chunks; loops that it starts run on this thread
-    int patience = least_patience;  ///< looks for a chunk before it parks
+    Team* team = nullptr;           ///< the team of which this thread is the caller; else nullptr
+    bool at_work = false;           ///< the thread runs chunks, so loops that it starts run on it alone
+    int patience = least_patience;  ///< how often the thread looks for a chunk before it sleeps
 };
 inline constinit thread_local ThreadRole role_of_this_thread{};
 
-/// The workers of one call. Worker 0 is the caller. Workers 1, 2, … are helpers, which may come late or not at all.
+/// The workers of one call. Worker 0 is the caller. Workers 1, 2, … are helpers, which may start late or never.
 class Team {
 public:
     explicit Team(int workers) : seats_(std::size_t(workers)) {}
@@ -82,10 +85,10 @@ public:
 
     int workers() const { return int(seats_.size()); }
 
-    /// Runs a loop on the calling thread, which must be worker 0, and on the helpers that come in time.
-    /// \param workers  at most so many workers take part
+    /// Runs a loop on the calling thread, which must be worker 0, and on the helpers that are there in time.
+    /// \param workers  largest number of workers that take part
     /// \throws anything  that a chunk throws: the first exception, after all workers have stopped. Chunks that have not
-    ///                   been started by then are left out.
+    ///                   been started before the exception are left out.
     void run(const PhasedLoop& loop, int workers) {
         loop_ = loop;
         const std::size_t largest = *std::max_element(loop.counts.begin(), loop.counts.end());
@@ -101,25 +104,26 @@ public:
         if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
     }
 
-    /// Runs chunks of all loops as worker 1, 2, … until the team is closed. Returns at once if that worker is taken.
+    /// Runs chunks of all loops, as worker number `worker` ≥ 1, until close(). Returns at once if another thread is
+    /// already this worker.
     void help(int worker) {
         Seat& seat = seats_[std::size_t(worker)];
         if (!seat.is_taken.exchange(true)) work(worker, is_closed_);
     }
 
-    /// Releases the helpers. The caller calls it after the last loop.
+    /// Lets the helpers return from help(). The caller must call close() after the last loop.
     void close() {
         is_closed_ = true;
         for (Seat& seat : seats_) wake(seat);
     }
 
 private:
-    /// The chunks that a worker still has to run, packed into one word.
+    /// The chunks that a worker still has to run. word() packs all members into one integer.
     struct Share {
         static constexpr int bits = 22;
         static constexpr std::uint64_t most_chunks = (std::uint64_t(1) << bits) - 1, most_workers = 0xffff;
-        std::uint64_t first, last;  ///< first ≤ chunk < last
-        std::uint64_t workers;      ///< workers that may take part
+        std::uint64_t first, last;  ///< the chunks: first ≤ chunk < last
+        std::uint64_t workers;      ///< number of workers that may take part
         std::uint64_t phase;        ///< number of the phase, modulo 16
 
         explicit Share(std::uint64_t word)
@@ -133,19 +137,20 @@ private:
         bool offers(std::uint64_t worker) const { return first < last && worker < workers; }
     };
 
-    /// A worker's place in the team.
+    /// The state of one worker: its share, whether it sleeps (0 or 1), and whether a thread is already this worker.
     struct alignas(64) Seat {
         std::atomic<std::uint64_t> share = 0;
         std::atomic<std::uint32_t> sleeps = 0;
         std::atomic<bool> is_taken = false;
     };
 
-    /// Runs chunks until none is left and `enough` is set.
+    /// Runs chunks as this worker until no chunk is left and `enough` is true.
     void work(int worker, const std::atomic<bool>& enough) {
         ThreadRole& role = role_of_this_thread;
         const bool was_at_work = std::exchange(role.at_work, true);
         for (int looked = 0;;) {
-            // Read before the shares: a worker that reads the number of a phase here then sees its own share of it.
+            // given_out_ is read before the shares: if it is the number of a phase, the worker then sees its own share
+            // of this phase.
             const std::uint64_t given_out = given_out_;
             if (take(worker, worker, given_out) || take_from_others(worker, given_out)) {
                 if (looked > 0) role.patience = std::min(role.patience + role.patience_gained, role.most_patience);
@@ -163,8 +168,8 @@ private:
         }
         role.at_work = was_at_work;
     }
-    /// The caller runs its own share and waits for the other workers to run theirs, but no longer than
-    /// longest_wait_for_owner. Then it lets all workers steal what is left.
+    /// Runs the caller's own share, then waits until the other workers have run their shares, but no longer than
+    /// longest_wait_for_owner. Then lets all workers steal the chunks that are left.
     void wait_for_owners() {
         ThreadRole& role = role_of_this_thread;
         const bool was_at_work = std::exchange(role.at_work, true);
@@ -176,10 +181,11 @@ private:
         given_out_ = number_;
     }
 
-    /// Takes a chunk from the share of worker `from` and runs it: the first one if the share is its own, else the last.
-    /// Returns false if the share offers none.
+    /// Takes a chunk from the share of worker `from` and runs the chunk as worker `worker`. It is the first chunk of
+    /// the share if `from` is `worker`, else the last one. Returns false if the worker may take no chunk of this share.
     ///
-    /// Until the chunk is taken, the share may become one of another loop. The loop is therefore read only afterwards.
+    /// Before the chunk is taken, the share may be replaced by a share of another loop. Therefore loop_ is read only
+    /// after the chunk is taken.
     bool take(int from, int worker, std::uint64_t given_out) {
         std::atomic<std::uint64_t>& left = seats_[std::size_t(from)].share;
         std::uint64_t word = left;
@@ -198,8 +204,8 @@ private:
             if (other != worker && take(other, worker, given_out)) return true;
         return false;
     }
-    /// Whether the worker may take a chunk of this share. It does not steal before every worker has its share of the
-    /// phase, since its own may come in a moment.
+    /// Whether the worker may take a chunk of the share of worker `from`. A worker may steal only after every worker
+    /// got its share of the phase, since the worker's own share may come in a moment.
     static bool is_offered(const Share& share, int from, int worker, std::uint64_t given_out) {
         return share.offers(std::uint64_t(worker)) && (from == worker || share.phase == given_out);
     }
@@ -210,7 +216,7 @@ private:
         return false;
     }
 
-    /// Runs a chunk, unless one has thrown.
+    /// Runs a chunk, unless a chunk of this loop has thrown. Counts the chunk as done in both cases.
     void run_chunk(std::size_t chunk, int worker) {
         if (!failed_) {
             const std::size_t first = chunk * loop_.grain, left = loop_.counts[phase_] - first;
@@ -223,7 +229,8 @@ private:
         let_go();
     }
 
-    /// Counts a chunk as done, or releases the hold of open_phase(). The last call of a phase opens the next phase.
+    /// Subtracts 1 from unfinished_: call it once after each chunk of a phase, and once after open_phase(). The last of
+    /// these calls starts the next phase.
     void let_go() {
         while (unfinished_.fetch_sub(1) == 1) {
             ++phase_;
@@ -231,10 +238,11 @@ private:
         }
     }
 
-    /// Gives every worker its share of the next phase that has chunks. Returns false if there is no such phase.
+    /// Starts the next phase that has chunks: gives every worker its share. Returns false if there is no such phase.
     ///
-    /// It holds the phase, so that it cannot end before all shares are given; let_go() releases it. It is called when
-    /// no chunk is left and no phase is held: no other thread uses the loop until the first share is given.
+    /// unfinished_ is set to the number of chunks plus 1, so that the phase cannot end before all shares are given; the
+    /// caller of open_phase() must call let_go() afterwards. Call open_phase() only when unfinished_ is 0: then no
+    /// other thread uses the loop until the first share is given.
     bool open_phase() {
         for (; phase_ < loop_.counts.size() && !failed_; ++phase_) {
             const std::size_t chunks = loop_.chunks(phase_);
@@ -254,11 +262,11 @@ private:
         return false;
     }
 
-    /// Parks a worker until wake() is called for it.
+    /// Lets the calling thread, which is this worker, sleep until wake() is called for the worker.
     ///
     /// No wake-up is lost: a worker first sets `sleeps` and then looks for chunks once more; open_phase() first gives
-    /// shares and then reads `sleeps`. All accesses have one order (std::memory_order_seq_cst), so at least one of the
-    /// two sees the other.
+    /// shares and then reads `sleeps`. All these accesses have one order (std::memory_order_seq_cst). So the worker
+    /// sees the new share, or open_phase() sees that the worker sleeps.
     void sleep(int worker, const std::atomic<bool>& enough) {
         Seat& seat = seats_[std::size_t(worker)];
         seat.sleeps = 1;
@@ -273,12 +281,12 @@ private:
         seat.sleeps.notify_one();
     }
 
-    alignas(64) std::atomic<std::size_t> unfinished_ = 0;   ///< chunks of the phase that are not done; plus 1 if held
-    alignas(64) std::atomic<std::uint64_t> given_out_ = 0;  ///< number of the last phase that may be stolen from
+    alignas(64) std::atomic<std::size_t> unfinished_ = 0;   ///< chunks not done; plus 1 until all shares are given
+    alignas(64) std::atomic<std::uint64_t> given_out_ = 0;  ///< number of the phase whose chunks may be stolen
     alignas(64) PhasedLoop loop_;
-    std::uint64_t number_ = 0;    ///< number of this phase among those of all loops, modulo 16
-    std::uint64_t workers_ = 0;   ///< workers that may take part in the loop
-    std::size_t phase_ = 0;       ///< of the loop
+    std::uint64_t number_ = 0;    ///< number of the present phase, counted over all loops, modulo 16
+    std::uint64_t workers_ = 0;   ///< number of workers that may take part in the loop
+    std::size_t phase_ = 0;       ///< index of the present phase in the loop
     std::exception_ptr failure_;  ///< the first exception of a chunk
     std::atomic<bool> failed_ = false, is_over_ = false, is_closed_ = false;
     std::vector<Seat> seats_;

@@ -1,7 +1,7 @@
 /// \file Small vectors and matrices of any scalar: `Vec<S, D>` and `Mat<S, D>`.
 ///
-/// All operations are unrolled and inlined, so that with S = pack the numbers stay in registers. The memory layout is
-/// that of Eigen's fixed-size types: columns are contiguous. core/eigen.hpp adds conversions from and to Eigen.
+/// All operations are unrolled and inlined, so that with S = pack the components stay in registers. The memory layout
+/// is that of Eigen's fixed-size types: columns are contiguous. core/eigen.hpp adds conversions from and to Eigen.
 #pragma once
 
 #include <firn/core/foreign.hpp>
@@ -11,15 +11,16 @@
 
 namespace firn {
 
-/// A vector of D numbers.
+/// A vector of D components.
 /// \tparam S  the scalar: float, double, pack, dual, …
 template <class S, int D>
 struct Vec {
-    S v[D];  ///< the numbers
+    S v[D];  ///< the components
 
-    Vec() = default;  ///< Leaves the numbers uninitialised.
+    Vec() = default;  ///< Leaves the components uninitialised.
 
-    /// Takes the components. For D = 3, z may be left out and is zero then: {0, -9.81} works in 2D and 3D.
+    /// Makes a vector from its components. For D = 3, z may be left out and is then zero: {0, -9.81} works in 2D and
+    /// 3D.
     /// @{
     FIRN_INLINE constexpr Vec(const S& x)
         requires(D == 1)
@@ -41,7 +42,7 @@ struct Vec {
     }
     /// @}
 
-    /// Converts from a vector or expression of another library, and to its vectors. \see foreign.hpp
+    /// Converts from a vector or expression of another library, and to a vector of that library. \see foreign.hpp
     /// @{
     template <holds_numbers<D, 1> Other>
     FIRN_INLINE Vec(const Other& other) {
@@ -53,7 +54,7 @@ struct Vec {
     }
     /// @}
 
-    /// Returns a component, by its number (0 ≤ i < D) or name.
+    /// Returns a component, given by its index i (0 ≤ i < D) or by its name.
     /// @{
     FIRN_INLINE constexpr S& operator[](int i) { return v[i]; }
     FIRN_INLINE constexpr const S& operator[](int i) const { return v[i]; }
@@ -90,7 +91,7 @@ struct Vec {
     /// Returns the zero vector.
     FIRN_INLINE static constexpr Vec zero() { return filled(S(0)); }
 
-    /// Sums, differences and multiples by a scalar, component by component.
+    /// Returns a sum, a difference or the product with a scalar, component by component.
     /// @{
     FIRN_INLINE friend constexpr Vec operator+(const Vec& a, const Vec& b) {
         Vec r{};
@@ -113,7 +114,7 @@ struct Vec {
     FIRN_INLINE constexpr Vec& operator-=(const Vec& b) { return *this = *this - b; }
     /// @}
 
-    /// Whether all components are equal; for S = float and double.
+    /// Whether all components are equal, for S = float or double.
     friend constexpr bool operator==(const Vec& a, const Vec& b)
         requires std::floating_point<S>
     {
@@ -123,18 +124,18 @@ struct Vec {
     }
 };
 
-/// A D × D matrix; a(i, j) is row i, column j.
+/// A D × D matrix; a(i, j) is the element in row i and column j.
 /// \tparam S  the scalar: float, double, pack, dual, …
 template <class S, int D>
 struct Mat {
-    S m[D * D];  ///< the numbers, column by column
+    S m[D * D];  ///< the elements, column by column
 
-    Mat() = default;  ///< Leaves the numbers uninitialised.
-    /// From numbers column by column. \see rows()
+    Mat() = default;  ///< Leaves the elements uninitialised.
+    /// Makes a matrix from its elements, column by column. \see rows()
     FIRN_INLINE constexpr Mat(const S (&numbers)[D * D]) {
         unroll<D * D>([&](auto k) FIRN_LAMBDA { m[k] = numbers[k]; });
     }
-    /// Converts from a matrix or expression of another library, and to its matrices. \see foreign.hpp
+    /// Converts from a matrix or expression of another library, and to a matrix of that library. \see foreign.hpp
     /// @{
     template <holds_numbers<D, D> Other>
     FIRN_INLINE Mat(const Other& other) {
@@ -162,7 +163,7 @@ struct Mat {
     FIRN_INLINE static constexpr Mat zero() { return diagonal(S(0)); }
     /// Returns the identity matrix.
     FIRN_INLINE static constexpr Mat identity() { return diagonal(S(1)); }
-    /// Returns a matrix from D² numbers row by row, as on paper.
+    /// Returns the matrix with these D² elements, given row by row, as on paper.
     template <class... U>
         requires(sizeof...(U) == D * D)
     FIRN_INLINE static constexpr Mat rows(const U&... values) {
@@ -178,7 +179,8 @@ struct Mat {
         return r;
     }
 
-    /// Sums, differences and multiples by a scalar, element by element; products with a matrix or a vector.
+    /// Returns a sum, a difference or the product with a scalar, element by element; or the matrix product with a
+    /// matrix or a vector.
     /// @{
     FIRN_INLINE friend constexpr Mat operator+(const Mat& a, const Mat& b) {
         Mat r{};
@@ -221,7 +223,7 @@ struct Mat {
     /// @}
 };
 
-/// Returns a · b.
+/// Returns the scalar product a · b.
 template <class S, int D>
 FIRN_INLINE constexpr S dot(const Vec<S, D>& a, const Vec<S, D>& b) {
     S sum = a[0] * b[0];
@@ -235,13 +237,13 @@ FIRN_INLINE S norm(const Vec<S, D>& a) {
     return sqrt(dot(a, a));
 }
 
-/// Returns a × b.
+/// Returns the vector product a × b.
 template <class S>
 FIRN_INLINE constexpr Vec<S, 3> cross(const Vec<S, 3>& a, const Vec<S, 3>& b) {
     return {{a.v[1] * b.v[2] - a.v[2] * b.v[1], a.v[2] * b.v[0] - a.v[0] * b.v[2], a.v[0] * b.v[1] - a.v[1] * b.v[0]}};
 }
 
-/// Returns a bᵀ.
+/// Returns the outer product a bᵀ, with the elements aᵢ bⱼ.
 template <class S, int D>
 FIRN_INLINE constexpr Mat<S, D> outer(const Vec<S, D>& a, const Vec<S, D>& b) {
     Mat<S, D> r{};
@@ -249,7 +251,7 @@ FIRN_INLINE constexpr Mat<S, D> outer(const Vec<S, D>& a, const Vec<S, D>& b) {
     return r;
 }
 
-/// Returns aᵀ.
+/// Returns the transpose aᵀ.
 template <class S, int D>
 FIRN_INLINE constexpr Mat<S, D> transpose(const Mat<S, D>& a) {
     Mat<S, D> r{};
@@ -286,7 +288,7 @@ FIRN_INLINE constexpr S determinant(const Mat<S, D>& a) {
     }
 }
 
-/// Returns a where the mask is on, b elsewhere. The choice is made for each lane.
+/// Returns a in lanes where the mask is on, b in the other lanes.
 /// @{
 template <class M, class S, int D>
 FIRN_INLINE constexpr Vec<S, D> select(const M& mask, const Vec<S, D>& a, const Vec<S, D>& b) {
@@ -302,7 +304,7 @@ FIRN_INLINE constexpr Mat<S, D> select(const M& mask, const Mat<S, D>& a, const 
 }
 /// @}
 
-/// Converts every number to the scalar T: float → pack (all lanes alike), double → float, …
+/// Converts every component or element to the scalar T, e.g. double to float, or float to a pack of equal numbers.
 /// @{
 template <class T, class S, int D>
 FIRN_INLINE constexpr Vec<T, D> cast(const Vec<S, D>& a) {

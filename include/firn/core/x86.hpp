@@ -49,7 +49,7 @@ void nearest();
 #define FIRN_X86(builtin, intrinsic) intrinsic
 #endif
 
-// AVX-512 uses the masked intrinsics: for the others g++ 12 warns of an uninitialised value.
+// For AVX-512 the masked intrinsics are used: for those without a mask g++ 12 warns of an uninitialised value.
 namespace firn::detail::x86 {
 
 using float4 [[gnu::vector_size(16)]] = float;
@@ -78,12 +78,12 @@ FIRN_INLINE double4 sqrt(double4 a) { return FIRN_X86(__builtin_ia32_sqrtpd256(a
 FIRN_INLINE float8 floor(float8 a) { return FIRN_X86(__builtin_ia32_roundps256(a, 1), _mm256_floor_ps(a)); }
 FIRN_INLINE double4 floor(double4 a) { return FIRN_X86(__builtin_ia32_roundpd256(a, 1), _mm256_floor_pd(a)); }
 FIRN_INLINE int8 nearest(float8 a) { return int8(FIRN_X86(__builtin_ia32_cvtps2dq256(a), _mm256_cvtps_epi32(a))); }
-/// Returns four numbers, twice.
+/// Reads four numbers a, b, c, d and returns (a, b, c, d, a, b, c, d).
 FIRN_INLINE float8 repeat(const float* from) {
     const auto* four = reinterpret_cast<const float4*>(from);
     return FIRN_X86(__builtin_ia32_vbroadcastf128_ps256(four), _mm256_broadcast_ps(four));
 }
-/// Returns the first number four times, then the second four times.
+/// Reads two numbers a, b and returns (a, a, a, a, b, b, b, b).
 FIRN_INLINE float8 spread(const float* from) {
     return FIRN_X86(
         __builtin_ia32_blendps256(__builtin_ia32_vbroadcastss256(from), __builtin_ia32_vbroadcastss256(from + 1), 0xf0),
@@ -123,7 +123,7 @@ FIRN_INLINE int16 nearest(float16 a) {
     return int16(
         FIRN_X86(__builtin_ia32_cvtps2dq512_mask(a, int16{}, short(0xffff), 4), _mm512_maskz_cvtps_epi32(0xffff, a)));
 }
-/// Returns the four numbers twice (double8) or four times (float16).
+/// Returns a vector of two (double8) or four (float16) copies of the four numbers: (a, b, c, d, a, b, c, d, …).
 /// @{
 FIRN_INLINE double8 repeat(double4 four) {
     return FIRN_X86(__builtin_ia32_broadcastf64x4_512(four, double8{}, char(0xff)),
@@ -135,17 +135,17 @@ FIRN_INLINE float16 repeat(float4 four) {
 }
 /// @}
 
-/// Returns the lower half of a, followed by the number four times.
+/// Returns lanes 0 to 3 of a, followed by `number` in lanes 4 to 7.
 FIRN_INLINE double8 with_upper(double8 a, double number) {
     const double2 two{number, 0};
     return FIRN_X86(__builtin_ia32_broadcastsd512(two, a, char(0xf0)), _mm512_mask_broadcastsd_pd(a, 0xf0, two));
 }
-/// Returns the upper half of a.
+/// Returns lanes 4 to 7 of a.
 FIRN_INLINE double4 upper(double8 a) {
     return FIRN_X86(__builtin_ia32_extractf64x4_mask(a, 1, double4{}, char(0xff)),
                     _mm512_maskz_extractf64x4_pd(0xff, a, 1));
 }
-/// Returns the numbers of a in another order: a[order[0]], a[order[1]], …
+/// Returns the lanes of a in another order: a[order[0]], a[order[1]], …
 FIRN_INLINE float16 permuted(float16 a, int16 order) {
     return FIRN_X86(__builtin_ia32_permvarsf512_mask(a, order, float16{}, short(0xffff)),
                     _mm512_maskz_permutexvar_ps(0xffff, __m512i(order), a));

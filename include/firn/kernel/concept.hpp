@@ -1,8 +1,11 @@
-/// \file What an interpolation kernel is: the weights with which a particle reaches the nodes around it.
+/// \file What an interpolation kernel is. It gives the weights of the nodes around a particle.
 ///
-/// A kernel is a product of one function N per axis. Along an axis, a particle at x, in cells from the lower corner of
-/// the grid, touches `support` nodes: base, base + 1, … with base = floor(x − base_shift). The kernel's functions take
-/// the particle's position f = x − base [cells].
+/// A kernel is a product of one function N per axis. Let x be a particle's coordinate along an axis, in cells from the
+/// lower corner of the grid. The particle touches `support` nodes along this axis: base, base + 1, … with
+/// base = floor(x − base_shift). The kernel's functions take f = x − base, the particle's distance from node base
+/// [cells].
+///
+/// Below, h is the cell size, and N_i, v_i and x_i are the weight, the velocity and the position of node i.
 #pragma once
 
 #include <firn/core/scalar.hpp>
@@ -11,59 +14,65 @@
 
 namespace firn {
 
-/// Has K `support`, the number of nodes that it touches along an axis (2 to 4), and `base_shift`?
+/// Whether K has the members `support`, the number of nodes that a particle touches along an axis (2 to 4), and
+/// `base_shift`, with which the first of these nodes is found: floor(x − base_shift).
 template <class K>
 concept has_support = requires {
     { K::support } -> std::convertible_to<int>;
     { K::base_shift } -> std::convertible_to<double>;
     requires K::support >= 2 && K::support <= 4;
 };
-/// Has K `weights(f)`? It returns the weights of the nodes from base on [1].
+/// Whether K has the function `weights(f)`, which returns the weights of the nodes base, base + 1, … [1].
 template <class K, class S>
 concept has_weights = requires(const S f) {
     { K::weights(f) } -> std::same_as<std::array<S, std::size_t(K::support)>>;
 };
-/// Has K `gradients(f)`? It returns the derivatives of the weights by x, per cell [1].
+/// Whether K has the function `gradients(f)`, which returns the derivatives of the weights of the nodes base, base + 1,
+/// … with respect to x, where x is in cells [1].
 template <class K, class S>
 concept has_gradients = requires(const S f) {
     { K::gradients(f) } -> std::same_as<std::array<S, std::size_t(K::support)>>;
 };
-/// Has K `inverse_inertia`, which is D⁻¹ in units of 1/h²?
+/// Whether K has the member `inverse_inertia`: the factor of D⁻¹ = inverse_inertia / h² I, the inverse of APIC's
+/// inertia
 ///
-///     Σ N (x_i − x)(x_i − x)ᵀ = h² / inverse_inertia I       for every x
+///     D = Σ N_i (x_i − x)(x_i − x)ᵀ = h² / inverse_inertia I       for every position x of a particle
 ///
-/// (Jiang et al. 2015, "The Affine Particle-In-Cell Method", §5.3). A kernel whose inertia depends on x has none. For
+/// (Jiang et al. 2015, "The Affine Particle-In-Cell Method", §5.3). Here h is the cell size, and N_i, v_i and x_i are
+/// the weight, the velocity and the position of node i. A kernel whose D depends on x does not have this member. For
 /// such a kernel Σ N_i v_i (x_i − x)ᵀ D⁻¹ must equal Σ v_i ⊗ ∇N_i, as for multilinear weights.
 template <class K>
 concept has_inertia = requires {
     { K::inverse_inertia } -> std::convertible_to<double>;
 };
-/// Has K `largest_weight` and `largest_gradient`? largest_weight[k] is the largest weight of node base + k;
-/// largest_gradient is the largest |gradient| of any node, per cell. The fixed-point scale follows from them.
+/// Whether K has the members `largest_weight` and `largest_gradient`. largest_weight[k] is the largest weight that node
+/// base + k can have; largest_gradient is the largest |derivative| of a weight with respect to x, where x is in cells.
+/// The scale of fixed-point sums is computed from these two.
 template <class K>
 concept has_bounds = requires {
     { K::largest_weight } -> std::convertible_to<std::array<double, std::size_t(K::support)>>;
     { K::largest_gradient } -> std::convertible_to<double>;
 };
 
-/// Has K `courant_limit`, the largest c dt/h at which symplectic Euler is stable in one dimension?
+/// Whether K has the member `courant_limit`: the largest c dt/h at which symplectic Euler is stable in one dimension,
+/// with the wave speed c, the time step dt and the cell size h.
 ///
-/// In matter without gaps it is 2/ω in units of h/c, with lumped mass and weight-gradient forces, where
+/// In matter without gaps, with lumped mass and weight-gradient forces, the largest stable time step is 2/ω, where
 ///
 ///     ω² = c²/h² max_θ Σ_j e^{ijθ} ∫ N'(u) N'(u − j) du
 ///
-/// is the symbol of the stiffness.
+/// is the largest squared angular frequency, and θ is the phase between neighbouring nodes.
 template <class K>
 concept has_courant_limit = requires {
     { K::courant_limit } -> std::convertible_to<double>;
 };
 
-/// An interpolation kernel.
+/// A type that has all members of an interpolation kernel. (`inverse_inertia` may be missing, see has_inertia.)
 template <class K>
 concept kernel = has_support<K> && has_weights<K, float> && has_weights<K, double> && has_gradients<K, float> &&
                  has_gradients<K, double> && has_bounds<K> && has_courant_limit<K>;
 
-/// Stops the compilation with a message if K is not a kernel; else returns true.
+/// Returns true if K is a kernel. Else the compilation stops with a message.
 template <class K>
 consteval bool require_kernel() {
     static_assert(has_support<K>,
@@ -82,7 +91,8 @@ consteval bool require_kernel() {
     return kernel<K>;
 }
 
-/// The node at which a particle's record is centred, counted from base: the middle one.
+/// The index, counted from base, of the middle one of the nodes that a particle touches along an axis. Distances from a
+/// particle to its nodes are computed from this node.
 template <class K>
 inline constexpr int centre_node = (K::support - 1) / 2;
 

@@ -5,30 +5,32 @@
 
 namespace firn {
 
-/// Cubic B-spline: the widest and smoothest kernel. A particle touches 4^D nodes.
+/// The cubic B-spline, the widest and smoothest kernel. A particle touches 4^D nodes.
 ///
 ///     N(u) = ⅔ − u² + ½ |u|³       for |u| < 1
 ///     N(u) = ⅙ (2 − |u|)³          for 1 ≤ |u| < 2, else 0
 ///
-/// u is the distance from the particle to the node in cells. N is twice continuously differentiable. Take it where
-/// smooth stresses matter more than time: it touches 64 nodes in 3D, the quadratic spline 27.
+/// u is the distance from the particle to the node in cells. N is twice continuously differentiable. Use this kernel
+/// where smooth stresses are more important than computing time: in 3D a particle touches 64 nodes, with the quadratic
+/// spline 27.
 ///
 /// Steffen, Kirby and Berzins 2008, "Analysis and reduction of quadrature errors in the material point method (MPM)";
 /// Jiang et al. 2016, "The Material Point Method for Simulating Continuum Materials", §4.
 struct CubicBSpline {
     static constexpr const char* name = "cubic_b_spline";
-    static constexpr int support = 4;             ///< Nodes that a particle touches along an axis.
+    static constexpr int support = 4;             ///< Number of nodes that a particle touches along an axis.
     static constexpr double base_shift = 1;       ///< The first node is base = floor(x − base_shift) [cells].
-    static constexpr double inverse_inertia = 3;  ///< D⁻¹ in units of 1/h².
-    /// Largest weight of each node: N(1), N(0), N(0), N(1). The inner nodes are at most 1 away, the outer ones at least
-    /// 1.
+    static constexpr double inverse_inertia = 3;  ///< The factor of D⁻¹ in units of 1/h². \see has_inertia
+    /// Largest weights that the nodes base, …, base + 3 can have: N(1), N(0), N(0), N(1). The outer nodes are at least
+    /// one cell from the particle.
     static constexpr std::array<double, 4> largest_weight{1.0 / 6, 2.0 / 3, 2.0 / 3, 1.0 / 6};
-    static constexpr double largest_gradient = 2.0 / 3;  ///< largest |N'| per cell, at |u| = ⅔
-    /// Largest stable c dt/h, 2/ω in units of h/c: ω² = (1 − x)(16 + 13 x + x²)/15 c²/h² with x = cos θ is largest at
-    /// x = √15 − 4.
+    static constexpr double largest_gradient = 2.0 / 3;  ///< Largest |N'| per cell, at |u| = ⅔.
+    /// Largest stable c dt/h (c: wave speed, h: cell size). The largest stable dt is 2/ω, where ω² = (1 − z)(16 + 13
+    /// z + z²)/15 c²/h² with z = cos θ is largest at z = √15 − 4. \see has_courant_limit
     static constexpr double courant_limit = 1.9251248585239016;
 
-    /// Weights of the nodes base, …, base + 3 for a particle at f in [1, 2).
+    /// Returns the weights of the nodes base, …, base + 3 for a particle at the distance f from base, 1 ≤ f < 2
+    /// [cells].
     template <scalar S>
     FIRN_INLINE static std::array<S, 4> weights(const S& f) {
         const S left = S(2) - f, right = f - S(1);  // distances to the two nodes beside the particle
@@ -37,7 +39,8 @@ struct CubicBSpline {
                 S(2.0 / 3) - left_squared * (S(1) - S(0.5) * left), S(1.0 / 6) * right_squared * right};
     }
 
-    /// Derivatives of the weights by x, per cell (divide by h for [1/m]).
+    /// Returns the derivatives of the weights of the nodes base, …, base + 3 with respect to x, where x is in cells.
+    /// (Divide them by the cell size to get [1/m].)
     template <scalar S>
     FIRN_INLINE static std::array<S, 4> gradients(const S& f) {
         const S left = S(2) - f, right = f - S(1);

@@ -5,36 +5,39 @@
 
 namespace firn {
 
-/// Quadratic B-spline, the default kernel. A particle touches 3^D nodes.
+/// The quadratic B-spline, the default kernel. A particle touches 3^D nodes.
 ///
 ///     N(u) = ¾ − u²                for |u| < ½
 ///     N(u) = ½ (3/2 − |u|)²        for ½ ≤ |u| < 3/2, else 0
 ///
 /// u is the distance from the particle to the node in cells. N is continuously differentiable, so forces do not jump
-/// when a particle crosses into another cell. Take it unless you have a reason for another one.
+/// when a particle crosses into another cell. Use this kernel unless you have a reason for another one.
 ///
 /// Steffen, Kirby and Berzins 2008, "Analysis and reduction of quadrature errors in the material point method (MPM)";
 /// Jiang et al. 2016, "The Material Point Method for Simulating Continuum Materials", §4.
 struct QuadraticBSpline {
     static constexpr const char* name = "quadratic_b_spline";
-    static constexpr int support = 3;             ///< Nodes that a particle touches along an axis.
+    static constexpr int support = 3;             ///< Number of nodes that a particle touches along an axis.
     static constexpr double base_shift = 0.5;     ///< The first node is base = floor(x − base_shift) [cells].
-    static constexpr double inverse_inertia = 4;  ///< D⁻¹ in units of 1/h².
-    /// Largest weight of each node: N(½), N(0), N(½). The middle node is at most ½ away, the outer ones at least ½.
+    static constexpr double inverse_inertia = 4;  ///< The factor of D⁻¹ in units of 1/h². \see has_inertia
+    /// Largest weights that the nodes base, base + 1 and base + 2 can have: N(½), N(0), N(½). The outer nodes are at
+    /// least half a cell from the particle.
     static constexpr std::array<double, 3> largest_weight{0.5, 0.75, 0.5};
-    static constexpr double largest_gradient = 1;  ///< largest |N'| per cell
-    /// Largest stable c dt/h, 2/ω in units of h/c: ω² = (2 − 2x)(2 + x)/3 c²/h² with x = cos θ is at most 1.5 c²/h², at
-    /// x = −½.
+    static constexpr double largest_gradient = 1;  ///< Largest |N'| per cell.
+    /// Largest stable c dt/h (c: wave speed, h: cell size). The largest stable dt is 2/ω, where ω² = (2 − 2z)(2 + z)/3
+    /// c²/h² with z = cos θ is at most 1.5 c²/h², at z = −½. \see has_courant_limit
     static constexpr double courant_limit = 1.6329931618554521;
 
-    /// Weights of the nodes base, base + 1 and base + 2 for a particle at f in [½, 3/2).
+    /// Returns the weights of the nodes base, base + 1 and base + 2 for a particle at the distance f from base,
+    /// ½ ≤ f < 3/2 [cells].
     template <scalar S>
     FIRN_INLINE static std::array<S, 3> weights(const S& f) {
         const S left = S(1.5) - f, middle = f - S(1), right = f - S(0.5);
         return {S(0.5) * left * left, S(0.75) - middle * middle, S(0.5) * right * right};
     }
 
-    /// Derivatives of the weights by x, per cell (divide by h for [1/m]).
+    /// Returns the derivatives of the weights of the nodes base, base + 1 and base + 2 with respect to x, where x is in
+    /// cells. (Divide them by the cell size to get [1/m].)
     template <scalar S>
     FIRN_INLINE static std::array<S, 3> gradients(const S& f) {
         return {f - S(1.5), S(2) - (f + f), f - S(0.5)};

@@ -1,13 +1,13 @@
 /// \file exp and log for every scalar, without branches.
 ///
-/// They give the same bits for one number, in SIMD lanes, and (with floating-point contraction off) under every
-/// compiler. Errors against the exact value, measured over the whole range:
+/// The functions give the same bits for a single number and in SIMD lanes, and (with floating-point contraction off)
+/// under every compiler. Their largest errors, measured over the whole range, are:
 ///
 ///     exp   1.1 ulp, also for subnormal results; exp(−∞) = 0, exp(∞) = ∞
 ///     log   0.9 ulp, also of subnormal numbers; log 0 = −∞, log x = NaN for x < 0
 ///
-/// NaN gives NaN. The series are Taylor's; the reductions are those of Cody & Waite, Software Manual for the Elementary
-/// Functions (1980).
+/// For NaN, both return NaN. The series are Taylor series. The arguments are reduced as in Cody & Waite, Software
+/// Manual for the Elementary Functions (1980).
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -22,7 +22,7 @@ namespace detail {
 template <class S>
 inline constexpr bool is_single = sizeof(value_type_t<S>) == 4;
 
-/// c₀ + c₁ x + c₂ x² + …
+/// Returns c₀ + c₁ x + c₂ x² + …
 template <class S, std::size_t N>
 FIRN_INLINE S polynomial(const S& x, const std::array<double, N>& c) {
     S sum = S(c[N - 1]);
@@ -30,7 +30,7 @@ FIRN_INLINE S polynomial(const S& x, const std::array<double, N>& c) {
     return sum;
 }
 
-/// The nearest whole number, for |x| < 2²¹ in float and 2⁵⁰ in double.
+/// Returns the whole number nearest to x, for |x| < 2²¹ in float and |x| < 2⁵⁰ in double.
 template <class S>
 FIRN_INLINE S nearest_whole(const S& x) {
     constexpr auto whole = binary_layout<value_type_t<S>>::whole;
@@ -42,7 +42,8 @@ struct Pair {
     S high, low;
 };
 
-/// a + b = high + low exactly (Knuth, The Art of Computer Programming, vol. 2, 4.2.2).
+/// Returns the sum `high` of a and b and its rounding error `low`: a + b = high + low exactly (Knuth, The Art of
+/// Computer Programming, vol. 2, 4.2.2).
 template <class S>
 FIRN_INLINE Pair<S> two_sum(const S& a, const S& b) {
     const S sum = settled(a + b);
@@ -50,19 +51,19 @@ FIRN_INLINE Pair<S> two_sum(const S& a, const S& b) {
     return {sum, (a - (sum - part)) + (b - part)};
 }
 
-// ln 2 in two parts. The first has so few digits that its product with any exponent is exact.
+// ln 2 = ln2_high + ln2_low. ln2_high has so few digits that its product with any exponent of a scalar is exact.
 template <class S>
 inline constexpr double ln2_high = is_single<S> ? 0x1.62e4p-1 : 0x1.62e42fefa3p-1;
 template <class S>
 inline constexpr double ln2_low = is_single<S> ? 0x1.7f7d1cf79abcap-20 : 0x1.3de6af278ece6p-42;
 
-// Above the first, exp overflows. Below the second, it is less than half the smallest subnormal number.
+// For x > exp_highest, exp(x) overflows. For x < exp_lowest, exp(x) is less than half of the smallest subnormal number.
 template <class S>
 inline constexpr double exp_highest = is_single<S> ? 89 : 710;
 template <class S>
 inline constexpr double exp_lowest = is_single<S> ? -104 : -746;
 
-/// 1/2!, 1/3!, … 1/(N+1)!
+/// Returns the numbers 1/2!, 1/3!, …, 1/(N+1)!
 template <std::size_t N>
 constexpr std::array<double, N> inverse_factorials_from_two() {
     std::array<double, N> c{};
@@ -71,7 +72,7 @@ constexpr std::array<double, N> inverse_factorials_from_two() {
     return c;
 }
 
-/// exp(high + low), |low| ≪ |high|, for exp_lowest ≤ high ≤ exp_highest.
+/// Returns exp(high + low), where |low| ≪ |high| or low = 0, and exp_lowest ≤ high ≤ exp_highest.
 template <class S>
 FIRN_INLINE S exp_of_sum(const S& high, const S& low) {
     const S n = nearest_whole((high + low) * S(1.44269504088896340736));
@@ -82,7 +83,7 @@ FIRN_INLINE S exp_of_sum(const S& high, const S& low) {
     return p * power_of_two(half) * power_of_two(n - half);
 }
 
-/// x = m 2ᵉ with √½ ≤ m < √2, for x > 0, subnormal numbers included.
+/// The factors of x = m 2ᵉ, where √½ ≤ m < √2, for x > 0. x may be subnormal.
 template <class S>
 struct Split {
     S m, e;
@@ -99,7 +100,7 @@ FIRN_INLINE Split<S> split(const S& x) {
 
 }  // namespace detail
 
-/// The exponential function eˣ. Error 1.1 ulp.
+/// Returns eˣ. The error is at most 1.1 ulp (measured).
 template <scalar S>
 FIRN_INLINE S exp(const S& x) {
     const S low = S(detail::exp_lowest<S>);
@@ -107,7 +108,9 @@ FIRN_INLINE S exp(const S& x) {
     return detail::exp_of_sum(select(x < low, low, select(high < x, high, x)), S(0));
 }
 
-/// The natural logarithm, by log(1 + f) = 2 artanh s with s = f / (2 + f). Error 0.9 ulp.
+/// Returns the natural logarithm of x; −∞ for x = 0, NaN for x < 0. The error is at most 0.9 ulp (measured).
+///
+/// The method is log(1 + f) = 2 artanh s with s = f / (2 + f).
 template <scalar S>
 FIRN_INLINE S log(const S& x) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -125,17 +128,17 @@ FIRN_INLINE S log(const S& x) {
                                                  2. / 19, 2. / 21});
     }
     const S finite = e * S(detail::ln2_high<S>) + (f - (s * (f - R) - e * S(detail::ln2_low<S>)));
-    const S special = select(x < S(0), S(nan), select(x == S(0), S(-infinity), x));  // x is ∞ or NaN otherwise
+    const S special = select(x < S(0), S(nan), select(x == S(0), S(-infinity), x));  // else ∞ or NaN
     return select((S(0) < x) & (x < S(infinity)), finite, special);
 }
 
-/// eˣ and its derivative.
+/// Returns eˣ and its derivative.
 template <scalar T>
 FIRN_INLINE dual<T> exp(const dual<T>& x) {
     const T value = exp(x.value);
     return {value, value * x.derivative};
 }
-/// The natural logarithm and its derivative.
+/// Returns the natural logarithm of x and its derivative.
 template <scalar T>
 FIRN_INLINE dual<T> log(const dual<T>& x) {
     return {log(x.value), x.derivative / x.value};

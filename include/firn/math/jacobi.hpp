@@ -2,9 +2,11 @@
 ///
 /// The method works for every finite matrix, at some thirty times the cost of the closed form in left_stretch.hpp.
 ///
-/// Hestenes, J. SIAM 6 (1958): pairs of columns are rotated until all are orthogonal; they are then σ u. The matrix is
-/// never squared, so the sign of det F is right down to singular values of a few ε ‖F‖. The longer column of a pair
-/// comes first (de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989)), which sorts the values and speeds up convergence.
+/// Pairs of columns of the matrix F are rotated until all columns are orthogonal (Hestenes, J. SIAM 6 (1958)). Each
+/// column is then a left singular vector times its singular value. The method works on F, not on FFᵀ or FᵀF, so the
+/// sign of det F is right down to singular values of a few ε ‖F‖ (ε: machine epsilon). The longer column of a pair is
+/// put first (de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989)), which sorts the singular values and speeds up
+/// convergence.
 #pragma once
 
 #include <firn/core/repeat.hpp>
@@ -14,22 +16,23 @@
 
 namespace firn {
 
-/// The part U, σ of a decomposition F = scale · U diag(σ) Qᵀ with rotations U and Q.
+/// U and σ of the decomposition F = scale · U diag(σ) Qᵀ, where U and Q are rotations. (Q is not computed.)
 ///
 /// The singular values are sorted, σ₀ ≥ σ₁ ≥ |σ₂|, and the last one has the sign of det F. If two or three of them are
 /// zero, the columns of U that belong to them are zero.
 template <scalar S, int D = 3>
 struct LeftSingular {
     Mat<S, D> vectors;  ///< U; its columns are the left singular vectors
-    Vec<S, D> values;   ///< σ, in units of `scale`
+    Vec<S, D> values;   ///< σ: the singular values of F divided by `scale`
     S scale;            ///< the largest |Fᵢⱼ|, or 1 for F = 0
 };
 
 namespace detail {
 
-/// Rotates columns p and q of W so that they are orthogonal, the longer first: tan 2θ = 2 p·q / (|p|² − |q|²). Columns
-/// p + 3 and q + 3, if there are any, get the same rotation. Lanes where the columns are orthogonal and sorted already
-/// keep their bits. Returns a mask of the lanes that changed.
+/// Rotates the columns w[p] and w[q] in their common plane so that they become orthogonal, and puts the longer one
+/// first. For columns a and b, the longer one first, the angle θ of the rotation has tan 2θ = 2 a·b / (|a|² − |b|²).
+/// Columns w[p + 3] and w[q + 3], if there are any, get the same rotation. Lanes where the two columns are already
+/// orthogonal and sorted keep their bits. Returns a mask that is on in the lanes that changed.
 template <int p, int q, class S, std::size_t N>
 FIRN_INLINE mask_t<S> orthogonalise(std::array<Vec<S, 3>, N>& w) {
     constexpr auto epsilon = std::numeric_limits<value_type_t<S>>::epsilon();
@@ -56,7 +59,8 @@ FIRN_INLINE mask_t<S> orthogonalise(std::array<Vec<S, 3>, N>& w) {
     return turn | swap;
 }
 
-/// The columns after all rotations: σ u, in descending order of σ.
+/// Returns the columns after all rotations: left singular vectors times their singular values, the longest column
+/// first.
 template <class S, std::size_t N>
 FIRN_INLINE std::array<Vec<S, 3>, N> orthogonal_columns(const std::array<Vec<S, 3>, N>& w) {
     constexpr int most_sweeps = sizeof(value_type_t<S>) == 4 ? 6 : 7;
@@ -68,7 +72,7 @@ FIRN_INLINE std::array<Vec<S, 3>, N> orthogonal_columns(const std::array<Vec<S, 
     });
 }
 
-/// The largest |Fᵢⱼ|, or 1 for F = 0.
+/// Returns the largest |Fᵢⱼ|, or 1 for F = 0.
 template <class S, int D>
 FIRN_INLINE S largest_or_one(const Mat<S, D>& F) {
     S largest = abs(F.m[0]);
@@ -85,7 +89,8 @@ FIRN_INLINE Vec<S, 3> normalised_or_zero(const Vec<S, 3>& a, const S& length) {
 
 }  // namespace detail
 
-/// Left singular vectors and singular values of a 3 × 3 matrix, by Jacobi rotations. For every finite F.
+/// Returns the left singular vectors and the singular values of a 3 × 3 matrix, by Jacobi rotations. F may be any
+/// finite matrix.
 template <scalar S>
 FIRN_INLINE LeftSingular<S> left_singular(const Mat<S, 3>& F) {
     const S largest = detail::largest_or_one(F);

@@ -1,7 +1,8 @@
-/// \file The left stretch V = √(FFᵀ) of a deformation gradient, and its rotation in 2D.
+/// \file The left stretch V = √(FFᵀ) of a deformation gradient F; and in 2D the rotation R of F = V R.
 ///
-/// V is symmetric, V² = FFᵀ, and its smallest eigenvalue has the sign of det F. So det V = det F, and F = V R with a
-/// proper rotation R, also for inverted elements (Irving, Teran and Fedkiw, SCA 2004).
+/// V is symmetric, V² = FFᵀ, and the smallest eigenvalue of V has the sign of det F. So det V = det F, and F = V R with
+/// a proper rotation R, also for inverted elements (Irving, Teran and Fedkiw, SCA 2004). In this file ε is the machine
+/// epsilon, σᵢ are the singular values of F, and ‖·‖ is the Frobenius norm.
 #pragma once
 
 #include <firn/core/dual.hpp>
@@ -12,7 +13,8 @@ namespace firn {
 
 namespace detail {
 
-/// A symmetric matrix from a function of row and column, row ≤ column. Mirrored entries have the same bits.
+/// Returns the symmetric matrix whose elements in row i and column j, and in row j and column i, are entry(i, j). The
+/// function is called for i ≤ j only.
 template <class S, int D, class F>
 FIRN_INLINE Mat<S, D> symmetric(F&& entry) {
     Mat<S, D> r{};
@@ -26,7 +28,7 @@ FIRN_INLINE Mat<S, D> symmetric(F&& entry) {
     return r;
 }
 
-/// V by Jacobi rotations, for every finite F; see jacobi.hpp.
+/// Computes V by Jacobi rotations, for every finite F; see jacobi.hpp.
 template <class S>
 [[gnu::noinline]] void left_stretch_by_jacobi(const Mat<S, 3>& F, Mat<S, 3>& V) {
     const LeftSingular<S> f = left_singular(F);
@@ -38,9 +40,9 @@ template <class S>
     });
 }
 
-/// V and its derivative. dV solves V dV + dV V = dF Fᵀ + F dFᵀ: in the basis of V, by division by σᵢ + σⱼ. Where
-/// σᵢ + σⱼ = 0 there is no derivative; that part is set to 0. (Derivatives of the rotations would fail for equal
-/// singular values.)
+/// Computes V and its derivative dV. dV solves V dV + dV V = dF Fᵀ + F dFᵀ: in the basis of the eigenvectors of V,
+/// element (i, j) of the right side is divided by σᵢ + σⱼ. Where σᵢ + σⱼ = 0 there is no derivative; this element of dV
+/// is set to 0. (The derivatives of the eigenvectors are not used, since they do not exist for equal singular values.)
 template <class T>
 [[gnu::noinline]] void left_stretch_by_jacobi(const Mat<dual<T>, 3>& F, Mat<dual<T>, 3>& V) {
     Mat<T, 3> value{}, change{}, stretch{};
@@ -66,8 +68,9 @@ template <class T>
 
 }  // namespace detail
 
-/// The rotation R nearest to F, with F = V R, in 2D: its angle θ has tan θ = (F₁₀ − F₀₁) / (F₀₀ + F₁₁). R = I if every
-/// rotation is equally near (σ₁ = −σ₀, or F = 0). The error is a few ε for every finite F.
+/// Returns the rotation R of F = V R in 2D, which is the rotation nearest to F. The angle θ of R has tan
+/// θ = (F₁₀ − F₀₁) / (F₀₀ + F₁₁). If every rotation is equally near (σ₁ = −σ₀, or F = 0), R = I. The error of R is a
+/// few ε for every finite F.
 template <scalar S>
 FIRN_INLINE Mat<S, 2> polar_rotation(const Mat<S, 2>& F) {
     const S x = S(0.5) * F(0, 0) + S(0.5) * F(1, 1);  // the halves prevent overflow
@@ -84,7 +87,7 @@ FIRN_INLINE Mat<S, 2> polar_rotation(const Mat<S, 2>& F) {
 }
 
 namespace detail {
-/// F Rᵀ for R = polar_rotation(F).
+/// Returns F Rᵀ for R = polar_rotation(F). It is exactly symmetric.
 template <class S>
 FIRN_INLINE Mat<S, 2> turned_back(const Mat<S, 2>& F, const Mat<S, 2>& R) {
     const S off = S(0.5) * (F(0, 0) * R(1, 0) + F(0, 1) * R(1, 1)) + S(0.5) * (F(1, 0) * R(0, 0) + F(1, 1) * R(0, 1));
@@ -92,7 +95,8 @@ FIRN_INLINE Mat<S, 2> turned_back(const Mat<S, 2>& F, const Mat<S, 2>& R) {
 }
 }  // namespace detail
 
-/// The left stretch V = F Rᵀ in 2D, symmetric to the bit, with ‖V² − FFᵀ‖ ≤ 10 ε ‖F‖² for every finite F.
+/// Returns the left stretch V = F Rᵀ of a 2 × 2 matrix, where R = polar_rotation(F). V is exactly symmetric, and
+/// ‖V² − FFᵀ‖ ≤ 10 ε ‖F‖² for every finite F (ε: machine epsilon).
 template <scalar S>
 FIRN_INLINE Mat<S, 2> left_stretch(const Mat<S, 2>& F) {
     return detail::turned_back(F, polar_rotation(F));
@@ -100,13 +104,15 @@ FIRN_INLINE Mat<S, 2> left_stretch(const Mat<S, 2>& F) {
 
 namespace detail {
 
-/// tr V, the largest root λ of λ⁴ − 2 I_b λ² − 8 J λ + I_b² − 4 II_b = 0. (This is II_V² = II_b + 2 J λ with
-/// II_V = (λ² − I_b)/2.) All four roots are real: ±σ₀ ±σ₁ ±σ₂ with an even number of minus signs. Halley's iteration
-/// starts at the bound √(3 I_b) and descends to the largest.
+/// Returns tr V, the largest root λ of f(λ) = λ⁴ − 2 I_b λ² − 8 J λ + I_b² − 4 II_b, where I_b and II_b are the first
+/// and second invariant of b = FFᵀ, and J = det F. (f(λ) = 0 is II_V² = II_b + 2 J λ with II_V = (λ² − I_b)/2.) All
+/// four roots are real: ±σ₀ ±σ₁ ±σ₂ with an even number of minus signs. Halley's iteration starts at the upper bound
+/// √(3 I_b) and descends to the largest root.
 ///
-/// A step turns the error e into K e³, with K ≤ 36/λ² where left_stretch() uses the root (f′ = 8Δ ≥ λ³), and K near
-/// 3.4/λ² for a rotation. So if the last of the first steps is shorter than ∛ε λ / 5, the error is below ε λ / 3. For
-/// strains up to 0.45 the first steps are enough. Lanes with a longer last step take two more.
+/// A step of the iteration turns an error e of λ into K e³. K ≤ 36/λ² wherever left_stretch() uses the root (there
+/// f′(λ) = 8Δ ≥ λ³, see left_stretch() for Δ), and K is near 3.4/λ² if F is a rotation. So if the last step was shorter
+/// than ∛ε λ / 5, the error is below ε λ / 3. All lanes take the first two (double: three) steps, which are enough for
+/// strains up to 0.45. Lanes whose last step was longer take two more steps.
 template <class S>
 FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
     constexpr bool single = sizeof(value_type_t<S>) == 4;
@@ -133,25 +139,27 @@ FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
 
 }  // namespace detail
 
-/// The left stretch V in 3D.
+/// Returns the left stretch V of a 3 × 3 matrix.
 ///
-/// For every finite F, V is symmetric to the bit, ‖V² − FFᵀ‖ ≤ 100 ε ‖F‖² (measured: ≤ 30 ε), and the smallest
-/// eigenvalue has the sign of det F if it exceeds 50 ε ‖F‖. V must be representable: |Fᵢⱼ| < max / 3.
+/// For every finite F, V is exactly symmetric, and ‖V² − FFᵀ‖ ≤ 100 ε ‖F‖² (measured: ≤ 30 ε ‖F‖², ε: machine epsilon).
+/// The smallest eigenvalue of V has the sign of det F if its absolute value exceeds 50 ε ‖F‖. V must be representable:
+/// all |Fᵢⱼ| must be below a third of the largest number of the scalar.
 ///
-/// Ordinary lanes take a closed form by invariants (Hoger & Carlson, Q. Appl. Math. 42 (1984)), with b = FFᵀ,
-/// J = det F, λ = tr V and II = (λ² − tr b)/2:
+/// Most lanes use a closed form by invariants (Hoger & Carlson, Q. Appl. Math. 42 (1984)), with b = FFᵀ, J = det F,
+/// λ = tr V and II = (λ² − tr b)/2:
 ///
 ///     V = [λ J I + (λ² − II) b − b²] / (λ II − J)
 ///
-/// The denominator is Δ = (σ₀+σ₁)(σ₁+σ₂)(σ₂+σ₀), which is also f′(λ)/8. If it is small (two small singular values, or
-/// σ₂ ≈ −σ₁), neither λ nor V can be computed this way. Δ/λ³ is 0.3 for a rotation; the error grows as (Δ/λ³)⁻².
+/// The denominator is Δ = (σ₀+σ₁)(σ₁+σ₂)(σ₂+σ₀), where σᵢ are the singular values of F. If Δ is small (two small
+/// singular values, or σ₂ ≈ −σ₁), neither λ nor V can be computed this way. Δ/λ³ is 0.3 for a rotation; the error of V
+/// grows as (Δ/λ³)⁻².
 ///
-/// Other lanes take Jacobi rotations, which are some twenty times slower: those with Δ < 0.125 λ³, and those so large
-/// or small that λ⁷ could leave the range of the scalar (‖F‖ outside 1e-3 … 3e3 in float, 1e-30 … 1e30 in double). The
-/// result of a lane depends on that lane only.
+/// The other lanes use Jacobi rotations, which are some twenty times slower: lanes where Δ < 0.125 λ³, and lanes where
+/// F is so large or small that λ⁷ could leave the range of the scalar (‖F‖ outside 1e-3 … 3e3 in float, 1e-30 … 1e30 in
+/// double). The result of a lane depends on that lane only.
 ///
-/// With dual numbers dV is right in both paths (to about 200 ε ‖dF‖ in the closed form), except where V has no
-/// derivative: σᵢ + σⱼ = 0.
+/// With dual numbers, the derivative dV is right with both methods (to about 200 ε ‖dF‖ in the closed form), except
+/// where V has no derivative: σᵢ + σⱼ = 0.
 template <scalar S>
 FIRN_INLINE Mat<S, 3> left_stretch(const Mat<S, 3>& F) {
     const Mat<S, 3> b = detail::symmetric<S, 3>(

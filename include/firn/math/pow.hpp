@@ -1,10 +1,11 @@
 /// \file pow for every scalar, without branches.
 ///
-/// xʸ = exp(y log x). The logarithm is computed in two parts, because its error is multiplied by y log x. The error of
-/// pow is 1.3 ulp over the whole range (measured), subnormal results included.
+/// xʸ = exp(y log x). The logarithm is computed as the sum of two numbers, because its relative error is multiplied by
+/// y log x. The error of pow is at most 1.3 ulp over the whole range (measured), also for subnormal results.
 ///
-/// x must not be negative: a negative x gives NaN, also for whole y (as on a GPU). pow(x, 0) = pow(1, y) = 1. 0 and ∞
-/// are as in the C standard, with −0 taken as 0. NaN gives NaN, also in pow(NaN, 0).
+/// x must not be negative: a negative x gives NaN, also for whole y (as on a GPU). pow(x, 0) = pow(1, y) = 1. For x or
+/// y equal to 0 or ∞ the results are those of the C standard, with −0 taken as 0. If x or y is NaN, the result is NaN,
+/// also in pow(NaN, 0).
 #pragma once
 
 #include <firn/math/exp_log.hpp>
@@ -13,8 +14,9 @@ namespace firn {
 
 namespace detail {
 
-/// log x for finite x > 0, with a relative error of about ε / 100. All products whose error would matter are products
-/// of leading halves and exact, so fused multiply-adds change nothing.
+/// Returns log x as the sum of two numbers, for finite x > 0, with a relative error of about ε / 100 (ε: machine
+/// epsilon). All products whose rounding errors would matter are products of two leading_half() and therefore exact, so
+/// fused multiply-adds do not change them.
 template <class S>
 FIRN_INLINE Pair<S> log_pair(const S& x) {
     const auto [m, e] = split(x);
@@ -53,7 +55,7 @@ FIRN_INLINE Pair<S> log_pair(const S& x) {
 
 }  // namespace detail
 
-/// xʸ for x ≥ 0; NaN for negative x. Error 1.3 ulp.
+/// Returns xʸ for x ≥ 0, NaN for x < 0. The error is at most 1.3 ulp (measured).
 template <scalar S>
 FIRN_INLINE S pow(const S& x, const std::type_identity_t<S>& y) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -81,8 +83,8 @@ FIRN_INLINE S pow(const S& x, const std::type_identity_t<S>& y) {
     return select((x == x) & (y == y), r, x + y);
 }
 
-/// xʸ and its derivative, d(xʸ) = y xʸ⁻¹ dx + xʸ log x dy. The part of a constant x or y is 0, even if its factor is
-/// infinite.
+/// Returns xʸ and its derivative, d(xʸ) = y xʸ⁻¹ dx + xʸ log x dy. The first term is 0 if dx = 0 or y = 0, the second
+/// term is 0 if dy = 0, even where their other factors are infinite.
 template <scalar T>
 FIRN_INLINE dual<T> pow(const dual<T>& x, const std::type_identity_t<dual<T>>& y) {
     const T value = pow(x.value, y.value);

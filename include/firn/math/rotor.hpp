@@ -1,4 +1,5 @@
-/// \file Rotations in 2D and 3D by the same code: unit quaternions, and quantities about an axis.
+/// \file Rotations in 2D and 3D by the same code: unit quaternions, and quantities about an axis (angular velocities,
+/// torques).
 #pragma once
 
 #include <firn/core/angle.hpp>
@@ -9,16 +10,17 @@
 
 namespace firn {
 
-/// A rotation by an angle φ about a unit vector n: the unit quaternion (w, x, y, z) = (cos φ/2, n sin φ/2). In 2D,
-/// where n is the z axis, its (w, z).
+/// A rotation by an angle φ about a unit vector n: the unit quaternion (w, x, y, z) = (cos φ/2, n sin φ/2). In 2D n is
+/// the z axis, x = y = 0, and a rotor has only the components (w, z).
 template <class S, int D>
 using Rotor = Vec<S, D == 2 ? 2 : 4>;
 
-/// A quantity about an axis, such as an angular velocity or a torque: a number in 2D, a vector in 3D.
+/// The type of a quantity about an axis, such as an angular velocity or a torque: in 2D a number (the z component), in
+/// 3D a vector.
 template <class S, int D>
 using Axial = std::conditional_t<D == 2, S, Vec<S, 3>>;
 
-/// The rotation by the angle 0.
+/// Returns the rotation by the angle 0.
 template <class S, int D>
 FIRN_INLINE constexpr Rotor<S, D> no_rotation() {
     Rotor<S, D> q = Rotor<S, D>::zero();
@@ -26,7 +28,7 @@ FIRN_INLINE constexpr Rotor<S, D> no_rotation() {
     return q;
 }
 
-/// The angular velocity 0.
+/// Returns the angular velocity 0.
 template <class S, int D>
 FIRN_INLINE constexpr Axial<S, D> no_spin() {
     if constexpr (D == 2)
@@ -35,7 +37,7 @@ FIRN_INLINE constexpr Axial<S, D> no_spin() {
         return Vec<S, 3>::zero();
 }
 
-/// The cross product a × b; in 2D its z component.
+/// Returns the vector product a × b; in 2D only its z component.
 template <class S, int D>
 FIRN_INLINE constexpr Axial<S, D> axial_product(const Vec<S, D>& a, const Vec<S, D>& b) {
     if constexpr (D == 2)
@@ -44,18 +46,18 @@ FIRN_INLINE constexpr Axial<S, D> axial_product(const Vec<S, D>& a, const Vec<S,
         return cross(a, b);
 }
 
-/// The matrix of r ↦ ω × r in 2D, for ω about the z axis.
+/// Returns the matrix of the map r ↦ ω × r in 2D, where ω = w is an angular velocity about the z axis.
 template <scalar S>
 FIRN_INLINE constexpr Mat<S, 2> skew(const S& w) {
     return Mat<S, 2>::rows(S(0), -w, w, S(0));
 }
-/// The matrix of r ↦ ω × r in 3D.
+/// Returns the matrix of the map r ↦ ω × r in 3D, where ω = w.
 template <scalar S>
 FIRN_INLINE constexpr Mat<S, 3> skew(const Vec<S, 3>& w) {
     return Mat<S, 3>::rows(S(0), -w.v[2], w.v[1], w.v[2], S(0), -w.v[0], -w.v[1], w.v[0], S(0));
 }
 
-/// The same quantity with scalar T.
+/// Converts a quantity about an axis to the scalar T.
 template <class T, int D, class S>
 FIRN_INLINE constexpr Axial<T, D> cast_axial(const S& w) {
     if constexpr (D == 2)
@@ -64,7 +66,7 @@ FIRN_INLINE constexpr Axial<T, D> cast_axial(const S& w) {
         return cast<T>(w);
 }
 
-/// The part of a rotor after its first number: n sin φ/2.
+/// Returns the components of a rotor after w, which are n sin φ/2; in 2D z.
 template <class S, int N>
 FIRN_INLINE constexpr Axial<S, N == 2 ? 2 : 3> axial_part(const Vec<S, N>& q) {
     if constexpr (N == 2)
@@ -73,7 +75,8 @@ FIRN_INLINE constexpr Axial<S, N == 2 ? 2 : 3> axial_part(const Vec<S, N>& q) {
         return Vec<S, 3>{q.v[1], q.v[2], q.v[3]};
 }
 
-/// The matrix of a rotation, by Rodrigues' formula: R = I + 2 w K + 2 K² with K r = (x, y, z) × r.
+/// Returns the matrix R of the rotation q = (w, x, y, z), by Rodrigues' formula: R = I + 2 w K + 2 K², where K is the
+/// matrix of the map r ↦ (x, y, z) × r.
 template <class S, int N>
 FIRN_INLINE constexpr Mat<S, N == 2 ? 2 : 3> matrix_of(const Vec<S, N>& q) {
     using M = Mat<S, N == 2 ? 2 : 3>;
@@ -81,11 +84,11 @@ FIRN_INLINE constexpr Mat<S, N == 2 ? 2 : 3> matrix_of(const Vec<S, N>& q) {
     return M::identity() + (K * q.v[0] + K * K) * S(2);
 }
 
-/// The rotation q followed by a turn, normalised to unit length.
-/// \param turn  rotation vector [rad]: its length is the angle, its direction the axis
+/// Returns the rotation q followed by the rotation `turn`, as a rotor of unit length.
+/// \param turn  rotation vector [rad]: its length is the angle, its direction is the axis
 template <std::floating_point S, int N>
 Vec<S, N> turned(const Vec<S, N>& q, const Axial<S, N == 2 ? 2 : 3>& turn) {
-    Vec<S, 3> about{}, part{};  // in 2D along z
+    Vec<S, 3> about{}, part{};  // in 2D both are along z
     if constexpr (N == 2) {
         about[2] = turn;
         part[2] = q[1];
@@ -103,11 +106,11 @@ Vec<S, N> turned(const Vec<S, N>& q, const Axial<S, N == 2 ? 2 : 3>& turn) {
     return product * (1 / norm(product));
 }
 
-/// The rotation by an angle in 2D, counter-clockwise: rotor(degrees(30)).
+/// Returns the counter-clockwise rotation by an angle in 2D: rotor(degrees(30)).
 inline Rotor<double, 2> rotor(Angle angle) { return turned(no_rotation<double, 2>(), angle.in_radians()); }
 
-/// The rotation by an angle about an axis in 3D, by the right-hand rule.
-/// \param axis  of any length except 0
+/// Returns the rotation by an angle about an axis in 3D, by the right-hand rule.
+/// \param axis  a vector of any length except 0
 inline Rotor<double, 3> rotor(const Vec<double, 3>& axis, Angle angle) {
     return turned(no_rotation<double, 3>(), axis * (angle.in_radians() / norm(axis)));
 }

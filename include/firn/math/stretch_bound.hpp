@@ -1,11 +1,13 @@
-/// \file Cheap bounds of the principal stretches, for wave speeds and to skip return mappings.
+/// \file Bounds of the principal stretches that need few operations. They serve to bound wave speeds, and to skip
+/// return mappings of particles that certainly do not yield.
 #pragma once
 
 #include <firn/core/tensor.hpp>
 
 namespace firn {
 
-/// An upper bound of σ_max(F)² [1]: the largest row sum of |FFᵀ| (Gershgorin). It is exact if FFᵀ is diagonal.
+/// Returns an upper bound of the square of F's largest singular value [1]: the largest of the sums Σⱼ |(FFᵀ)ᵢⱼ| over a
+/// row i (Gershgorin). The bound is exact if FFᵀ is diagonal.
 template <scalar S, int D>
 FIRN_INLINE S squared_stretch_bound(const Mat<S, D>& F) {
     const Mat<S, D> b = F * transpose(F);
@@ -18,13 +20,14 @@ FIRN_INLINE S squared_stretch_bound(const Mat<S, D>& F) {
     return largest;
 }
 
-/// Bounds of the squares of all singular values [1].
+/// Bounds of the squares of all singular values of a matrix [1].
 template <class S>
 struct StretchRange {
-    /// No square is smaller.
-    S lowest, highest;  ///< No square is larger.
+    S lowest,     ///< a lower bound of all squares; may be negative
+        highest;  ///< an upper bound of all squares
 };
-/// Bounds of the squares of F's singular values, from Gershgorin's discs of FFᵀ. They are exact if FFᵀ is diagonal.
+/// Returns bounds of the squares of F's singular values, from Gershgorin's discs of FFᵀ. The bounds are exact if FFᵀ is
+/// diagonal.
 template <scalar S, int D>
 FIRN_INLINE StretchRange<S> squared_stretch_range(const Mat<S, D>& F) {
     const Mat<S, D> b = F * transpose(F);

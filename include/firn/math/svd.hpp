@@ -1,19 +1,20 @@
 /// \file Singular value decomposition F = U Σ Vᵀ of 2 × 2 and 3 × 3 matrices, without branches.
 ///
 /// U and V are proper rotations; the smallest singular value has the sign of det F (Irving, Teran and Fedkiw, SCA
-/// 2004). For every finite F: ‖F − U Σ Vᵀ‖ ≤ 10 ε ‖F‖, ‖UUᵀ − I‖ ≤ 10 ε, ‖VVᵀ − I‖ ≤ 20 ε (measured: 7, 6 and 11). In
-/// 3D it is computed by Jacobi rotations (jacobi.hpp), at most six sweeps in float and seven in double; in 2D in closed
-/// form.
+/// 2004). For every finite F: ‖F − U Σ Vᵀ‖ ≤ 10 ε ‖F‖, ‖UUᵀ − I‖ ≤ 10 ε, ‖VVᵀ − I‖ ≤ 20 ε (measured: 7 ε ‖F‖, 6 ε and
+/// 11 ε), with the machine epsilon ε. In 3D the decomposition is computed by Jacobi rotations (jacobi.hpp), with at
+/// most six sweeps in float and seven in double; in 2D in closed form.
 ///
-/// A return mapping does not need V: with new singular values σ′, F′ = U diag(σ′/σ) Uᵀ F, and an isotropic stress is
-/// U diag(τ̂) Uᵀ. left_singular() and spectral() are enough for it.
+/// A return mapping does not need V. If it changes the singular values from σ to σ′, the new deformation gradient is
+/// F′ = U diag(σ′/σ) Uᵀ F. An isotropic stress with the principal values τ̂ is U diag(τ̂) Uᵀ. For both, left_singular()
+/// and spectral() are enough.
 #pragma once
 
 #include <firn/math/left_stretch.hpp>
 
 namespace firn {
 
-/// The matrix U diag(d) Uᵀ, symmetric to the bit.
+/// Returns the matrix U diag(d) Uᵀ. It is exactly symmetric.
 template <scalar S, int D>
 FIRN_INLINE Mat<S, D> spectral(const Mat<S, D>& U, const Vec<S, D>& d) {
     return detail::symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
@@ -25,10 +26,12 @@ FIRN_INLINE Mat<S, D> spectral(const Mat<S, D>& U, const Vec<S, D>& d) {
 
 namespace detail {
 
-/// U and σ of V = F Rᵀ, R = polar_rotation(F), by the Jacobi rotation that makes V diagonal.
+/// Returns U and σ of a left stretch V in 2D, by the Jacobi rotation that makes V diagonal.
+/// \param scale  factor by which F was divided before V was computed
 template <class S>
 FIRN_INLINE LeftSingular<S, 2> left_singular_of_stretch(const Mat<S, 2>& V, const S& scale) {
-    // tan θ = 2 V₀₁ / (d ± √(d² + 4 V₀₁²)), d = V₀₀ − V₁₁, with the sign for which nothing cancels.
+    // The angle θ of the rotation has tan θ = 2 V₀₁ / (d ± √(d² + 4 V₀₁²)), d = V₀₀ − V₁₁, with the sign of d, so that
+    // nothing cancels.
     const S difference = V(0, 0) - V(1, 1);
     const S twice = S(2) * V(0, 1);
     const S root = sqrt(difference * difference + twice * twice);
@@ -36,7 +39,7 @@ FIRN_INLINE LeftSingular<S, 2> left_singular_of_stretch(const Mat<S, 2>& V, cons
     const S tangent = select(round, S(0), twice) / (abs(difference) + select(round, S(1), root));
     const S c = S(1) / sqrt(S(1) + tangent * tangent);
     const S s = c * tangent;
-    const auto turned = difference < S(0);  // the larger stretch is nearer to the second axis: a quarter turn
+    const auto turned = difference < S(0);  // the larger stretch is nearer to the second axis: add a quarter turn
     const S cosine = select(turned, s, c);
     const S sine = select(turned, c, s);
     const S mean = S(0.5) * (V(0, 0) + V(1, 1));
@@ -52,8 +55,8 @@ FIRN_INLINE Mat<S, D> divided(const Mat<S, D>& a, const S& by) {
 
 }  // namespace detail
 
-/// Left singular vectors and singular values of a 2 × 2 matrix, in closed form: F = scale · U diag(σ) Qᵀ with
-/// σ₀ ≥ |σ₁|. U is always a rotation.
+/// Returns the left singular vectors and the singular values of a 2 × 2 matrix, in closed form: F = scale · U diag(σ)
+/// Qᵀ with σ₀ ≥ |σ₁|. U is a rotation for every F.
 template <scalar S>
 FIRN_INLINE LeftSingular<S, 2> left_singular(const Mat<S, 2>& F) {
     const S scale = detail::largest_or_one(F);
@@ -62,7 +65,8 @@ FIRN_INLINE LeftSingular<S, 2> left_singular(const Mat<S, 2>& F) {
 
 namespace detail {
 
-/// σ and U with their derivatives: dU = U Ω with Ωᵢⱼ = (Uᵀ d(FFᵀ) U)ᵢⱼ / (σⱼ² − σᵢ²).
+/// Returns σ and U with their derivatives: dσᵢ = (Uᵀ dF Fᵀ U)ᵢᵢ / σᵢ, and dU = U Ω with Ωᵢⱼ = (Uᵀ d(FFᵀ)
+/// U)ᵢⱼ / (σⱼ² − σᵢ²) for i ≠ j.
 template <class T, int D>
 FIRN_INLINE LeftSingular<dual<T>, D> left_singular_of_dual(const Mat<dual<T>, D>& F) {
     Mat<T, D> value, change;
@@ -94,35 +98,39 @@ FIRN_INLINE LeftSingular<dual<T>, D> left_singular_of_dual(const Mat<dual<T>, D>
 
 }  // namespace detail
 
-/// As left_singular() in 2D, with the derivatives of U and σ.
+/// Returns the left singular vectors (U) and the singular values (σ) of a 2 × 2 matrix, with their derivatives.
 ///
-/// dσ is right wherever it exists and σ ≠ 0. dU does not exist if two singular values are equal, and loses digits as
-/// they come close; its part between these two is then 0.
+/// The derivative of a singular value is right wherever it exists and the singular value is not 0; else it is set to 0.
+/// If |σ₀| = |σ₁|, U has no derivative, and dU is set to 0. If |σ₀| and |σ₁| are nearly equal, dU loses digits.
 template <scalar T>
 FIRN_INLINE LeftSingular<dual<T>, 2> left_singular(const Mat<dual<T>, 2>& F) {
     return detail::left_singular_of_dual(F);
 }
-/// As left_singular() in 3D, with the derivatives of U and σ, under the same conditions as in 2D.
+/// Returns the left singular vectors (U) and the singular values (σ) of a 3 × 3 matrix, with their derivatives.
+///
+/// The derivative of a singular value is right wherever it exists and the singular value is not 0; else it is set to 0.
+/// If |σᵢ| = |σⱼ|, the rotation of columns i and j of U into each other has no derivative; this part of dU is set to 0.
+/// If |σᵢ| and |σⱼ| are nearly equal, this part of dU loses digits.
 template <scalar T>
 FIRN_INLINE LeftSingular<dual<T>, 3> left_singular(const Mat<dual<T>, 3>& F) {
     return detail::left_singular_of_dual(F);
 }
 
-/// Principal stretches of F and their directions in space.
+/// The principal stretches of a deformation gradient F, and their directions in the deformed body.
 template <class S, int D>
 struct Principal {
     Mat<S, D> directions;  ///< U, a rotation; its columns are the directions
     Vec<S, D> stretches;   ///< σ [1], in descending order; the last one has the sign of det F
 };
-/// The principal stretches of a deformation gradient F, and their directions.
+/// Returns the principal stretches of a deformation gradient F, and their directions in the deformed body.
 template <scalar S, int D>
 FIRN_INLINE Principal<S, D> principal_stretches(const Mat<S, D>& F) {
     const LeftSingular<S, D> f = left_singular(F);
     return {f.vectors, f.values * f.scale};
 }
 
-/// The decomposition F = U diag(σ) Vᵀ. σ is in descending order, except for rounding. With dual numbers only the values
-/// are right, not the derivatives.
+/// The decomposition F = U diag(σ) Vᵀ. σ is in descending order, except for rounding. With dual numbers the values of
+/// U, σ and V are right, but their derivatives are not.
 template <scalar S, int D>
 struct Svd {
     Mat<S, D> U;       ///< left singular vectors, in columns; a rotation
@@ -130,7 +138,8 @@ struct Svd {
     Mat<S, D> V;       ///< right singular vectors, in columns; a rotation
 };
 
-/// The singular value decomposition of a 2 × 2 matrix: U and σ of its left stretch, V = RᵀU.
+/// Returns the singular value decomposition of a 2 × 2 matrix F: U and σ of its left stretch, and V = RᵀU with
+/// R = polar_rotation(F).
 template <scalar S>
 FIRN_INLINE Svd<S, 2> svd(const Mat<S, 2>& F) {
     const S scale = detail::largest_or_one(F);
@@ -140,8 +149,8 @@ FIRN_INLINE Svd<S, 2> svd(const Mat<S, 2>& F) {
     return {f.vectors, f.values * scale, transpose(R) * f.vectors};
 }
 
-/// The singular value decomposition of a 3 × 3 matrix. Directions of singular values below 1e-3 ε ‖F‖ are arbitrary,
-/// such that U and V are rotations.
+/// Returns the singular value decomposition of a 3 × 3 matrix. The singular vectors of singular values below 1e-3 ε ‖F‖
+/// (ε: machine epsilon) are arbitrary, but U and V are rotations.
 template <scalar S>
 FIRN_INLINE Svd<S, 3> svd(const Mat<S, 3>& F) {
     constexpr double negligible = 1e-3 * double(std::numeric_limits<value_type_t<S>>::epsilon());
@@ -153,11 +162,11 @@ FIRN_INLINE Svd<S, 3> svd(const Mat<S, 3>& F) {
     });
     w = detail::orthogonal_columns(w);
 
-    const S first = norm(w[0]);  // 0, or at least 1
+    const S first = norm(w[0]);  // 0 for F = 0, else at least 1
     const auto zero = first == S(0);
     const Vec<S, 3> axis{{S(1), S(0), S(0)}};
     const Vec<S, 3> u0 = select(zero, axis, w[0] * (S(1) / select(zero, S(1), first)));
-    // A direction across u0, from the first or second axis, whichever is farther from u0.
+    // A vector perpendicular to u0: the vector product with the first or the second axis, whichever is farther from u0.
     const Vec<S, 3> across = cross(select(u0.v[0] * u0.v[0] < S(0.5), axis, Vec<S, 3>{{S(0), S(1), S(0)}}), u0);
     const auto vanishes = norm(w[1]) < S(negligible);
     const Vec<S, 3> second = select(vanishes, across, w[1]);

@@ -1,8 +1,9 @@
 /// \file sin and cos for every scalar, without branches.
 ///
-/// They give the same bits for one number, in SIMD lanes, and (with floating-point contraction off) under every
-/// compiler. The argument is in radians, |x| ≤ 1e5 in float and 1e8 in double; beyond that the result is NaN, since the
-/// reduction of the argument would lose digits. The error is 1.1 ulp in that range (measured), also near the zeros.
+/// The functions give the same bits for a single number and in SIMD lanes, and (with floating-point contraction off)
+/// under every compiler. The argument x is in radians, |x| ≤ 1e5 in float and |x| ≤ 1e8 in double. For a larger |x| the
+/// result is NaN, since the reduction of x would lose digits. The error is at most 1.1 ulp in that range (measured),
+/// also near the zeros of the functions.
 #pragma once
 
 #include <firn/math/exp_log.hpp>
@@ -11,7 +12,8 @@ namespace firn {
 
 namespace detail {
 
-// π/2 in parts with so few digits that their products with the number of quarter turns are exact (Cody & Waite).
+// π/2 as a sum of parts. Each part but the last has so few digits that its product with the number of quarter turns is
+// exact (Cody & Waite).
 template <class S>
 inline constexpr auto quarter_turn =
     std::array{0x1.921fb4p+0, 0x1.4442dp-24, 0x1.846988p-48, 0x1.8cc516p-72, 0x1.01b839a25204ap-96};
@@ -20,7 +22,8 @@ template <class S>
 inline constexpr auto quarter_turn<S> =
     std::array{0x1.92p+0, 0x1.fap-12, 0x1.54p-20, 0x1.1p-30, 0x1.68p-39, 0x1.84p-48, 0x1.a62634p-58};
 
-/// ±1/n! for n = first, first + 2, …, negative for odd n/2 (rounded down), as in the series of sin and cos.
+/// Returns the coefficients ±1/n! of the series of sin and cos for n = first, first + 2, …; they are negative where
+/// n/2, rounded down, is odd.
 template <int first, std::size_t N>
 constexpr std::array<double, N> alternating_inverse_factorials() {
     double term = (first / 2) % 2 == 0 ? 1 : -1;
@@ -36,13 +39,14 @@ constexpr std::array<double, N> alternating_inverse_factorials() {
 
 template <class S>
 struct QuarterTurn {
-    S sine, cosine;  ///< of the remainder r, |r| ≤ π/4
-    S quadrant;      ///< number of quarter turns removed, modulo 4: 0, 1, 2 or 3
+    S sine,      ///< sine of the remainder r, |r| ≤ π/4
+        cosine;  ///< cosine of r
+    S quadrant;  ///< number of quarter turns that were subtracted from x, modulo 4: 0, 1, 2 or 3
 };
 template <class S>
 FIRN_INLINE QuarterTurn<S> reduced_sine_cosine(const S& x) {
     const S n = nearest_whole(x * S(0.636619772367581343076));
-    S r = (x - n * S(quarter_turn<S>[0])) - n * S(quarter_turn<S>[1]);  // exact; the next parts are not
+    S r = (x - n * S(quarter_turn<S>[0])) - n * S(quarter_turn<S>[1]);  // exact; subtracting the next parts is not
     S rest = S(0);
     unroll<int(quarter_turn<S>.size()) - 2>([&](auto k) FIRN_LAMBDA {
         const auto [sum, error] = two_sum(r, -(n * S(quarter_turn<S>[k + 2])));
@@ -64,14 +68,16 @@ FIRN_INLINE S within_range_or_nan(const S& x, const S& result) {
 
 }  // namespace detail
 
-/// The sine of an angle x [rad]; NaN for |x| above 1e5 in float and 1e8 in double. Error 1.1 ulp.
+/// Returns the sine of an angle x [rad]; NaN for |x| above 1e5 in float and 1e8 in double. The error is at most 1.1 ulp
+/// (measured).
 template <scalar S>
 FIRN_INLINE S sin(const S& x) {
     const auto [sine, cosine, quadrant] = detail::reduced_sine_cosine(x);
     const S size = select((quadrant == S(1)) | (quadrant == S(3)), cosine, sine);
     return detail::within_range_or_nan(x, select(S(1) < quadrant, -size, size));
 }
-/// The cosine of an angle x [rad]; NaN for |x| above 1e5 in float and 1e8 in double. Error 1.1 ulp.
+/// Returns the cosine of an angle x [rad]; NaN for |x| above 1e5 in float and 1e8 in double. The error is at most 1.1
+/// ulp (measured).
 template <scalar S>
 FIRN_INLINE S cos(const S& x) {
     const auto [sine, cosine, quadrant] = detail::reduced_sine_cosine(x);
@@ -79,12 +85,12 @@ FIRN_INLINE S cos(const S& x) {
     return detail::within_range_or_nan(x, select((quadrant == S(1)) | (quadrant == S(2)), -size, size));
 }
 
-/// The sine of x [rad] and its derivative.
+/// Returns the sine of x [rad] and its derivative.
 template <scalar T>
 FIRN_INLINE dual<T> sin(const dual<T>& x) {
     return {sin(x.value), cos(x.value) * x.derivative};
 }
-/// The cosine of x [rad] and its derivative.
+/// Returns the cosine of x [rad] and its derivative.
 template <scalar T>
 FIRN_INLINE dual<T> cos(const dual<T>& x) {
     return {cos(x.value), -sin(x.value) * x.derivative};
