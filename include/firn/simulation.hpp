@@ -84,7 +84,7 @@ public:
     using Sets = typename Make::type;  ///< A tuple with one MaterialSet for each material.
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
-    static constexpr std::size_t unnamed = detail::unnamed_material;        ///< In set<I>(): the only material.
+    static constexpr std::size_t unnamed = detail::unnamed_material;        ///< In `set<I>()`: the only material.
 
     /// Makes a simulation without particles. If `Boundary` is Walls, walls are put on all faces of the domain, except
     /// those of periodic axes. Matter can separate from these walls (Contact::separate). Any other boundary is
