@@ -78,7 +78,7 @@ public:
     static constexpr bool boundary_fits = detail::require_fitting_boundary<Boundary, detail::precision_of_t<List>, D>();
 
     using scalar_type = detail::precision_of_t<List>;
-    using material_type = Material;    ///< The type of the material, or Materials<…>.
+    using material_type = Material;    ///< The type of the material, or `Materials<…>`.
     using kernel_type = Kernel;        ///< The type of the kernel.
     using S = scalar_type;             ///< float or double.
     using Sets = typename Make::type;  ///< A tuple with one MaterialSet for each material.
