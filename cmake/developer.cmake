@@ -57,8 +57,8 @@ if(FIRN_SANITIZE)
     target_link_options(firn_developer INTERFACE "-fsanitize=${FIRN_SANITIZE}")
 endif()
 
+enable_testing() # examples and benchmarks have tests, too
 if(FIRN_BUILD_TESTS)
-    enable_testing()
     add_subdirectory(tests)
 endif()
 if(FIRN_BUILD_EXAMPLES)
