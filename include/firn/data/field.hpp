@@ -5,11 +5,13 @@
 /// tells which particle belongs to each slot (StridedSpan).
 #pragma once
 
+#include <firn/core/error.hpp>
 #include <firn/core/pack.hpp>
 #include <firn/data/aligned.hpp>
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
 
 namespace firn {
 
@@ -96,6 +98,25 @@ struct StridedSpan {
     static StridedSpan arrays(S* data, int components, std::ptrdiff_t distance) {
         StridedSpan span{data, 1, {}};
         for (int k = 0; k < components; ++k) span.offset[std::size_t(k)] = k * distance;
+        return span;
+    }
+
+    /// Describes a field that has one array per component, each of them anywhere in memory: `arrays({x, y, z})`.
+    /// \throws parameter_error  if there are no arrays or more than nine; or if the distance between two of them is no
+    ///                          multiple of the size of a number
+    static StridedSpan arrays(std::initializer_list<S*> components) {
+        if (components.size() == 0 || components.size() > 9)
+            throw parameter_error(sentence("A field has ", components.size(), " arrays; it must have 1 to 9."));
+        StridedSpan span{*components.begin(), 1, {}};
+        const auto begin = std::intptr_t(span.data);
+        std::size_t k = 0;
+        for (S* const component : components) {
+            const std::intptr_t distance = std::intptr_t(component) - begin;
+            if (distance % std::intptr_t(sizeof(S)) != 0)
+                throw parameter_error(sentence("The arrays of components 0 and ", k, " lie ", distance,
+                                               " bytes apart; that must be a multiple of ", sizeof(S), "."));
+            span.offset[k++] = std::ptrdiff_t(distance / std::intptr_t(sizeof(S)));
+        }
         return span;
     }
 

@@ -98,27 +98,36 @@ TEST_CASE("Arrays of each component, and matrices by columns, are seen as well")
     for (auto& F : rows.F) F = std::round(F);  // undeformed
     scenes::RandomCloud<double, 2> columns = rows;
     const std::size_t n = rows.size();
-    std::vector<double> x(2 * n), v(2 * n);
+    std::vector<double> x(2 * n), vx(n), vy(n);
     for (std::size_t p = 0; p < n; ++p) {
         for (std::size_t a = 0; a < 2; ++a) {
             x[a * n + p] = rows.x[2 * p + a];
-            v[a * n + p] = rows.v[2 * p + a];
+            (a == 0 ? vx : vy)[p] = rows.v[2 * p + a];
         }
         std::swap(columns.C[4 * p + 1], columns.C[4 * p + 2]);
         std::swap(columns.F[4 * p + 1], columns.F[4 * p + 2]);
     }
     auto view = columns.view();
     view.position = StridedSpan<double>::arrays(x.data(), 2, std::ptrdiff_t(n));
-    view.velocity = StridedSpan<double>::arrays(v.data(), 2, std::ptrdiff_t(n));
+    view.velocity = StridedSpan<double>::arrays({vx.data(), vy.data()});
     view.affine = StridedSpan<double>::matrices<2>(columns.C.data(), false);
     view.state = {StridedSpan<double>::matrices<2>(columns.F.data(), false)};
     step<double, 2>(rows.view(), n, domain, 3);
     step<double, 2>(view, n, domain, 3);
     for (std::size_t p = 0; p < n; ++p) {
         for (std::size_t a = 0; a < 2; ++a) CHECK(x[a * n + p] == rows.x[2 * p + a]);
+        CHECK(vx[p] == rows.v[2 * p]);
+        CHECK(vy[p] == rows.v[2 * p + 1]);
         CHECK(columns.F[4 * p + 1] == rows.F[4 * p + 2]);
         CHECK(columns.C[4 * p + 2] == rows.C[4 * p + 1]);
     }
+}
+
+TEST_CASE("Arrays that cannot be the components of a field are refused") {
+    double numbers[2] = {};
+    auto* const between = reinterpret_cast<double*>(reinterpret_cast<char*>(numbers) + 4);
+    CHECK_THROWS_AS(StridedSpan<double>::arrays({}), parameter_error);
+    CHECK_THROWS_AS(StridedSpan<double>::arrays({numbers, between}), parameter_error);
 }
 
 TEMPLATE_TEST_CASE("P2G with a partition that is stale is refused, however its particles are scattered", "", Serial,
