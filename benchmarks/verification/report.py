@@ -21,30 +21,36 @@ plt.rcParams.update({"figure.dpi": 110, "font.size": 9, "axes.grid": True, "grid
 
 preface = """# Verification
 
-What firn computes, over what it should: every figure and plot here is drawn by
+This report compares the results of firn with exact solutions, experiments and other codes. The commands below compute
+every figure and draw every plot:
 
-    benchmarks/verification/run.sh            # this report, anew
-    benchmarks/verification/run.sh --quick    # a few minutes: fewer, coarser variants, held to the same references
-    benchmarks/verification/run.sh bar disks  # some cases
+    benchmarks/verification/run.sh            # all cases; writes this report
+    benchmarks/verification/run.sh --quick    # a few minutes: fewer and coarser variants, with the same references
+    benchmarks/verification/run.sh bar disks  # some cases only
 
-It fails if a figure is farther from its reference than its tolerance. `build/verification/results.json` has all figures;
-the error is |value − reference| / max(|reference|, floor). Dashed black lines are references, dots published data.
+A command fails if the error of a figure is above its tolerance. The error is |value − reference| / max(|reference|,
+floor); where the reference is 0, the floor is 1. `build/verification/results.json` has all figures. In the plots,
+dashed black lines are references, and black dots are published data.
 
-What it found that is poor, each told with figures in its case:
+The report found these weak points. Each case gives the figures:
 
-* Splines at walls: the nodes behind a wall are held like those on it, not mirrored. Stresses in the two cells next to it
-  are off by a fifth, whatever the cell size (column, water), convergence between slipping walls is of first order
-  (manufactured waves), and a floor is felt a cell early (ball). What boundaries bear, their reactions, is right.
-* MLS forces let an elastic beam creep when bent far: 8 % of the deflection stays with 2 × 2 particles a cell
-  (cantilever). Weight gradients leave 2 %, but hold water at rest less well.
-* Contact through the grid takes a fifth of the energy of two disks at 20 cells a metre, 2 % at 160.
-* FLIP's and FMPM's loss is by the step, not by time: with small steps much more than APIC's.
-* Water without viscosity that is left alone scatters in pressure by 6 % of that at the floor, and more with weight
-  gradients and cubic splines. Deposits of tall columns of sand are too flat; a toe below half a cell is not seen.
+* Splines at walls: the nodes behind a wall are held like those on it. They do not move like a mirror image. Stresses in
+  the two cells next to a wall are off by a fifth, whatever the cell size (column, water). Between slipping walls,
+  convergence is of first order (manufactured waves). A ball feels the floor one cell early. The forces that boundaries
+  bear (their reactions) are right.
+* MLS forces: an elastic beam that is bent far creeps. With 2 × 2 particles a cell, 8 % of the deflection stays
+  (cantilever). With weight gradients 2 % stays, but they hold water at rest less well.
+* Contact through the grid: two disks lose a fifth of their energy at 20 cells a metre, and 2 % at 160.
+* FLIP and FMPM: their losses depend on the number of steps, not on time. With small steps they lose much more than
+  APIC.
+* Water without viscosity that is left alone: its pressure scatters by 6 % of the pressure at the floor. With weight
+  gradients and cubic splines it scatters more.
+* Sand: the deposits of tall columns are too flat. A toe (the tip of a deposit) that is thinner than half a cell is not
+  seen.
 
-What it does not cover: most of it is 2D (the ball is 3D, and sand in a simulation); von Mises' material and Cam clay
-are tried under uniaxial strain only; moving solids and rigid bodies are left to `tests/physics/solids.cpp`; WGSL runs two
-of the cases, on a GPU in software.
+The report does not cover everything. Most cases are 2D; only the ball, and sand in a simulation, are 3D. Von Mises'
+material and Cam clay are tested under uniaxial strain only. Moving solids and rigid bodies are not in this report:
+`tests/physics/solids.cpp` tests them. WGSL runs only two of the cases, on a GPU in software.
 
 """
 

@@ -65,10 +65,11 @@ std::string half_life(const Curve& energy) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    Case report(argc, argv, "Elastic bar in its first mode",
-                "A bar of 25 m, held at one end, swings along its axis: E = 100 Pa, ρ = 1 kg/m³, ν = 0, v₀ = 0.1 m/s, "
-                "2 × 2 particles a cell. Linear theory (Sulsky, Chen and Schreyer 1994; Bardenhagen and Kober 2004): "
-                "period 10 s, velocity of the centre of mass (2/π) v₀ cos(2πt/10 s), energy kept.");
+    Case report(
+        argc, argv, "Elastic bar in its first mode",
+        "A bar of 25 m is held at one end and swings along its axis: E = 100 Pa, ρ = 1 kg/m³, ν = 0, v₀ = 0.1 m/s, 2 × "
+        "2 particles a cell. Linear theory (Sulsky, Chen and Schreyer 1994; Bardenhagen and Kober 2004) gives a period "
+        "of 10 s and the velocity (2/π) v₀ cos(2πt/10 s) of the centre of mass. The energy stays constant.");
     const bool quick = report.quick();
     const double duration = quick ? 20 : 200, h = 0.5;
     const char* theory = "linear theory (bar_mode1.csv)";
@@ -127,12 +128,13 @@ int main(int argc, char** argv) {
                    "the positions and sums of some 500 steps, each rounded to 2⁻²⁴");
 
     report.remark(
-        "The ends decide: each is known to a fraction of a cell only, so the length of the bar, and with it the "
-        "period, is off in the first order of h, for every transfer and both forces; wider kernels see the free end "
-        "farther away. PIC takes a tenth of the energy in every period and half of it in " +
+        "The ends of the bar decide the error. The grid knows each end only to a fraction of a cell. So the length of "
+        "the bar, and with it the period, has an error of first order in h, for every transfer and for both forces. "
+        "With wider kernels the free end seems farther away. PIC takes a tenth of the energy in every period, and half "
+        "of it in " +
         half_life(transfers[1].energy) +
-        ", which is why it is no choice for what shall swing; FLIP keeps less than the affine transfers here. The "
-        "energies of the others rise and fall by a percent within a period; none grows over " +
+        ": do not use PIC for bodies that must swing. FLIP keeps less energy than the affine transfers here. The "
+        "energy of the other transfers rises and falls by one percent within a period, but it does not grow over " +
         std::to_string(int(duration / 10)) + " periods.");
     return report.finish();
 }

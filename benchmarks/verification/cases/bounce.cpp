@@ -79,11 +79,11 @@ int main(int argc, char** argv) {
     const double young = 1e6, drop = 0.1, R = Ball3::radius;
     const double mass = Ball3::density * 4.0 / 3 * std::numbers::pi * R * R * R, speed = std::sqrt(2 * g * drop);
     const Hertz hertz(mass, R, speed, young, Ball3::poisson);
-    Case report(
-        argc, argv, "Bouncing ball",
-        "An elastic ball (R = 0.25 m, E = 1e6 Pa, ν = 0.3, ρ = 1000 kg/m³) falls by 0.1 m onto a floor that lets go. "
-        "Reference: Hertz 1882 with gravity, m α̈ = m g − 4/3 E/(1 − ν²) √R α^(3/2), α the approach of the centre. In "
-        "2D, a disk falls by 0.5 m and bounces, with each transfer.");
+    Case report(argc, argv, "Bouncing ball",
+                "An elastic ball (R = 0.25 m, E = 1e6 Pa, ν = 0.3, ρ = 1000 kg/m³) falls by 0.1 m onto a floor that it "
+                "may leave again. The reference is Hertz 1882 with gravity: m α̈ = m g − 4/3 E/(1 − ν²) √R α^(3/2), "
+                "where α is the way of the ball's centre towards the floor after the touch. In 2D, a disk falls by 0.5 "
+                "m and bounces, with each transfer.");
     Plot& forces = report.plot({"force", "Force of the floor on the ball (APIC, float)", "t [s]", "F [N]"});
     Curve theory{"Hertz", {}, {}, Curve::Kind::reference};
     for (std::size_t i = 0; i < hertz.time.size(); ++i)
@@ -103,8 +103,9 @@ int main(int argc, char** argv) {
         report.check({"height that it comes back to, " + label, one.rebound, 1, 0.25,
                       "no loss; part of it goes into the ball's vibration, and the grid takes some"});
         approaches.add(h, one.approach);
-        report.remark(formatted("%s: %.1f %% of the energy left, %.1f %% of the height.", label.c_str(),
-                                100 * one.energy, 100 * one.rebound));
+        report.remark(
+            formatted("With %s, %.1f %% of the energy is left, and the ball comes back to %.1f %% of its height.",
+                      label.c_str(), 100 * one.energy, 100 * one.rebound));
     }
     forces.curves.push_back(theory);
     if (!report.quick())
@@ -131,8 +132,8 @@ int main(int argc, char** argv) {
     }
     heights.curves.push_back(fall);
     report.remark(
-        "A floor is felt as soon as matter shares a node with it, about a cell early: a ball is pressed in by as much "
-        "less as the cell is large, and the error goes with h. The losses do, too.");
-    report.remark("Of the 0.5 m the disk comes back to, at its first bounce: " + returned + ".");
+        "Matter feels the floor as soon as both share a node, about one cell early. So the ball is pressed in by less, "
+        "and the difference grows with the cell: the error goes with h. The losses go with h, too.");
+    report.remark("At its first bounce, the disk comes back to this part of the 0.5 m: " + returned + ".");
     return report.finish();
 }

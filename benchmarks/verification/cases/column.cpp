@@ -49,11 +49,11 @@ std::string in_mm(double h) { return sentence(1000 * h) + " mm"; }
 }  // namespace
 
 int main(int argc, char** argv) {
-    Case report(
-        argc, argv, "Elastic column under its own weight",
-        "H = 0.1 m, ρ = 1800 kg/m³, E = 1 MPa, ν = 0, held sideways, 5 × 5 particles a cell, brought to rest by "
-        "damping: the set-up of cb-geo/mpm's column (mpm-doc, hydrostatic-column.md). Exact: σ = −ρ g (H − Y) and u = "
-        "−ρ g/E (H Y − Y²/2) by the height Y before loading, for any strain.");
+    Case report(argc, argv, "Elastic column under its own weight",
+                "An elastic column is H = 0.1 m high: ρ = 1800 kg/m³, E = 1 MPa, ν = 0, 5 × 5 particles a cell. It is "
+                "held sideways, and damping brings it to rest. This is the set-up of cb-geo/mpm's column (mpm-doc, "
+                "hydrostatic-column.md). The exact solution is σ = −ρ g (H − Y) and u = −ρ g/E (H Y − Y²/2), where Y "
+                "is the height before loading. It holds for any strain.");
     using Stiff = Column<double, MlsForce, QuadraticBSpline>;
     const std::vector<double> cells = report.quick() ? std::vector{0.01, 0.005} : std::vector{0.01, 0.005, 0.0025};
     const double young = 1e6, H = Stiff::height, drawn = 0.005;
@@ -136,28 +136,31 @@ int main(int argc, char** argv) {
         report.at_most("stress, E = 20 kPa, three cells from floor and top, " + each->label + ", h = 10 mm",
                        each->errors.front().inner, 0.25 * coarse / H, "as with 1 MPa, though particles cross cells");
     report.remark(
-        "With linear weights and forces by their gradients firn is the same method as cb-geo/mpm, and gives its "
-        "stresses to 2e-5; what they lack of ρ g H is half a cell of weight, as linear elements have one stress a "
-        "cell.");
+        "With linear weights and forces from weight gradients, firn is the same method as cb-geo/mpm, and gives its "
+        "stresses to 2e-5. These stresses are lower than ρ g H by the weight of half a cell, because linear elements "
+        "have one stress a cell.");
     report.remark(
-        "What B-splines do badly: next to the floor, where the nodes on it and beyond are held, the velocity gradient "
-        "is too small at the wall and too large a cell above. The stress of the lowest row is " +
-        percent(-quadratic.errors.back().base) + " below ρ g H on the finest cells (quadratic, MLS; " +
-        percent(-cubic.errors.back().base) +
-        " cubic), which no finer cells mend; the layer gets thinner, and the settlement right in first order. Splines "
-        "that are changed at the boundary (Steffen, Kirby and Berzins 2008) would do better. What the floor bears, "
-        "taken from its nodes (Reactions), is right. With the column's mirror image in the place of the floor, the "
-        "stress there is off by " +
+        "B-splines are inaccurate next to the floor, because the nodes on the floor and beyond it are held. The "
+        "velocity gradient is too small at the floor, and too large one cell above it. On the finest cells, the stress "
+        "of the lowest row is " +
+        percent(-quadratic.errors.back().base) +
+        " below ρ g H (quadratic, MLS; cubic: " + percent(-cubic.errors.back().base) +
+        "). Finer cells do not mend this. They make the layer thinner, so that the settlement becomes right in first "
+        "order. Splines that are changed at the boundary (Steffen, Kirby and Berzins 2008) would do better. The load "
+        "on the floor, taken from the nodes of the floor (Reactions), is right. If the column's mirror image takes the "
+        "place of the floor, the stress there is off by " +
         percent(off_at_mirror) + " of ρ g H at most.");
     report.remark(
-        "What linear weights do badly: once particles cross cells (E = 20 kPa), their stress is off by " +
-        percent(soft_linear.errors.front().stress) + " in L₂ at h = 10 mm and by " +
+        "Linear weights are inaccurate once particles cross cells (E = 20 kPa). Their stress is then off by " +
+        percent(soft_linear.errors.front().stress) + " in L₂ at h = 10 mm. At h = 5 mm it is off by " +
         percent(soft_linear.errors.back().stress) +
-        " at 5 mm, where the top row comes alone into a cell and is thrown about; with quadratic splines by " +
-        percent(soft_quadratic.errors.front().stress) + ".");
-    report.remark("In float the settlement, 88 µm at the top, is off by " + percent(single.errors.back().displacement) +
-                  " rather than " + percent(quadratic.errors.back().displacement) + " at h = " + in_mm(cells.back()) +
-                  ": it is the sum of many steps, each near the rounding of a position, 1e-7 cells. Stress and strain "
-                  "do not come from positions, and are as in double.");
+        ", because the top row of particles is alone in a cell and is thrown about. With quadratic splines the stress "
+        "is off by " +
+        percent(soft_quadratic.errors.front().stress) + " at h = 10 mm.");
+    report.remark("In float, the settlement (88 µm at the top) is off by " +
+                  percent(single.errors.back().displacement) + ", and in double by " +
+                  percent(quadratic.errors.back().displacement) + ", at h = " + in_mm(cells.back()) +
+                  ". The settlement is the sum of many steps, and each step is near the rounding of a position, 1e-7 "
+                  "cells. Stress and strain do not come from positions, so they are as good as in double.");
     return report.finish();
 }

@@ -41,9 +41,10 @@ Outcome collapse(const std::string& label, int cells, Contact floor = Contact::s
 int main(int argc, char** argv) {
     Case report(
         argc, argv, "Dam break on a dry floor",
-        "A column of water, a = 57.15 mm wide and 2 a high, let go at t = 0; c = 20 m/s, no viscosity, walls and floor "
-        "without friction, 2 × 2 particles a cell. Front Z = x/a over T = t √(2g/a), against Martin and Moyce 1952 (n² "
-        "= 2) in two transcriptions: A to T = 3.3, B to T = 9.2. What slosh aims at: 5 %.");
+        "A column of water, a = 57.15 mm wide and 2 a high, is let go at t = 0. The speed of sound is c = 20 m/s. "
+        "There is no viscosity, and no friction at walls and floor; 2 × 2 particles a cell. The front Z = x/a over the "
+        "time T = t √(2g/a) is compared with Martin and Moyce 1952 (n² = 2). Their figures are taken from two "
+        "transcriptions: A goes to T = 3.3, B to T = 9.2. The aim of the program slosh is an error of 5 %.");
     std::vector<Outcome> all{collapse<Apic>("APIC, h = a/10", 10)};
     if (!report.quick()) {
         all.push_back(collapse<Apic>("APIC, h = a/20", 20));
@@ -56,8 +57,8 @@ int main(int argc, char** argv) {
                   held = collapse<Apic>("APIC, held at the floor" + h, cells, Contact::stick);
     const Outcome& finest = all[all.size() - 2];
 
-    Plot& fronts = report.plot({"front", "Front, from the same time", "T", "Z"});
-    Plot& early = report.plot({"early", "Front, measured times less the delay of the gate", "T", "Z"});
+    Plot& fronts = report.plot({"front", "Front, from the same T = 0", "T", "Z"});
+    Plot& early = report.plot({"early", "Front; measured times minus the delay of the gate", "T", "Z"});
     const auto published = [](const std::string& set, double delay, double until) {
         Curve curve{"Martin and Moyce 1952, " + set, {}, {}, Curve::Kind::published};
         for (const auto& row : csv::read("martin_moyce_1952.csv"))
@@ -101,26 +102,28 @@ int main(int argc, char** argv) {
     }
 
     report.remark(
-        "From the same T = 0 our front is ahead, and the more so the finer the cells: " +
-        percent(front_error(finest.front, "A").mean) + " in the mean on the finest (A), " +
+        "From the same T = 0 our front is ahead of the measured front, and the more so the finer the cells. On the "
+        "finest cells it is ahead by " +
+        percent(front_error(finest.front, "A").mean) + " in the mean (A), and by " +
         percent(front_error(finest.front, "A").largest) +
-        " at most. Coarse cells look better by chance: their front is late. Computations without a gate share this: "
-        "the diaphragm of the experiment takes time to leave, and T = 0 is known to a few tenths. Less one delay for "
-        "all times (" +
-        sentence(delay) + ", " + sentence(std::round(1e4 * DamBreak<float, Apic>::unscaled(delay)) / 10) +
-        " ms) the mean error is " + percent(delayed_front_error(finest.front, "A").mean) +
-        "; the delay is fitted, so this speaks for the shape of the curve only.");
+        " at most. Coarse cells look better by chance, because their front is late. Other computations without a gate "
+        "are ahead, too: in the experiment a diaphragm takes time to leave, and T = 0 is known to a few tenths only. "
+        "If one delay is taken off all measured times (" +
+        sentence(delay) + ", which is " + sentence(std::round(1e4 * DamBreak<float, Apic>::unscaled(delay)) / 10) +
+        " ms), the mean error is " + percent(delayed_front_error(finest.front, "A").mean) +
+        ". The delay is fitted, so this figure tests the shape of the curve only.");
     report.remark(
-        "Beyond T = 4 the experiment slows down, as floor and walls rub, and ours does not: without friction the front "
-        "tends to Ritter's 2 √(2 g a), which is what we compute. Held at the floor, it is too slow: " +
+        "After T = 4 the front of the experiment slows down, because floor and walls rub. Our front does not: without "
+        "friction it tends to Ritter's speed 2 √(2 g a). If the water sticks to the floor, the front is too slow, by " +
         percent(front_error(held.front, "B").mean) +
-        " in the mean (B), as a layer of water two cells thick stands still where the real one is below 1 mm. Neither "
-        "is the friction of the experiment, which these cells do not resolve.");
+        " in the mean (B). A layer of water two cells thick then stands still, while the real layer is thinner than 1 "
+        "mm. Neither floor has the friction of the experiment, which these cells do not resolve.");
     report.remark(
-        "FLIP with its 5 % of PIC a step loses what is not on the grid by the step, not by time, and at small steps "
-        "much of it: " +
+        "FLIP with 5 % of PIC loses in each step a part of what the grid does not hold. The loss depends on the number "
+        "of steps, not on time, and is large with small steps: " +
         percent(1 - flip.energy) + " of the energy is lost, with APIC " +
-        percent(1 - (report.quick() ? all[0] : all[1]).energy) + "; its front is late, " +
-        percent(front_error(flip.front, "A").mean) + " off (A), for that reason nearer to the experiment's.");
+        percent(1 - (report.quick() ? all[0] : all[1]).energy) +
+        ". The front of FLIP is therefore late. It is off by " + percent(front_error(flip.front, "A").mean) +
+        " (A), and for that reason nearer to the experiment.");
     return report.finish();
 }

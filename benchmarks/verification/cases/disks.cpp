@@ -44,11 +44,11 @@ std::string metres(double h) { return formatted("h = 1/%.0f m", 1 / h); }
 }  // namespace
 
 int main(int argc, char** argv) {
-    Case report(
-        argc, argv, "Two colliding disks",
-        "Two elastic disks fly at each other and bounce (Sulsky, Chen and Schreyer 1994): E = 1000 Pa, ν = 0.3, ρ = "
-        "1000 kg/m³, R = 0.2 m, 0.283 m/s towards each other, 2 × 2 particles a cell. They touch at 1.586 s; on a grid "
-        "they feel each other two cells earlier. Momentum and angular momentum are kept; energy at most.");
+    Case report(argc, argv, "Two colliding disks",
+                "Two elastic disks fly at each other and bounce (Sulsky, Chen and Schreyer 1994): E = 1000 Pa, ν = "
+                "0.3, ρ = 1000 kg/m³, R = 0.2 m, 2 × 2 particles a cell. They approach each other at 0.283 m/s. Rigid "
+                "disks touch at 1.586 s; on a grid, disks feel each other up to two cells earlier. Momentum and "
+                "angular momentum must stay constant. The energy must not grow.");
     const bool quick = report.quick();
     const double h = 1.0 / 20;
     std::vector<Outcome> transfers;
@@ -118,12 +118,13 @@ int main(int argc, char** argv) {
              &transfers[0], &transfers[1], &transfers[2], &transfers[3], &transfers[4], &gradients, &cubic, &small}) {
         kept += (kept.empty() ? "" : ", ") + each->energy.label + " " + percent(each->energy.y.back());
     }
-    report.remark("Of the energy is left, at h = 1/20 m after 3.5 s: " + kept + ". Momentum is kept by all of them.");
+    report.remark("With h = 1/20 m, this part of the energy is left after 3.5 s: " + kept +
+                  ". All of them keep the momentum.");
     report.remark(
-        "Contact through the grid is what loses it: two bodies in one cell are one velocity field, so what they would "
-        "slide and spread against each other is averaged away in the cells of the contact, in every transfer. The "
-        "finer the grid, the less; the more steps, the more. Wider kernels see each other earlier and lose more. "
-        "FLIP's share carries noise that the grid does not see: AFLIP's energy rises by half a percent before it "
-        "falls.");
+        "The contact through the grid takes the energy. Two bodies in one cell share one velocity field. They would "
+        "slide and spread against each other, but in the cells of the contact the grid averages this motion away, with "
+        "every transfer. A finer grid loses less energy. More steps lose more. With wider kernels, bodies feel each "
+        "other earlier and lose more. FLIP's share carries noise that the grid does not see: AFLIP's energy rises by "
+        "half a percent before it falls.");
     return report.finish();
 }

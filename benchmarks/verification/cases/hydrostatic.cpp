@@ -68,11 +68,12 @@ Outcome rest(const std::string& label, double checked_at, double end) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    Case report(
-        argc, argv, "Water at rest in a box",
-        "0.2 m wide, H = 0.1 m deep, ρ = 1800 kg/m³, K = 1 MPa, no viscosity, slip walls (cb-geo/mpm's hydrostatic "
-        "column), h = 5 mm, 2 × 2 particles a cell. Brought to rest by damping, then left alone, undamped; and let go "
-        "at once, when the load on the floor is a triangular wave of period 4 H/c.");
+    Case report(argc, argv, "Water at rest in a box",
+                "Water stands in a box with slip walls, 0.2 m wide and H = 0.1 m deep: ρ = 1800 kg/m³, K = 1 MPa, no "
+                "viscosity, h = 5 mm, 2 × 2 particles a cell (cb-geo/mpm's hydrostatic column). In the first test, "
+                "damping brings the water to rest; then the water is left alone without damping. In the second test, "
+                "the water is let go at once, without damping. The load on the floor is then a triangular wave of "
+                "period 4 H/c, where c is the speed of sound.");
     using Water = Hydrostatic<double, Apic, MlsForce, QuadraticBSpline>;
     const double checked_at = report.quick() ? 0.5 : 2, end = report.quick() ? 0.5 : 4;
     const std::vector<Outcome> all{
@@ -82,7 +83,7 @@ int main(int argc, char** argv) {
         rest<Aflip<double>, MlsForce, QuadraticBSpline>("quadratic, MLS, AFLIP", checked_at, end)};
 
     Plot& profile = report.plot({"pressure", "Pressure at rest, mean of layers", "p / ρ g H", "y / H"});
-    Plot& late = report.plot({"later", "Pressure when left alone so long, mean of layers", "p / ρ g H", "y / H"});
+    Plot& late = report.plot({"later", "Pressure at the end, undamped, mean of layers", "p / ρ g H", "y / H"});
     for (Plot* plot : {&profile, &late})
         plot->curves.push_back({"ρ g (H − y)", {0, 1}, {1, 0}, Curve::Kind::reference});
     Plot& load = report.plot({"load", "Let go at once: load on the floor", "t c / 4H", "load / weight"});
@@ -120,18 +121,18 @@ int main(int argc, char** argv) {
 
     const auto sunk = [&](const Outcome& of) { return percent(Water::centre_at_rest() - of.last.centre); };
     report.remark(
-        "What the method does badly: without viscosity nothing takes out the modes of particles that the grid hardly "
-        "sees, and each particle keeps a volume of its own. After " +
-        sentence(end) + " s, " + sentence(std::round(end / Water::period())) +
+        "Without viscosity, the pressure scatters. Nothing damps the modes of particles that the grid hardly sees, and "
+        "each particle keeps a volume of its own. After " +
+        sentence(end) + " s, which are " + sentence(std::round(end / Water::period())) +
         " periods of sound, the pressure of single particles scatters by " + percent(all[0].last.noise) +
         " of ρ g H with quadratic splines and MLS forces, and by " + percent(all[3].last.noise) +
-        " with AFLIP. The level stays then. With weight gradients the scatter goes on to grow, to " +
-        percent(all[1].last.noise) + ", and with cubic splines, to " + percent(all[2].last.noise) +
-        ": slow currents begin, and the centre of mass sinks by " + sunk(all[1]) + " and " + sunk(all[2]) +
-        ". Water that is to stand for long wants quadratic splines and MLS forces.");
+        " with AFLIP. In both, the level of the water stays. With weight gradients the scatter continues to grow, to " +
+        percent(all[1].last.noise) + ", and with cubic splines to " + percent(all[2].last.noise) +
+        ". Slow currents begin, and the centre of mass sinks by " + sunk(all[1]) + " and " + sunk(all[2]) +
+        ". For water that must stand for a long time, use quadratic splines and MLS forces.");
     report.remark(
-        "cb-geo/mpm reports for the same water a pressure at the floor 4.8, 2.3 and 1.1 % below ρ g H at 10, 5 and 2.5 "
-        "mm, the figures of its elastic column; see there for what B-splines do at a wall, which is seen here in the "
-        "lowest two cells.");
+        "For the same water, cb-geo/mpm reports a pressure at the floor that is 4.8, 2.3 and 1.1 % below ρ g H at h = "
+        "10, 5 and 2.5 mm. Its elastic column has the same figures. The case of the elastic column explains what "
+        "B-splines do at a wall. Here this is seen in the lowest two cells.");
     return report.finish();
 }

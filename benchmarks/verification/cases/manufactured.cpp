@@ -122,12 +122,13 @@ Curve slope(const std::string& label, int order, double at, double h0, double h1
 int main(int argc, char** argv) {
     Case report(
         argc, argv, "Manufactured solutions",
-        "Neo-Hookean matter, E = 10⁴ Pa, ν = 0.3, ρ = 1 kg/m², is pushed by the body force for which u_i = A sin(πX_i) "
-        "sin(π(ct + φ_i)), φ = 0, 2/3, c = √(E/ρ), A = 0.05 m, is exact; one period. Without a border (periodic over 2 "
-        "m), and in the unit square between slipping walls. The generalised vortex: a ring of radii 0.75 and 1.25 m (E "
-        "= 1000 Pa, ρ = 1000 kg/m²) turns by A sin(πt)(1 − 16 (R − 1)²)²; half a period. The error is the root of the "
-        "mean square of |x − x_exact| over particles, the largest of 20 times, over A. (Wallstedt and Guilkey 2008; "
-        "Kamojjala, Brannon, Sadeghirad and Guilkey 2015.)");
+        "Neo-Hookean matter moves under a body force for which a given motion is exact (Wallstedt and Guilkey 2008; "
+        "Kamojjala, Brannon, Sadeghirad and Guilkey 2015). The first motion is the standing waves u_i = A sin(πX_i) "
+        "sin(π(ct + φ_i)) with φ = 0, 2/3, c = √(E/ρ), A = 0.05 m, E = 10⁴ Pa, ν = 0.3, ρ = 1 kg/m², for one period. "
+        "The waves have no border (the domain is periodic over 2 m), or they stand in the unit square between slipping "
+        "walls. The second motion is the generalised vortex: a ring of radii 0.75 and 1.25 m (E = 1000 Pa, ρ = 1000 "
+        "kg/m²) turns by A sin(πt)(1 − 16 (R − 1)²)², for half a period. The error is the root of the mean square of "
+        "|x − x_exact| over the particles, divided by A. The report gives its largest value at 20 times.");
     const bool quick = report.quick();
     using Q = QuadraticBSpline;
     const std::vector<int> cells = quick ? std::vector{8, 16, 32} : std::vector{8, 16, 32, 64};
@@ -151,7 +152,7 @@ int main(int argc, char** argv) {
     Plot& schemes = report.plot({"schemes", "Axis-aligned waves: schemes", "h [m]", "error / A", true, slopes()});
     for (const Study* each : {&apic, &gradient, &spline, &flip, &pic}) schemes.curves.push_back(each->mean_square);
     Plot& setups =
-        report.plot({"setups", "Axis-aligned waves: what costs an order", "h [m]", "error / A", true, slopes()});
+        report.plot({"setups", "Axis-aligned waves: what lowers the order", "h [m]", "error / A", true, slopes()});
     for (const Study* each : {&apic, &box, &late, &four}) setups.curves.push_back(each->mean_square);
 
     const Study large =
@@ -165,7 +166,7 @@ int main(int argc, char** argv) {
     for (const Study* each : {&large, &small, &stairs, &small_flip, &small_gradient})
         rings.curves.push_back(each->mean_square);
 
-    Plot& turn = report.plot({"turn", "Vortex, A = 1: turned at t = 0.5 s", "R [m]", "α [rad]"});
+    Plot& turn = report.plot({"turn", "Vortex, A = 1: angle of turn at t = 0.5 s", "R [m]", "α [rad]"});
     Curve exact{"exact", {}, {}, Curve::Kind::reference};
     for (double R = 0.75; R <= 1.25 + 1e-9; R += 0.005) exact.add(R, Vortex{vortex_matter, 1}.turn(R, 0.5).angle);
     turn.curves = {exact, turned("h = 1/8 m", 1. / 8), turned("h = 1/16 m", 1. / 16)};
@@ -194,25 +195,27 @@ int main(int argc, char** argv) {
                   single.error(finest) / apic.error(finest), 1, 0.01, "rounding is far below the error of the method"});
 
     report.remark(
-        "Two particles a cell and axis: the quadrature of forces is exact on the undeformed lattice only (Steffen, "
-        "Kirby and Berzins 2008). Once stretched, it leaves an error of first order, which is seen where the rest is "
-        "small enough: from h = 1/32 m on with quadratic splines; with weight gradients, whose functions are less "
-        "smooth, sooner and stronger than with MLS forces; not yet with 4 × 4 particles or cubic splines. Uintah's "
-        "verification runs: an order of about 1.03 with 2 particles a cell and axis.");
+        "With two particles a cell and axis, the quadrature of forces is exact only on the undeformed lattice "
+        "(Steffen, Kirby and Berzins 2008). A stretched lattice has a quadrature error of first order. It is seen "
+        "where the other errors are small enough. With quadratic splines it is seen from h = 1/32 m on. With weight "
+        "gradients it is seen sooner and is larger than with MLS forces, because gradients are less smooth. With 4 × 4 "
+        "particles or cubic splines it is not seen yet. Uintah's verification runs report an order of about 1.03 with "
+        "2 particles a cell and axis.");
     report.remark(
-        "Slipping walls: the exact solution is symmetric about them, so that they pose no other problem. But a wall "
-        "holds the nodes beyond it, where the mirrored body would move the other way: the error is of first order, "
-        "and " +
+        "The exact solution is symmetric about the slipping walls, so the walls do not change the problem. But a wall "
+        "holds the nodes behind it, while the mirrored body would move these nodes the other way. So the error is of "
+        "first order, and " +
         std::to_string(int(std::lround(box.error(32) / apic.error(32)))) +
-        " times as large at h = 1/32 m. A velocity that is given at t = 0, where leapfrog has those of half a step "
-        "before, is an error of first order, too: the difference of the two lines.");
+        " times as large at h = 1/32 m. Leapfrog needs the velocities of half a step before. Velocities of t = 0 in "
+        "their place are also an error of first order: it is the distance between the lines with and without "
+        "velocities at t = 0.");
     report.remark(
-        "PIC's viscosity, about h²/dt, is of first order and damps the waves by half at h = 1/8 m; FLIP 0.95 has a "
-        "twentieth of it.");
+        "PIC has a viscosity of about h²/dt, which is of first order in h. It damps the waves by half at h = 1/8 m. "
+        "FLIP 0.95 has a twentieth of this viscosity.");
     report.remark(
-        "The vortex with A = 1 shears by a factor of 6.2; here particles begin on circles. Cut from a lattice, a ring "
-        "has stairs for borders: with A = 0.1 its error stays at 1 %, with A = 1 the ring comes to turn as a whole, "
-        "and the error does not fall with h. Nor does A = 1 work if each particle is pushed by the body force of where "
-        "it is, in place of where it began: errors then feed on themselves.");
+        "The vortex with A = 1 shears the ring by a factor of 6.2. Its particles begin on circles. A ring that is cut "
+        "from a lattice has stairs at its borders. With A = 0.1 the error of such a ring stays at 1 %. With A = 1 this "
+        "ring begins to turn as a whole, and its error does not fall with h. A = 1 also fails if the body force is "
+        "taken at a particle's present position, and not at its initial position: the errors then amplify themselves.");
     return report.finish();
 }

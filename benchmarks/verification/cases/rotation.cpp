@@ -61,10 +61,11 @@ Spin spin_of_solid(const std::string& label, double turns, const Transfer& trans
 
 int main(int argc, char** argv) {
     Case report(argc, argv, "Rigid rotation",
-                "A disk of R = 0.25 m spins at 2 rad/s. First 316 particles without stress, 200 transfers of 0.01 s, h "
-                "= 0.05 m: L over its start against numbers computed independently (tests/reference/rotation.csv; L of "
-                "the affine transfers includes m h²/4 (C₁₀ − C₀₁), Jiang et al. 2015, §5.3). Then an elastic disk (E = "
-                "1e4 Pa, ν = 0.3, ρ = 1000 kg/m³, h = 1/32 m), free to turn.");
+                "A disk of radius R = 0.25 m spins at 2 rad/s. The first test has 316 particles without stress, h = "
+                "0.05 m, and makes 200 transfers of 0.01 s. It compares the angular momentum L, divided by its initial "
+                "value, with numbers that were computed independently (tests/reference/rotation.csv). In affine "
+                "transfers L includes m h²/4 (C₁₀ − C₀₁); see Jiang et al. 2015, §5.3. The second test is an elastic "
+                "disk that turns freely (E = 1e4 Pa, ν = 0.3, ρ = 1000 kg/m³, h = 1/32 m).");
     const auto apic = spin_of_dust<Apic>("APIC", 200), pic = spin_of_dust<Pic>("PIC", 200);
     Curve expected{"PIC, independent", {}, {}, Curve::Kind::reference};
     double worst = 0, worst_apic = 0;
@@ -113,11 +114,12 @@ int main(int argc, char** argv) {
         left += (left.empty() ? "" : ", ") + each.momentum.label + " " + percent(kept) + " (energy " +
                 percent(each.energy.y.back()) + ")";
     }
-    report.remark("Of L the elastic disk has left after " + std::to_string(int(turns)) + " turns: " + left + ".");
+    report.remark("After " + std::to_string(int(turns)) +
+                  " turns, the elastic disk has kept this part of L (and of its energy): " + left + ".");
     report.remark(
-        "Transfers without an affine field cannot represent a rotation that their particles share a cell with; what "
-        "they lose, they lose in every step, so it is the number of steps that counts, not the turns. FLIP keeps it "
-        "only without its share of PIC, and pays in noise; five percent of PIC in every step stop the disk. FMPM loses "
-        "less the higher its order is.");
+        "A transfer without an affine field cannot represent a rotation of particles that share a cell. It loses "
+        "angular momentum in every step. So the loss depends on the number of steps, not on the number of turns. FLIP "
+        "keeps angular momentum only without its share of PIC, and then its velocities are noisy. With 5 % PIC in "
+        "every step, the disk stops. The higher the order of FMPM, the less it loses.");
     return report.finish();
 }

@@ -50,12 +50,12 @@ double exponent(const std::vector<Outcome>& of, double from, double to, double O
 }  // namespace
 
 int main(int argc, char** argv) {
-    Case report(
-        argc, argv, "Collapse of a column of sand",
-        "A column of width L0 = 0.1 m and height H0 = a L0 beside a smooth wall, on a floor to which it sticks; φ = "
-        "30°, E = 1 MPa, ρ = 1600 kg/m³, h = L0/10 or L0/20, 2 × 2 particles a cell, plane strain. Run-out and height, "
-        "over the scalings that Lube et al. 2005 (sand, rice, sugar) and Lajeunesse et al. 2005 (glass beads) measured "
-        "in channels, with the factors as Lagrée, Staron and Popinet 2011 (eq. 3.1, 3.2) give them.");
+    Case report(argc, argv, "Collapse of a column of sand",
+                "A column of sand, L0 = 0.1 m wide and H0 = a L0 high, stands beside a smooth wall, on a floor to "
+                "which it sticks, and collapses: φ = 30°, E = 1 MPa, ρ = 1600 kg/m³, h = L0/10 or L0/20, 2 × 2 "
+                "particles a cell, plane strain. Run-out and height are compared with the scalings that Lube et al. "
+                "2005 (sand, rice, sugar) and Lajeunesse et al. 2005 (glass beads) measured in channels. The factors "
+                "of the scalings are from Lagrée, Staron and Popinet 2011 (eq. 3.1, 3.2).");
     std::vector<Outcome> coarse, fine;
     for (const double a : report.quick() ? std::vector{0.5, 1., 2., 4., 8.} : std::vector{0.5, 1., 2., 4., 8., 16.})
         coarse.push_back(collapse(a, 10));
@@ -121,23 +121,24 @@ int main(int argc, char** argv) {
                    "less, by more than a cell");
 
     report.remark(
-        "For a ≥ 2 run-outs lie where the experiments do, between sand and glass beads, and they depend on the "
-        "friction angle: " +
+        "For a ≥ 2 the run-outs lie where the experiments do, between sand and glass beads. They depend on the "
+        "friction angle: they are " +
         two_decimals(slippery) + ", " + two_decimals(between_them) + " and " + two_decimals(rough) +
-        " at 20°, 30° and 40° (a = 2). Those of low columns are too short, the more so the coarser the cells: " +
+        " at 20°, 30° and 40° (a = 2). The run-outs of low columns are too short, and the more so the coarser the "
+        "cells: " +
         two_decimals(coarse[0].run_out) + " and " + two_decimals(fine[0].run_out) +
-        " at a = 0.5 where Lube et al. have 0.6, as the tip of the deposit is thinner than a cell. Columns are at rest "
-        "after 3 √(H0/g), as measured.");
-    report.remark(
-        "What is done badly: deposits of tall columns are too flat. Their height goes as a^" +
-        two_decimals(exponent(coarse, 4, 16, &Outcome::top)) +
-        " for a ≥ 4; measured were 2/5 (Lube et al.) and 1/3 (Lajeunesse et al.). The continuum of Lagrée et al., "
-        "whose friction grows with the rate of flow, is as flat, and spreads farther than the experiments.");
-    report.remark(
-        "Also: the area below the surface is " + two_decimals(coarse[1].area) + " of the column's at a = 1 and " +
-        two_decimals(coarse.back().area) + " at a = " + sentence(coarse.back().aspect) +
-        " (h = L0/10). The flow law has no dilation, and the volume correction closes what opened; in the middle of "
-        "the deposit there are as many particles a cell as at first, to 5 %. But a thin deposit is mostly floor and "
-        "surface, where a layer of a cell is not resolved and gets denser.");
+        " at a = 0.5, where Lube et al. have 0.6. The tip of the deposit is thinner than a cell there. The columns are "
+        "at rest after 3 √(H0/g), as measured.");
+    report.remark("Deposits of tall columns are too flat. For a ≥ 4 their height grows as a^" +
+                  two_decimals(exponent(coarse, 4, 16, &Outcome::top)) +
+                  "; the measured exponents are 2/5 (Lube et al.) and 1/3 (Lajeunesse et al.). Lagrée et al. compute a "
+                  "continuum whose friction grows with the rate of flow. Its deposits are as flat, and spread farther "
+                  "than those of the experiments.");
+    report.remark("The area of the deposit is not that of the column: it is " + two_decimals(coarse[1].area) +
+                  " of the column's area at a = 1 and " + two_decimals(coarse.back().area) +
+                  " at a = " + sentence(coarse.back().aspect) +
+                  " (h = L0/10). The flow law has no dilation, and the volume correction closes gaps that opened. In "
+                  "the middle of the deposit there are as many particles a cell as at first, to 5 %. But a thin "
+                  "deposit is mostly floor and surface. There, a layer of one cell is not resolved and gets denser.");
     return report.finish();
 }

@@ -60,11 +60,11 @@ int main(int argc, char** argv) {
         return Snow<double>::from_properties(
             {.critical_compression = 0.025 * critical, .critical_stretch = 0.0075 * critical, .hardening = hardening});
     };
-    Case report(
-        argc, argv, "A snowball breaks on a floor",
-        "A disk of R = 0.1 m is thrown down at 8 m/s on a floor with friction 0.5, g = 9.81 m/s²; snow of Stomakhin et "
-        "al. 2013 (table 2: E = 140 kPa, ν = 0.2, θc = 0.025, θs = 0.0075, ξ = 10, 400 kg/m³), plane strain, 2 × 2 "
-        "particles a cell. A piece is what is farther than a cell from all others.");
+    Case report(argc, argv, "A snowball breaks on a floor",
+                "A disk of snow, R = 0.1 m, is thrown down at 8 m/s onto a floor with friction 0.5; g = 9.81 m/s². The "
+                "snow is that of Stomakhin et al. 2013 (table 2: E = 140 kPa, ν = 0.2, θc = 0.025, θs = 0.0075, ξ = "
+                "10, 400 kg/m³), in plane strain, with 2 × 2 particles a cell. A piece is a group of particles that is "
+                "farther than one cell from all other particles.");
     const int cells = 20;
     const std::vector<Outcome> all{
         smash("snow", snow(1), cells), smash("θc, θs × 0.3", snow(0.3), cells), smash("θc, θs × 4", snow(4), cells),
@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
         smash("elastic, same E, ν", FixedCorotated<double>::from_young_poisson(1.4e5, 0.2), cells)};
     const Outcome &usual = all[0], &fine = all[1], &coarse = all[2], &ductile = all[3], &elastic = all[4];
 
-    Plot& energy = report.plot({"energy", "Energy of the snow, over that at first", "t [ms]", "E / E(0)"});
+    Plot& energy = report.plot({"energy", "Energy of the snow, over its initial value", "t [ms]", "E / E(0)"});
     energy.curves = {usual.kinetic, usual.elastic, usual.total};
     energy.curves.push_back(elastic.total);
     energy.curves.back().label = "all, of the elastic ball";
@@ -114,23 +114,24 @@ int main(int argc, char** argv) {
     std::string counts;
     for (const Outcome& each : all)
         counts += sentence(counts.empty() ? "" : "; ", each.label, ": ", each.after.size(), " pieces, ", each.chunks(),
-                           " of 1 % or more, the largest ", two_decimals(each.share()));
-    report.remark("After 120 ms, h = R/20: " + counts + ".");
+                           " with at least 1 % of the ball, the largest with ", two_decimals(each.share()));
+    report.remark("After 120 ms with h = R/20, the balls have these pieces (the largest as a share of the ball): " +
+                  counts + ".");
     if (!report.quick()) {
         const Outcome finer = smash("snow, h = R/40", snow(1), 40);
         pieces.curves.push_back(finer.pieces), largest.curves.push_back(finer.largest);
         report.at_most("largest piece, h = R/40, share", finer.share(), 0.95, "it breaks");
         report.at_most("momentum, h = R/40", finer.momentum, 1e-12, "as above");
-        report.remark(sentence("On cells of R/40: ", finer.after.size(), " pieces, ", finer.chunks(),
-                               " of 1 % or more, the largest ", two_decimals(finer.share()),
-                               ": where it breaks off depends on the cells; that it breaks into a core, chunks at both "
-                               "sides and crumbs does not."));
+        report.remark(sentence("With cells of R/40 there are ", finer.after.size(), " pieces, ", finer.chunks(),
+                               " with at least 1 % of the ball, the largest with ", two_decimals(finer.share()),
+                               ". Where the ball breaks depends on the cells. That it breaks into a core, chunks at "
+                               "both sides and crumbs does not."));
     }
     report.remark(
-        "What the method does badly: a crack is a gap of a cell that kernels do not bridge, so most pieces are single "
-        "particles thrown off the rim, their number grows with the cells, and where it breaks is chosen by the grid: "
-        "the ball and its pieces are symmetric. With θc, θs × 0.3 the ball is crushed to a cake rather than to powder: "
-        "crushing takes up the energy before the stretch can break it. The paper, with varied materials in 3D, shows "
-        "powder; it gives pictures only.");
+        "The method resolves cracks badly. A crack is a gap of one cell that kernels do not bridge. So most pieces are "
+        "single particles thrown off the rim, and their number grows with the number of cells. The grid chooses where "
+        "the ball breaks: the ball and its pieces are symmetric. With θc, θs × 0.3 the ball is crushed to a cake and "
+        "not to powder, because the crushing takes up the energy before the stretch can break the ball. The paper "
+        "shows powder, from varied materials in 3D. It gives pictures only.");
     return report.finish();
 }

@@ -59,19 +59,21 @@ double file_error(const std::string& name, const Model& model) {
 int main(int argc, char** argv) {
     Case report(
         argc, argv, "Every material under uniaxial strain",
-        "F = diag(l, 1, 1) in steps of at most 0.35 %: F follows the flow, then the return mapping, then the stress, "
-        "as G2P does it for a particle. Kirchhoff stress along (τ11) and across (τ22) the stretch, over closed forms "
-        "of the models' papers. The error is the largest difference on the way, over the largest stress.");
+        "One material point is stretched along one axis: F = diag(l, 1, 1), in steps of at most 0.35 %. Each step "
+        "updates F by the flow, applies the return mapping and computes the stress, as G2P does for a particle. The "
+        "Kirchhoff stress along (τ11) and across (τ22) the stretch is compared with the closed forms in the papers of "
+        "the models. The error is the largest difference on the way, divided by the largest stress.");
     const UniaxialModels of;
     Plot& solids = report.plot({"elastic", "Elastic solids, E = 100 kPa, ν = 0.3", "l", "τ [kPa]"});
     examine(report, solids, "fixed corotated", of.fixed_corotated, of.of_solid);
     examine(report, solids, "neo-Hookean", of.neo_hookean, of.of_solid);
     examine(report, solids, "Hencky", of.hencky, of.of_solid);
-    Plot& fluid = report.plot({"fluid", "Fluid, K = 100 kPa, γ = 7: compressed, parted, closed", "l", "τ [kPa]"});
+    Plot& fluid = report.plot({"fluid", "Fluid, K = 100 kPa, γ = 7: compressed, pulled apart, closed", "l", "τ [kPa]"});
     examine(report, fluid, "fluid", of.fluid, of.of_fluid);
-    Plot& snow = report.plot({"snow", "Snow: crushed, torn, crushed to the bound of hardening, torn", "l", "τ [kPa]"});
+    Plot& snow = report.plot({"snow", "Snow: crushed, torn, crushed to the limit of hardening, torn", "l", "τ [kPa]"});
     examine(report, snow, "snow", of.snow, of.of_snow);
-    Plot& metal = report.plot({"von_mises", "Von Mises, H = 100 kPa: there, back, and there again", "l", "τ [kPa]"});
+    Plot& metal =
+        report.plot({"von_mises", "Von Mises, H = 100 kPa: compressed, stretched, compressed", "l", "τ [kPa]"});
     examine(report, metal, "von Mises", of.von_mises, of.of_metal);
     Plot& sand = report.plot({"sand", "Sand, φ = 20°: opens, slips, slips back, slips", "l", "τ [kPa]"});
     examine(report, sand, "sand", of.sand, of.of_sand);
@@ -123,14 +125,14 @@ int main(int argc, char** argv) {
     }
 
     report.remark(
-        "In equal steps, F = Π (1 + Δl/l) is l itself, and return mappings that are exact in logarithmic strain or in "
-        "principal stretches leave rounding as the only error. Cam clay hardens with the trial's p₀ (explicitly): in "
-        "compression it lies on or inside the ellipse that a step began with, and there is no closed form past its "
-        "yield.");
+        "The product F = Π (1 + Δl/l) of all steps is l itself. So return mappings that are exact in logarithmic "
+        "strain or in principal stretches have rounding errors only. Cam clay hardens explicitly, with the p₀ of the "
+        "trial state. In compression its stress lies on or inside the ellipse that a step began with. There is no "
+        "closed form after it yields.");
     report.remark(
-        "Sand with the friction angle of dry sand (35°) and ν = 0.3 does not slip under first compression in a box: "
-        "the elastic ratio ν/(1 − ν) is inside of the cone. Hence 20° here. Opened by stretch, it bears no pressure "
-        "until l is back at 1 (Tampubolon et al. 2017). Stretched Cam clay tears at once, to −β p₀ and nothing: its α "
-        "softens p₀ to 1e-5 κ.");
+        "The friction angle of sand is 20° here. Sand with the friction angle of dry sand (35°) and ν = 0.3 does not "
+        "slip in its first compression in a box, because the elastic stress ratio ν/(1 − ν) lies inside the yield "
+        "cone. Sand that a stretch has opened bears no pressure until l is back at 1 (Tampubolon et al. 2017). "
+        "Stretched Cam clay tears at once: its pressure reaches −β p₀ and then zero, because α softens p₀ to 1e-5 κ.");
     return report.finish();
 }

@@ -54,11 +54,10 @@ double kinetic_energy(const Simulation& simulation) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    Case report(
-        argc, argv, "The same in WGSL",
-        "The bar and the disks again, by the program that firn emits from the same definitions (APIC, MLS forces, "
-        "quadratic kernel, float, fixed-point sums at the nodes), on a device that WebGPU finds; for this report on "
-        "SwiftShader, a GPU in software.");
+    Case report(argc, argv, "The same in WGSL",
+                "The bar and the disks run again in the WGSL program that firn writes from the same definitions (APIC, "
+                "MLS forces, quadratic kernel, float, fixed-point sums at the nodes). The program runs on a device "
+                "that WebGPU finds. For this report the device was SwiftShader, a GPU in software.");
     const webgpu::Device device;
 
     using TheBar = Bar<float, Apic, MlsForce, QuadraticBSpline>;
