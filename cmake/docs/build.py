@@ -107,9 +107,42 @@ def guide_pages():
     return sorted(path for path in (root / "examples/guide").glob("[0-9][0-9]_*") if path.suffix in (".cpp", ".md"))
 
 
+def example_sources():
+    return sorted(path for path in (root / "examples").glob("*") if path.suffix in (".cpp", ".hpp", ".py"))
+
+
+def with_links_to_examples(text):
+    """`examples/NAME`, with or without what follows the dot, becomes a link to the page of that program."""
+    names = {path.stem: path for path in example_sources()}
+    return re.sub(r"`examples/(\w+)(?:\.\w+)?`",
+                  lambda found: f'@ref example_{found[1]} "{names[found[1]].name}"' if found[1] in names else found[0], text)
+
+
+def prepare_examples(source):
+    """A page for each program of examples/, which shows it."""
+    language = {".cpp": "cpp", ".hpp": "cpp", ".py": "py"}
+    contents = ""
+    for path in example_sources():
+        text = path.read_text()
+        words = []
+        for line in text.split("\n")[:20]:
+            found = re.match(r"/// (?:\\file )?(.*)", line) or (path.suffix == ".py" and re.match(r'"""(.*?)(?:""")?$', line))
+            if found:
+                words.append(found[1])
+            elif words:
+                break
+        words = " ".join(words).replace("<", "\\<").replace("@", "\\@")
+        contents += f"- @subpage example_{path.stem}\n"
+        (source / f"example_{path.stem}.md").write_text(
+            f"# {path.name} {{#example_{path.stem}}}\n\n{words}\n\n{fenced(text, language[path.suffix])}")
+    (source / "examples.md").write_text("# Examples {#examples}\n\nEach of these programs has `--help`, unless it has no "
+                                        f"options. `examples/run.sh --all` builds them all.\n\n{contents}")
+
+
 def page(path, link="@ref"):
     """A page in Doxygen's Markdown, from a program or a text. A line that only links to a program shows the program."""
     text = woven(path) if path.suffix == ".cpp" else path.read_text()
+    text = with_links_to_examples(text)
     text = re.sub(r"!\[(.*)\]\(\S*?([^/\s]+\.png)\)", r"![\1](\2)", text)  # a picture by its name alone
     of_guide = "|".join(re.escape(each.name) for each in guide_pages())
     text = re.sub(rf"\[([^\]]*)\]\(\S*?({of_guide})\)", lambda found: f'{link} {page_name(Path(found[2]))} "{found[1]}"',
@@ -122,6 +155,7 @@ def prepare_guide(source):
     for path in guide_pages():
         title, text = page(path).lstrip("\n").split("\n", 1)
         (source / f"{page_name(path)}.md").write_text(f"{title} {{#{page_name(path)}}}\n{text}")
+    prepare_examples(source)
     title, text = page(root / "examples/guide/README.md", "@subpage").split("\n", 1)
     (source / "guide.md").write_text(f"{title} {{#guide}}\n{text}")
     front = page(docs / "front.md")
@@ -198,15 +232,24 @@ def undocumented_concepts(site, source):
     return told
 
 
-def without_empty_sections(site):
-    """Takes out the links at the head of a page to a section of it that Doxygen leaves out, as all in it is hidden."""
+def without_false_links(site):
+    """Takes out links that Doxygen makes without reason: at the head of a page to a section of it that is left out, as all
+    in it is hidden; in a program from a name of the standard library."""
     for path in site.rglob("*.html"):
         text = path.read_text()
         links = re.findall(r'(<a href="#([\w-]+)">[^<]*</a>(?: &#124;\s*)?)', text)
         for link, place in links:
             if f'name="{place}"' not in text and f'id="{place}"' not in text:
                 text = text.replace(link, "")
+        # A function of the standard library is no link to firn's of the same name.
+        text = re.sub(r"(std::)<a [^>]*>(\w+)</a>", r"\1\2", text)
         path.write_text(text)
+
+
+def broken_tables(site):
+    """A table that Doxygen does not take for one stays in the text with its bars."""
+    return [f"{path.name}: a table is not taken for one: {line.strip()[:80]}" for path in sorted(site.rglob("*.html"))
+            for line in path.read_text().split("\n") if re.match(r"<p>\s*\|", line)]
 
 
 class Links(html.parser.HTMLParser):
@@ -267,10 +310,11 @@ def main():
     subprocess.run(["doxygen", output / "Doxyfile"], check=True)
     told, unused = warnings(output / "warnings.txt", source)
     told = sorted(told + undocumented_concepts(output / "html", source))
-    without_empty_sections(output / "html")
+    without_false_links(output / "html")
     if options.only:
         told = [line for line in told if line.startswith(f"firn/{options.only}")]
     dead, links = dead_links(output / "html")
+    told += broken_tables(output / "html")
     if options.only:
         dead, unused = [], []
     for line in told + dead + [f"false_warnings.txt: no longer told, take it out: {line}" for line in unused]:

@@ -2,6 +2,9 @@
 //!
 //! `firn::Materials{a, b, …}` puts several on one grid. Each has a *set* of particles. All share one field of
 //! velocities: matter of all materials sticks together within a cell.
+//!
+//! In 2D, as here, a simulation is a slice of matter one metre thick, in plane strain. So densities are those of 3D
+//! [kg/m³], and masses, forces and energies are in kg, N and J.
 #include <firn/firn.hpp>
 #include <firn/io/states.hpp>
 
@@ -20,10 +23,11 @@ int main() {
     //! `state_of`, `restore`. Two materials of one type are told apart by their place: `simulation.set<0>()`.
     auto in_tank = simulation.set<Water>();
     auto block = simulation.set<Jelly>();
-    in_tank.add(firn::sample_box<2>({0, 0}, {1, 0.4}, {.spacing = 0.01}), 1000);  // kg/m² in 2D
+    in_tank.add(firn::sample_box<2>({0, 0}, {1, 0.4}, {.spacing = 0.01}), 1000);  // kg/m³
     block.add(firn::sample_box<2>({0.4, 0.42}, {0.6, 0.62}, {.spacing = 0.01}), 500);
 
-    //! A step is as long as the fastest of the materials allows. Each set has a state of its own to write.
+    //! A step is as long as the fastest of the materials allows. Each set has states of its own to write.
+    //! [States and restart](07_states.cpp) tells how to go on from them.
     firn::StateSeries water_states("out", "water"), jelly_states("out", "jelly");
     for (int frame = 0; frame <= 10; ++frame) {
         if (frame > 0) simulation.advance(0.1);

@@ -11,7 +11,7 @@
 int main() {
     //! ## A column under its own weight and a load
     //!
-    //! An elastic column 1 m high stands between walls that slip. On top lies a pressure of 2 kPa, applied as a force
+    //! An elastic column 1 m high stands between walls that slip, in 2D: a slice one metre thick. On top lies a pressure of 2 kPa, applied as a force
     //! on each particle of the uppermost layer.
     const double E = 1e6, density = 1500, spacing = 1.0 / 40, pressure = 2000;
     const firn::Domain<2> box{.lower = {0, 0}, .upper = {0.25, 1.25}, .cell_size = 2 * spacing};
@@ -20,7 +20,7 @@ int main() {
     const auto column = simulation.add(firn::sample_box<2>({0, 0}, {0.25, 1 - spacing}, {.spacing = spacing}), density);
     const auto top = simulation.add(firn::sample_box<2>({0, 1 - spacing}, {0.25, 1}, {.spacing = spacing}), density);
 
-    //! `add_load` takes a function of position and time that gives the force on one particle [N; N/m in 2D]. The load
+    //! `add_load` takes a function of position and time that gives the force on one particle [N]. The load
     //! grows over half a second, so that the column does not swing.
     const double force = pressure * 0.25 / double(top.count);
     simulation.add_load(top, [=](const firn::Vec<double, 2>&, double time) {
@@ -35,8 +35,8 @@ int main() {
     //!
     //! Sums over the particles of a set, in double, with the same bits on any number of threads: mass, momentum,
     //! angular momentum, first moment (over the mass: the centre), kinetic and elastic energy.
-    const auto totals = simulation.totals();
-    std::printf("mass %.1f kg/m, kinetic energy %.2g J/m\n", totals.mass, totals.kinetic_energy);
+    const auto sums = simulation.totals();
+    std::printf("mass %.1f kg, kinetic energy %.2g J\n", sums.mass, sums.kinetic_energy);
 
     //! ## Stresses
     //!
@@ -60,9 +60,9 @@ int main() {
     //! step is made without.
     simulation.reactions.emplace();
     simulation.step();
-    const double floor = simulation.reactions->parts[0].impulse[1] / simulation.last_time_step();
-    const double weight = totals.mass * 9.81 + pressure * 0.25;
-    std::printf("the floor bears %.0f N/m; weight and load are %.0f N/m\n", floor, weight);
+    const double borne = simulation.reactions->parts[0].impulse[1] / simulation.last_time_step();
+    const double weight = sums.mass * 9.81 + pressure * 0.25;
+    std::printf("the floor bears %.0f N; weight and load are %.0f N\n", borne, weight);
 
     //! ## Where matter comes from and goes to
     //!
@@ -71,5 +71,5 @@ int main() {
     //! simulation.add_sink({.lower = {1.8, 0, 0}, .upper = {2, 1, 1}});                // takes out what enters
     //! simulation.remove_if([](const auto& x, std::uint32_t) { return x[1] < 0.1; });  // at once
     //! ```
-    return worst < 0.05 && std::abs(floor / weight - 1) < 0.02 && column.count > 0 ? 0 : 1;
+    return worst < 0.05 && std::abs(borne / weight - 1) < 0.02 && column.count > 0 ? 0 : 1;
 }
