@@ -42,8 +42,8 @@ public:
 protected:
     Stepper() { gravity[1] = -9.81; }
 
-    /// Takes steps until is_done() returns true. Many steps share one parallel region, but the region ends before the
-    /// user's function `warn` is called.
+    /// Takes steps until is_done() returns true. Many steps share one parallel region, but a region ends before a
+    /// function of the user (e.g. `warn`) is called.
     /// \param workers    number of workers of a region
     /// \param last_step  a region ends at the latest when the run has taken this many steps
     /// \param is_done    is_done() returns true when no further step is to be taken
