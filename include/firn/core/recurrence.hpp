@@ -34,7 +34,7 @@ struct Recurrence {
 
     /// Returns the time [s] of the event with number `event` = 0, 1, …
     double time_of(std::uint64_t event) const { return start + double(event) / rate; }
-    /// Whether the event with number `event` happens, at or before `time` [s].
+    /// Whether the event with number `event` happens at or before `time` [s].
     bool is_due(std::uint64_t event, double time) const { return time_of(event) <= time && time_of(event) <= end; }
 
     /// Returns how many of the events `first`, `first` + 1, … happen at or before `time` [s].

@@ -73,7 +73,7 @@ struct ThreadRole {
     static constexpr int least_patience = 100, most_patience = 2000, patience_gained = 40;
 
     Team* team = nullptr;           ///< the team whose caller is this thread; nullptr if there is none
-    bool at_work = false;           ///< whether it runs chunks; then its own loops get no helpers
+    bool at_work = false;           ///< whether this thread runs chunks; loops that it then starts get no helpers
     int patience = least_patience;  ///< how often the thread looks for a chunk before it sleeps
 };
 inline constinit thread_local ThreadRole role_of_this_thread{};

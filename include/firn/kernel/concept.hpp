@@ -96,8 +96,8 @@ consteval bool require_kernel() {
     return kernel<K>;
 }
 
-/// Index of the middle one of the nodes that a particle touches along an axis; the first of them, base, has the index
-/// 0. Distances from a particle to its nodes are computed from the distance to this node.
+/// Index of the middle one of the nodes that a particle touches along an axis, counted from 0 for the first node, base.
+/// Distances from a particle to its nodes are computed from the distance to the middle node.
 template <class K>
 inline constexpr int centre_node = (K::support - 1) / 2;
 

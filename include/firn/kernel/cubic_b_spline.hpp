@@ -20,7 +20,7 @@ struct CubicBSpline {
     static constexpr const char* name = "cubic_b_spline";
     static constexpr int support = 4;             ///< Number of nodes that a particle touches along an axis.
     static constexpr double base_shift = 1;       ///< The first node is base = floor(x − base_shift) [cells].
-    static constexpr double inverse_inertia = 3;  ///< The number in APIC's D⁻¹ = inverse_inertia / h² I.
+    static constexpr double inverse_inertia = 3;  ///< APIC's inertia is D = h² / inverse_inertia I (h: cell size).
     /// Largest weights that the nodes base, …, base + 3 can have: N(1), N(0), N(0), N(1). The outer nodes are at least
     /// one cell from the particle.
     static constexpr std::array<double, 4> largest_weight{1.0 / 6, 2.0 / 3, 2.0 / 3, 1.0 / 6};

@@ -19,7 +19,7 @@ struct QuadraticBSpline {
     static constexpr const char* name = "quadratic_b_spline";
     static constexpr int support = 3;             ///< Number of nodes that a particle touches along an axis.
     static constexpr double base_shift = 0.5;     ///< The first node is base = floor(x − base_shift) [cells].
-    static constexpr double inverse_inertia = 4;  ///< The number in APIC's D⁻¹ = inverse_inertia / h² I.
+    static constexpr double inverse_inertia = 4;  ///< APIC's inertia is D = h² / inverse_inertia I (h: cell size).
     /// Largest weights that the nodes base, base + 1 and base + 2 can have: N(½), N(0), N(½). The outer nodes are at
     /// least half a cell from the particle.
     static constexpr std::array<double, 3> largest_weight{0.5, 0.75, 0.5};

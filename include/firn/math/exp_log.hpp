@@ -22,7 +22,7 @@ namespace detail {
 template <class S>
 inline constexpr bool is_single = sizeof(value_type_t<S>) == 4;
 
-/// Returns c₀ + c₁ x + c₂ x² + …
+/// Returns the polynomial c₀ + c₁ x + c₂ x² + …
 template <class S, std::size_t N>
 FIRN_INLINE S polynomial(const S& x, const std::array<double, N>& c) {
     S sum = S(c[N - 1]);

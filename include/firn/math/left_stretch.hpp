@@ -106,10 +106,10 @@ FIRN_INLINE Mat<S, 2> left_stretch(const Mat<S, 2>& F) {
 namespace detail {
 
 /// Returns tr V, the trace of the left stretch V of F. It is the largest root λ of f(λ) = λ⁴ − 2 I_b λ² − 8 J λ + I_b²
-/// − 4 II_b, where I_b and II_b are the first and second invariant of b = FFᵀ, and J = det F. (f(λ) = 0 is II_V² = II_b
-/// + 2 J λ with II_V = (λ² − I_b)/2.) All four roots are real: ±σ₀ ±σ₁ ±σ₂ with an even number of minus signs, where σᵢ
-/// are the singular values of F. Halley's iteration starts at the upper bound √(3 I_b) and descends to the largest
-/// root.
+/// − 4 II_b, where I_b and II_b are the first and second invariant of b = FFᵀ, and J = det F. (With II_V = (λ² −
+/// I_b)/2, f(λ) = 0 is II_V² = II_b + 2 J λ.) All four roots are real: ±σ₀ ±σ₁ ±σ₂ with an even number of minus signs,
+/// where σᵢ are the singular values of F. Halley's iteration starts at the upper bound √(3 I_b) and descends to the
+/// largest root.
 ///
 /// A step of the iteration turns an error e of λ into an error K e³. The factor K is at most 36/λ² wherever
 /// left_stretch() uses the root (there f′(λ) = 8Δ ≥ λ³, see left_stretch() for Δ), and near 3.4/λ² if F is a rotation.
