@@ -17,7 +17,7 @@ struct binary_layout {
     /// Number of bits of the fraction. The fraction is in the lowest bits of a number; above it are the bits of the
     /// exponent, then the sign bit.
     static constexpr int fraction_bits = std::numeric_limits<T>::digits - 1;
-    static constexpr integer bias = std::numeric_limits<T>::max_exponent - 1;    ///< stored exponent minus exponent
+    static constexpr integer bias = std::numeric_limits<T>::max_exponent - 1;    ///< stored exponent − true exponent
     static constexpr integer fraction_mask = (integer(1) << fraction_bits) - 1;  ///< fraction bits are 1, others 0
     static constexpr integer one = bias << fraction_bits;                        ///< the bits of the number 1
     /// The number 1.5 · 2^fraction_bits. It serves to convert a whole number n to an integer: if |n| \<

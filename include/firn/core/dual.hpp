@@ -80,7 +80,7 @@ template <class T>
 struct scalar_traits<dual<T>> {
     using value_type = value_type_t<T>;                    ///< type of the numbers: float or double
     static constexpr int lanes = scalar_traits<T>::lanes;  ///< number of lanes of T
-    static constexpr bool has_friends = true;              ///< marks the class for firn::has_friends
+    static constexpr bool has_friends = true;              ///< makes `firn::has_friends<S>` true for dual numbers
 };
 
 }  // namespace firn

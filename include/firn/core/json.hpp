@@ -136,7 +136,7 @@ public:
     /// Makes a reader of this text. The text must live as long as the reader.
     explicit JsonReader(std::string_view text) : text_(text) {}
 
-    /// Returns true and skips the next character if it is c; else returns false.
+    /// If the next character is c, skips that character and returns true; else returns false.
     bool take(char c) {
         skip_space();
         if (at_ >= text_.size() || text_[at_] != c) return false;

@@ -181,7 +181,7 @@ template <class T, int N>
 struct scalar_traits<pack<T, N>> {
     using value_type = T;                      ///< type of the numbers: float or double
     static constexpr int lanes = N;            ///< number of lanes
-    static constexpr bool has_friends = true;  ///< marks the class for firn::has_friends
+    static constexpr bool has_friends = true;  ///< makes `firn::has_friends<S>` true for packs
 };
 
 /// The pack that fills one SIMD register of the processor. It has at least four lanes, since firn transposes four lanes

@@ -80,7 +80,7 @@ template <class T>
 struct scalar_traits<strict<T>> {
     using value_type = T;                      ///< type of the numbers: float or double
     static constexpr int lanes = 1;            ///< number of lanes
-    static constexpr bool has_friends = true;  ///< marks the class for firn::has_friends
+    static constexpr bool has_friends = true;  ///< makes `firn::has_friends<S>` true for strict scalars
 };
 
 }  // namespace firn

@@ -172,8 +172,8 @@ private:
         }
         role.at_work = was_at_work;
     }
-    /// Runs the caller's own share, then waits until the other workers have run their shares, but no longer than
-    /// longest_wait_for_owner. Then allows all workers to steal the chunks that are left.
+    /// Runs the share of worker 0, which is the calling thread. Then waits until the other workers have run their
+    /// shares, but no longer than longest_wait_for_owner. Then allows all workers to steal the chunks that are left.
     void wait_for_owners() {
         ThreadRole& role = role_of_this_thread;
         const bool was_at_work = std::exchange(role.at_work, true);

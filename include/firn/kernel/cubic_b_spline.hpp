@@ -19,7 +19,7 @@ namespace firn {
 struct CubicBSpline {
     static constexpr const char* name = "cubic_b_spline";
     static constexpr int support = 4;             ///< Number of nodes that a particle touches along an axis.
-    static constexpr double base_shift = 1;       ///< The first node is base = floor(x − base_shift) [cells].
+    static constexpr double base_shift = 1;       ///< First node for a particle at x [cells]: floor(x − base_shift).
     static constexpr double inverse_inertia = 3;  ///< APIC's inertia is D = h² / inverse_inertia I (h: cell size).
     /// Largest weights that the nodes base, …, base + 3 can have: N(1), N(0), N(0), N(1). The outer nodes are at least
     /// one cell from the particle.

@@ -25,7 +25,7 @@ namespace firn {
 struct Linear {
     static constexpr const char* name = "linear";
     static constexpr int support = 2;        ///< Number of nodes that a particle touches along an axis.
-    static constexpr double base_shift = 0;  ///< The first node is base = floor(x − base_shift) [cells].
+    static constexpr double base_shift = 0;  ///< First node for a particle at x [cells]: floor(x − base_shift).
     /// Largest weights that the nodes base and base + 1 can have: N(0) for both.
     static constexpr std::array<double, 2> largest_weight{1, 1};
     static constexpr double largest_gradient = 1;  ///< Largest value of |N'| [1/cell].

@@ -18,7 +18,7 @@ namespace firn {
 struct QuadraticBSpline {
     static constexpr const char* name = "quadratic_b_spline";
     static constexpr int support = 3;             ///< Number of nodes that a particle touches along an axis.
-    static constexpr double base_shift = 0.5;     ///< The first node is base = floor(x − base_shift) [cells].
+    static constexpr double base_shift = 0.5;     ///< First node for a particle at x [cells]: floor(x − base_shift).
     static constexpr double inverse_inertia = 4;  ///< APIC's inertia is D = h² / inverse_inertia I (h: cell size).
     /// Largest weights that the nodes base, base + 1 and base + 2 can have: N(½), N(0), N(½). The outer nodes are at
     /// least half a cell from the particle.

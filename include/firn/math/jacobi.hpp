@@ -4,9 +4,9 @@
 ///
 /// Pairs of columns of the matrix F are rotated until all columns are orthogonal (Hestenes, J. SIAM 6 (1958)). Each
 /// column is then a left singular vector times its singular value. The method works on F, not on FFᵀ or FᵀF, so the
-/// sign of det F is right down to singular values of a few ε ‖F‖ (ε: machine epsilon). The longer column of a pair is
-/// put first (de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989)), which sorts the singular values and speeds up
-/// convergence.
+/// sign of det F is correct even if singular values are as small as a few ε ‖F‖ (ε: machine epsilon). The longer column
+/// of a pair is put first (de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989)), which sorts the singular values and speeds
+/// up convergence.
 #pragma once
 
 #include <firn/core/repeat.hpp>
