@@ -1,8 +1,9 @@
-/// \file Includes simulations on a grid with all policies, and the stages of a step.
+/// \file Includes all headers for simulations on a grid: the class Simulation, the policies, and the stages of a step.
 ///
-/// Include beside it what you need of the rest: firn/lagrangian.hpp (particles, soft bodies and cloth without a grid),
-/// firn/io/states.hpp (HDF5), firn/io/obj.hpp, firn/data/eigen.hpp, firn/wgsl/program.hpp (programs for a GPU),
-/// firn/core/own_threads.hpp. Loops run on OpenMP's threads if the compiler has OpenMP enabled.
+/// These headers are not included; add those that you need: firn/lagrangian.hpp (particles, soft bodies and cloth
+/// without a grid), firn/io/states.hpp (HDF5), firn/io/obj.hpp, firn/data/eigen.hpp, firn/wgsl/program.hpp (programs
+/// for a GPU), firn/core/own_threads.hpp (threads without OpenMP). Loops run on OpenMP's threads if the program is
+/// compiled with OpenMP.
 #pragma once
 
 #include <firn/core/requirements.hpp>

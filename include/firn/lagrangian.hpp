@@ -1,8 +1,9 @@
-/// \file Includes all that serves to simulate point masses: springs, constraints, cloth, soft bodies, collisions,
+/// \file Includes all headers for the simulation of point masses: springs, constraints, cloth, soft bodies, collisions,
 /// emitters.
 ///
-/// It includes walls, moving solids and shapes, too, as boundaries of a ParticleSystem. No grid is needed, and firn.hpp
-/// need not be included. For nets on the grid of a simulation see Simulation::add_force().
+/// Walls, moving solids and shapes are included, too; they are the boundaries of a ParticleSystem. Point masses need no
+/// grid, and firn.hpp need not be included. To put nets (points and the links between them) on the grid of a
+/// simulation, see Simulation::add_force().
 #pragma once
 
 #include <firn/core/requirements.hpp>

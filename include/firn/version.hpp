@@ -10,13 +10,14 @@
 #define FIRN_VERSION_PATCH 0
 /// @}
 
-/// The version of firn as one number, 10000 major + 100 minor + patch: `#if FIRN_VERSION >= 200`.
+/// The version of firn as one number, 10000 major + 100 minor + patch; version 0.2.0 is 200. The preprocessor can test
+/// it: `#if FIRN_VERSION >= 200`.
 #define FIRN_VERSION (10000 * FIRN_VERSION_MAJOR + 100 * FIRN_VERSION_MINOR + FIRN_VERSION_PATCH)
 
 namespace firn {
 
-/// Major, minor and patch number of firn's version. While the major number is 0, a new minor number may change the
-/// interface and the bits of results; a new patch number changes neither.
+/// Major, minor and patch number of firn's version. As long as the major number is 0, a version with a new minor number
+/// may change firn's interface and the bits of results. A version with a new patch number changes neither.
 /// @{
 inline constexpr int version_major = FIRN_VERSION_MAJOR;
 inline constexpr int version_minor = FIRN_VERSION_MINOR;

@@ -13,7 +13,7 @@ namespace firn {
 class Angle {
 public:
     constexpr Angle() = default;  ///< The angle 0.
-    /// Does not compile: a number has no unit.
+    /// Stops the compilation with a message, since a plain number has no unit.
     template <class Number>
         requires std::is_arithmetic_v<Number>
     constexpr Angle(Number) {
@@ -30,7 +30,7 @@ public:
     friend constexpr Angle degrees(double number);
     /// @}
 
-    /// Returns the sum or difference of two angles, the opposite angle, or a multiple of an angle.
+    /// Returns the sum or difference of two angles, the angle with the opposite sign, or a multiple of an angle.
     /// @{
     friend constexpr Angle operator+(Angle a, Angle b) { return of(a.radians_ + b.radians_); }
     friend constexpr Angle operator-(Angle a, Angle b) { return of(a.radians_ - b.radians_); }
@@ -40,7 +40,7 @@ public:
     friend constexpr Angle operator/(Angle a, double divisor) { return of(a.radians_ / divisor); }
     /// @}
 
-    /// Compares two angles by size; 0° and 360° are different.
+    /// Compares two angles as numbers: 0° is less than 360°.
     friend constexpr auto operator<=>(Angle, Angle) = default;
 
 private:

@@ -1,5 +1,6 @@
-/// \file Exact operations on the binary digits of a float, a double, or all lanes of a pack. exp, log and pow use them.
-/// The operations are right for normal numbers only. Callers must treat zero, subnormal numbers, ±∞ and NaN separately.
+/// \file Exact operations on the binary digits of a float, a double, or all lanes of a pack. The functions exp, log and
+/// pow use these operations. They are right for normal numbers only; callers must treat zero, subnormal numbers, ±∞ and
+/// NaN separately.
 #pragma once
 
 #include <firn/core/scalar.hpp>
@@ -13,19 +14,21 @@ template <std::floating_point T>
 struct binary_layout {
     /// The integer type of the same size as T.
     using integer = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
-    /// Number of bits of the fraction. They are the lowest bits; above them are the bits of the exponent, then the
-    /// sign.
+    /// Number of bits of the fraction. The fraction is in the lowest bits of a number; above it are the bits of the
+    /// exponent, then the sign bit.
     static constexpr int fraction_bits = std::numeric_limits<T>::digits - 1;
-    static constexpr integer bias = std::numeric_limits<T>::max_exponent - 1;    ///< stored exponent = exponent + bias
-    static constexpr integer fraction_mask = (integer(1) << fraction_bits) - 1;  ///< 1 in the fraction's bits, else 0
+    static constexpr integer bias = std::numeric_limits<T>::max_exponent - 1;    ///< stored exponent − true exponent
+    static constexpr integer fraction_mask = (integer(1) << fraction_bits) - 1;  ///< fraction bits are 1, others 0
     static constexpr integer one = bias << fraction_bits;                        ///< the bits of the number 1
-    /// If `whole` is added to a whole number n with |n| \< 2^(fraction_bits − 1), the lowest bits of the sum are n.
+    /// The number 1.5 · 2^fraction_bits. It serves to convert a whole number n to an integer: if |n| \<
+    /// 2^(fraction_bits − 1), the lowest bits of n + whole are the integer n.
     static constexpr T whole = T(1.5) * T(integer(1) << fraction_bits);
 };
 
 namespace detail::bits {
 
-// T is float or double, V is T or a SIMD vector of T, and I is the integer or vector of integers of the same size as V.
+// In these functions T is float or double, V is T or a SIMD vector of T, and I is the integer or the vector of integers
+// that has the same size as V.
 
 template <class T, class I, class V>
 FIRN_INLINE V power_of_two(V n) {
@@ -68,8 +71,8 @@ template <std::floating_point T>
 FIRN_INLINE T significand_of(T x) {
     return detail::bits::significand_of<T, typename binary_layout<T>::integer>(x);
 }
-/// Returns x with all binary digits after the leading 12 (in double 26) set to zero. The product of two such numbers is
-/// exact.
+/// Returns x with only the first 12 (in double 26) binary digits of its significand; the others are set to zero. The
+/// product of two numbers returned by this function is exact.
 template <std::floating_point T>
 FIRN_INLINE T leading_half(T x) {
     return detail::bits::leading_half<T, typename binary_layout<T>::integer>(x);

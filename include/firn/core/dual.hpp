@@ -1,4 +1,5 @@
-/// \file Dual numbers a + b ε with ε² = 0. One evaluation gives a value and its derivative along one direction.
+/// \file Dual numbers a + b ε with ε² = 0. If a function is evaluated with a dual number, the result holds the
+/// function's value and its derivative with respect to one variable.
 #pragma once
 
 #include <firn/core/scalar.hpp>
@@ -9,17 +10,18 @@ namespace firn {
 /// \tparam T  type of the value and of the derivative: float, double, pack, …
 template <scalar T>
 struct dual {
-    T value;       ///< a of a + b ε
-    T derivative;  ///< b of a + b ε
+    T value;       ///< the number: a in a + b ε
+    T derivative;  ///< the number's derivative: b in a + b ε
 
     dual() = default;  ///< Leaves value and derivative uninitialised.
     /// Makes the dual number v + d ε.
     FIRN_INLINE constexpr dual(T v, T d) : value(v), derivative(d) {}
-    /// Makes a constant: the derivative is zero.
+    /// Makes a constant, whose derivative is zero, from a number.
     template <class U>
         requires std::is_arithmetic_v<U>
     FIRN_INLINE constexpr dual(U v) : value(T(v)), derivative(T(0)) {}
-    /// Makes a constant, with derivative zero, from a T that is not float or double (e.g. a pack).
+    /// Makes a constant, whose derivative is zero, from a value of type T. (For T = float or double, the constructor
+    /// above does this.)
     FIRN_INLINE constexpr explicit dual(const T& v)
         requires(!std::is_arithmetic_v<T>)
         : value(v), derivative(T(0)) {}
@@ -54,7 +56,7 @@ struct dual {
     FIRN_INLINE friend constexpr auto operator==(dual a, dual b) { return a.value == b.value; }
     /// @}
 
-    /// Returns value and derivative of a in lanes where the mask is on, of b in the other lanes.
+    /// Returns a in the lanes where the mask is on, and b in the other lanes. This holds for values and derivatives.
     FIRN_INLINE friend constexpr dual select(mask_t<T> m, dual a, dual b) {
         return {select(m, a.value, b.value), select(m, a.derivative, b.derivative)};
     }
@@ -73,12 +75,12 @@ struct dual {
     }
 };
 
-/// Traits of a dual number: its number type and its number of lanes are those of T.
+/// Traits of a dual number: the type of its numbers and the number of its lanes, which are the same as for T.
 template <class T>
 struct scalar_traits<dual<T>> {
-    using value_type = value_type_t<T>;                    ///< float or double
+    using value_type = value_type_t<T>;                    ///< type of the numbers: float or double
     static constexpr int lanes = scalar_traits<T>::lanes;  ///< number of lanes of T
-    static constexpr bool has_friends = true;              ///< whether firn::has_friends is true
+    static constexpr bool has_friends = true;              ///< makes `firn::has_friends<S>` true for dual numbers
 };
 
 }  // namespace firn

@@ -1,15 +1,17 @@
-/// \file Conversions between firn's small vectors and matrices and Eigen's. Include this header to use them.
+/// \file Conversions between firn's small vectors and matrices and those of Eigen. Include this header to use these
+/// conversions.
 ///
-/// From Eigen: every function that takes a `Vec<S, D>` or `Mat<S, D>` also takes Eigen's expressions of that size and
-/// evaluates them at once. A vector may be a row vector. If the size is known only at run time, it is checked at run
-/// time, and a wrong size throws parameter_error.
+/// From Eigen: every function that takes a `Vec<S, D>` or `Mat<S, D>` also takes an Eigen expression of the same size,
+/// and evaluates this expression at once. For a Vec, the expression may be a row vector. If the size of the expression
+/// is known only at run time, the size is checked, and a wrong size throws parameter_error.
 ///
-/// To Eigen: `Eigen::Vector3d x = vec;` copies. as_eigen(vec) returns an Eigen::Map onto the components of vec, which
-/// is valid while vec lives; if vec is a temporary, it returns a copy. A callback may take and return Eigen's types.
+/// To Eigen: `Eigen::Vector3d x = vec;` copies. as_eigen(vec) returns an Eigen::Map onto the components of vec, and the
+/// map is valid while vec lives; if vec is a temporary, as_eigen(vec) returns a copy. A function that you pass to firn
+/// may take and return Eigen's types.
 ///
-/// A material, an acceleration field or a shape may be written in Eigen's types, for all scalars of firn, also packs,
-/// dual numbers and the scalar that records WGSL. Eigen's functions that branch on values (e.g. its decompositions) do
-/// not compile for these three.
+/// A material, an acceleration field or a shape may be written in Eigen's types, for all scalars of firn: float,
+/// double, packs, dual numbers, and the scalar that records a GPU program. With packs, dual numbers and the recording
+/// scalar, Eigen's functions that branch on values (e.g. its decompositions) do not compile.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -35,7 +37,7 @@ concept eigen_dense = requires(const E& e) { detail::as_dense(e); };
 template <class E>
 concept eigen_owning = eigen_dense<E> && std::derived_from<E, Eigen::PlainObjectBase<E>>;
 
-/// The members of `foreign` that are the same for all dense types of Eigen.
+/// Members of `foreign` (the conversions from another library, see foreign.hpp) that all dense types of Eigen share.
 template <class E>
 struct foreign_of_eigen {
     static constexpr bool owns = eigen_owning<E>;
@@ -48,8 +50,8 @@ struct foreign_of_eigen {
         return (columns == 1 && may_be(rows, Rows)) || (rows == 1 && may_be(columns, Rows));
     }();
 
-    /// Evaluates an expression and writes its Rows × Columns numbers, column by column.
-    /// \throws parameter_error  if the expression's size, known only at run time, is not Rows × Columns
+    /// Evaluates the expression `from` and writes its Rows × Columns numbers to `numbers`, column by column.
+    /// \throws parameter_error  if the size of the expression is known only at run time, and is not Rows × Columns
     template <class S, int Rows, int Columns>
     FIRN_INLINE static void read(const E& from, S* numbers) {
         using T = typename E::Scalar;
@@ -96,17 +98,18 @@ concept eigen_small = eigen_owning<E> && requires { typename own_type_t<E>; };
 
 }  // namespace detail
 
-/// Converts from Eigen's dense types, including expressions. \see foreign.hpp
+/// The conversion from Eigen's dense types, including expressions, to firn's types. \see foreign.hpp
 template <detail::eigen_dense E>
 struct foreign<E> : detail::foreign_of_eigen<E> {};
 
-/// Converts from and to Eigen's matrices and arrays that have the fixed size of a Vec or a Mat. \see foreign.hpp
+/// The conversions from and to those matrices and arrays of Eigen that have the fixed size of a Vec or a Mat. \see
+/// foreign.hpp
 template <detail::eigen_dense E>
     requires detail::eigen_small<E>
 struct foreign<E> : detail::foreign_of_eigen<E> {
     using own = detail::own_type_t<E>;  ///< firn's type of the same size: a Vec or a Mat
 
-    /// Returns an E made from numbers that are stored column by column.
+    /// Returns an Eigen matrix or array, made from numbers that are stored column by column.
     FIRN_INLINE static E made(const typename E::Scalar* numbers) {
         constexpr int rows = E::RowsAtCompileTime, columns = E::ColsAtCompileTime;
         constexpr int order = rows == 1 && columns != 1 ? Eigen::RowMajor : Eigen::ColMajor;
@@ -117,8 +120,8 @@ struct foreign<E> : detail::foreign_of_eigen<E> {
     }
 };
 
-/// Tells, by its return type, which type of Eigen's corresponds to a Vec or a Mat. The function is never called. \see
-/// foreign.hpp
+/// The return type of this function is the Eigen type that corresponds to a Vec or a Mat. The function is never called.
+/// \see foreign.hpp
 /// @{
 template <class S, int D>
 Eigen::Matrix<S, D, 1> counterpart_of(const Vec<S, D>&, const void*);
@@ -126,8 +129,8 @@ template <class S, int D>
 Eigen::Matrix<S, D, D> counterpart_of(const Mat<S, D>&, const void*);
 /// @}
 
-/// Returns an Eigen::Map onto the elements of a Vec or Mat, which is valid while the Vec or Mat lives. For a temporary
-/// Vec or Mat, returns a copy.
+/// Returns an Eigen::Map onto the elements of a Vec or Mat. The map is valid while the Vec or Mat lives. For a
+/// temporary Vec or Mat, returns a copy.
 /// @{
 template <class S, int D>
 Eigen::Map<Eigen::Matrix<S, D, 1>> as_eigen(Vec<S, D>& a) {
@@ -165,8 +168,9 @@ auto from_eigen(const Eigen::DenseBase<E>& a) {
 
 namespace detail {
 
-/// The type of the Eigen matrix that holds a list of T: one row per number; or one column per Vec; or one column per
-/// Mat, with the elements of the Mat column by column.
+/// `type` is the Eigen matrix for a list of values of type T, `number` is the type of its elements. For a list of
+/// numbers, the matrix has one column, with one row per number. For a list of Vecs, the matrix has one column per Vec.
+/// For a list of Mats, it has one column per Mat, which holds the elements of this Mat column by column.
 template <class T>
 struct eigen_of_many {};
 template <class S>
@@ -192,12 +196,11 @@ concept range_for_eigen = std::ranges::contiguous_range<R> && std::ranges::sized
 
 }  // namespace detail
 
-/// Returns all elements of a std::vector, span or array as one Eigen matrix. Numbers give a matrix with one column and
-/// one row per number. Vecs give one column per Vec. Mats give one column per Mat, which holds the elements of the Mat
-/// column by column.
+/// Returns all elements of a std::vector, span or array as one Eigen matrix. For a list of numbers, the matrix has one
+/// column, with one row per number. For a list of Vecs, the matrix has one column per Vec. For a list of Mats, it has
+/// one column per Mat, which holds the elements of this Mat column by column.
 ///
-/// The result is an Eigen::Map onto the elements, which is valid while they live; for a temporary std::vector it is a
-/// copy.
+/// The result is an Eigen::Map, valid while the elements live. For a temporary std::vector the result is a copy.
 template <detail::range_for_eigen Range>
 auto as_eigen(Range&& range) {
     using Of = detail::eigen_of_many<std::ranges::range_value_t<Range>>;
@@ -216,8 +219,8 @@ auto as_eigen(Range&& range) {
 
 namespace detail {
 
-/// A scalar of firn that is not float or double. Eigen tests this concept also for its own expression types, before
-/// they are complete. The concept must therefore not contain an operation with S.
+/// A scalar of firn that is not float or double. The concept must not contain an operation with S, because Eigen also
+/// tests it for Eigen's own expression types, before these types are complete.
 template <class S>
 concept scalar_for_eigen = !std::same_as<value_type_t<S>, S>;
 
@@ -256,8 +259,7 @@ struct no_checked_inverse {
 
 namespace Eigen {
 
-/// Eigen's traits for firn's packs, dual numbers and recorded numbers. The costs of their operations are those of
-/// float.
+/// Eigen's traits for firn's packs, dual numbers and recorded numbers. The costs of operations are given as for float.
 template <firn::detail::scalar_for_eigen S>
 struct NumTraits<S> : GenericNumTraits<S> {
     using Real = S;        ///< type of the real part of a number
@@ -304,8 +306,9 @@ class LDLT<Matrix<S, R, C, O, MR, MC>, U> : firn::detail::no_decomposition<S> {}
 
 namespace internal {
 
-/// Leaves the alignment of Eigen's fixed-size arrays of S to the compiler, which uses that of S. The alignment that
-/// Eigen would choose is at most the size of one SIMD register, too small for a pack that is wider.
+/// Leaves the alignment of Eigen's fixed-size arrays of S to the compiler, which aligns an array like S. The alignment
+/// that Eigen would choose is at most the size of one SIMD register. That is too small if S is a pack that is wider
+/// than one register.
 template <firn::detail::scalar_for_eigen S, int Size>
     requires(Size != Dynamic)
 struct compute_default_alignment<S, Size> {

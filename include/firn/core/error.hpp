@@ -24,7 +24,7 @@ struct parameter_error : error {
     using error::error;
 };
 
-/// Thrown if something does not fit into the memory that is left.
+/// Thrown if an array would need more memory than there is.
 struct memory_error : parameter_error {
     using parameter_error::parameter_error;
 };
@@ -34,7 +34,7 @@ struct particle_error : error {
     using error::error;
 };
 
-/// Thrown if sums on the grid could exceed the range of the fixed-point integers.
+/// Thrown if the sums at the nodes of the grid could exceed the range of the fixed-point integers that store them.
 struct overflow_error : error {
     using error::error;
 };
@@ -61,8 +61,8 @@ struct usage_error : error {
 
 namespace detail {
 
-/// One argument of sentence(): a text or a number. All arguments are converted to this type, so that one function joins
-/// all sentences.
+/// One argument of sentence(): a text or a number. All arguments are converted to this type, so that a single function
+/// can join the parts of every sentence.
 class Part {
 public:
     Part(const char* text) : Part(std::string_view(text)) {}
@@ -95,7 +95,8 @@ private:
     };
 };
 
-/// Returns a path in quotes, the value of an atomic, or any other argument unchanged.
+/// Returns an argument of sentence() as something from which a Part can be made: a path as a text in quotes, a
+/// std::atomic as its value, and any other argument unchanged.
 /// @{
 template <class T>
     requires requires(const T& path) { path.root_directory(); }

@@ -1,9 +1,9 @@
 /// \file Conversions from and to the small vectors and matrices of another library.
 ///
-/// core/eigen.hpp provides them for Eigen. A header for another library must do two things. It specialises `foreign`
-/// for the types of the library. And it declares, in namespace firn, `counterpart_of(const Vec<S, D>&, const void*)`
-/// and `counterpart_of(const Mat<S, D>&, const void*)`, whose return types are the library's types for a Vec and a Mat.
-/// Without such a header no function of this file is called.
+/// core/eigen.hpp provides these conversions for Eigen. A header for another library must do two things. First, it
+/// specialises `foreign` for the types of the library. Second, it declares, in namespace firn,
+/// `counterpart_of(const Vec<S, D>&, const void*)` and `counterpart_of(const Mat<S, D>&, const void*)`, whose return
+/// types are the library's types for a Vec and a Mat. Without such a header nothing is converted.
 #pragma once
 
 #include <firn/core/config.hpp>
@@ -19,10 +19,10 @@ struct Vec;
 template <class S, int D>
 struct Mat;
 
-/// Converts a vector or matrix type T of another library. A specialisation has
+/// The conversions of a vector or matrix type T of another library. A specialisation has
 ///
 ///     owns                                   true if a T stores its numbers, false if T is an expression
-///     holds<Rows, Columns>                   whether a T can have Rows × Columns numbers, as far as the type T tells
+///     holds<Rows, Columns>                   whether a T can have Rows × Columns numbers, judged by the type alone
 ///     template <class S, int Rows, int Columns> static void read(const T& from, S* numbers);
 ///                                            writes the numbers of `from` column by column
 ///
@@ -47,16 +47,17 @@ concept is_made_from = is_foreign<T> && std::same_as<typename foreign<T>::own, O
 
 namespace detail {
 
-/// A type that names one call: of a function F with arguments A…. It is an argument of has_counterpart, so that the
-/// compiler checks this concept again for every call. Otherwise the compiler would reuse the result of an earlier
-/// check, which may have been made before the other library's header was included.
+/// A type that identifies one call, of a function F with arguments A…. The type is a template argument of the concept
+/// has_counterpart, so that the compiler checks the concept again for every call. Otherwise the compiler would reuse
+/// the result of an earlier check, which may have been made before the other library's header was included.
 template <class F, class... A>
 struct call_of;
 
 template <class T, class Call>
 concept has_counterpart = requires(const T& x, Call* call) { counterpart_of(x, call); };
 
-/// Returns x converted to its counterpart_of() in the other library; if there is none, x itself.
+/// Returns x converted to the other library's type, which is the return type of counterpart_of(x, …). If there is no
+/// such function, returns x itself.
 template <class Call, class T>
 FIRN_INLINE decltype(auto) in_other_terms(const T& x) {
     if constexpr (has_counterpart<T, Call>) {
@@ -67,7 +68,7 @@ FIRN_INLINE decltype(auto) in_other_terms(const T& x) {
     }
 }
 
-/// Returns the result x of a user's function, converted to firn's type if x has a type of another library.
+/// Returns x, the result of a user's function. If x has a type of another library, it is converted to firn's type.
 template <class T>
 FIRN_INLINE auto in_own_terms(const T& x) {
     if constexpr (is_foreign<T>) {
@@ -87,7 +88,7 @@ template <class F, class... A>
 concept takes_other_terms = (has_counterpart<A, call_of<F, A...>> || ...) &&
                             requires(const F& f, const A&... a) { f(in_other_terms<call_of<F, A...>>(a)...); };
 
-/// A function F that can be called with arguments A…, or with these converted to the other library's types.
+/// A function F that can be called with arguments A…, either as they are or converted to the other library's types.
 template <class F, class... A>
 concept takes = takes_own_terms<F, A...> || takes_other_terms<F, A...>;
 

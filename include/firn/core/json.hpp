@@ -34,8 +34,8 @@ inline std::string json_text(std::string_view text) {
     return json + '"';
 }
 
-/// Returns the shortest decimal text from which the same number is read again. For a number that is not finite, returns
-/// "null", since JSON cannot express it.
+/// Returns the shortest decimal text that gives the same number when it is read again. If the number is not finite,
+/// returns "null", since JSON cannot express such numbers.
 template <class T>
     requires std::is_arithmetic_v<T>
 std::string json_number(T value) {
@@ -74,12 +74,12 @@ public:
         text_ += ": ";
         return *this;
     }
-    /// Writes a member: its key and its value.
+    /// Writes a member of an object: its key and its value.
     template <class T>
     Json& field(const char* name, const T& of) {
         return key(name).value(of);
     }
-    /// Writes a text, number or bool. Numbers that are not finite become null.
+    /// Writes a text, a number or a bool. A number that is not finite is written as null.
     /// @{
     Json& value(const char* of) { return value(std::string_view(of)); }
     Json& value(const std::string& of) { return value(std::string_view(of)); }
@@ -127,15 +127,16 @@ private:
     bool first_ = true;
 };
 
-/// Reads JSON value by value: each function reads the next part of the text. White space is skipped.
+/// A reader of JSON text. Each function skips white space, and then reads the next part of the text.
 ///
-/// If the text has something else there, the function throws io_error, with the position in the text [bytes].
+/// If the next part of the text is not what the function reads, the function throws io_error. The message tells the
+/// position in the text [bytes].
 class JsonReader {
 public:
     /// Makes a reader of this text. The text must live as long as the reader.
     explicit JsonReader(std::string_view text) : text_(text) {}
 
-    /// Returns true and skips the next character if it is c; else returns false.
+    /// If the next character is c, skips that character and returns true; else returns false.
     bool take(char c) {
         skip_space();
         if (at_ >= text_.size() || text_[at_] != c) return false;
@@ -193,7 +194,7 @@ public:
         expect('}');
     }
 
-    /// Reads an array. f() is called for each element and must read it.
+    /// Reads an array. f() is called for each element and must read that element.
     /// \throws io_error  if the next value is not an array
     template <class F>
     void array(const F& f) {
@@ -206,7 +207,7 @@ public:
 
     /// Skips the next value.
     /// \param depth  number of objects and arrays that enclose the value
-    /// \throws io_error  if the value is not valid JSON, or is nested deeper than 16 levels
+    /// \throws io_error  if the value is not valid JSON, or if it contains more than 16 levels of objects and arrays
     void skip_value(int depth = 0) {
         if (depth > 16) fail("less nesting");
         skip_space();

@@ -8,8 +8,8 @@
 
 namespace firn {
 
-/// Returns the number in a lane, 0 ≤ lane < `scalar_traits<S>::lanes`. For a dual number, returns the value in that
-/// lane, not the derivative.
+/// Returns the number that the scalar a holds in the given lane, 0 ≤ lane < `scalar_traits<S>::lanes`. For a dual
+/// number this is the value, not the derivative.
 /// @{
 template <std::floating_point T>
 FIRN_INLINE T lane_value(T a, int) {

@@ -50,7 +50,7 @@ struct Call {
 /// be invoked at any time; after the end of the call it does nothing.
 class Work {
 public:
-    /// For firn only, which makes one Work per call.
+    /// This constructor is for firn only. firn makes one Work per call.
     explicit Work(std::shared_ptr<detail::Call> call) : call_(std::move(call)) {}
 
     /// Runs the call's work as worker number `worker`.
@@ -79,8 +79,9 @@ namespace detail {
 inline constinit thread_local const Lend* lender_of_this_thread = nullptr;
 }  // namespace detail
 
-/// While an object of this class lives, the loops of the thread that made it run on threads of the host instead of
-/// OpenMP's. firn asks the host for threads once per step, and once per stage that is called alone.
+/// Lends threads of the host (the calling program) to firn. While an object of this class lives, all loops that are
+/// started by the thread that made the object run on the host's threads instead of OpenMP's. firn asks the host for
+/// threads once per step, and once per stage that is called alone.
 ///
 ///     const firn::LentThreads lent([&](int workers, const firn::Work& work) {
 ///         for (int k = 1; k < workers; ++k) jobs.submit([work, k] { work(k); });  // may run late
@@ -116,17 +117,19 @@ inline bool may_have_helpers() {
 #endif
 }
 
-/// Whether several steps may run in one parallel region. With a host's threads they may not: the host gets its threads
-/// back after each step.
+/// Whether several steps may run in one parallel region. This is false if the host lends the threads, because the host
+/// gets its threads back after each step.
 inline bool regions_span_steps() { return !lender_of_this_thread; }
 
-/// Whether this thread may open a parallel region: it may have helpers, and it is not inside a region already.
+/// Whether this thread may open a parallel region: it may have helpers (other threads), and it is not already working
+/// in a region.
 inline bool may_open_region() {
     const ThreadRole& role = role_of_this_thread;
     return !role.team && !role.at_work && may_have_helpers();
 }
 
-/// Runs a call of firn. If the call's function throws, rethrows the exception when no helper runs a chunk any more.
+/// Runs a call of firn. If the call's function throws, run_call() rethrows the exception as soon as no helper runs a
+/// chunk any more.
 inline void run_call(const std::shared_ptr<Call>& call) {
     const Work work(call);
     if (lender_of_this_thread) {

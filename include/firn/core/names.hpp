@@ -21,7 +21,7 @@ constexpr std::string_view name_of() {
 
 namespace detail {
 
-/// `text` is the names of the policies P…, joined by underscores.
+/// The names of the policies P…, joined by underscores, in the member `text`.
 template <class... P>
 struct joined_names {
     static constexpr auto characters = [] {

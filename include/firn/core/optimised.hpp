@@ -7,7 +7,8 @@
 #include <firn/core/requirements.hpp>
 
 /// \def FIRN_TELLS_UNOPTIMISED
-/// True if this file is compiled without optimisation and FIRN_ALLOW_UNOPTIMISED is not defined; else false.
+/// True if the source file that includes this header is compiled without optimisation and does not define
+/// FIRN_ALLOW_UNOPTIMISED; else false.
 #if defined(__OPTIMIZE__) || defined(FIRN_ALLOW_UNOPTIMISED)
 #define FIRN_TELLS_UNOPTIMISED false
 #else
@@ -17,7 +18,7 @@
 
 namespace firn::detail {
 
-/// Prints the warning of a missing optimisation to stderr, once.
+/// Prints a warning to stderr, once, that the program was compiled without optimisation.
 /// \tparam tells  FIRN_TELLS_UNOPTIMISED of the calling file; if false, the function does nothing. It is a template
 ///                parameter so that files with and without optimisation call different functions.
 template <bool tells>

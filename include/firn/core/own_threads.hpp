@@ -42,8 +42,8 @@ public:
     }
     OwnThreads(const OwnThreads&) = delete;
     OwnThreads& operator=(const OwnThreads&) = delete;
-    /// Ends the threads. In a child process after fork() the destructor does nothing: the threads do not exist there,
-    /// and the pool is leaked, since a condition variable for which threads wait cannot be destroyed.
+    /// Ends the threads. In a child process after fork() the destructor does nothing: there, the threads do not exist,
+    /// and the pool is leaked, since its condition variable, on which threads of the parent wait, cannot be destroyed.
     ~OwnThreads() {
         if (is_of_parent()) return;
         pool_->end();
@@ -69,7 +69,7 @@ private:
         std::mutex mutex;
         std::condition_variable wanted;
         std::deque<Job> jobs;
-        std::atomic<std::uint64_t> posted = 0, taken = 0;  // numbers of jobs so far
+        std::atomic<std::uint64_t> posted = 0, taken = 0;  // how many jobs were posted and taken so far
         bool is_over = false;
         std::vector<std::thread> threads;
 
@@ -112,8 +112,8 @@ private:
     bool is_of_parent() const { return ::getpid() != process_; }
 
     /// Binds the calling thread to processors as OpenMP's settings say.
-    /// \param k   number of the worker that this thread is
-    /// \param of  number of workers
+    /// \param k   number of the worker as which the calling thread works, from 1 to `of` − 1
+    /// \param of  number of workers, including the thread that uses the pool
     static void bind([[maybe_unused]] int k, [[maybe_unused]] int of) {
 #if defined(_OPENMP) && defined(__linux__)
         const int places = omp_get_num_places(), first = std::max(omp_get_place_num(), 0);

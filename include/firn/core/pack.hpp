@@ -1,9 +1,9 @@
-/// \file SIMD lanes: a scalar that holds one number for each of several particles. Arithmetic acts on all lanes at
-/// once.
+/// \file The class pack, a scalar with SIMD lanes: it holds one number for each of several particles, and arithmetic
+/// acts on all lanes at once.
 ///
-/// The class pack uses the vector extension of g++ and clang, so the same source gives AVX-512, AVX2, SSE2 and NEON
-/// code. An auto-vectorised loop over floats is as fast, but cannot skip a slow path that few lanes need; with packs
-/// `any(mask)` does that.
+/// The class uses the vector extension of g++ and clang, so the same source gives AVX-512, AVX2, SSE2 and NEON code. A
+/// loop over floats that the compiler vectorises is as fast, but it cannot skip slow code that only few lanes need.
+/// With packs, `if (any(mask))` skips such code.
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -16,8 +16,8 @@
 namespace firn {
 
 namespace detail {
-/// Whether any bit is set. The function combines halves of the vector, since g++ 12 compiles a loop over N lanes to N
-/// extractions.
+/// Whether any bit of the vector is set. The function combines the two halves of the vector, then the halves of the
+/// result, and so on, since g++ 12 compiles a loop over N lanes to N separate extractions.
 template <std::size_t Bytes, class V>
 FIRN_INLINE bool any_bit(V bits) {
     if constexpr (Bytes == 8) {
@@ -44,8 +44,8 @@ FIRN_INLINE std::uint32_t sign_bits(V bits) {
     }
 }
 
-/// Returns √a of all lanes, by one instruction if the processor has one, since g++ 12 does not vectorise a loop over
-/// lanes.
+/// Returns √a, lane by lane. If the processor has an instruction for this, it is used directly, since g++ 12 does not
+/// vectorise a loop over the lanes.
 template <class T, class V>
 FIRN_INLINE V sqrt_of_lanes(V a) {
     if constexpr (requires { x86::sqrt(a); }) {
@@ -56,7 +56,7 @@ FIRN_INLINE V sqrt_of_lanes(V a) {
     }
 }
 
-/// Returns in each lane the largest whole number ≤ a. Numbers that are too large to have a fraction are returned
+/// Returns the largest whole number ≤ a, lane by lane. A number that is too large to have a fraction is returned
 /// unchanged.
 template <class P>
 FIRN_INLINE P floor_of_lanes(P a) {
@@ -78,13 +78,14 @@ struct pack {
 
     /// The integer type of the same size as T.
     using integer = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
-    using vector [[gnu::vector_size(N * sizeof(T))]] = T;             ///< The compiler's type for N numbers.
-    using mask_vector [[gnu::vector_size(N * sizeof(T))]] = integer;  ///< The compiler's type for N masks.
+    using vector [[gnu::vector_size(N * sizeof(T))]] = T;             ///< The compiler's vector of N numbers.
+    using mask_vector [[gnu::vector_size(N * sizeof(T))]] = integer;  ///< The compiler's vector of N masks.
 
-    /// The result of a comparison: in each lane all bits are set (the mask is on) or none (off).
+    /// The result of a comparison. In each lane either all bits are set (the mask is on) or no bit is set (the mask is
+    /// off).
     struct mask {
         mask_vector bits;  ///< −1 in lanes that are on, else 0
-        /// Returns a and b, a or b, not a, in each lane.
+        /// Logical operators, lane by lane: a and b, a or b, not a.
         /// @{
         FIRN_INLINE friend mask operator&(mask a, mask b) { return {a.bits & b.bits}; }
         FIRN_INLINE friend mask operator|(mask a, mask b) { return {a.bits | b.bits}; }
@@ -93,7 +94,8 @@ struct pack {
 
         /// Whether the mask is on in a lane.
         FIRN_INLINE bool operator[](int lane) const { return bits[lane] != 0; }
-        /// Does not compile: a policy cannot branch on a scalar.
+        /// Conversion to bool. It stops the compilation with a message, since a policy cannot branch on a comparison of
+        /// scalars.
         template <class M = mask>
         explicit constexpr operator bool() const {
             return detail::refuse_to_branch<M>();
@@ -103,7 +105,7 @@ struct pack {
     vector lanes;  ///< the numbers, one in each lane
 
     pack() = default;  ///< Leaves the lanes uninitialised.
-    /// Makes a pack from the compiler's vector.
+    /// Makes a pack from a vector of the compiler's type.
     FIRN_INLINE pack(vector v) : lanes(v) {}
     /// Makes a pack with the same number in all lanes.
     template <class U>
@@ -123,8 +125,8 @@ struct pack {
     }
     /// Writes the numbers of lanes 0 to N − 1 one after another to memory of any alignment.
     FIRN_INLINE void store(T* to) const { std::memcpy(to, &lanes, sizeof lanes); }
-    /// Converts the numbers to `integer` and writes them to memory of any alignment. They must be whole and fit into
-    /// `integer`.
+    /// Converts the numbers to the type `integer` and writes the integers to memory of any alignment. The numbers must
+    /// be whole and fit into `integer`.
     FIRN_INLINE void store(integer* to) const {
         const mask_vector whole = __builtin_convertvector(lanes, mask_vector);
         std::memcpy(to, &whole, sizeof whole);
@@ -151,18 +153,18 @@ struct pack {
     FIRN_INLINE friend mask operator==(pack a, pack b) { return {a.lanes == b.lanes}; }
     /// @}
 
-    /// Returns a in lanes where the mask is on, b in the other lanes.
+    /// Returns a in the lanes where the mask is on, and b in the other lanes.
     FIRN_INLINE friend pack select(mask m, pack a, pack b) {
         if constexpr (sizeof(vector) <= register_bytes)
             return {m.bits ? a.lanes : b.lanes};
         else
-            return {vector((m.bits & mask_vector(a.lanes)) | (~m.bits & mask_vector(b.lanes)))};  // two registers
+            return {vector((m.bits & mask_vector(a.lanes)) | (~m.bits & mask_vector(b.lanes)))};  // several registers
     }
     /// Whether the mask is on in any lane.
     FIRN_INLINE friend bool any(mask m) { return detail::any_bit<sizeof(mask_vector)>(m.bits); }
     /// Returns an integer whose bit i is 1 if the mask is on in lane i, for N ≤ 32.
     FIRN_INLINE friend std::uint32_t lane_bits(mask m) { return detail::sign_bits<T, N>(m.bits); }
-    /// The functions that every scalar has, lane by lane. core/scalar.hpp and core/bits.hpp document them.
+    /// Functions that every scalar has, lane by lane. They are documented in core/scalar.hpp and core/bits.hpp.
     /// @{
     FIRN_INLINE friend pack sqrt(pack a) { return {detail::sqrt_of_lanes<T>(a.lanes)}; }
     FIRN_INLINE friend pack abs(pack a) { return {vector(mask_vector(a.lanes) & std::numeric_limits<integer>::max())}; }
@@ -174,19 +176,20 @@ struct pack {
     /// @}
 };
 
-/// Traits of a pack: it has N lanes with numbers of type T.
+/// Traits of a pack, which has N lanes with numbers of type T.
 template <class T, int N>
 struct scalar_traits<pack<T, N>> {
-    using value_type = T;                      ///< float or double
+    using value_type = T;                      ///< type of the numbers: float or double
     static constexpr int lanes = N;            ///< number of lanes
-    static constexpr bool has_friends = true;  ///< whether firn::has_friends is true
+    static constexpr bool has_friends = true;  ///< makes `firn::has_friends<S>` true for packs
 };
 
-/// The pack that fills one SIMD register of the processor. It has at least four lanes, since transposes need four.
+/// The pack that fills one SIMD register of the processor. It has at least four lanes, since firn transposes four lanes
+/// at a time.
 template <std::floating_point T>
 using native_pack = pack<T, (register_bytes / sizeof(T) < 4 ? 4 : int(register_bytes / sizeof(T)))>;
 
-/// Returns the largest number of all lanes.
+/// Returns the largest of the numbers in the N lanes.
 template <class T, int N>
 FIRN_INLINE T reduce_max(pack<T, N> a) {
     T r = a.lanes[0];

@@ -26,8 +26,9 @@
 
 namespace firn {
 
-/// Returns the largest number of workers that a loop gets if the calling thread starts the loop with `requested`
-/// workers. It is at most OMP_THREAD_LIMIT, and 1 where a loop runs on its calling thread alone.
+/// Returns how many workers (threads) a loop gets at most if the calling thread starts the loop and asks for
+/// `requested` workers. The result is at most OMP_THREAD_LIMIT with OpenMP's threads, and 1 where a loop runs on its
+/// calling thread alone.
 /// \param requested  1 to 65535. 0: the OpenMP default (OMP_NUM_THREADS); if the calling program lends the threads, the
 ///                   number of processors
 /// \throws parameter_error  if `requested` is negative or above 65535
@@ -50,7 +51,7 @@ inline int thread_count(int requested) {
 /// Calls body() on the calling thread. All loops that body() starts share one parallel region: the region's workers are
 /// started once and wait between two loops. A parallel region of OpenMP that is opened in body() has one thread.
 ///
-/// Inside another region, or if there can be no helpers, parallel_region() only calls body().
+/// Inside another region, or if there can be no helpers (other threads), parallel_region() only calls body().
 /// \param workers  largest number of workers; 0: thread_count(0)
 /// \throws anything  that body() throws, after the region has ended
 template <class Body>
@@ -85,8 +86,9 @@ inline void run_loop(const PhasedLoop& loop, int workers) {
 
 }  // namespace detail
 
-/// Calls body(phase, i, worker) for every phase and 0 ≤ i < counts[phase]. A phase starts after the phase before it has
-/// ended. Within a phase the order is arbitrary, but a worker takes `grain` consecutive indices at a time.
+/// Calls body(phase, i, worker) for every phase and 0 ≤ i < counts[phase]. Each phase starts when the previous phase
+/// has ended. Within a phase the order of the calls is arbitrary, but a worker takes `grain` consecutive indices at a
+/// time.
 /// \param counts   the number of indices of each phase
 /// \param workers  largest number of workers. In the calls of body, 0 ≤ worker < workers; two calls of body at the same
 ///                 time never have the same worker.
@@ -96,8 +98,8 @@ inline void run_loop(const PhasedLoop& loop, int workers) {
 ///                   of body are then left out.
 template <class Body>
 void parallel_phases(std::span<const std::size_t> counts, int workers, const Body& body, std::size_t grain = 1) {
-    // All threads run one copy of this function, which is never inlined. If there were two copies, the compiler could
-    // fuse other multiplications and additions in one than in the other, and results would then depend on the number of
+    // All threads run the same copy of this function, which is never inlined. If there were two copies, the compiler
+    // could fuse multiplications and additions differently in the two, and results would then depend on the number of
     // threads.
     const auto run = [](const void* f, std::size_t phase, std::size_t first, std::size_t last, int worker)
                          FIRN_NEVER_INLINE {
@@ -124,9 +126,10 @@ namespace detail {
 /// Number of consecutive indices in a chunk of for_chunks().
 inline constexpr std::size_t at_once = 1024;
 
-/// Cuts the indices [0, n) into one share per worker. Each worker calls body(first, last) for its own share. Use it to
-/// initialise memory: the system puts a page of memory near the processor of the worker that first writes to the page.
-/// If a worker is more than a millisecond late, other workers do its share.
+/// Cuts the indices [0, n) into one share per worker. Each worker calls body(first, last) once, for the indices first ≤
+/// i < last of its own share. Use for_shares() to initialise memory: the operating system puts a page of memory near
+/// the processor of the worker that first writes to the page. If a worker is more than a millisecond late, other
+/// workers take over the share of the late one.
 template <class Body>
 void for_shares(std::size_t n, int workers, const Body& body) {
     const std::size_t shares = std::size_t(std::max(workers, 1));
@@ -138,8 +141,8 @@ void for_shares(std::size_t n, int workers, const Body& body) {
     run_loop({std::span(&shares, 1), 1, run_some, &run, true}, workers);
 }
 
-/// Cuts the indices [0, n) into chunks, and calls body(first, last) for each chunk, first ≤ i < last, on several
-/// threads.
+/// Cuts the indices [0, n) into chunks, and calls body(first, last) once for each chunk, the indices first ≤ i < last.
+/// The calls run on several threads.
 template <class Body>
 void for_chunks(std::size_t n, int threads, const Body& body) {
     parallel_for((n + at_once - 1) / at_once, thread_count(threads),

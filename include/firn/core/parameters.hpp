@@ -8,12 +8,12 @@
 ///                           firn::parameter{"lambda", "Pa", &NeoHookean::lambda}};
 ///     }
 ///
-/// A parameter `inner` of a policy may itself be a policy. The parameters of `inner` then belong to the outer policy,
-/// too; their names begin with "inner_".
+/// A parameter of a policy may itself be a policy. The parameters of this inner policy then belong to the outer policy,
+/// too. If the inner policy is the parameter `inner`, the names of its parameters begin with "inner_".
 ///
-/// A policy P that has members other than its parameters defines `template <class T> P<T> lifted() const`, which
-/// returns the policy with scalar T. A policy whose scalar is not its first template parameter defines the type
-/// `template <class T> using with_scalar = …`, its own type with scalar T.
+/// A policy P that has members other than its parameters must define `template <class T> P<T> lifted() const`, a
+/// function that returns the policy converted to scalar T. A policy whose scalar is not its first template parameter
+/// must define `template <class T> using with_scalar = …`, the type of the policy with scalar T.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -63,7 +63,7 @@ struct with_scalar_of<P, T> {
 };
 }  // namespace detail
 
-/// The type of a policy with scalar T instead of S: `P<T>` for `P<S>`, `P<T, D>` for `P<S, D>`.
+/// The type of policy P with scalar T in place of its scalar S: `P<T>` for `P<S>`, `P<T, D>` for `P<S, D>`.
 template <class P, class T>
 using with_scalar_t = typename detail::with_scalar_of<P, T>::type;
 
@@ -71,11 +71,11 @@ using with_scalar_t = typename detail::with_scalar_of<P, T>::type;
 template <class P>
 concept has_parameters = requires { P::parameters(); };
 
-/// A policy that has a list `all` of other policies. Their number is known only at run time.
+/// A policy that consists of a list `all` of other policies. The length of the list is known only at run time.
 template <class P>
 concept is_list = requires(P policy) { policy.all.size(); };
 
-// Declared here because lift_value() calls it for policies that are parameters of other policies.
+// lift() is declared here because lift_value() calls lift() for policies that are parameters of other policies.
 template <class T, class P>
 FIRN_INLINE auto lift(const P& policy);
 
@@ -93,9 +93,9 @@ FIRN_INLINE Vec<T, D> lift_value(const Vec<S, D>& value) {
 }
 }  // namespace detail
 
-/// Calls f(name, unit, value) for every parameter of a policy that is a scalar or a vector, also for the parameters of
-/// policies within the policy. In a list of policies, the names begin with the index of the policy: "0_", "1_", … For a
-/// type without parameters, f is not called.
+/// Calls f(name, unit, value) for every scalar and every vector among the parameters of a policy. The parameters of its
+/// inner policies are included. For a list of policies, each name begins with the index of the policy in the list:
+/// "0_", "1_", … For a type without parameters, f is not called.
 /// \param before  text that is put in front of all names
 template <class P, class F>
 void for_parameters(P& policy, const F& f, const std::string& before = "") {
@@ -118,8 +118,8 @@ void for_parameters(P& policy, const F& f, const std::string& before = "") {
             for_parameters(policy.all[k], f, before + std::to_string(k) + "_");
 }
 
-/// Returns the policy with scalar T. Every listed parameter is converted, e.g. a float to a pack of sixteen equal
-/// numbers.
+/// Returns the policy converted to scalar T. Every listed parameter is converted, e.g. from a float to a pack of
+/// sixteen equal numbers.
 template <class T, class P>
 FIRN_INLINE auto lift(const P& policy) {
     using Lifted = with_scalar_t<P, T>;

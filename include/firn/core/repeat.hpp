@@ -6,8 +6,8 @@
 
 namespace firn {
 
-/// Computes state = f(state) N times and returns the last state. On a CPU the loop is unrolled, so that the state stays
-/// in registers.
+/// Returns the last state after state = f(state) was computed N times. On a CPU the loop is unrolled, so that the state
+/// stays in registers.
 template <int N, class State, class F>
 FIRN_INLINE constexpr State repeat(State state, F&& f) {
     if constexpr (N == 0) {
@@ -20,10 +20,11 @@ FIRN_INLINE constexpr State repeat(State state, F&& f) {
     }
 }
 
-/// Calls f(state) until the mask that f returns is off in all lanes, but at most N times. Returns the last state.
+/// Returns the last state after calling f(state) again and again, until f returns a mask that is off in all lanes, but
+/// at most N times.
 ///
-/// Once the mask is off in a lane, f must not change this lane any more, so that its result does not depend on how many
-/// passes other lanes need.
+/// Once the mask is off in a lane, f must not change the state in this lane any more. The result of a lane then does
+/// not depend on how many passes other lanes need.
 /// \param f  takes the state by reference, changes the state, and returns a mask
 template <int N, class State, class F>
 FIRN_INLINE constexpr State repeat_while(State state, F&& f) {

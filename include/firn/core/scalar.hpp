@@ -1,9 +1,10 @@
 /// \file What a scalar is: a type of number with which every formula of firn works, such as float, double, pack (SIMD
 /// lanes) or dual.
 ///
-/// A formula may use + − × ÷, comparisons, which return a *mask*, and the functions of this file: `select(mask, a, b)`
-/// instead of `if`, `sqrt`, `abs`, `min`, `max`, `floor`, `any(mask)`. Use `if (any(mask))` to skip work that no lane
-/// needs. This work must not change lanes where the mask is off.
+/// A formula may use + − × ÷, comparisons, and the functions of this file. A comparison returns a *mask*, which is on
+/// (true) or off (false) in each lane. The functions are `select(mask, a, b)` instead of `if`, `sqrt`, `abs`, `min`,
+/// `max`, `floor`, `any(mask)`. Use `if (any(mask))` to skip work that no lane needs. This work must not change lanes
+/// where the mask is off.
 ///
 /// `firn::sqrt(x)` works for every scalar. Outside of namespace firn, `sqrt(x)` is firn's function if x is a pack or a
 /// dual number, but the C library's function if x is a float or a double.
@@ -49,7 +50,7 @@ FIRN_INLINE constexpr S abs(S a) {
 }
 
 namespace detail {
-/// Does not compile, and tells the reason. It is called where a mask is converted to bool.
+/// Stops the compilation with a message. This function is called where a mask is converted to bool.
 template <class Mask>
 constexpr bool refuse_to_branch() {
     static_assert(!std::same_as<Mask, Mask>,
@@ -59,14 +60,15 @@ constexpr bool refuse_to_branch() {
 }
 }  // namespace detail
 
-/// Traits of a scalar: the type of its numbers and the number of its lanes. pack, dual, … specialise it.
+/// Traits of a scalar S: the type of its numbers and the number of its lanes. There are specialisations for pack, dual,
+/// …
 template <class S>
 struct scalar_traits {
-    using value_type = S;            ///< float or double
+    using value_type = S;            ///< type of the numbers: float or double
     static constexpr int lanes = 1;  ///< number of lanes of S
 };
-/// Whether S is one of firn's scalar classes (pack, dual, …). The functions of these classes are friends, which only
-/// argument-dependent lookup finds.
+/// Whether S is one of firn's scalar classes (pack, dual, …). The functions of these classes, e.g. sqrt(), are friends,
+/// which only argument-dependent lookup finds.
 template <class S>
 inline constexpr bool has_friends = requires { scalar_traits<S>::has_friends; };
 
@@ -130,14 +132,14 @@ FIRN_INLINE constexpr S abs(const S& a) {
 }
 /// @}
 
-/// Returns x. If S is the scalar that records a program for a GPU, x gets this name in the program.
+/// Returns x. If S is the scalar that records a program for a GPU, x gets the given name in that program.
 template <class S>
 FIRN_INLINE constexpr const S& named(const char*, const S& x) {
     return x;
 }
 
-/// Returns x. Use it for a sum s = settled(a + b) whose rounding error is computed next, by (s − a) − b. If S is the
-/// scalar that records a program for a GPU, compilers of that program cannot simplify the error to 0.
+/// Returns x. Write s = settled(a + b) for a sum whose rounding error (s − a) − b is computed next. If S is the scalar
+/// that records a program for a GPU, settled() prevents the compiler of that program from simplifying the error to 0.
 template <class S>
 FIRN_INLINE constexpr const S& settled(const S& x) {
     return x;

@@ -14,7 +14,7 @@
 
 namespace firn::detail {
 
-/// Decides whether the next steps run with helpers, from the computing times of the steps before.
+/// Decides whether the next steps run with helpers (other threads), from the computing times of the previous steps.
 class StepHelpers {
 public:
     /// Number of steps to take next without helpers; 0: the next steps have helpers.
@@ -42,13 +42,13 @@ public:
     }
 
 private:
-    /// The begin and end of a region matter if they take at least this part of the region's time.
+    /// Smallest fraction of a region's computing time that its begin and end must take to count as long.
     static constexpr double noticed = 1. / 8;
-    /// After steps with helpers that lost time, helpers are tried again only when steps without them have saved this
-    /// many times the lost time.
+    /// How much time must be saved before helpers are tried again: steps without helpers must save this many times the
+    /// time that the last steps with helpers lost.
     static constexpr double given_back = 10;
     static constexpr double most_alone = 1000;      ///< largest number of steps in a row without helpers
-    static constexpr std::uint64_t most_age = 256;  ///< without_ is measured again after this many steps
+    static constexpr std::uint64_t most_age = 256;  ///< number of steps after which without_ is out of date
 
     std::uint64_t alone_ = 0;       ///< number of steps still to take without helpers
     double without_ = 0;            ///< computing time of one step without helpers [s]
@@ -58,8 +58,8 @@ private:
 /// Whether steps may run without helpers. Tests that count parallel regions set this to false.
 inline bool helpers_may_be_left_out = true;
 
-/// Calls body(most) in a parallel region. If helpers would slow the steps down, steps_region() calls body(n) on the
-/// calling thread instead, with n ≤ most.
+/// Takes at most `most` steps: calls body(most) in a parallel region. If helpers (other threads) would slow the steps
+/// down, steps_region() calls body(n) on the calling thread alone instead, with n ≤ `most`.
 /// \param body  body(n) takes at most n steps and returns how many it took
 template <class Body>
 void steps_region(int workers, std::uint64_t most, StepHelpers& helpers, const Body& body) {

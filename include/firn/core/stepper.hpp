@@ -11,7 +11,7 @@
 
 namespace firn {
 
-/// The time and step that a run has reached.
+/// How far a run has come: its time and its number of steps.
 struct Moment {
     double time = 0;            ///< time that the run has reached [s]
     std::uint64_t steps = 0;    ///< number of steps so far
@@ -29,23 +29,24 @@ template <int D>
 class Stepper {
 public:
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< Gravity [m/s²]; −9.81 along y unless changed.
-    /// Receives the text of each warning, once. The function is called outside of parallel regions, before the step
-    /// that the warning is about. By default warnings go to stderr. If the function is empty, there are no warnings.
+    /// Function that receives the text of each warning, each warning once. It is called outside of parallel regions,
+    /// before the step that the warning is about. By default the function writes to stderr. If the std::function is
+    /// empty, there are no warnings.
     std::function<void(const std::string&)> warn = detail::warn_on_stderr;
 
     double time() const { return now_.time; }                      ///< Time that the run has reached [s].
     std::uint64_t steps() const { return now_.steps; }             ///< Number of steps so far.
     double last_time_step() const { return now_.last_time_step; }  ///< Size of the last step [s]; 0 before the first.
-    Moment moment() const { return now_; }                         ///< The time and step that the run has reached.
+    Moment moment() const { return now_; }                         ///< Time and number of steps so far.
 
 protected:
     Stepper() { gravity[1] = -9.81; }
 
-    /// Takes steps until is_done() returns true. Many steps share one parallel region. A region ends before a function
-    /// of the user is called.
+    /// Takes steps until is_done() returns true. Many steps share one parallel region, but a region ends before a
+    /// function of the user (e.g. `warn`) is called.
     /// \param workers    number of workers of a region
     /// \param last_step  a region ends at the latest when the run has taken this many steps
-    /// \param is_done    is_done() returns whether to stop
+    /// \param is_done    is_done() returns true when no further step is to be taken
     /// \param step       step(warning) takes one step; or it writes a text to `warning` and takes no step
     template <class IsDone, class Step>
     void take_steps(int workers, std::uint64_t last_step, const IsDone& is_done, const Step& step) {
@@ -64,7 +65,7 @@ protected:
         }
     }
 
-    Moment now_;  ///< The time and step that the run has reached.
+    Moment now_;  ///< Time and number of steps so far, and the size of the last step.
 
 private:
     detail::StepHelpers helpers_;

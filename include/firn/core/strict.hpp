@@ -12,10 +12,10 @@ namespace firn {
 /// A float or double with only those operations that every scalar has.
 template <std::floating_point T>
 struct strict {
-    /// The result of a comparison. It does not convert to bool.
+    /// The result of a comparison, which is on (true) or off (false). A mask does not convert to bool.
     struct mask {
         bool bit;  ///< whether the mask is on
-        /// Returns a and b, a or b, not a.
+        /// Logical operators: a and b, a or b, not a.
         /// @{
         friend constexpr mask operator&(mask a, mask b) { return {a.bit && b.bit}; }
         friend constexpr mask operator|(mask a, mask b) { return {a.bit || b.bit}; }
@@ -25,7 +25,8 @@ struct strict {
         /// Whether the mask is on.
         friend constexpr bool any(mask m) { return m.bit; }
 
-        /// Does not compile: a policy cannot branch on a scalar.
+        /// Conversion to bool. It stops the compilation with a message, since a policy cannot branch on a comparison of
+        /// scalars.
         template <class M = mask>
         explicit constexpr operator bool() const {
             return detail::refuse_to_branch<M>();
@@ -35,12 +36,12 @@ struct strict {
     T value;  ///< the number
 
     strict() = default;  ///< Leaves the number uninitialised.
-    /// Makes a strict from a number.
+    /// Makes a strict scalar from a number.
     template <class U>
         requires std::is_arithmetic_v<U>
     constexpr strict(U v) : value(T(v)) {}
 
-    /// Arithmetic operators, as of T.
+    /// Arithmetic operators; they do the same as those of T.
     /// @{
     friend constexpr strict operator+(strict a, strict b) { return a.value + b.value; }
     friend constexpr strict operator-(strict a, strict b) { return a.value - b.value; }
@@ -61,7 +62,7 @@ struct strict {
     friend constexpr mask operator==(strict a, strict b) { return {a.value == b.value}; }
     /// @}
 
-    /// The functions that every scalar has. core/scalar.hpp and core/bits.hpp document them.
+    /// Functions that every scalar has. They are documented in core/scalar.hpp and core/bits.hpp.
     /// @{
     friend constexpr strict select(mask m, strict a, strict b) { return m.bit ? a : b; }
     friend strict sqrt(strict a) { return std::sqrt(a.value); }
@@ -74,12 +75,12 @@ struct strict {
     /// @}
 };
 
-/// Traits of a strict: it has one lane with a number of type T.
+/// Traits of a strict scalar, which has one lane with a number of type T.
 template <class T>
 struct scalar_traits<strict<T>> {
-    using value_type = T;                      ///< float or double
+    using value_type = T;                      ///< type of the numbers: float or double
     static constexpr int lanes = 1;            ///< number of lanes
-    static constexpr bool has_friends = true;  ///< whether firn::has_friends is true
+    static constexpr bool has_friends = true;  ///< makes `firn::has_friends<S>` true for strict scalars
 };
 
 }  // namespace firn

@@ -1,17 +1,19 @@
 /// \file The scheduler of one call: it decides which worker runs which chunks of the loops.
 ///
-/// A phase of a loop is cut into chunks of indices. Each worker gets a share: consecutive chunks, in every loop the
-/// same part of the memory, so that this part stays in the cache of the worker's processor. A worker takes chunks from
-/// the front of its own share. When its own share is empty, it steals chunks from the back of another worker's share.
-/// The worker that finishes the last chunk of a phase starts the next phase.
+/// A phase of a loop is cut into chunks of consecutive indices. Each worker (thread) gets a share of consecutive
+/// chunks. In every loop, worker k gets the same fraction of the indices. The memory of these indices then stays in the
+/// cache of the worker's processor. A worker takes chunks from the front of its share. When the share is empty, the
+/// worker steals chunks from the back of another worker's share. The worker that finishes the last chunk of a phase
+/// starts the next phase.
 ///
 /// A phase ends when its chunks are done, not when all workers have arrived. The caller (the thread that starts the
 /// loop) waits only for workers that are running a chunk, and can run all chunks alone. If another program occupies a
-/// processor, the worker on that processor delays a phase by at most the one chunk that it is running.
+/// processor, the worker on that processor delays a phase by at most one chunk: the chunk that this worker is running.
 ///
-/// A worker that finds no chunk spins (looks again and again) for some microseconds, then sleeps. The caller does the
-/// same. Waking a sleeping thread takes longer than most phases. A thread therefore spins longer after each time that
-/// spinning found a chunk, and only half as long after each time that it found none.
+/// A worker that finds no chunk spins (looks for one again and again) for some microseconds, then sleeps. The caller
+/// does so, too. Waking a sleeping thread takes longer than most phases. Therefore, each time that spinning has found a
+/// chunk, the thread spins longer the next time. Each time that spinning has found no chunk, the thread spins only half
+/// as long the next time.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -32,17 +34,17 @@ namespace firn::detail {
 struct PhasedLoop {
     std::span<const std::size_t> counts;  ///< the number of indices of each phase
     std::size_t grain = 1;                ///< number of indices in a chunk
-    /// Runs the chunk of the indices first ≤ i < last of a phase.
+    /// Function that runs one chunk: the indices first ≤ i < last of a phase.
     void (*run)(const void* body, std::size_t phase, std::size_t first, std::size_t last, int worker) = nullptr;
     const void* body = nullptr;  ///< the first argument of run
-    /// Whether each worker runs only its own share. The loop must then have one phase. If a worker is late by
-    /// longest_wait_for_owner, other workers run its share.
+    /// Whether each worker runs only its own share. If this is true, the loop must have one phase. If a worker is later
+    /// than longest_wait_for_owner, the other workers run its share.
     bool is_owned = false;
 
     std::size_t chunks(std::size_t phase) const { return counts[phase] / grain + (counts[phase] % grain != 0); }
 };
 
-/// Tells the processor that this thread waits in a loop.
+/// Tells the processor that this thread is waiting in a loop.
 inline void pause() {
 #if defined(__x86_64__) || defined(__i386__)
     __builtin_ia32_pause();
@@ -58,20 +60,20 @@ inline double seconds_now() {
     return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-/// If PhasedLoop::is_owned, other workers run the share of a worker that is later than this [s]. Tests set a longer
-/// time.
+/// Longest time that a loop waits for its workers to run their own shares, if PhasedLoop::is_owned is true [s]. After
+/// this time, any worker may run the chunks that are left. Tests set a longer time.
 inline double longest_wait_for_owner = 1e-3;
 
 class Team;
 
 /// What the current thread does for firn at the moment.
 struct ThreadRole {
-    /// The smallest and the largest `patience`, and by how much it grows each time that spinning found a chunk. To look
-    /// for a chunk 100 to 2000 times takes 3 to 100 µs; waking a thread takes about 50 µs.
+    /// The smallest and the largest value of `patience`, and the amount added to `patience` each time that spinning has
+    /// found a chunk. Looking for a chunk 100 to 2000 times takes 3 to 100 µs; waking a thread takes about 50 µs.
     static constexpr int least_patience = 100, most_patience = 2000, patience_gained = 40;
 
-    Team* team = nullptr;           ///< the team of which this thread is the caller; else nullptr
-    bool at_work = false;           ///< the thread runs chunks, so loops that it starts run on it alone
+    Team* team = nullptr;           ///< the team whose caller is this thread; nullptr if there is none
+    bool at_work = false;           ///< whether this thread runs chunks; loops that it then starts get no helpers
     int patience = least_patience;  ///< how often the thread looks for a chunk before it sleeps
 };
 inline constinit thread_local ThreadRole role_of_this_thread{};
@@ -85,10 +87,11 @@ public:
 
     int workers() const { return int(seats_.size()); }
 
-    /// Runs a loop on the calling thread, which must be worker 0, and on the helpers that are there in time.
+    /// Runs a loop on the calling thread, which must be worker 0, and on those helpers that start or wake up before the
+    /// loop is finished.
     /// \param workers  largest number of workers that take part
     /// \throws anything  that a chunk throws: the first exception, after all workers have stopped. Chunks that have not
-    ///                   been started before the exception are left out.
+    ///                   been started when the exception is thrown are left out.
     void run(const PhasedLoop& loop, int workers) {
         loop_ = loop;
         const std::size_t largest = *std::max_element(loop.counts.begin(), loop.counts.end());
@@ -104,21 +107,21 @@ public:
         if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
     }
 
-    /// Runs chunks of all loops, as worker number `worker` ≥ 1, until close(). Returns at once if another thread is
-    /// already this worker.
+    /// Runs chunks of all loops, as worker number `worker` ≥ 1, until close() is called. Returns at once if another
+    /// thread already runs as this worker.
     void help(int worker) {
         Seat& seat = seats_[std::size_t(worker)];
         if (!seat.is_taken.exchange(true)) work(worker, is_closed_);
     }
 
-    /// Lets the helpers return from help(). The caller must call close() after the last loop.
+    /// Makes all helpers return from help(). The caller must call close() after the last loop.
     void close() {
         is_closed_ = true;
         for (Seat& seat : seats_) wake(seat);
     }
 
 private:
-    /// The chunks that a worker still has to run. word() packs all members into one integer.
+    /// The share of a worker: the chunks that it still has to run. word() packs all members into one integer.
     struct Share {
         static constexpr int bits = 22;
         static constexpr std::uint64_t most_chunks = (std::uint64_t(1) << bits) - 1, most_workers = 0xffff;
@@ -137,20 +140,21 @@ private:
         bool offers(std::uint64_t worker) const { return first < last && worker < workers; }
     };
 
-    /// The state of one worker: its share, whether it sleeps (0 or 1), and whether a thread is already this worker.
+    /// The state of one worker: its share packed by Share::word(), whether it sleeps (0 or 1), and whether a thread
+    /// already runs as this worker.
     struct alignas(64) Seat {
         std::atomic<std::uint64_t> share = 0;
         std::atomic<std::uint32_t> sleeps = 0;
         std::atomic<bool> is_taken = false;
     };
 
-    /// Runs chunks as this worker until no chunk is left and `enough` is true.
+    /// Runs chunks as worker number `worker` until no chunk is left and `enough` is true.
     void work(int worker, const std::atomic<bool>& enough) {
         ThreadRole& role = role_of_this_thread;
         const bool was_at_work = std::exchange(role.at_work, true);
         for (int looked = 0;;) {
-            // given_out_ is read before the shares: if it is the number of a phase, the worker then sees its own share
-            // of this phase.
+            // given_out_ is read before the shares. If given_out_ is the number of a phase, all shares of this phase
+            // have been given, so the worker finds its own share of it.
             const std::uint64_t given_out = given_out_;
             if (take(worker, worker, given_out) || take_from_others(worker, given_out)) {
                 if (looked > 0) role.patience = std::min(role.patience + role.patience_gained, role.most_patience);
@@ -168,8 +172,8 @@ private:
         }
         role.at_work = was_at_work;
     }
-    /// Runs the caller's own share, then waits until the other workers have run their shares, but no longer than
-    /// longest_wait_for_owner. Then lets all workers steal the chunks that are left.
+    /// Runs the share of worker 0, which is the calling thread. Then waits until the other workers have run their
+    /// shares, but no longer than longest_wait_for_owner. Then allows all workers to steal the chunks that are left.
     void wait_for_owners() {
         ThreadRole& role = role_of_this_thread;
         const bool was_at_work = std::exchange(role.at_work, true);
@@ -181,11 +185,11 @@ private:
         given_out_ = number_;
     }
 
-    /// Takes a chunk from the share of worker `from` and runs the chunk as worker `worker`. It is the first chunk of
-    /// the share if `from` is `worker`, else the last one. Returns false if the worker may take no chunk of this share.
+    /// Takes a chunk from the share of worker `from` and runs the chunk as worker `worker`. If `from` equals `worker`,
+    /// this is the first chunk of the share, else the last one. Returns true if a chunk was taken, false if the worker
+    /// may take no chunk of this share.
     ///
-    /// Before the chunk is taken, the share may be replaced by a share of another loop. Therefore loop_ is read only
-    /// after the chunk is taken.
+    /// loop_ is read only after the chunk is taken: until then, a share of another loop may replace this share.
     bool take(int from, int worker, std::uint64_t given_out) {
         std::atomic<std::uint64_t>& left = seats_[std::size_t(from)].share;
         std::uint64_t word = left;
@@ -204,8 +208,8 @@ private:
             if (other != worker && take(other, worker, given_out)) return true;
         return false;
     }
-    /// Whether the worker may take a chunk of the share of worker `from`. A worker may steal only after every worker
-    /// got its share of the phase, since the worker's own share may come in a moment.
+    /// Whether worker `worker` may take a chunk of `share`, the share of worker `from`. A worker may steal only after
+    /// all workers have got their shares of the phase; before that, it may soon get a share of its own.
     static bool is_offered(const Share& share, int from, int worker, std::uint64_t given_out) {
         return share.offers(std::uint64_t(worker)) && (from == worker || share.phase == given_out);
     }
@@ -216,7 +220,8 @@ private:
         return false;
     }
 
-    /// Runs a chunk, unless a chunk of this loop has thrown. Counts the chunk as done in both cases.
+    /// Runs a chunk, unless another chunk of this loop has thrown an exception. Counts the chunk as done, whether it
+    /// was run or not.
     void run_chunk(std::size_t chunk, int worker) {
         if (!failed_) {
             const std::size_t first = chunk * loop_.grain, left = loop_.counts[phase_] - first;
@@ -229,8 +234,8 @@ private:
         let_go();
     }
 
-    /// Subtracts 1 from unfinished_: call it once after each chunk of a phase, and once after open_phase(). The last of
-    /// these calls starts the next phase.
+    /// Subtracts 1 from unfinished_. let_go() must be called once after each chunk of a phase, and once after
+    /// open_phase(). The last of these calls starts the next phase.
     void let_go() {
         while (unfinished_.fetch_sub(1) == 1) {
             ++phase_;
@@ -238,7 +243,8 @@ private:
         }
     }
 
-    /// Starts the next phase that has chunks: gives every worker its share. Returns false if there is no such phase.
+    /// Starts the next phase that has chunks, by giving every worker its share of them. Returns false if there is no
+    /// such phase.
     ///
     /// unfinished_ is set to the number of chunks plus 1, so that the phase cannot end before all shares are given; the
     /// caller of open_phase() must call let_go() afterwards. Call open_phase() only when unfinished_ is 0: then no
@@ -262,11 +268,12 @@ private:
         return false;
     }
 
-    /// Lets the calling thread, which is this worker, sleep until wake() is called for the worker.
+    /// Makes the calling thread, which runs as worker number `worker`, sleep until wake() is called for this worker.
     ///
     /// No wake-up is lost: a worker first sets `sleeps` and then looks for chunks once more; open_phase() first gives
-    /// shares and then reads `sleeps`. All these accesses have one order (std::memory_order_seq_cst). So the worker
-    /// sees the new share, or open_phase() sees that the worker sleeps.
+    /// shares and then reads `sleeps`. All threads see these reads and writes in the same order
+    /// (std::memory_order_seq_cst). So either the worker sees the new share, or open_phase() sees that the worker
+    /// sleeps.
     void sleep(int worker, const std::atomic<bool>& enough) {
         Seat& seat = seats_[std::size_t(worker)];
         seat.sleeps = 1;
@@ -281,13 +288,13 @@ private:
         seat.sleeps.notify_one();
     }
 
-    alignas(64) std::atomic<std::size_t> unfinished_ = 0;   ///< chunks not done; plus 1 until all shares are given
+    alignas(64) std::atomic<std::size_t> unfinished_ = 0;   ///< chunks not done, + 1 until all shares are given
     alignas(64) std::atomic<std::uint64_t> given_out_ = 0;  ///< number of the phase whose chunks may be stolen
     alignas(64) PhasedLoop loop_;
-    std::uint64_t number_ = 0;    ///< number of the present phase, counted over all loops, modulo 16
+    std::uint64_t number_ = 0;    ///< number of the current phase, counted through all loops, modulo 16
     std::uint64_t workers_ = 0;   ///< number of workers that may take part in the loop
-    std::size_t phase_ = 0;       ///< index of the present phase in the loop
-    std::exception_ptr failure_;  ///< the first exception of a chunk
+    std::size_t phase_ = 0;       ///< index of the current phase in its loop
+    std::exception_ptr failure_;  ///< the first exception that a chunk has thrown
     std::atomic<bool> failed_ = false, is_over_ = false, is_closed_ = false;
     std::vector<Seat> seats_;
 };

@@ -54,7 +54,7 @@ struct Vec {
     }
     /// @}
 
-    /// Returns a component, given by its index i (0 ≤ i < D) or by its name.
+    /// Returns a component, given by its index i (0 ≤ i < D) or by its name x, y or z.
     /// @{
     FIRN_INLINE constexpr S& operator[](int i) { return v[i]; }
     FIRN_INLINE constexpr const S& operator[](int i) const { return v[i]; }
@@ -91,7 +91,7 @@ struct Vec {
     /// Returns the zero vector.
     FIRN_INLINE static constexpr Vec zero() { return filled(S(0)); }
 
-    /// Returns a sum, a difference or the product with a scalar, component by component.
+    /// Vector arithmetic: sum, difference, negative vector, and product with a scalar.
     /// @{
     FIRN_INLINE friend constexpr Vec operator+(const Vec& a, const Vec& b) {
         Vec r{};
@@ -131,7 +131,7 @@ struct Mat {
     S m[D * D];  ///< the elements, column by column
 
     Mat() = default;  ///< Leaves the elements uninitialised.
-    /// Makes a matrix from its elements, column by column. \see rows()
+    /// Makes a matrix from its elements, given column by column. \see rows()
     FIRN_INLINE constexpr Mat(const S (&numbers)[D * D]) {
         unroll<D * D>([&](auto k) FIRN_LAMBDA { m[k] = numbers[k]; });
     }
@@ -163,7 +163,7 @@ struct Mat {
     FIRN_INLINE static constexpr Mat zero() { return diagonal(S(0)); }
     /// Returns the identity matrix.
     FIRN_INLINE static constexpr Mat identity() { return diagonal(S(1)); }
-    /// Returns the matrix with these D² elements, given row by row, as on paper.
+    /// Returns a matrix made from its D² elements, given row by row, as on paper.
     template <class... U>
         requires(sizeof...(U) == D * D)
     FIRN_INLINE static constexpr Mat rows(const U&... values) {
@@ -179,8 +179,8 @@ struct Mat {
         return r;
     }
 
-    /// Returns a sum, a difference or the product with a scalar, element by element; or the matrix product with a
-    /// matrix or a vector.
+    /// Matrix arithmetic: sum, difference, product with a scalar, product of two matrices, and product of a matrix and
+    /// a vector.
     /// @{
     FIRN_INLINE friend constexpr Mat operator+(const Mat& a, const Mat& b) {
         Mat r{};
@@ -288,7 +288,7 @@ FIRN_INLINE constexpr S determinant(const Mat<S, D>& a) {
     }
 }
 
-/// Returns a in lanes where the mask is on, b in the other lanes.
+/// Returns a in the lanes where the mask is on, and b in the other lanes.
 /// @{
 template <class M, class S, int D>
 FIRN_INLINE constexpr Vec<S, D> select(const M& mask, const Vec<S, D>& a, const Vec<S, D>& b) {

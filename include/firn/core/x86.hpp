@@ -1,13 +1,14 @@
 /// \file The few instructions of x86 for which the compilers' vector extension has no operator.
 ///
 /// Including `immintrin.h` takes g++ a quarter of a second, a sixth of the time to compile a small program. Therefore
-/// g++'s builtins are used if it has all of them, and the intrinsics otherwise.
+/// the compiler's builtin functions are used if it is g++ and has all of them. Otherwise the intrinsics of
+/// `immintrin.h` are used.
 #pragma once
 
 #include <firn/core/config.hpp>
 
 namespace firn::detail::x86 {
-// Declares the names for all targets, so that callers can test whether a call compiles.
+// The function names are declared for every processor, so that callers can test whether a call compiles.
 template <class>
 void sign_bits();
 template <class>
@@ -49,7 +50,8 @@ void nearest();
 #define FIRN_X86(builtin, intrinsic) intrinsic
 #endif
 
-// For AVX-512 the masked intrinsics are used: for those without a mask g++ 12 warns of an uninitialised value.
+// For AVX-512 the intrinsics with a mask are used, since g++ 12 warns of an uninitialised value in those without a
+// mask.
 namespace firn::detail::x86 {
 
 using float4 [[gnu::vector_size(16)]] = float;
@@ -135,7 +137,7 @@ FIRN_INLINE float16 repeat(float4 four) {
 }
 /// @}
 
-/// Returns lanes 0 to 3 of a, followed by `number` in lanes 4 to 7.
+/// Returns a with lanes 4 to 7 set to `number`; lanes 0 to 3 are unchanged.
 FIRN_INLINE double8 with_upper(double8 a, double number) {
     const double2 two{number, 0};
     return FIRN_X86(__builtin_ia32_broadcastsd512(two, a, char(0xf0)), _mm512_mask_broadcastsd_pd(a, 0xf0, two));

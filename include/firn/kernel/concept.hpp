@@ -1,11 +1,11 @@
-/// \file What an interpolation kernel is. It gives the weights of the nodes around a particle.
+/// \file The members of an interpolation kernel. A kernel gives the weights of the grid nodes around a particle.
 ///
 /// A kernel is a product of one function N per axis. Let x be a particle's coordinate along an axis, in cells from the
 /// lower corner of the grid. The particle touches `support` nodes along this axis: base, base + 1, … with
 /// base = floor(x − base_shift). The kernel's functions take f = x − base, the particle's distance from node base
 /// [cells].
 ///
-/// Below, h is the cell size, and N_i, v_i and x_i are the weight, the velocity and the position of node i.
+/// In this file, h is the cell size, and N_i, v_i and x_i are the weight, the velocity and the position of node i.
 #pragma once
 
 #include <firn/core/scalar.hpp>
@@ -14,26 +14,29 @@
 
 namespace firn {
 
-/// Whether K has the members `support`, the number of nodes that a particle touches along an axis (2 to 4), and
-/// `base_shift`, with which the first of these nodes is found: floor(x − base_shift).
+/// Whether K has the members `support` and `base_shift`. `support` is the number of nodes that a particle touches along
+/// an axis (2 to 4). `base_shift` gives the first of these nodes: base = floor(x − base_shift), where x is the
+/// particle's coordinate [cells].
 template <class K>
 concept has_support = requires {
     { K::support } -> std::convertible_to<int>;
     { K::base_shift } -> std::convertible_to<double>;
     requires K::support >= 2 && K::support <= 4;
 };
-/// Whether K has the function `weights(f)`, which returns the weights of the nodes base, base + 1, … [1].
+/// Whether K has the function `weights(f)`. It returns the weights [1] of the nodes that a particle touches along an
+/// axis: base, base + 1, … The argument f is the particle's distance from node base [cells].
 template <class K, class S>
 concept has_weights = requires(const S f) {
     { K::weights(f) } -> std::same_as<std::array<S, std::size_t(K::support)>>;
 };
-/// Whether K has the function `gradients(f)`, which returns the derivatives of the weights of the nodes base, base + 1,
-/// … with respect to x, where x is in cells [1].
+/// Whether K has the function `gradients(f)`. It returns the derivatives [1] of the weights of the nodes base, base +
+/// 1, … with respect to the particle's coordinate x in cells. The argument f is the particle's distance from node base
+/// [cells].
 template <class K, class S>
 concept has_gradients = requires(const S f) {
     { K::gradients(f) } -> std::same_as<std::array<S, std::size_t(K::support)>>;
 };
-/// Whether K has the member `inverse_inertia`: the factor of D⁻¹ = inverse_inertia / h² I, the inverse of APIC's
+/// Whether K has the member `inverse_inertia`. This is the number in D⁻¹ = inverse_inertia / h² I, where D is APIC's
 /// inertia
 ///
 ///     D = Σ N_i (x_i − x)(x_i − x)ᵀ = h² / inverse_inertia I       for every position x of a particle
@@ -46,8 +49,9 @@ concept has_inertia = requires {
     { K::inverse_inertia } -> std::convertible_to<double>;
 };
 /// Whether K has the members `largest_weight` and `largest_gradient`. largest_weight[k] is the largest weight that node
-/// base + k can have; largest_gradient is the largest |derivative| of a weight with respect to x, where x is in cells.
-/// The scale of fixed-point sums is computed from these two.
+/// base + k can have, where base is the first node that a particle touches. largest_gradient is the largest absolute
+/// derivative of a weight with respect to the particle's coordinate in cells. The scale of the fixed-point sums on the
+/// grid is computed from these two members.
 template <class K>
 concept has_bounds = requires {
     { K::largest_weight } -> std::convertible_to<std::array<double, std::size_t(K::support)>>;
@@ -61,7 +65,8 @@ concept has_bounds = requires {
 ///
 ///     ω² = c²/h² max_θ Σ_j e^{ijθ} ∫ N'(u) N'(u − j) du
 ///
-/// is the largest squared angular frequency, and θ is the phase between neighbouring nodes.
+/// is the largest squared angular frequency of a wave with the phase difference θ between neighbouring nodes, and N(u)
+/// is the weight of a node at the distance u [cells].
 template <class K>
 concept has_courant_limit = requires {
     { K::courant_limit } -> std::convertible_to<double>;
@@ -91,8 +96,8 @@ consteval bool require_kernel() {
     return kernel<K>;
 }
 
-/// The index, counted from base, of the middle one of the nodes that a particle touches along an axis. Distances from a
-/// particle to its nodes are computed from this node.
+/// Index of the middle one of the nodes that a particle touches along an axis, counted from 0 for the first node, base.
+/// Distances from a particle to its nodes are computed from the distance to the middle node.
 template <class K>
 inline constexpr int centre_node = (K::support - 1) / 2;
 

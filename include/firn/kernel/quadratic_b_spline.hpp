@@ -18,14 +18,15 @@ namespace firn {
 struct QuadraticBSpline {
     static constexpr const char* name = "quadratic_b_spline";
     static constexpr int support = 3;             ///< Number of nodes that a particle touches along an axis.
-    static constexpr double base_shift = 0.5;     ///< The first node is base = floor(x − base_shift) [cells].
-    static constexpr double inverse_inertia = 4;  ///< The factor of D⁻¹ in units of 1/h². \see has_inertia
+    static constexpr double base_shift = 0.5;     ///< First node for a particle at x [cells]: floor(x − base_shift).
+    static constexpr double inverse_inertia = 4;  ///< APIC's inertia is D = h² / inverse_inertia I (h: cell size).
     /// Largest weights that the nodes base, base + 1 and base + 2 can have: N(½), N(0), N(½). The outer nodes are at
     /// least half a cell from the particle.
     static constexpr std::array<double, 3> largest_weight{0.5, 0.75, 0.5};
-    static constexpr double largest_gradient = 1;  ///< Largest |N'| per cell.
-    /// Largest stable c dt/h (c: wave speed, h: cell size). The largest stable dt is 2/ω, where ω² = (2 − 2z)(2 + z)/3
-    /// c²/h² with z = cos θ is at most 1.5 c²/h², at z = −½. \see has_courant_limit
+    static constexpr double largest_gradient = 1;  ///< Largest value of |N'| [1/cell].
+    /// Largest stable c dt/h (c: wave speed, h: cell size). It follows from the largest stable dt = 2/ω with ω² = (2 −
+    /// 2z)(2 + z)/3 c²/h², where z = cos θ and θ is the phase difference between neighbouring nodes. ω² is largest at z
+    /// = −½, where it is 1.5 c²/h². \see has_courant_limit
     static constexpr double courant_limit = 1.6329931618554521;
 
     /// Returns the weights of the nodes base, base + 1 and base + 2 for a particle at the distance f from base,
@@ -36,8 +37,8 @@ struct QuadraticBSpline {
         return {S(0.5) * left * left, S(0.75) - middle * middle, S(0.5) * right * right};
     }
 
-    /// Returns the derivatives of the weights of the nodes base, base + 1 and base + 2 with respect to x, where x is in
-    /// cells. (Divide them by the cell size to get [1/m].)
+    /// Returns the derivatives of the weights of the nodes base, base + 1 and base + 2 with respect to the particle's
+    /// coordinate x in cells, at the distance f = x − base. (Divide them by the cell size to get [1/m].)
     template <scalar S>
     FIRN_INLINE static std::array<S, 3> gradients(const S& f) {
         return {f - S(1.5), S(2) - (f + f), f - S(0.5)};

@@ -6,8 +6,8 @@
 ///     exp   1.1 ulp, also for subnormal results; exp(−∞) = 0, exp(∞) = ∞
 ///     log   0.9 ulp, also of subnormal numbers; log 0 = −∞, log x = NaN for x < 0
 ///
-/// For NaN, both return NaN. The series are Taylor series. The arguments are reduced as in Cody & Waite, Software
-/// Manual for the Elementary Functions (1980).
+/// For NaN, both functions return NaN. Both sum a Taylor series, after the argument is reduced to a small range as in
+/// Cody & Waite, Software Manual for the Elementary Functions (1980).
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -22,7 +22,7 @@ namespace detail {
 template <class S>
 inline constexpr bool is_single = sizeof(value_type_t<S>) == 4;
 
-/// Returns c₀ + c₁ x + c₂ x² + …
+/// Returns the polynomial c₀ + c₁ x + c₂ x² + …
 template <class S, std::size_t N>
 FIRN_INLINE S polynomial(const S& x, const std::array<double, N>& c) {
     S sum = S(c[N - 1]);
@@ -42,8 +42,8 @@ struct Pair {
     S high, low;
 };
 
-/// Returns the sum `high` of a and b and its rounding error `low`: a + b = high + low exactly (Knuth, The Art of
-/// Computer Programming, vol. 2, 4.2.2).
+/// Returns the rounded sum of a and b, `high`, and its rounding error, `low`: a + b = high + low exactly (Knuth, The
+/// Art of Computer Programming, vol. 2, 4.2.2).
 template <class S>
 FIRN_INLINE Pair<S> two_sum(const S& a, const S& b) {
     const S sum = settled(a + b);
@@ -51,7 +51,8 @@ FIRN_INLINE Pair<S> two_sum(const S& a, const S& b) {
     return {sum, (a - (sum - part)) + (b - part)};
 }
 
-// ln 2 = ln2_high + ln2_low. ln2_high has so few digits that its product with any exponent of a scalar is exact.
+// ln 2 = ln2_high + ln2_low. ln2_high has so few binary digits that the product of ln2_high and the exponent of any
+// float or double is exact.
 template <class S>
 inline constexpr double ln2_high = is_single<S> ? 0x1.62e4p-1 : 0x1.62e42fefa3p-1;
 template <class S>
@@ -83,7 +84,7 @@ FIRN_INLINE S exp_of_sum(const S& high, const S& low) {
     return p * power_of_two(half) * power_of_two(n - half);
 }
 
-/// The factors of x = m 2ᵉ, where √½ ≤ m < √2, for x > 0. x may be subnormal.
+/// The factor m and the exponent e of a number x = m 2ᵉ > 0, where √½ ≤ m < √2. x may be subnormal.
 template <class S>
 struct Split {
     S m, e;
@@ -110,7 +111,7 @@ FIRN_INLINE S exp(const S& x) {
 
 /// Returns the natural logarithm of x; −∞ for x = 0, NaN for x < 0. The error is at most 0.9 ulp (measured).
 ///
-/// The method is log(1 + f) = 2 artanh s with s = f / (2 + f).
+/// With x = m 2ᵉ and f = m − 1, the method is log x = e log 2 + 2 artanh s, where s = f / (2 + f).
 template <scalar S>
 FIRN_INLINE S log(const S& x) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -119,7 +120,7 @@ FIRN_INLINE S log(const S& x) {
     const S f = m - S(1);
     const S s = f / (S(2) + f);
     const S z = s * s;
-    // 2 artanh s = 2 s + s R, and 2 s = f − s f, where f is exact.
+    // 2 artanh s = 2 s + s R, where R is the rest of the series, and 2 s = f − s f, where f is exact.
     S R = z;
     if constexpr (detail::is_single<S>) {
         R = z * detail::polynomial(z, std::array{2. / 3, 2. / 5, 2. / 7, 2. / 9});
@@ -128,7 +129,7 @@ FIRN_INLINE S log(const S& x) {
                                                  2. / 19, 2. / 21});
     }
     const S finite = e * S(detail::ln2_high<S>) + (f - (s * (f - R) - e * S(detail::ln2_low<S>)));
-    const S special = select(x < S(0), S(nan), select(x == S(0), S(-infinity), x));  // else ∞ or NaN
+    const S special = select(x < S(0), S(nan), select(x == S(0), S(-infinity), x));  // x: ∞ or NaN
     return select((S(0) < x) & (x < S(infinity)), finite, special);
 }
 

@@ -4,9 +4,9 @@
 ///
 /// Pairs of columns of the matrix F are rotated until all columns are orthogonal (Hestenes, J. SIAM 6 (1958)). Each
 /// column is then a left singular vector times its singular value. The method works on F, not on FFᵀ or FᵀF, so the
-/// sign of det F is right down to singular values of a few ε ‖F‖ (ε: machine epsilon). The longer column of a pair is
-/// put first (de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989)), which sorts the singular values and speeds up
-/// convergence.
+/// sign of det F is correct even if singular values are as small as a few ε ‖F‖ (ε: machine epsilon). The longer column
+/// of a pair is put first (de Rijk, SIAM J. Sci. Stat. Comput. 10 (1989)), which sorts the singular values and speeds
+/// up convergence.
 #pragma once
 
 #include <firn/core/repeat.hpp>
@@ -18,8 +18,8 @@ namespace firn {
 
 /// U and σ of the decomposition F = scale · U diag(σ) Qᵀ, where U and Q are rotations. (Q is not computed.)
 ///
-/// The singular values are sorted, σ₀ ≥ σ₁ ≥ |σ₂|, and the last one has the sign of det F. If two or three of them are
-/// zero, the columns of U that belong to them are zero.
+/// The singular values are sorted, σ₀ ≥ σ₁ ≥ |σ₂|, and the last one has the sign of det F. If two or three singular
+/// values are zero, the columns of U that belong to these singular values are zero.
 template <scalar S, int D = 3>
 struct LeftSingular {
     Mat<S, D> vectors;  ///< U; its columns are the left singular vectors
@@ -30,9 +30,9 @@ struct LeftSingular {
 namespace detail {
 
 /// Rotates the columns w[p] and w[q] in their common plane so that they become orthogonal, and puts the longer one
-/// first. For columns a and b, the longer one first, the angle θ of the rotation has tan 2θ = 2 a·b / (|a|² − |b|²).
-/// Columns w[p + 3] and w[q + 3], if there are any, get the same rotation. Lanes where the two columns are already
-/// orthogonal and sorted keep their bits. Returns a mask that is on in the lanes that changed.
+/// first. For columns a and b, the longer one first, the angle θ of the rotation has tan 2θ = 2 a·b / (|a|² − |b|²). If
+/// w has more than three columns, columns w[p + 3] and w[q + 3] get the same rotation. Lanes where w[p] and w[q] are
+/// already orthogonal and sorted keep their bits. Returns a mask that is on in the lanes where the columns changed.
 template <int p, int q, class S, std::size_t N>
 FIRN_INLINE mask_t<S> orthogonalise(std::array<Vec<S, 3>, N>& w) {
     constexpr auto epsilon = std::numeric_limits<value_type_t<S>>::epsilon();
@@ -59,8 +59,8 @@ FIRN_INLINE mask_t<S> orthogonalise(std::array<Vec<S, 3>, N>& w) {
     return turn | swap;
 }
 
-/// Returns the columns after all rotations: left singular vectors times their singular values, the longest column
-/// first.
+/// Returns the columns w after all rotations. The first three are then the left singular vectors times their singular
+/// values, sorted by length, the longest first. Columns 3 to 5, if there are any, get the same rotations.
 template <class S, std::size_t N>
 FIRN_INLINE std::array<Vec<S, 3>, N> orthogonal_columns(const std::array<Vec<S, 3>, N>& w) {
     constexpr int most_sweeps = sizeof(value_type_t<S>) == 4 ? 6 : 7;
@@ -89,7 +89,7 @@ FIRN_INLINE Vec<S, 3> normalised_or_zero(const Vec<S, 3>& a, const S& length) {
 
 }  // namespace detail
 
-/// Returns the left singular vectors and the singular values of a 3 × 3 matrix, by Jacobi rotations. F may be any
+/// Returns the left singular vectors and the singular values of a 3 × 3 matrix F, by Jacobi rotations. F may be any
 /// finite matrix.
 template <scalar S>
 FIRN_INLINE LeftSingular<S> left_singular(const Mat<S, 3>& F) {

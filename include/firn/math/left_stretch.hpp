@@ -14,7 +14,7 @@ namespace firn {
 namespace detail {
 
 /// Returns the symmetric matrix whose elements in row i and column j, and in row j and column i, are entry(i, j). The
-/// function is called for i ≤ j only.
+/// function `entry` is called only for i ≤ j.
 template <class S, int D, class F>
 FIRN_INLINE Mat<S, D> symmetric(F&& entry) {
     Mat<S, D> r{};
@@ -28,7 +28,7 @@ FIRN_INLINE Mat<S, D> symmetric(F&& entry) {
     return r;
 }
 
-/// Computes V by Jacobi rotations, for every finite F; see jacobi.hpp.
+/// Computes the left stretch V of F by Jacobi rotations (see jacobi.hpp). F may be any finite matrix.
 template <class S>
 [[gnu::noinline]] void left_stretch_by_jacobi(const Mat<S, 3>& F, Mat<S, 3>& V) {
     const LeftSingular<S> f = left_singular(F);
@@ -40,9 +40,10 @@ template <class S>
     });
 }
 
-/// Computes V and its derivative dV. dV solves V dV + dV V = dF Fᵀ + F dFᵀ: in the basis of the eigenvectors of V,
-/// element (i, j) of the right side is divided by σᵢ + σⱼ. Where σᵢ + σⱼ = 0 there is no derivative; this element of dV
-/// is set to 0. (The derivatives of the eigenvectors are not used, since they do not exist for equal singular values.)
+/// Computes the left stretch V of F, and its derivative dV. The derivative solves V dV + dV V = dF Fᵀ + F dFᵀ. In the
+/// basis of the eigenvectors of V, element (i, j) of dV is that of the right side divided by σᵢ + σⱼ, where σᵢ are the
+/// singular values of F. Where σᵢ + σⱼ = 0 there is no derivative; this element of dV is set to 0. (The derivatives of
+/// the eigenvectors are not used, since they do not exist for equal singular values.)
 template <class T>
 [[gnu::noinline]] void left_stretch_by_jacobi(const Mat<dual<T>, 3>& F, Mat<dual<T>, 3>& V) {
     Mat<T, 3> value{}, change{}, stretch{};
@@ -68,9 +69,9 @@ template <class T>
 
 }  // namespace detail
 
-/// Returns the rotation R of F = V R in 2D, which is the rotation nearest to F. The angle θ of R has tan
-/// θ = (F₁₀ − F₀₁) / (F₀₀ + F₁₁). If every rotation is equally near (σ₁ = −σ₀, or F = 0), R = I. The error of R is a
-/// few ε for every finite F.
+/// Returns the rotation R of the decomposition F = V R in 2D, where V is the left stretch. R is the rotation nearest to
+/// F. The angle θ of R has tan θ = (F₁₀ − F₀₁) / (F₀₀ + F₁₁). If all rotations are equally near to F (for singular
+/// values σ₁ = −σ₀, or F = 0), R = I. The error of R is a few ε for every finite F (ε: machine epsilon).
 template <scalar S>
 FIRN_INLINE Mat<S, 2> polar_rotation(const Mat<S, 2>& F) {
     const S x = S(0.5) * F(0, 0) + S(0.5) * F(1, 1);  // the halves prevent overflow
@@ -87,7 +88,7 @@ FIRN_INLINE Mat<S, 2> polar_rotation(const Mat<S, 2>& F) {
 }
 
 namespace detail {
-/// Returns F Rᵀ for R = polar_rotation(F). It is exactly symmetric.
+/// Returns F Rᵀ for R = polar_rotation(F). The result is exactly symmetric.
 template <class S>
 FIRN_INLINE Mat<S, 2> turned_back(const Mat<S, 2>& F, const Mat<S, 2>& R) {
     const S off = S(0.5) * (F(0, 0) * R(1, 0) + F(0, 1) * R(1, 1)) + S(0.5) * (F(1, 0) * R(0, 0) + F(1, 1) * R(0, 1));
@@ -104,15 +105,17 @@ FIRN_INLINE Mat<S, 2> left_stretch(const Mat<S, 2>& F) {
 
 namespace detail {
 
-/// Returns tr V, the largest root λ of f(λ) = λ⁴ − 2 I_b λ² − 8 J λ + I_b² − 4 II_b, where I_b and II_b are the first
-/// and second invariant of b = FFᵀ, and J = det F. (f(λ) = 0 is II_V² = II_b + 2 J λ with II_V = (λ² − I_b)/2.) All
-/// four roots are real: ±σ₀ ±σ₁ ±σ₂ with an even number of minus signs. Halley's iteration starts at the upper bound
-/// √(3 I_b) and descends to the largest root.
+/// Returns tr V, the trace of the left stretch V of F. It is the largest root λ of f(λ) = λ⁴ − 2 I_b λ² − 8 J λ + I_b²
+/// − 4 II_b, where I_b and II_b are the first and second invariant of b = FFᵀ, and J = det F. (With II_V = (λ² −
+/// I_b)/2, f(λ) = 0 is II_V² = II_b + 2 J λ.) All four roots are real: ±σ₀ ±σ₁ ±σ₂ with an even number of minus signs,
+/// where σᵢ are the singular values of F. Halley's iteration starts at the upper bound √(3 I_b) and descends to the
+/// largest root.
 ///
-/// A step of the iteration turns an error e of λ into K e³. K ≤ 36/λ² wherever left_stretch() uses the root (there
-/// f′(λ) = 8Δ ≥ λ³, see left_stretch() for Δ), and K is near 3.4/λ² if F is a rotation. So if the last step was shorter
-/// than ∛ε λ / 5, the error is below ε λ / 3. All lanes take the first two (double: three) steps, which are enough for
-/// strains up to 0.45. Lanes whose last step was longer take two more steps.
+/// A step of the iteration turns an error e of λ into an error K e³. The factor K is at most 36/λ² wherever
+/// left_stretch() uses the root (there f′(λ) = 8Δ ≥ λ³, see left_stretch() for Δ), and near 3.4/λ² if F is a rotation.
+/// So if the last step was shorter than ∛ε λ / 5 (ε: machine epsilon), the error is below ε λ / 3. All lanes take the
+/// first two (double: three) steps, which are enough for strains up to 0.45. Lanes whose last step was longer take two
+/// more steps.
 template <class S>
 FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
     constexpr bool single = sizeof(value_type_t<S>) == 4;
@@ -139,11 +142,11 @@ FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
 
 }  // namespace detail
 
-/// Returns the left stretch V of a 3 × 3 matrix.
+/// Returns the left stretch V = √(FFᵀ) of a 3 × 3 matrix F.
 ///
 /// For every finite F, V is exactly symmetric, and ‖V² − FFᵀ‖ ≤ 100 ε ‖F‖² (measured: ≤ 30 ε ‖F‖², ε: machine epsilon).
-/// The smallest eigenvalue of V has the sign of det F if its absolute value exceeds 50 ε ‖F‖. V must be representable:
-/// all |Fᵢⱼ| must be below a third of the largest number of the scalar.
+/// If the absolute value of the smallest eigenvalue of V exceeds 50 ε ‖F‖, this eigenvalue has the sign of det F. All
+/// |Fᵢⱼ| must be below a third of the largest number of the scalar, so that V can be represented.
 ///
 /// Most lanes use a closed form by invariants (Hoger & Carlson, Q. Appl. Math. 42 (1984)), with b = FFᵀ, J = det F,
 /// λ = tr V and II = (λ² − tr b)/2:
@@ -151,15 +154,15 @@ FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
 ///     V = [λ J I + (λ² − II) b − b²] / (λ II − J)
 ///
 /// The denominator is Δ = (σ₀+σ₁)(σ₁+σ₂)(σ₂+σ₀), where σᵢ are the singular values of F. If Δ is small (two small
-/// singular values, or σ₂ ≈ −σ₁), neither λ nor V can be computed this way. Δ/λ³ is 0.3 for a rotation; the error of V
-/// grows as (Δ/λ³)⁻².
+/// singular values, or σ₂ ≈ −σ₁), neither λ nor V can be computed accurately in this way: the error of V grows as
+/// (Δ/λ³)⁻². For a rotation, Δ/λ³ is 0.3.
 ///
 /// The other lanes use Jacobi rotations, which are some twenty times slower: lanes where Δ < 0.125 λ³, and lanes where
 /// F is so large or small that λ⁷ could leave the range of the scalar (‖F‖ outside 1e-3 … 3e3 in float, 1e-30 … 1e30 in
 /// double). The result of a lane depends on that lane only.
 ///
-/// With dual numbers, the derivative dV is right with both methods (to about 200 ε ‖dF‖ in the closed form), except
-/// where V has no derivative: σᵢ + σⱼ = 0.
+/// With dual numbers, the derivative dV is right with both methods (in the closed form, to about 200 ε ‖dF‖), except
+/// where V has no derivative, that is, where σᵢ + σⱼ = 0 for some i ≠ j.
 template <scalar S>
 FIRN_INLINE Mat<S, 3> left_stretch(const Mat<S, 3>& F) {
     const Mat<S, 3> b = detail::symmetric<S, 3>(
@@ -185,7 +188,8 @@ FIRN_INLINE Mat<S, 3> left_stretch(const Mat<S, 3>& F) {
 
     constexpr bool single = sizeof(value_type_t<S>) == 4;
     const mask_t<S> apart = S(0.125) * (lambda * lambda * lambda) < denominator;
-    // Beyond these bounds, slope² in trace_of_stretch() could underflow and give a plausible but wrong result.
+    // Outside of these bounds, slope² in trace_of_stretch() could underflow, and the result would look right but be
+    // wrong.
     const mask_t<S> not_small = S(single ? 1e-6 : 1e-60) < Ib;
     const mask_t<S> not_large = Ib < S(single ? 1e7 : 1e60);
     const mask_t<S> ordinary = apart & not_small & not_large;

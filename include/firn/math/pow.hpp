@@ -4,8 +4,8 @@
 /// y log x. The error of pow is at most 1.3 ulp over the whole range (measured), also for subnormal results.
 ///
 /// x must not be negative: a negative x gives NaN, also for whole y (as on a GPU). pow(x, 0) = pow(1, y) = 1. For x or
-/// y equal to 0 or ∞ the results are those of the C standard, with −0 taken as 0. If x or y is NaN, the result is NaN,
-/// also in pow(NaN, 0).
+/// y equal to 0 or ∞ the results are those of the C standard, except that −0 is treated as 0. If x or y is NaN, the
+/// result is NaN, also in pow(NaN, 0).
 #pragma once
 
 #include <firn/math/exp_log.hpp>
@@ -15,8 +15,8 @@ namespace firn {
 namespace detail {
 
 /// Returns log x as the sum of two numbers, for finite x > 0, with a relative error of about ε / 100 (ε: machine
-/// epsilon). All products whose rounding errors would matter are products of two leading_half() and therefore exact, so
-/// fused multiply-adds do not change them.
+/// epsilon). All products whose rounding errors would matter are products of two results of leading_half(), and
+/// therefore exact. So these products are the same with and without fused multiply-adds.
 template <class S>
 FIRN_INLINE Pair<S> log_pair(const S& x) {
     const auto [m, e] = split(x);
@@ -84,7 +84,7 @@ FIRN_INLINE S pow(const S& x, const std::type_identity_t<S>& y) {
 }
 
 /// Returns xʸ and its derivative, d(xʸ) = y xʸ⁻¹ dx + xʸ log x dy. The first term is 0 if dx = 0 or y = 0, the second
-/// term is 0 if dy = 0, even where their other factors are infinite.
+/// term is 0 if dy = 0, even where the other factors of a term are infinite.
 template <scalar T>
 FIRN_INLINE dual<T> pow(const dual<T>& x, const std::type_identity_t<dual<T>>& y) {
     const T value = pow(x.value, y.value);

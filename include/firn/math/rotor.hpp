@@ -1,5 +1,5 @@
-/// \file Rotations in 2D and 3D by the same code: unit quaternions, and quantities about an axis (angular velocities,
-/// torques).
+/// \file Rotations (unit quaternions) and quantities about an axis (angular velocities, torques), such that the same
+/// code serves 2D and 3D.
 #pragma once
 
 #include <firn/core/angle.hpp>
@@ -57,7 +57,7 @@ FIRN_INLINE constexpr Mat<S, 3> skew(const Vec<S, 3>& w) {
     return Mat<S, 3>::rows(S(0), -w.v[2], w.v[1], w.v[2], S(0), -w.v[0], -w.v[1], w.v[0], S(0));
 }
 
-/// Converts a quantity about an axis to the scalar T.
+/// Converts a quantity about an axis, e.g. an angular velocity, to the scalar T.
 template <class T, int D, class S>
 FIRN_INLINE constexpr Axial<T, D> cast_axial(const S& w) {
     if constexpr (D == 2)
@@ -66,7 +66,7 @@ FIRN_INLINE constexpr Axial<T, D> cast_axial(const S& w) {
         return cast<T>(w);
 }
 
-/// Returns the components of a rotor after w, which are n sin φ/2; in 2D z.
+/// Returns the components (x, y, z) = n sin φ/2 of a rotor that rotates by φ about the unit vector n; in 2D only z.
 template <class S, int N>
 FIRN_INLINE constexpr Axial<S, N == 2 ? 2 : 3> axial_part(const Vec<S, N>& q) {
     if constexpr (N == 2)

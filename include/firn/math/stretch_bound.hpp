@@ -1,13 +1,13 @@
-/// \file Bounds of the principal stretches that need few operations. They serve to bound wave speeds, and to skip
-/// return mappings of particles that certainly do not yield.
+/// \file Bounds of the principal stretches of a deformation gradient, computed with few operations. Materials use these
+/// bounds to bound wave speeds, and to skip the return mapping of particles that certainly do not yield.
 #pragma once
 
 #include <firn/core/tensor.hpp>
 
 namespace firn {
 
-/// Returns an upper bound of the square of F's largest singular value [1]: the largest of the sums Σⱼ |(FFᵀ)ᵢⱼ| over a
-/// row i (Gershgorin). The bound is exact if FFᵀ is diagonal.
+/// Returns an upper bound of the square of F's largest singular value [1]. The bound is the largest row sum Σⱼ
+/// |(FFᵀ)ᵢⱼ| of FFᵀ (Gershgorin). The bound is exact if FFᵀ is diagonal.
 template <scalar S, int D>
 FIRN_INLINE S squared_stretch_bound(const Mat<S, D>& F) {
     const Mat<S, D> b = F * transpose(F);

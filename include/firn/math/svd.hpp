@@ -14,7 +14,7 @@
 
 namespace firn {
 
-/// Returns the matrix U diag(d) Uᵀ. It is exactly symmetric.
+/// Returns the matrix U diag(d) Uᵀ. The result is exactly symmetric.
 template <scalar S, int D>
 FIRN_INLINE Mat<S, D> spectral(const Mat<S, D>& U, const Vec<S, D>& d) {
     return detail::symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
@@ -26,12 +26,13 @@ FIRN_INLINE Mat<S, D> spectral(const Mat<S, D>& U, const Vec<S, D>& d) {
 
 namespace detail {
 
-/// Returns U and σ of a left stretch V in 2D, by the Jacobi rotation that makes V diagonal.
+/// Returns the left singular vectors U and the singular values σ of a 2 × 2 matrix F from its left stretch V, by the
+/// Jacobi rotation that makes V diagonal.
 /// \param scale  factor by which F was divided before V was computed
 template <class S>
 FIRN_INLINE LeftSingular<S, 2> left_singular_of_stretch(const Mat<S, 2>& V, const S& scale) {
-    // The angle θ of the rotation has tan θ = 2 V₀₁ / (d ± √(d² + 4 V₀₁²)), d = V₀₀ − V₁₁, with the sign of d, so that
-    // nothing cancels.
+    // The angle θ of the rotation has tan θ = 2 V₀₁ / (d ± √(d² + 4 V₀₁²)), where d = V₀₀ − V₁₁. The sign ± is the sign
+    // of d, so that no digits cancel.
     const S difference = V(0, 0) - V(1, 1);
     const S twice = S(2) * V(0, 1);
     const S root = sqrt(difference * difference + twice * twice);
@@ -55,8 +56,8 @@ FIRN_INLINE Mat<S, D> divided(const Mat<S, D>& a, const S& by) {
 
 }  // namespace detail
 
-/// Returns the left singular vectors and the singular values of a 2 × 2 matrix, in closed form: F = scale · U diag(σ)
-/// Qᵀ with σ₀ ≥ |σ₁|. U is a rotation for every F.
+/// Returns the left singular vectors (U) and the singular values (σ) of a 2 × 2 matrix F, in closed form: F = scale · U
+/// diag(σ) Qᵀ with rotations U and Q and σ₀ ≥ |σ₁|. U is a rotation for every F, also for F = 0.
 template <scalar S>
 FIRN_INLINE LeftSingular<S, 2> left_singular(const Mat<S, 2>& F) {
     const S scale = detail::largest_or_one(F);
@@ -65,8 +66,8 @@ FIRN_INLINE LeftSingular<S, 2> left_singular(const Mat<S, 2>& F) {
 
 namespace detail {
 
-/// Returns σ and U with their derivatives: dσᵢ = (Uᵀ dF Fᵀ U)ᵢᵢ / σᵢ, and dU = U Ω with Ωᵢⱼ = (Uᵀ d(FFᵀ)
-/// U)ᵢⱼ / (σⱼ² − σᵢ²) for i ≠ j.
+/// Returns the singular values σ and the left singular vectors U of F, with their derivatives: dσᵢ = (Uᵀ dF Fᵀ U)ᵢᵢ /
+/// σᵢ, and dU = U Ω with Ωᵢⱼ = (Uᵀ d(FFᵀ) U)ᵢⱼ / (σⱼ² − σᵢ²) for i ≠ j.
 template <class T, int D>
 FIRN_INLINE LeftSingular<dual<T>, D> left_singular_of_dual(const Mat<dual<T>, D>& F) {
     Mat<T, D> value, change;
@@ -138,8 +139,8 @@ struct Svd {
     Mat<S, D> V;       ///< right singular vectors, in columns; a rotation
 };
 
-/// Returns the singular value decomposition of a 2 × 2 matrix F: U and σ of its left stretch, and V = RᵀU with
-/// R = polar_rotation(F).
+/// Returns the singular value decomposition of a 2 × 2 matrix F: U and σ are those of the left stretch of F, and V =
+/// RᵀU with R = polar_rotation(F).
 template <scalar S>
 FIRN_INLINE Svd<S, 2> svd(const Mat<S, 2>& F) {
     const S scale = detail::largest_or_one(F);
@@ -166,7 +167,8 @@ FIRN_INLINE Svd<S, 3> svd(const Mat<S, 3>& F) {
     const auto zero = first == S(0);
     const Vec<S, 3> axis{{S(1), S(0), S(0)}};
     const Vec<S, 3> u0 = select(zero, axis, w[0] * (S(1) / select(zero, S(1), first)));
-    // A vector perpendicular to u0: the vector product with the first or the second axis, whichever is farther from u0.
+    // `across` is perpendicular to u0: it is the vector product of u0 with the first or the second axis, the one that
+    // is farther from u0.
     const Vec<S, 3> across = cross(select(u0.v[0] * u0.v[0] < S(0.5), axis, Vec<S, 3>{{S(0), S(1), S(0)}}), u0);
     const auto vanishes = norm(w[1]) < S(negligible);
     const Vec<S, 3> second = select(vanishes, across, w[1]);

@@ -2,8 +2,8 @@
 ///
 /// The functions give the same bits for a single number and in SIMD lanes, and (with floating-point contraction off)
 /// under every compiler. The argument x is in radians, |x| ≤ 1e5 in float and |x| ≤ 1e8 in double. For a larger |x| the
-/// result is NaN, since the reduction of x would lose digits. The error is at most 1.1 ulp in that range (measured),
-/// also near the zeros of the functions.
+/// result is NaN, since the subtraction of quarter turns from x would lose digits. The error is at most 1.1 ulp in that
+/// range (measured), also near the zeros of the functions.
 #pragma once
 
 #include <firn/math/exp_log.hpp>
@@ -12,8 +12,8 @@ namespace firn {
 
 namespace detail {
 
-// π/2 as a sum of parts. Each part but the last has so few digits that its product with the number of quarter turns is
-// exact (Cody & Waite).
+// π/2 as a sum of parts. Each part except the last has so few binary digits that the product of the part and the number
+// of quarter turns is exact (Cody & Waite).
 template <class S>
 inline constexpr auto quarter_turn =
     std::array{0x1.921fb4p+0, 0x1.4442dp-24, 0x1.846988p-48, 0x1.8cc516p-72, 0x1.01b839a25204ap-96};
@@ -22,7 +22,7 @@ template <class S>
 inline constexpr auto quarter_turn<S> =
     std::array{0x1.92p+0, 0x1.fap-12, 0x1.54p-20, 0x1.1p-30, 0x1.68p-39, 0x1.84p-48, 0x1.a62634p-58};
 
-/// Returns the coefficients ±1/n! of the series of sin and cos for n = first, first + 2, …; they are negative where
+/// Returns the coefficients ±1/n! of the series of sin and cos for n = first, first + 2, … A coefficient is negative if
 /// n/2, rounded down, is odd.
 template <int first, std::size_t N>
 constexpr std::array<double, N> alternating_inverse_factorials() {
@@ -39,14 +39,14 @@ constexpr std::array<double, N> alternating_inverse_factorials() {
 
 template <class S>
 struct QuarterTurn {
-    S sine,      ///< sine of the remainder r, |r| ≤ π/4
+    S sine,      ///< sine of r = x minus the nearest multiple of π/2
         cosine;  ///< cosine of r
     S quadrant;  ///< number of quarter turns that were subtracted from x, modulo 4: 0, 1, 2 or 3
 };
 template <class S>
 FIRN_INLINE QuarterTurn<S> reduced_sine_cosine(const S& x) {
     const S n = nearest_whole(x * S(0.636619772367581343076));
-    S r = (x - n * S(quarter_turn<S>[0])) - n * S(quarter_turn<S>[1]);  // exact; subtracting the next parts is not
+    S r = (x - n * S(quarter_turn<S>[0])) - n * S(quarter_turn<S>[1]);  // exact, unlike the differences below
     S rest = S(0);
     unroll<int(quarter_turn<S>.size()) - 2>([&](auto k) FIRN_LAMBDA {
         const auto [sum, error] = two_sum(r, -(n * S(quarter_turn<S>[k + 2])));
