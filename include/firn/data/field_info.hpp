@@ -43,8 +43,7 @@ enum class FieldNumber : std::uint8_t { real, uint32, float64 };
 /// Which part of a program writes a field.
 enum class FieldRole : std::uint8_t {
     motion,    ///< written in every step
-    affine,    ///< written by affine transfers; with other transfers, it keeps its start value and may be missing in a
-               ///< saved state
+    affine,    ///< written by affine transfers; otherwise it keeps its start value, and saved states may lack it
     stress,    ///< written by G2P for the next P2G; it can be computed from the material's state
     given,     ///< set by the program when it adds the particle; no step changes it
     constant,  ///< keeps its start value unless the program sets it; no step changes it

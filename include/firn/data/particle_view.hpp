@@ -45,8 +45,8 @@ struct ParticleView {
     Field stress;  ///< symmetric_size<D> numbers: Kirchhoff stress τ [Pa]; written by G2P for the next P2G
     Field mass;    ///< mass m [kg]
     Field volume;  ///< initial volume V0 [m^D]
-    std::array<Field, state_field_count<State>>
-        state;  ///< the material's state: one array per field of State::fields(), in that order
+    /// The material's state: one array for each field, in the order of State::fields().
+    std::array<Field, state_field_count<State>> state;
 
     /// A built-in field: one that every particle has.
     struct BuiltIn {
