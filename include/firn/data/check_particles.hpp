@@ -76,7 +76,8 @@ void check_positions(std::size_t count, const Domain<D>& domain, const Position&
 /// Checks that all masses are positive and finite.
 /// \param count  number of particles
 /// \param mass   mass(i) is the mass [kg] of particle i
-/// \throws particle_error  if a mass is not positive and finite; the message tells how many such masses there are, and
+/// \throws particle_error  if a mass is not positive or not finite; the message tells how many such masses there are,
+/// and
 ///                         names the first three particles
 template <std::floating_point S, class Mass>
 void check_masses(std::size_t count, const Mass& mass) {

@@ -26,7 +26,7 @@ struct Domain {
 
     /// For each axis, true if the axis is periodic: matter that leaves the domain at one end of the axis enters it at
     /// the other end. The number of cells along a periodic axis must be a multiple of 16 (with the cubic kernel: of
-    /// 48). Boundaries are not repeated: one that lies at one end of the axis does not act at the other end. The walls
+    /// 48). Boundaries are not repeated: a boundary near one end of the axis does not act at the other end. The walls
     /// at the ends of a periodic axis must be Contact::none, which is the default.
     std::array<bool, std::size_t(D)> periodic{};
 
@@ -53,7 +53,7 @@ inline constexpr double most_cells_per_axis = 4.0 * (1 << 20) - 16;
 inline constexpr int periodic_multiple = 16;
 
 /// Checks a domain.
-/// \throws parameter_error  if the box is empty or not finite, if the cell size is not positive and finite, if there
+/// \throws parameter_error  if the box is empty or not finite, if the cell size is not positive or not finite, if there
 ///                          are fewer than 2 or more than most_cells_per_axis cells along an axis, or if the number of
 ///                          cells along a periodic axis is no multiple of periodic_multiple
 template <int D>

@@ -80,9 +80,9 @@ public:
     /// Returns the address of the gap: scratch memory as large as the widest field. The gap may be used until permute()
     /// or grow() is called.
     std::byte* room() { return memory_.data() + (room_at_end_ ? end_of_fields() : 0); }
-    /// Memory allocated [bytes].
+    /// Size of the allocated memory [bytes].
     std::size_t bytes() const { return memory_.capacity(); }
-    /// Memory that this many slots need [bytes].
+    /// Size of the memory that this many slots need [bytes].
     std::size_t bytes_for(std::size_t slots) const { return slots * (width_ + widest_); }
 
     /// Increases the number of slots. All numbers in new slots are zero. Each worker is the first to write to its part

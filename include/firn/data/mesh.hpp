@@ -119,7 +119,7 @@ inline double signed_volume(const TriangleMesh& mesh) {
 
 /// Checks that a surface is closed and consistently oriented: every edge belongs to exactly two triangles, which
 /// traverse the edge in opposite directions. The surface may intersect itself. \see InsideTest
-/// \throws mesh_error  if the surface is not closed and consistently oriented, or if it does not pass check_mesh()
+/// \throws mesh_error  if the surface is not closed or not consistently oriented, or if it does not pass check_mesh()
 inline void check_closed(const TriangleMesh& mesh) {
     check_mesh(mesh);
     struct Edge {
@@ -178,7 +178,7 @@ inline TriangleMesh translated(const TriangleMesh& mesh, const Vec<double, 3>& o
 }
 
 /// Returns the mesh with all positions multiplied by `factor`.
-/// \throws parameter_error  if the factor is not finite and above 0
+/// \throws parameter_error  if the factor is not finite or not above 0
 inline TriangleMesh scaled(const TriangleMesh& mesh, double factor) {
     if (!(factor > 0) || !std::isfinite(factor)) {
         throw parameter_error(sentence("A mesh cannot be scaled by ", factor, "; give a finite number above 0."));

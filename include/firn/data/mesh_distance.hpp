@@ -26,7 +26,7 @@ struct MeshDistanceOptions {
 /// rounding.
 /// \tparam Number  float or double
 /// \throws mesh_error       if the mesh is empty or not closed, or if it encloses no volume
-/// \throws parameter_error  if the spacing or the band is not positive and finite, if the band is narrower than one
+/// \throws parameter_error  if the spacing or the band is not positive or not finite, if the band is narrower than one
 ///                          spacing, or if the grid is larger than most_bytes
 /// \throws memory_error     if the grid does not fit into memory
 template <std::floating_point Number = float>

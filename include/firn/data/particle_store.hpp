@@ -244,7 +244,7 @@ public:
         for (std::size_t r = 0; r < blocks_.size(); ++r) blocks_[r] = block_key<D>(partition.ranges[r].block);
     }
 
-    /// Memory allocated [bytes].
+    /// Size of the memory that the store has allocated [bytes].
     std::size_t bytes() const {
         return fields_.bytes() + blocks_.capacity() * sizeof(std::uint64_t) +
                (id_.capacity() + block_.capacity()) * sizeof(std::uint32_t);

@@ -25,7 +25,7 @@ enum class Pattern {
 /// Options of how a shape is filled with particles. The same options give the same positions, bit for bit, with every
 /// compiler.
 struct SamplingOptions {
-    double spacing = 0;  ///< mean distance of particles [m], above 0: one particle per spacing^D; required
+    double spacing = 0;                         ///< mean particle distance [m] (one per spacing^D), above 0; required
     Pattern pattern = Pattern::lattice;         ///< how particles are arranged
     double jitter = 0.25;                       ///< largest random shift [spacings], 0 to 0.5; for Pattern::jittered
     std::uint64_t seed = 1;                     ///< seed of the random numbers; for jittered and poisson_disk
@@ -40,7 +40,7 @@ struct Samples {
 };
 
 /// Returns the spacing [m] of a lattice with `particles_per_cell` particles in a grid cell of side `cell_size` [m].
-/// \throws parameter_error  if an argument is not finite and above 0
+/// \throws parameter_error  if an argument is not finite or not above 0
 template <int D>
 double particle_spacing(double cell_size, double particles_per_cell) {
     if (!(cell_size > 0 && std::isfinite(cell_size) && particles_per_cell > 0 && std::isfinite(particles_per_cell))) {
@@ -51,7 +51,7 @@ double particle_spacing(double cell_size, double particles_per_cell) {
 }
 
 /// Checks the options for filling a shape.
-/// \throws parameter_error  if the spacing is not positive and finite, or if the jitter does not lie in 0 to 0.5
+/// \throws parameter_error  if the spacing is not positive or not finite, or if the jitter does not lie in 0 to 0.5
 inline void check(const SamplingOptions& options) {
     if (!(options.spacing > 0) || !std::isfinite(options.spacing)) {
         throw parameter_error(sentence("The particle spacing is ", options.spacing,

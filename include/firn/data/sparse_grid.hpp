@@ -145,7 +145,7 @@ public:
         return b == no_block ? nullptr : nodes(b) + within * node_width;
     }
 
-    /// Memory allocated [bytes].
+    /// Size of the memory that the grid has allocated [bytes].
     std::size_t bytes() const {
         std::size_t numbers = nodes_.capacity();
         for (const auto& layer : layers_) numbers += layer.capacity();

@@ -143,7 +143,7 @@ struct node_register {
     }
 };
 
-/// Number of numbers that each register of a row of K nodes holds.
+/// How many numbers each register of a row of K nodes holds.
 template <class S, int K>
 inline constexpr int row_register =
 #ifdef FIRN_WIDE_ROWS

@@ -215,8 +215,8 @@ private:
                 const int cell = std::countr_zero(disordered);
                 const std::size_t begin = cell == 0 ? 0 : next[cell - 1], count = next[cell] - begin;
                 if (count <= pack_size && range.particles >= pack_size) {
-                    const std::size_t first =
-                        std::min(begin, range.particles - pack_size);  // where sixteen ids begin that contain these
+                    // index of the first of sixteen particles that include the `count` particles from `begin` on
+                    const std::size_t first = std::min(begin, range.particles - pack_size);
                     order_few(to + first, id_of + first, begin - first, count);
                 } else {
                     std::sort(to + begin, to + begin + count,

@@ -57,8 +57,8 @@ BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const 
 /// Returns the partition of firn's own particles: their order by block, cell and id. No particle is moved.
 /// \param threads  number of threads; 0: thread_count() chooses
 /// \param room     scratch memory of `BlockSort::room` bytes per slot
-/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of the number that the kernel
-///                          needs. \see Domain::periodic
+/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of 16 (with the cubic
+///                          kernel: of 48)
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads, std::byte* room) {
     detail::check_periods(particles.domain(), colours_along_axis<Kernel>, Kernel::support);
@@ -69,8 +69,8 @@ BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, i
 /// Returns the partition of firn's own particles: their order by block, cell and id. No particle is moved. The function
 /// allocates the scratch memory itself.
 /// \param threads  number of threads; 0: thread_count() chooses
-/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of the number that the kernel
-///                          needs. \see Domain::periodic
+/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of 16 (with the cubic
+///                          kernel: of 48)
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads = 0) {
     const auto room = std::make_unique_for_overwrite<std::byte[]>(particles.slots() * BlockSort<D>::room);
@@ -111,8 +111,8 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
 
 /// Sorts firn's own particles by block, cell and id: moves the particles into this order and returns their partition.
 /// \param threads  number of threads; 0: thread_count() chooses
-/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of the number that the kernel
-///                          needs. \see Domain::periodic
+/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of 16 (with the cubic
+///                          kernel: of 48)
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> sort_particles(Particles<S, D, State>& particles, int threads = 0) {
     static_assert(D * D * sizeof(S) >= BlockSort<D>::room);
