@@ -77,8 +77,7 @@ void check_positions(std::size_t count, const Domain<D>& domain, const Position&
 /// \param count  number of particles
 /// \param mass   mass(i) is the mass [kg] of particle i
 /// \throws particle_error  if a mass is not positive or not finite; the message tells how many such masses there are,
-/// and
-///                         names the first three particles
+///                         and names the first three particles
 template <std::floating_point S, class Mass>
 void check_masses(std::size_t count, const Mass& mass) {
     std::size_t wrong = 0;

@@ -30,9 +30,8 @@ class InsideTest {
 public:
     /// Prepares the test for a mesh.
     /// \throws mesh_error  if the mesh is not closed or not consistently oriented (check_closed()), if the mesh
-    /// encloses
-    ///                     no volume, or if the mesh is so small and so far from the origin that its shape is lost to
-    ///                     rounding
+    ///                     encloses no volume, or if the mesh is so small and so far from the origin that its shape is
+    ///                     lost to rounding
     explicit InsideTest(const TriangleMesh& mesh) {
         check_closed(mesh);
         bounds_ = bounding_box(mesh);

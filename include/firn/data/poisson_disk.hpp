@@ -27,8 +27,8 @@ inline constexpr double poisson_density = D == 2 ? 0.615 : 0.577;
 
 }  // namespace detail
 
-/// Returns the radius r [m], the least distance between two Poisson-disk points, for which these points are as dense as
-/// those of a lattice with this `spacing` [m].
+/// Returns the radius r [m] with which Poisson-disk points (random points at distances of at least r) are as dense as
+/// the points of a lattice with this `spacing` [m].
 template <int D>
 double poisson_radius(double spacing) {
     return spacing * (D == 2 ? std::sqrt(detail::poisson_density<2>) : std::cbrt(detail::poisson_density<3>));

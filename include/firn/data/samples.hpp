@@ -99,7 +99,7 @@ Vec<double, D> lattice_point(const Vec<double, D>& anchor, double spacing, const
 }
 
 /// Calls f(index, counter) for each point of a lattice, until f returns false. Along each axis, the point's index goes
-/// from `begin` to before `end`; the first axis runs fastest. The counter of the points is 0, 1, 2, ….
+/// from `begin` to before `end`; the first axis runs fastest. `counter` is 0 for the first point, 1 for the second, ….
 template <int D, class F>
 void for_lattice(const std::array<std::int64_t, D>& begin, const std::array<std::int64_t, D>& end, const F& f) {
     for (std::size_t k = 0; k < D; ++k) {

@@ -186,7 +186,7 @@ struct row_of {
         first.store(to);
         rest.store(to + width);
     }
-    /// Returns a copy of the row that the compiler keeps in registers: it does not read the copy's numbers from memory
+    /// Returns a copy of the row that the compiler keeps in registers: the numbers of the copy are not read from memory
     /// again.
     FIRN_INLINE row_of held() const { return {first.held(), rest.held()}; }
     /// Returns a row whose nodes all have the four numbers from[0] to from[3].
