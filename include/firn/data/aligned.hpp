@@ -1,9 +1,9 @@
-/// \file Vectors whose memory starts on a cache line. Large ones start on a large page (2 MiB) and ask the system for
-/// large pages.
+/// \file Vectors in aligned memory. A vector starts on a cache line (64 bytes). A vector of 4 MiB or more starts on a
+/// large page (2 MiB), and the system is asked to use large pages for it.
 ///
-/// On a machine where each processor has memory of its own (NUMA), the system places a page of memory near the
-/// processor that first writes to the page. So resize() leaves new numbers uninitialised, and in renew() and grow()
-/// each worker is the first to write to its part of new memory.
+/// On a machine where each processor has its own memory (NUMA), the system places a page of memory near the processor
+/// that first writes to the page. So resize() leaves new numbers uninitialised, and in renew() and grow() each worker
+/// (thread) is the first to write to its part of new memory.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -21,8 +21,8 @@
 
 namespace firn {
 
-/// An allocator of aligned memory for standard containers. It leaves new numbers uninitialised, where std::allocator
-/// sets them to zero.
+/// An allocator of aligned memory for standard containers. New numbers stay uninitialised; std::allocator would set
+/// them to zero.
 template <class T>
 struct aligned_allocator {
     using value_type = T;                                            ///< type of the allocated values
@@ -38,12 +38,13 @@ struct aligned_allocator {
         const std::size_t bytes = n * sizeof(T);
         void* memory = ::operator new(bytes, alignment(bytes));
 #ifdef MADV_HUGEPAGE
-        // This is only a request. If the system refuses it, pages are small.
+        // madvise() only asks for large pages. If the system refuses, the memory has pages of the usual size.
         if (bytes >= 2 * large_page) madvise(memory, bytes / large_page * large_page, MADV_HUGEPAGE);
 #endif
         return static_cast<T*>(memory);
     }
-    /// Constructs a value at address p. If there are no arguments, a number stays uninitialised.
+    /// Constructs a value at address p from the arguments. Without arguments, a value that is a number stays
+    /// uninitialised.
     template <class U, class... Arguments>
     void construct(U* p, Arguments&&... arguments) {
         if constexpr (sizeof...(Arguments) == 0)
@@ -53,7 +54,7 @@ struct aligned_allocator {
     }
     /// Frees the memory that allocate(n) returned.
     void deallocate(T* p, std::size_t n) { ::operator delete(p, alignment(n * sizeof(T))); }
-    /// Always true: any aligned_allocator can free what another one allocated.
+    /// Always true, because any aligned_allocator can free the memory of another.
     template <class U>
     bool operator==(const aligned_allocator<U>&) const {
         return true;
@@ -71,18 +72,18 @@ using aligned_vector = std::vector<T, aligned_allocator<T>>;
 
 namespace detail {
 
-/// If an array is smaller than this [bytes], one worker initialises it alone.
+/// Size of an array [bytes] below which a single worker writes the whole array.
 inline constexpr std::size_t least_shared_bytes = std::size_t(1) << 18;
 
-/// Divides n values of type T among the workers and calls body(first, last) for each worker's part. If the values take
-/// less than least_shared_bytes, one worker gets them all.
+/// Divides the indices 0 to n − 1 of an array of type T among the workers. Each worker calls body(first, last) for its
+/// part, the indices first ≤ i < last. If the array is smaller than least_shared_bytes, one worker gets all indices.
 template <class T, class Body>
 void for_shares_of(std::size_t n, int workers, const Body& body) {
     for_shares(n, n * sizeof(T) < least_shared_bytes ? 1 : workers, body);
 }
 
-/// Writes n values to `to`: copies the first `there` values of `from`, and sets the others to `value`. Each worker
-/// writes its part.
+/// Writes n values to `to`: the first `there` values are copied from `from`, all others equal `value`. The work is
+/// divided among the workers.
 template <class T>
 void copy_and_fill(const T* from, std::size_t there, T* to, std::size_t n, const T& value, int workers) {
     for_shares_of<T>(n, workers, [&](std::size_t first, std::size_t last) {
@@ -94,8 +95,8 @@ void copy_and_fill(const T* from, std::size_t there, T* to, std::size_t n, const
 
 }  // namespace detail
 
-/// Resizes the vector to n uninitialised numbers and discards the old ones. Each worker is the first to write to its
-/// part of new memory.
+/// Gives the vector n uninitialised numbers; the old numbers are lost. If this needs new memory, each worker is the
+/// first to write to its part of the memory.
 template <class T>
 void renew(aligned_vector<T>& numbers, std::size_t n, int workers) {
     static_assert(std::is_trivially_default_constructible_v<T>);
@@ -111,8 +112,8 @@ void renew(aligned_vector<T>& numbers, std::size_t n, int workers) {
     });
 }
 
-/// Lengthens the vector to n values and sets the new ones to `value`. Each worker is the first to write to its part of
-/// the new memory.
+/// Lengthens the vector to n values: the old values stay, and all new values equal `value`. Each worker is the first to
+/// write to its part of the new memory.
 template <class T>
 void grow(aligned_vector<T>& numbers, std::size_t n, const T& value, int workers) {
     aligned_vector<T> larger;

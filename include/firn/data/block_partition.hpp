@@ -17,8 +17,8 @@ inline constexpr int block_size = 4;
 template <int D>
 inline constexpr int block_nodes = D == 2 ? block_size * block_size : block_size * block_size * block_size;
 
-/// The maximum distance [cells] of a particle's base node from the particle's block. Beyond it, particles must be
-/// sorted again.
+/// Largest distance [cells] of a particle's base node (the lowest node to which the particle scatters) from the block
+/// into which the particle was last sorted. If a base node lies farther away, particles must be sorted again.
 inline constexpr int allowed_drift = 1;
 
 /// Integer coordinates of a block. Multiplied by block_size, they are the position [cells] of the block's lower corner,
@@ -26,8 +26,9 @@ inline constexpr int allowed_drift = 1;
 template <int D>
 using BlockCoordinate = std::array<int, std::size_t(D)>;
 
-/// Packs a block's coordinates into one integer, the block's key, with 21 bits per axis. The first axis has the highest
-/// bits, so keys are sorted as the coordinates are.
+/// Returns a block's key: the block's coordinates, packed into one integer with 21 bits per axis. The first axis has
+/// the highest bits. So blocks sorted by key are sorted by their first coordinate, then by the second, then by the
+/// third.
 template <int D>
 std::uint64_t block_key(const BlockCoordinate<D>& block) {
     std::uint64_t key = 0;
@@ -42,7 +43,7 @@ BlockCoordinate<D> block_of_key(std::uint64_t key) {
     return block;
 }
 
-/// Returns the remainder of a / n in [0, n), also for negative a.
+/// Returns the remainder of a / n as a number in [0, n), also if a is negative.
 constexpr int modulo(int a, int n) { return (a % n + n) % n; }
 
 /// Returns the number of blocks along a periodic axis, or 0 if the axis is not periodic.
@@ -55,22 +56,22 @@ template <int D>
 bool is_periodic(const Domain<D>& domain) {
     return std::find(domain.periodic.begin(), domain.periodic.end(), true) != domain.periodic.end();
 }
-/// Returns the coordinates of a block after it was moved into the domain by whole periods along the periodic axes.
-/// Along the other axes coordinates stay as they are.
+/// Returns the coordinates of a block, moved into the domain by whole periods: each coordinate along a periodic axis is
+/// taken modulo the number of blocks. Coordinates along the other axes stay as they are.
 template <int D>
 BlockCoordinate<D> wrapped(const Domain<D>& domain, BlockCoordinate<D> block) {
     for (int a = 0; a < D; ++a)
         if (const int n = block_period(domain, a); n > 0) block[std::size_t(a)] = modulo(block[std::size_t(a)], n);
     return block;
 }
-/// Returns the key of a block after the block was moved into the domain by wrapped().
-/// \param key  the block's key before
+/// Returns the key of wrapped(domain, block), for a block that is given by its key.
+/// \param key  key of the block
 template <int D>
 std::uint64_t wrapped_key(const Domain<D>& domain, std::uint64_t key) {
     return block_key<D>(wrapped(domain, block_of_key<D>(key)));
 }
-/// Returns `from` − `to` [blocks], the difference of two blocks' coordinates along an axis. Along a periodic axis it is
-/// measured the shorter way round.
+/// Returns the difference `from` − `to` [blocks] of two blocks' coordinates along an axis. Along a periodic axis, where
+/// two ways lead from one block to the other, the shorter way counts.
 template <int D>
 int block_distance(const Domain<D>& domain, int axis, int from, int to) {
     const int n = block_period(domain, axis), distance = from - to;
@@ -78,29 +79,31 @@ int block_distance(const Domain<D>& domain, int axis, int from, int to) {
     return distance > n / 2 ? distance - n : distance < -n / 2 ? distance + n : distance;
 }
 
-/// Returns the position [m], along one axis, of a point that is given by a block and the point's place in that block.
-/// \param place  position within the block [cells], counted from the block's lower corner
+/// Returns the coordinate [m], along one axis, of a point that is given by its block and its place in that block.
+/// \param block  coordinates of the block
+/// \param place  the point's place along the axis: its distance [cells] from the block's lower corner
 template <int D>
 double position_of_place(const Domain<D>& domain, const BlockCoordinate<D>& block, int axis, double place) {
     return domain.lower[axis] + domain.cell_size * (block_size * block[std::size_t(axis)] + place);
 }
 
-/// Number of blocks of a cube along one axis. Sparse blocks are scattered cube by cube.
+/// Number of blocks along each axis of a cube. Blocks with few particles (sparse blocks) are scattered together with
+/// the other sparse blocks of the same cube.
 inline constexpr int cube_blocks = 2;
 
-/// Number of nodes of an arena along one axis. An arena has all nodes to which the particles of Blocks^D blocks can
-/// scatter before they must be sorted again.
-/// \tparam Blocks  number of blocks along one axis
+/// Number of nodes along each axis of an arena. The arena of a block (or of a cube of Blocks^D blocks) consists of all
+/// nodes to which the particles of the block can scatter before they must be sorted again.
+/// \tparam Blocks  number of blocks along each axis: 1 for a block, cube_blocks for a cube
 template <class Kernel, int Blocks = 1>
 inline constexpr int arena_size = Blocks * block_size + 2 * allowed_drift + Kernel::support - 1;
 
-/// Number of colours of dense blocks along one axis. Blocks of the same colour are at least this many blocks apart, so
-/// their arenas never overlap.
+/// Number of colours of dense blocks (blocks with many particles) along one axis. Two blocks of the same colour are at
+/// least this many blocks apart, so their arenas (the nodes to which their particles scatter) never overlap.
 template <class Kernel>
 inline constexpr int colours_along_axis = (arena_size<Kernel> + block_size - 1) / block_size;
 
-/// Returns the colour of a block or a cube, 0 to n^D − 1, from its coordinates modulo n. Along an axis, there are n − 1
-/// blocks of other colours between two blocks of the same colour.
+/// Returns the colour of the block (or cube) with these coordinates: a number from 0 to n^D − 1, computed from the
+/// coordinates modulo n. Along an axis, n − 1 blocks of other colours lie between two blocks of the same colour.
 /// \param n  number of colours along one axis
 template <int D>
 std::size_t block_colour(const BlockCoordinate<D>& block, int n) {
@@ -109,71 +112,76 @@ std::size_t block_colour(const BlockCoordinate<D>& block, int n) {
     return colour;
 }
 
-/// The particles whose base nodes lay in one block when particles were last sorted. Their slots are consecutive.
+/// A range: the particles of one block. The base node of a particle (the lowest node to which it scatters) lay in this
+/// block when particles were last sorted. The slots of the particles are consecutive.
 template <int D>
 struct BlockRange {
     BlockCoordinate<D> block;  ///< coordinates of the block
-    std::size_t first_slot;    ///< slot of the block's first particle
-    std::size_t particles;     ///< number of particles
+    std::size_t first_slot;    ///< slot of the range's first particle
+    std::size_t particles;     ///< number of particles in the range
 };
 
-/// The largest number of particles in a group of sparse blocks that is treated as spray. Most nodes of the group's
-/// arena would stay empty. Therefore P2G clears and adds to the grid only the nodes of the arena that spray scatters
-/// to, and G2P reads the nodes from the grid, without an arena.
+/// Largest number of particles in a group of sparse blocks that is called spray. Spray scatters to few of the nodes of
+/// its arena. Therefore P2G clears only these nodes and adds only these to the grid. G2P reads the nodes from the grid
+/// itself, not from an arena.
 inline constexpr std::size_t spray_particles = 64;
 
-/// Particles that one worker scatters together: those of one dense block, or those of all sparse blocks of a cube. The
-/// sparse blocks of a cube share packs. The rest of the group's last pack is padding. \see cube_blocks
+/// A group of blocks whose particles one worker scatters together: one dense block, or all sparse blocks of one cube.
+/// The group's particles fill one pack after the other; a pack may have particles of several blocks. The rest of the
+/// group's last pack is padding. \see cube_blocks
 struct BlockGroup {
     std::uint32_t first_range,  ///< index of the group's first range in BlockPartition::ranges
         ranges;                 ///< number of the group's ranges
     std::size_t first_slot;     ///< slot of the group's first particle, a multiple of pack_size
-    std::size_t particles;      ///< number of particles; their slots are consecutive
+    std::size_t particles;      ///< number of the group's particles; their slots are consecutive
     bool sparse;                ///< true: the sparse blocks of a cube; false: one dense block
 
-    /// Number of packs, including the last one, which may contain padding.
+    /// Number of the group's packs, including the last one, which may contain padding.
     std::size_t packs() const { return (particles + pack_size - 1) / pack_size; }
     /// True if the group is spray. \see spray_particles
     bool is_spray() const { return sparse && particles <= spray_particles; }
 };
 
-/// A block with at most this many particles is sparse. Packs of its own would be mostly padding, and most nodes of an
-/// arena of its own would stay empty.
+/// Largest number of particles in a sparse block. If such a block had packs and an arena for itself alone, most lanes
+/// of its packs would be padding, and most nodes of its arena would stay empty.
 inline constexpr std::size_t sparse_particles = 24;
 
 /// The result of sorting particles by block: the slots of each block, the groups of blocks that are scattered together,
-/// and the phases in which groups are scattered.
+/// and the phases (sets of groups that may be scattered at the same time).
 template <int D>
 struct BlockPartition {
-    std::vector<BlockRange<D>> ranges;    ///< dense blocks by key, then sparse ones by phase, cube and key
-    std::vector<BlockGroup> groups;       ///< groups, in the order of their first ranges
-    std::vector<std::uint32_t> by_block;  ///< indices into `ranges`, sorted by the keys of the blocks
-    /// Indices into `groups`, phase by phase. Groups of one phase never share a node. Of two groups that share a node,
-    /// the same one always comes first, so that sums are always formed in the same order.
+    /// One range for each block that contains particles: first those of dense blocks, sorted by key, then those of
+    /// sparse blocks, sorted by phase, cube and key.
+    std::vector<BlockRange<D>> ranges;
+    std::vector<BlockGroup> groups;       ///< groups of blocks, in the order of `ranges`
+    std::vector<std::uint32_t> by_block;  ///< indices into `ranges`, sorted by the keys of the ranges' blocks
+    /// Indices into `groups`, phase by phase. Groups of one phase never share a node. Two groups that share a node
+    /// always have the same order, so that the sum at this node is always formed in the same order.
     std::vector<std::uint32_t> by_phase;
-    std::vector<std::size_t> phase_ends;  ///< for each phase, the index in by_phase after its last group
-    /// For each slot: its particle, or no_particle if the slot is padding. Before particles are moved into this order,
-    /// the old slot of the particle is stored (or its index in another program's arrays); afterwards, its id.
+    std::vector<std::size_t> phase_ends;  ///< for each phase, the index in by_phase one past the phase's last group
+    /// The particle in each slot, or no_particle if the slot is padding. As long as the particles are not moved into
+    /// this order, a particle is given by its old slot (or by its index in another program's arrays). Afterwards, it is
+    /// given by its id.
     aligned_vector<std::uint32_t> order;
-    std::size_t particles = 0;  ///< number of particles
-    /// The row of the first range in the grid's table of neighbours; 0 unless several sets share a grid. \see
-    /// SparseGrid::activate
+    std::size_t particles = 0;  ///< number of particles in all ranges
+    /// Row in the grid's table of neighbours that belongs to this partition's first range (the particles of one block).
+    /// It is 0 unless several sets of particles share the grid. \see SparseGrid::activate
     std::size_t first_row = 0;
 
-    /// Number of slots: those of particles and those of padding.
+    /// Number of slots, including those of padding.
     std::size_t slots() const { return order.size(); }
 };
 
-/// Returns the coordinate of the kernel's base node along one axis: ⌊x − shift⌋. The particle's position relative to
-/// the base node is f = x − base [cells].
-/// \param x      position [cells], counted from the domain's or a block's lower corner
+/// Returns one coordinate of a particle's base node, the lowest node to which the particle scatters: ⌊x − shift⌋. The
+/// particle's position relative to the base node is f = x − ⌊x − shift⌋ [cells].
+/// \param x      coordinate of the particle [cells], counted from the lower corner of the domain or of a block
 /// \param shift  the kernel's base_shift
 template <scalar S>
 FIRN_INLINE S base_node(const S& x, const S& shift) {
     return floor(x - shift);
 }
-/// Returns the coordinate of the base node of `Kernel` along one axis.
-/// \param x  position [cells], counted from the domain's or a block's lower corner
+/// Returns one coordinate of a particle's base node, the lowest node to which the particle scatters with this kernel.
+/// \param x  coordinate of the particle [cells], counted from the lower corner of the domain or of a block
 template <class Kernel, scalar S>
 FIRN_INLINE S base_node(const S& x) {
     return base_node(x, S(Kernel::base_shift));

@@ -25,11 +25,12 @@ std::string point_text(std::size_t i, int dimension, const Position& position) {
 }  // namespace detail
 
 /// Checks that all particles lie in the domain.
-/// \param count     number of indices i to check, those of padding included
+/// \param count     number of indices i to check, including those of padding
 /// \param position  position(i, axis) is a coordinate [m] of particle i
 /// \param id_of     id_of(i) is the id of particle i, or no_particle if i is padding
-/// \throws particle_error  if there are no particles, if there are too many, or if a position is not finite or outside
-///                         the domain; the message tells how many such positions there are, and names the first three
+/// \throws particle_error  if `count` is 0 or above 2³² − 2, or if a position is not finite or outside the domain; the
+///                         message tells how many such positions there are, and names the three particles with the
+///                         lowest ids
 template <std::floating_point S, int D, class Position, class IdOf>
 void check_positions(std::size_t count, const Domain<D>& domain, const Position& position, const IdOf& id_of) {
     if (count == 0) throw particle_error("There are no particles. Add at least one before simulating.");
@@ -65,8 +66,8 @@ void check_positions(std::size_t count, const Domain<D>& domain, const Position&
 /// Checks that all particles lie in the domain. The id of a particle is its index.
 /// \param count     number of particles
 /// \param position  position(i, axis) is a coordinate [m] of particle i
-/// \throws particle_error  if there are no particles, if there are too many, or if a position is not finite or outside
-///                         the domain; the message tells how many such positions there are, and names the first three
+/// \throws particle_error  if `count` is 0 or above 2³² − 2, or if a position is not finite or outside the domain; the
+///                         message tells how many such positions there are, and names the first three particles
 template <std::floating_point S, int D, class Position>
 void check_positions(std::size_t count, const Domain<D>& domain, const Position& position) {
     check_positions<S, D>(count, domain, position, [](std::size_t i) { return std::uint32_t(i); });
@@ -75,8 +76,8 @@ void check_positions(std::size_t count, const Domain<D>& domain, const Position&
 /// Checks that all masses are positive and finite.
 /// \param count  number of particles
 /// \param mass   mass(i) is the mass [kg] of particle i
-/// \throws particle_error  if a mass is not; the message tells how many such masses there are, and names the first
-///                         three
+/// \throws particle_error  if a mass is not positive or not finite; the message tells how many such masses there are,
+///                         and names the first three particles
 template <std::floating_point S, class Mass>
 void check_masses(std::size_t count, const Mass& mass) {
     std::size_t wrong = 0;

@@ -10,8 +10,8 @@
 namespace firn {
 
 namespace detail {
-// This is a constant because g++ 12 stops with an internal error at Simulation({{0, 0}, {1, 1}, 0.1}) if Domain
-// contains the call.
+// The default of Domain::upper. It is a constant, because g++ 12 stops with an internal error at Simulation({{0, 0},
+// {1, 1}, 0.1}) if Domain itself calls Vec::filled().
 template <int D>
 inline constexpr auto ones = Vec<double, D>::filled(1.0);
 }  // namespace detail
@@ -24,17 +24,19 @@ struct Domain {
     Vec<double, D> upper = detail::ones<D>;  ///< the upper corner [m]
     double cell_size = 1.0 / 64;             ///< h, the edge length of a cell [m]
 
-    /// True for each periodic axis: matter that leaves the domain at one end enters it at the other. The number of
-    /// cells along such an axis must be a multiple of 16 (with the cubic kernel: of 48). Boundaries are not repeated in
-    /// the next period. Walls across a periodic axis must be Contact::none, which is the default.
+    /// For each axis, true if the axis is periodic: matter that leaves the domain at one end of the axis enters it at
+    /// the other end. The number of cells along a periodic axis must be a multiple of 16 (with the cubic kernel: of
+    /// 48). Boundaries are not repeated: a boundary near one end of the axis does not act at the other end. The walls
+    /// at the ends of a periodic axis must be Contact::none, which is the default.
     std::array<bool, std::size_t(D)> periodic{};
 
-    /// Returns the number of cells along an axis. If the extent is no multiple of h, the last cell extends beyond
-    /// `upper`.
+    /// Returns the number of cells along an axis. If the extent of the domain is no multiple of h, the last cell
+    /// extends beyond `upper`.
     int cells(int axis) const { return int(std::ceil((upper[axis] - lower[axis]) / cell_size - 1e-6)); }
 };
 
-/// Returns the extent of the domain along an axis [cells], rounded to type S, but never above the exact extent.
+/// Returns the extent of the domain along an axis [cells]: the largest number of type S that is not above the exact
+/// extent.
 template <std::floating_point S, int D>
 S extent_in_cells(const Domain<D>& domain, int axis) {
     const double cells = (domain.upper[axis] - domain.lower[axis]) / domain.cell_size;
@@ -42,18 +44,18 @@ S extent_in_cells(const Domain<D>& domain, int axis) {
     return double(rounded) > cells ? std::nextafter(rounded, S(0)) : rounded;
 }
 
-/// The maximum number of cells along an axis. Block coordinates have 21 bits per axis, which is enough for 2²⁰ blocks
-/// of four cells on each side of the domain's lower corner.
+/// Largest number of cells along an axis. Block coordinates have 21 bits per axis, which is enough for 2²⁰ blocks of
+/// four cells on each side of the domain's lower corner.
 inline constexpr double most_cells_per_axis = 4.0 * (1 << 20) - 16;
 
-/// The number of cells along a periodic axis must be a multiple of this, so that the colours of blocks repeat without a
-/// break across the ends of the domain.
+/// The number of cells along a periodic axis must be a multiple of this number. Then the pattern of the blocks' colours
+/// continues without a break across the ends of the domain. \see block_colour
 inline constexpr int periodic_multiple = 16;
 
 /// Checks a domain.
-/// \throws parameter_error  if the box is empty or not finite, if the cell size is not positive and finite, if there
-///                          are too many or too few cells, or if the number of cells along a periodic axis is no
-///                          multiple of periodic_multiple
+/// \throws parameter_error  if the box is empty or not finite, if the cell size is not positive or not finite, if there
+///                          are fewer than 2 or more than most_cells_per_axis cells along an axis, or if the number of
+///                          cells along a periodic axis is no multiple of periodic_multiple
 template <int D>
 void check(const Domain<D>& domain) {
     if (!(domain.cell_size > 0) || !std::isfinite(domain.cell_size))

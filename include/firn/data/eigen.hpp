@@ -2,8 +2,9 @@
 /// triangle is one column.
 ///
 /// Functions named as_… return a map of existing memory and copy nothing. Functions named copy_of_… return a new
-/// matrix, because firn stores particles in packs of sixteen, which no strides describe. For a std::vector of points
-/// (of samples, nets, PointMasses or meshes), use as_eigen(vector).
+/// matrix. They cannot return a map, because firn stores particles in packs of sixteen, a layout that strides cannot
+/// describe. For a std::vector of points (such as those of Samples, Net, PointMasses and TriangleMesh), use
+/// as_eigen(vector).
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -18,7 +19,8 @@ namespace firn {
 
 /// Returns f(slot) for all particles, in the order of slots. If f returns a Vec or a Mat: a matrix with one column per
 /// particle (a Mat is stored column after column). If f returns a number: a vector with one row per particle. All
-/// functions copy_of_… use this order. It changes when particles are added, removed or sorted; a step may sort them.
+/// functions copy_of_… use this order of particles. The order changes when particles are added, removed or sorted; a
+/// step may sort them.
 template <std::floating_point S, int D, class State, class F>
 auto copy_of(const Particles<S, D, State>& particles, const F& f) {
     std::vector<decltype(f(std::size_t(0)))> all;
@@ -28,8 +30,8 @@ auto copy_of(const Particles<S, D, State>& particles, const F& f) {
     return as_eigen(std::move(all));
 }
 
-/// Returns the positions x [m], as precise as they are stored: a D × n matrix with one column per particle, in the
-/// order of copy_of().
+/// Returns the positions x [m] in the precision in which they are stored: a D × n matrix with one column per particle,
+/// in the order of copy_of().
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<double, D, Eigen::Dynamic> copy_of_positions(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.exact_position(slot); });
@@ -44,8 +46,8 @@ template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, Eigen::Dynamic, 1> copy_of_masses(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.mass(slot); });
 }
-/// Returns the deformation gradients F [1] of particles whose material has them: a D² × n matrix with one column per
-/// particle, in the order of copy_of(). Each F is stored column after column; `.col(i).reshaped(D, D)` is one F.
+/// Returns the deformation gradients F [1]: a D² × n matrix with one column per particle, in the order of copy_of().
+/// Each F is stored column after column; `.col(i).reshaped(D, D)` is one F. The material's state must have a member F.
 template <std::floating_point S, int D, class State>
 Eigen::Matrix<S, D * D, Eigen::Dynamic> copy_of_deformation_gradients(const Particles<S, D, State>& particles) {
     return copy_of(particles, [&](std::size_t slot) { return particles.state(slot).F; });
@@ -63,7 +65,7 @@ Eigen::Matrix<std::uint32_t, Eigen::Dynamic, 1> copy_of_ids(const Particles<S, D
 }
 
 /// Returns the columns of a matrix as a vector of points, for example for Samples or Net.
-/// \tparam Rows  the dimension D; must be given if the matrix does not know its number of rows at compile time
+/// \tparam Rows  the dimension D; must be given if the number of the matrix's rows is not known at compile time
 /// \throws parameter_error  if the matrix does not have D rows
 template <int Rows = Eigen::Dynamic, class E>
 auto points_of(const Eigen::MatrixBase<E>& columns) {
@@ -75,8 +77,8 @@ auto points_of(const Eigen::MatrixBase<E>& columns) {
     return points;
 }
 
-/// Makes a mesh from a 3 × n matrix of positions [m] and a 3 × m matrix of indices. A column is the position of one
-/// vertex, or the three vertex indices (from 0) of one triangle.
+/// Makes a mesh from two matrices with three rows each. A column of `vertices` is the position of one vertex [m]. A
+/// column of `triangles` has the three vertex indices (counted from 0) of one triangle.
 /// \throws parameter_error  if one of the matrices does not have 3 rows
 template <class V, class T>
 TriangleMesh triangle_mesh(const Eigen::MatrixBase<V>& vertices, const Eigen::MatrixBase<T>& triangles) {
@@ -97,10 +99,11 @@ concept eigen_memory =
     (std::is_lvalue_reference_v<E> || !eigen_owning<std::remove_cvref_t<E>>);
 }  // namespace detail
 
-/// Makes a field of ForeignParticles from a program's own matrix, without a copy. Column i is a scalar, a vector, or a
-/// matrix (column after column) of particle i.
-/// \param columns  a matrix that has a name, or a map, block or transpose of one; the span is valid as long as its
-///                 memory
+/// Returns a span of the columns of a matrix, without a copy. The span can be a field of ForeignParticles. Column i
+/// belongs to particle i and has one number, the components of a vector, or the elements of a matrix (column after
+/// column).
+/// \param columns  a matrix that is no temporary object, or a map, block or transpose of one; the span is valid as long
+///                 as the memory of that matrix
 /// \throws parameter_error  if a column has more than nine elements
 template <detail::eigen_memory E>
 auto as_span(E&& columns) {

@@ -1,8 +1,8 @@
 /// \file How the fields of particles are stored in memory, and how SIMD lanes read and write them.
 ///
-/// A *slot* is an index in the order in which particles are processed. Sixteen consecutive slots form a pack. firn's
-/// own particles are stored in the order of slots (BlockedSpan). Arrays of another program are not; a list of indices
-/// tells which particle belongs to each slot (StridedSpan).
+/// Particles are processed in a fixed order, in packs of sixteen. A *slot* is an index in this order; a slot that holds
+/// no particle is padding. firn's own particles are stored in the order of slots (BlockedSpan). Another program stores
+/// its particles in any order; then a list gives the index of the particle that belongs to each slot (StridedSpan).
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -18,38 +18,39 @@ namespace firn {
 /// Number of particles in a pack. A pack stores each component of a field as an array of this length.
 inline constexpr int pack_size = 16;
 
-/// Used instead of a particle's index or id if a slot is padding: it holds no particle.
+/// Value used instead of a particle's index or id if a slot is padding, which means that the slot holds no particle.
 inline constexpr std::uint32_t no_particle = 0xffffffffu;
 
-/// The slots that one SIMD register processes: as many consecutive slots as the register has lanes.
+/// Consecutive slots that are processed together, one in each lane of a SIMD register.
 struct Slots {
     std::size_t first;           ///< the first slot
-    const std::uint32_t* index;  ///< each slot's particle, or no_particle; only for StridedSpan
+    const std::uint32_t* index;  ///< index of the particle in each slot, or no_particle; only for StridedSpan
 };
 
-/// A field of particles that are stored in packs, in the order [pack][component][lane].
+/// A field (one quantity of all particles) that is stored pack by pack, in the order [pack][component][lane].
 template <class S>
 struct BlockedSpan {
     S* data;         ///< address of the field's first number
     int components;  ///< number of components per particle
 
-    /// Reads one component of the field for the particles in the slots.
+    /// Returns one component of the field for the particles in the slots, one particle per lane.
     template <class P>
     FIRN_INLINE P load(const Slots& slots, int component) const {
         return P::load(at(slots.first, component));
     }
-    /// Reads one component of the field for the particles in the slots. Use it only for fields whose start value is
-    /// zero; lanes of padding are then zero.
+    /// Returns one component of the field for the particles in the slots, one particle per lane. Use load_or_zero()
+    /// only for fields whose start value is zero. Lanes of padding are then zero.
     template <class P>
     FIRN_INLINE P load_or_zero(const Slots& slots, int component) const {
         return load<P>(slots, component);
     }
-    /// Writes one component of the field for the particles in the slots.
+    /// Writes one component of the field for the particles in the slots, one particle per lane.
     template <class P>
     FIRN_INLINE void store(const Slots& slots, int component, const P& value) const {
         value.store(at(slots.first, component));
     }
-    /// Prefetches the field's pack that begins at `slot`. \tparam Components  equal to `components`
+    /// Prefetches the part of the field that belongs to the pack beginning at `slot`. \tparam Components  equal to
+    /// `components`
     template <int Components>
     FIRN_INLINE void prefetch(std::size_t slot) const {
         const S* pack = data + slot * std::size_t(Components);
@@ -66,13 +67,14 @@ struct BlockedSpan {
     }
 };
 
-/// A field in another program's layout: component k of particle i is data[i * stride + offset[k]]. This describes
-/// arrays of structures, structures of arrays, and matrices stored by rows or by columns.
+/// A field in the memory of another program, in the program's own layout: component k of particle i is data[i * stride
+/// + offset[k]]. This describes arrays of structures, structures of arrays, and matrices stored by rows or by columns.
 template <class S>
 struct StridedSpan {
-    S* data = nullptr;                       ///< address from which stride and offsets count
-    std::ptrdiff_t stride = 0;               ///< distance between two particles, in numbers (not bytes)
-    std::array<std::ptrdiff_t, 9> offset{};  ///< of each component, in numbers; a matrix by columns
+    S* data = nullptr;          ///< address from which `stride` and `offset` are counted
+    std::ptrdiff_t stride = 0;  ///< distance between two particles, in numbers (not bytes)
+    /// Offset of each component, in numbers (not bytes). The components of a matrix are listed column by column.
+    std::array<std::ptrdiff_t, 9> offset{};
 
     /// Describes a field of one number per particle. \param stride  distance between two particles, in numbers
     static StridedSpan scalars(S* data, std::ptrdiff_t stride = 1) { return {data, stride, {}}; }
@@ -93,17 +95,16 @@ struct StridedSpan {
             for (int j = 0; j < D; ++j) span.offset[std::size_t(i + D * j)] = by_rows ? D * i + j : i + D * j;
         return span;
     }
-    /// Describes a field that has one array per component. Each array begins `distance` numbers after the array of the
-    /// component before.
+    /// Describes a field that has one array per component. Each array begins `distance` numbers after the previous one.
     static StridedSpan arrays(S* data, int components, std::ptrdiff_t distance) {
         StridedSpan span{data, 1, {}};
         for (int k = 0; k < components; ++k) span.offset[std::size_t(k)] = k * distance;
         return span;
     }
 
-    /// Describes a field that has one array per component, each of them anywhere in memory: `arrays({x, y, z})`.
-    /// \throws parameter_error  if there are no arrays or more than nine; or if the distance between two of them is no
-    ///                          multiple of the size of a number
+    /// Describes a field that has one array per component. The arrays may lie anywhere in memory: `arrays({x, y, z})`.
+    /// \throws parameter_error  if there is no array, if there are more than nine arrays, or if the distance between
+    ///                          two arrays is no multiple of the size of a number
     static StridedSpan arrays(std::initializer_list<S*> components) {
         if (components.size() == 0 || components.size() > 9)
             throw parameter_error(sentence("A field has ", components.size(), " arrays; it must have 1 to 9."));
@@ -120,8 +121,8 @@ struct StridedSpan {
         return span;
     }
 
-    /// Reads one component of the field for the particles in the slots. Lanes of padding get the number of the first
-    /// particle of the pack.
+    /// Returns one component of the field for the particles in the slots, one particle per lane. Lanes of padding get
+    /// the value of the pack's first particle.
     template <class P>
     FIRN_INLINE P load(const Slots& slots, int component) const {
         P value;
@@ -132,7 +133,8 @@ struct StridedSpan {
         }
         return value;
     }
-    /// Reads one component of the field for the particles in the slots. Lanes of padding are zero.
+    /// Returns one component of the field for the particles in the slots, one particle per lane. Lanes of padding are
+    /// zero.
     template <class P>
     FIRN_INLINE P load_or_zero(const Slots& slots, int component) const {
         P value = load<P>(slots, component);
@@ -140,13 +142,14 @@ struct StridedSpan {
             if (slots.index[l] == no_particle) value.set(l, value_type_t<P>(0));
         return value;
     }
-    /// Writes one component of the field for the particles in the slots. Lanes of padding are not written.
+    /// Writes one component of the field for the particles in the slots, one particle per lane. Nothing is written for
+    /// padding.
     template <class P>
     FIRN_INLINE void store(const Slots& slots, int component, const P& value) const {
         for (int l = 0; l < scalar_traits<P>::lanes; ++l)
             if (slots.index[l] != no_particle) particle(slots.index[l], component) = value[l];
     }
-    /// Does nothing, because the particles of a pack may lie anywhere in memory.
+    /// Does nothing, because the particles of a pack may lie anywhere in another program's memory.
     template <int>
     FIRN_INLINE void prefetch(std::size_t) const {}
     /// Returns one component of the field for the particle in the first of the slots.

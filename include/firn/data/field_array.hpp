@@ -9,8 +9,8 @@
 
 namespace firn {
 
-/// The values of a field, one per particle. The particle store owns their memory, and only the store can change their
-/// number.
+/// The values of one field, one value per particle. The particle store owns the memory of the values, and only the
+/// store can change how many there are.
 template <class T>
 class FieldArray {
 public:
@@ -43,7 +43,7 @@ public:
     /// True if both arrays have the same size and the same values.
     bool operator==(const FieldArray& other) const { return std::equal(begin(), end(), other.begin(), other.end()); }
 
-    /// Sets the address and the number of the values. Only the particle store may call it.
+    /// Sets the address and the number of the values. Only the particle store may call bind().
     void bind(T* data, std::size_t size) { data_ = data, size_ = size; }
 
 private:

@@ -1,7 +1,7 @@
 /// \file The description of a field of particles: its name, unit, shape, role and start value.
 ///
-/// All fields of a particle are described in one table. Sorting, growing, saving and restoring a state, restarting, and
-/// the layout on the GPU are loops over this table.
+/// All fields of a particle are described in one table. To sort particles, to reserve memory, to save and restore a
+/// state, to restart a run, and to lay out fields on the GPU, firn loops over this table.
 #pragma once
 
 #include <firn/core/tensor.hpp>
@@ -22,7 +22,7 @@ inline constexpr int symmetric_size = D * (D + 1) / 2;
 /// @{
 
 /// Returns the index of element (i, j) of a symmetric d × d matrix whose upper triangle is stored row by row (xx, xy,
-/// xz, yy, …). It is the index of (j, i), too.
+/// xz, yy, …). The elements (i, j) and (j, i) have the same index.
 FIRN_INLINE constexpr int symmetric_index(int d, int i, int j) {
     const int low = i < j ? i : j, high = i < j ? j : i;
     return low * (2 * d - low - 1) / 2 + high;
@@ -33,8 +33,8 @@ FIRN_INLINE constexpr int symmetric_index(int i, int j) {
 }
 /// @}
 
-/// The shape of a field in D dimensions: one number, D numbers, a D × D matrix, or the upper triangle of a symmetric D
-/// × D matrix.
+/// The shape of a field in D dimensions: one number (scalar), D numbers (vector), a D × D matrix, or the upper triangle
+/// of a symmetric D × D matrix.
 enum class FieldShape : std::uint8_t { scalar, vector, matrix, symmetric_matrix };
 
 /// The type of a field's numbers. `real` is the particles' floating-point type.
@@ -43,25 +43,26 @@ enum class FieldNumber : std::uint8_t { real, uint32, float64 };
 /// Which part of a program writes a field.
 enum class FieldRole : std::uint8_t {
     motion,    ///< written in every step
-    affine,    ///< written by affine transfers; with others it keeps its start value, and a state may lack it
-    stress,    ///< written by G2P for the next P2G; it follows from the material's state
+    affine,    ///< written by affine transfers; otherwise it keeps its start value, and saved states may lack it
+    stress,    ///< written by G2P for the next P2G; it can be computed from the material's state
     given,     ///< set by the program when it adds the particle; no step changes it
     constant,  ///< keeps its start value unless the program sets it; no step changes it
     state      ///< written by the material
 };
 
-/// Which values of a stored field are valid when a run is continued from a state.
+/// Which values of a field are valid in a saved state when a run is continued from this state.
 enum class FieldRange : std::uint8_t { finite, not_negative, positive };
 
 /// The description of one field: one entry of a FieldTable.
 struct FieldInfo {
-    const char* name;  ///< name of the field in states and GPU programs
+    const char* name;  ///< name of the field in saved states and in GPU programs
     const char* unit;  ///< unit of the field, such as "m/s"
     FieldShape shape;  ///< shape of the field
     FieldRole role;    ///< which part of a program writes the field
-    /// The values of the components for a new particle and for padding; a matrix column by column.
+    /// Start values of the components, which new particles and padding get. The components of a matrix are listed
+    /// column by column.
     std::array<double, 9> start{};
-    FieldRange range = FieldRange::finite;   ///< values that are valid
+    FieldRange range = FieldRange::finite;   ///< which values of the field are valid in a saved state
     FieldNumber number = FieldNumber::real;  ///< type of the field's numbers
 
     /// True if `value` lies in the field's range.
@@ -83,12 +84,13 @@ struct FieldInfo {
         }
         return 0;
     }
-    /// Returns the number of components per particle in a state, in d dimensions. For a symmetric matrix, a state
-    /// contains all d² elements.
+    /// Returns the number of components per particle in a saved state, in d dimensions. A saved state contains all d²
+    /// elements of a symmetric matrix.
     constexpr int components_in_state(int d) const {
         return shape == FieldShape::symmetric_matrix ? d * d : components(d);
     }
-    /// Returns the index at which component k of a state is stored in the field. In a state, matrices are row by row.
+    /// Returns the index, in this field, of the component that has the index k in a saved state. A saved state has
+    /// matrices row by row. \param d  dimension of space
     constexpr int component_of(int d, int k) const {
         switch (shape) {
             case FieldShape::matrix:
@@ -101,10 +103,10 @@ struct FieldInfo {
     }
 };
 
-/// All fields of a particle, one entry per field.
+/// A table of all fields of a particle, with one entry per field.
 using FieldTable = std::vector<FieldInfo>;
 
-/// Returns start values (FieldInfo::start) that all equal `number`.
+/// Returns an array for FieldInfo::start in which all start values equal `number`.
 constexpr std::array<double, 9> everywhere(double number) {
     std::array<double, 9> all{};
     all.fill(number);

@@ -1,4 +1,4 @@
-/// \file The memory of all fields of a table. All fields share one allocation.
+/// \file The memory of all fields of particles. All fields share one allocation.
 #pragma once
 
 #include <firn/data/aligned.hpp>
@@ -16,20 +16,20 @@ enum class SlotOrder : std::uint8_t {
     by_id    ///< in the order in which particles were added: [slot][component]
 };
 
-/// Stores all fields of all particles, one field after the other. The class only moves bytes; it does not depend on the
-/// material or the floating-point type.
+/// The memory of all fields of all particles, one field after the other. The class only moves bytes, so it depends
+/// neither on the material nor on the floating-point type.
 ///
-/// With SlotOrder::sorted, the memory has a gap that is as large as the widest field. To sort, each field is moved into
-/// the gap next to it, and the field's old memory is part of the next gap. So the gap travels from one end of the
-/// memory to the other. No second copy of the fields is needed, and nothing is allocated as long as the memory has
-/// enough slots.
+/// With SlotOrder::sorted, the memory also has a gap as large as the widest field (the field with most bytes per slot).
+/// permute() moves the field beside the gap into the gap. The memory that this field leaves is the gap for the next
+/// field, and so on, until the gap has reached the other end of the memory. So no second copy of all fields is needed,
+/// and nothing is allocated as long as the memory has enough slots.
 class FieldMemory {
 public:
     /// Makes a memory without slots.
     /// \param table          the fields
     /// \param dimension      dimension of space: 2 or 3
     /// \param bytes_of_real  size of a number of type FieldNumber::real [bytes]
-    /// \param order          order of the particles
+    /// \param order          order in which particles are stored
     FieldMemory(const FieldTable& table, int dimension, std::size_t bytes_of_real, SlotOrder order) : order_(order) {
         for (const FieldInfo& info : table) {
             const std::size_t bytes = info.number == FieldNumber::real     ? bytes_of_real
@@ -64,7 +64,8 @@ public:
     /// \name One number
     /// @{
 
-    /// Returns one component of a field in a slot. \tparam T  type of the field's numbers
+    /// Returns a reference to one component of a field of the particle in a slot. \tparam T  type of the field's
+    /// numbers
     template <class T>
     T& at(std::size_t field, std::size_t slot, int component) {
         return numbers<T>(field)[index(field, slot, component)];
@@ -76,11 +77,12 @@ public:
 
     /// @}
 
-    /// Returns the gap: scratch memory as large as the widest field. It may be used until the next permute() or grow().
+    /// Returns the address of the gap: scratch memory as large as the widest field. The gap may be used until permute()
+    /// or grow() is called.
     std::byte* room() { return memory_.data() + (room_at_end_ ? end_of_fields() : 0); }
-    /// Memory allocated [bytes].
+    /// Size of the allocated memory [bytes].
     std::size_t bytes() const { return memory_.capacity(); }
-    /// Memory that this many slots need [bytes].
+    /// Size of the memory that this many slots need [bytes].
     std::size_t bytes_for(std::size_t slots) const { return slots * (width_ + widest_); }
 
     /// Increases the number of slots. All numbers in new slots are zero. Each worker is the first to write to its part
@@ -103,8 +105,8 @@ public:
         *this = std::move(larger);
     }
 
-    /// Moves the particle in slot order[i] to slot i, for all i. If order[i] is no_particle, slot i gets arbitrary
-    /// numbers. Use it only with SlotOrder::sorted.
+    /// Sorts the particles: moves the particle in slot order[i] to slot i, for all i. If order[i] is no_particle, slot
+    /// i gets arbitrary numbers. Use permute() only with SlotOrder::sorted.
     /// \tparam Bits  an unsigned integer type of the size of one number; the numbers of all fields must have this size
     template <class Bits>
     void permute(const aligned_vector<std::uint32_t>& order, int workers) {
@@ -113,7 +115,8 @@ public:
         slots_ = order.size();
         const std::size_t count = fields_.size();
         const bool to_the_end = room_at_end_;
-        std::size_t end = to_the_end ? memory_.size() : 0;  // where the moved fields meet the gap [bytes]
+        std::size_t end =
+            to_the_end ? memory_.size() : 0;  // offset in memory_ where the moved fields meet the gap [bytes]
         for (std::size_t i = 0; i < count; ++i) {
             Field& field = fields_[to_the_end ? count - 1 - i : i];
             const std::size_t bytes = slots_ * field.bytes_of_slot();
@@ -125,7 +128,7 @@ public:
         room_at_end_ = !to_the_end;
     }
 
-    /// Copies all fields of a particle from one slot to another. Use it only with SlotOrder::by_id.
+    /// Copies all fields of a particle from one slot to another. Use copy() only with SlotOrder::by_id.
     void copy(std::size_t from, std::size_t to) {
         for (const Field& field : fields_) {
             std::byte* const numbers = memory_.data() + field.offset;
@@ -136,8 +139,8 @@ public:
 
 private:
     struct Field {
-        std::size_t components, bytes;  // bytes per number
-        std::size_t offset;             // of the field's first number in memory_ [bytes]
+        std::size_t components, bytes;  // number of components; size of one number [bytes]
+        std::size_t offset;             // offset of the field's first number in memory_ [bytes]
 
         std::size_t bytes_of_slot() const { return components * bytes; }
     };
@@ -175,7 +178,7 @@ private:
     }
     template <class T>
     FIRN_INLINE static void move_pack(const T* from, std::size_t components, const std::uint32_t* order, T* to) {
-        bool run = true;  // true if the old slots are consecutive
+        bool run = true;  // true if the particles of the pack come from consecutive old slots
         for (int l = 1; l < pack_size; ++l) run = run & (order[l] == order[0] + std::uint32_t(l));
         if (run) {
             const int first = int(order[0] % pack_size);
@@ -193,7 +196,7 @@ private:
 
     SlotOrder order_;
     std::vector<Field> fields_;
-    std::size_t width_ = 0, widest_ = 0;  // bytes per slot, of all fields and of the widest field
+    std::size_t width_ = 0, widest_ = 0;  // bytes per slot: of all fields together, and of the widest field
     std::size_t slots_ = 0;
     bool room_at_end_ = true;
     aligned_vector<std::byte> memory_;

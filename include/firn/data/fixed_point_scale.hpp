@@ -3,8 +3,8 @@
 
 namespace firn {
 
-/// How many quanta (steps of a fixed-point number) make one unit. Both members are powers of two, so that scaling is
-/// exact.
+/// The scale of fixed-point sums of momentum and mass: how many quanta make one unit. A quantum is the smallest step of
+/// a fixed-point number. Both members are powers of two, so that scaling is exact.
 template <class S>
 struct FixedPointScale {
     S momentum;  ///< quanta per kg m/s

@@ -1,4 +1,4 @@
-/// \file Ids of particles: integers of which each is given to one particle only.
+/// \file Ids of particles: integers. No two particles ever get the same id.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -16,7 +16,7 @@ public:
     /// Marks all ids below `next` as given out.
     void skip(std::uint32_t next) { next_ = std::max(next_, next); }
     /// Checks that `count` more ids can be given out.
-    /// \throws parameter_error  if fewer are left
+    /// \throws parameter_error  if fewer than `count` ids are left
     void require(std::uint64_t count) const {
         if (next_ + count > no_particle)
             throw parameter_error(sentence("All ", no_particle, " ids of particles have been given out."));

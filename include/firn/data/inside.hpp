@@ -2,14 +2,14 @@
 ///
 /// The winding number is a sum over all triangles that a ray from the point along +z crosses: +1 for a triangle that
 /// faces up, −1 for one that faces down. Tests of this kind often fail where the ray hits an edge or a vertex, because
-/// they count the crossing twice or never. This one does not fail there:
+/// they count that crossing twice or not at all. The test in this file does not fail there:
 ///
-/// - Positions are rounded once to a lattice. Its step is 2⁻⁴⁰ (about 1e-12) of the mesh's size. Every quantity whose
-///   sign is needed is then an integer of at most 124 bits, so the sign is exact and the same on every machine.
-/// - Ties are broken as if the point were moved by (ε, ε², 0) and then by a much larger, yet infinitesimal, step
-///   along +z (simulation of simplicity: Edelsbrunner & Mücke 1990, "Simulation of simplicity", ACM TOG 9). So a point
-///   on a face that two bodies share lies in exactly one of the bodies. If the face is perpendicular to an axis, it is
-///   the body on the upper side of the face.
+/// - Positions are rounded once to a lattice. The lattice step is 2⁻⁴⁰ (about 1e-12) of the mesh's size. Every quantity
+///   whose sign is needed is then an integer of at most 124 bits, so the sign is exact and the same on every machine.
+/// - A point that lies on a face, edge or vertex is treated as if it were moved by (ε, ε², 0) and then by a much
+///   larger, yet infinitesimal, step along +z (simulation of simplicity: Edelsbrunner & Mücke 1990, "Simulation of
+///   simplicity", ACM TOG 9). So a point on a face that two bodies share lies in exactly one of the bodies. If the face
+///   is perpendicular to an axis, the point lies in the body with the larger coordinates along this axis.
 #pragma once
 
 #include <firn/data/mesh.hpp>
@@ -24,21 +24,22 @@ namespace firn {
 
 /// Tests whether points lie inside a closed mesh, that is, whether their winding number is ≥ 1. So if a mesh intersects
 /// itself, or consists of several closed surfaces, its inside is the union of the parts. A surface that faces inwards
-/// and lies within another one bounds a hole. If the whole mesh is turned inside out (its signed volume is negative),
-/// it is treated as if it faced outwards.
+/// and lies within another surface bounds a hole. If the whole mesh faces inwards (its signed volume is negative), it
+/// is treated as if it faced outwards.
 class InsideTest {
 public:
     /// Prepares the test for a mesh.
-    /// \throws mesh_error  if the mesh is not closed and consistently oriented (check_closed()), if it encloses no
-    ///                     volume, or if it is so small and so far from the origin that its shape is lost to rounding
+    /// \throws mesh_error  if the mesh is not closed or not consistently oriented (check_closed()), if the mesh
+    ///                     encloses no volume, or if the mesh is so small and so far from the origin that its shape is
+    ///                     lost to rounding
     explicit InsideTest(const TriangleMesh& mesh) {
         check_closed(mesh);
         bounds_ = bounding_box(mesh);
         const double volume = signed_volume(mesh);
         const auto extent = bounds_.upper - bounds_.lower;
         const double longest = std::max({extent[0], extent[1], extent[2]});
-        // The computed volume of a flat surface is only a rounding error. A real body this thin could contain no
-        // particle.
+        // The computed volume of a flat surface is not exactly zero, but a rounding error. A real body as thin as this
+        // could contain no particle.
         if (!(std::abs(volume) > 1e-15 * longest * longest * longest)) {
             throw mesh_error(sentence("The mesh is closed but encloses no volume (", volume, " m³ in a box of ",
                                       extent[0], " x ", extent[1], " x ", extent[2], " m). Give it thickness."));
@@ -92,14 +93,15 @@ private:
         Point a, b, c;
     };
 
-    /// Returns twice the signed area of the triangle (a, b, q), seen from +z.
+    /// Returns twice the signed area of the triangle (a, b, q) seen from +z: positive if its corners are
+    /// counter-clockwise.
     static Wide area(const Point& a, const Point& b, const Point& q) {
         return Wide(a.x - q.x) * (b.y - q.y) - Wide(a.y - q.y) * (b.x - q.x);
     }
 
-    /// Returns what the edge from a to b adds to the winding number around q in the xy plane: ±1 if the edge crosses
-    /// the ray from q along +x, else 0. The reversed edge adds exactly the opposite, so two triangles agree about a
-    /// common edge.
+    /// Returns what the edge from a to b adds to the winding number around q in the xy plane: +1 or −1 if the edge
+    /// crosses the ray from q along +x, else 0. The reversed edge adds exactly the opposite, so the results for the two
+    /// triangles at an edge always agree.
     /// \param twice_area  area(a, b, q)
     static int edge_crossing(const Point& a, const Point& b, const Point& q, Wide twice_area) {
         const bool a_above = a.y > q.y, b_above = b.y > q.y;
@@ -108,8 +110,8 @@ private:
         return twice_area < 0 ? -1 : 0;
     }
 
-    /// Returns what the triangle adds to the winding number of q: +1 if it lies above q and faces up, −1 if it lies
-    /// above q and faces down, else 0.
+    /// Returns what the triangle adds to the winding number of q: +1 if the triangle lies above q and faces up, −1 if
+    /// the triangle lies above q and faces down, else 0.
     static int crossing(const Triangle& t, const Point& q) {
         const auto [a, b, c] = t;
         if (a.z <= q.z && b.z <= q.z && c.z <= q.z) return 0;
@@ -168,8 +170,8 @@ private:
         const Point upper = on_lattice(bounds_.upper);
         const std::int64_t widest = std::max(upper.x, upper.y);
         bins_ = std::clamp<std::int64_t>(std::llround(std::sqrt(double(triangles_.size()))), 1, 2048);
-        // Long, thin triangles lie in many bins. If there are many of them, bins are made larger, so that memory stays
-        // proportional to the number of triangles.
+        // A long, thin triangle lies in many bins. If there are many such triangles, bins are made larger, so that
+        // memory stays proportional to the number of triangles.
         for (;; bins_ = (bins_ + 1) / 2) {
             bin_width_ = widest / bins_ + 1;
             std::size_t entries = 0;
@@ -192,8 +194,8 @@ private:
     Point origin_{};
     std::int64_t bins_ = 1, bin_width_ = 1;
     std::vector<Triangle> triangles_;
-    std::vector<std::size_t> bin_begin_;  // for each bin, where its triangles begin in binned_
-    std::vector<std::uint32_t> binned_;   // indices of triangles, bin after bin
+    std::vector<std::size_t> bin_begin_;  // for each bin, the index in binned_ of its first triangle
+    std::vector<std::uint32_t> binned_;   // indices into triangles_, bin after bin
 };
 
 }  // namespace firn

@@ -1,7 +1,7 @@
 /// \file Checks that the machine has enough memory, before memory is allocated.
 ///
-/// Some systems (Linux is one) let a program allocate more memory than they have. They would then end the program
-/// later, without a message.
+/// Some systems, such as Linux, let a program allocate more memory than the machine has. They end the program later,
+/// without a message, when it uses this memory.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -39,13 +39,13 @@ namespace detail {
 
 }  // namespace detail
 
-/// A limit [bytes] that the program sets for itself, for example if it shares its machine with other programs. \see
-/// memory_limit
+/// Largest amount of memory [bytes] that the program allows itself, for example because other programs share the
+/// machine; infinite unless the program sets it. \see memory_limit
 inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity();
 
 /// Returns the most memory [bytes] that this program can have: the least of the machine's memory, the limit of the
-/// program's control group (Linux), the limit of its address space (`ulimit -v`) and memory_budget. It is infinite if
-/// none of them is known.
+/// program's control group (Linux), the limit of its address space (`ulimit -v`) and memory_budget. The result is
+/// infinite if no limit is known.
 [[gnu::cold]] inline double memory_limit() {
     static const double of_machine = [] {
         double most = std::numeric_limits<double>::infinity();
@@ -53,8 +53,8 @@ inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity
         const auto pages = double(sysconf(_SC_PHYS_PAGES)), page = double(sysconf(_SC_PAGESIZE));
         if (pages > 0 && page > 0) most = pages * page;
 #endif
-        // In a container, this file contains the container's limit, because the container sees its own control group as
-        // the root.
+        // In a container, this file contains the container's memory limit: a container sees its own control group as
+        // the root of all groups.
         if (std::FILE* const file = std::fopen("/sys/fs/cgroup/memory.max", "r")) {
             double of_group = 0;
             if (std::fscanf(file, "%lf", &of_group) == 1 && of_group > 0) most = std::fmin(most, of_group);
@@ -71,7 +71,7 @@ inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity
     return most;
 }
 
-/// Throws an error if something does not fit into memory.
+/// Checks that something fits into memory.
 /// \param bytes   memory that is needed [bytes]; may be infinite
 /// \param what    what needs the memory: the subject of the message's first sentence
 /// \param advice  what the user can do: the message's last sentence

@@ -15,7 +15,8 @@
 
 namespace firn {
 
-/// Triangles that share vertices. The three vertices of a triangle are listed counter-clockwise, seen from outside.
+/// A mesh of triangles, which share vertices. The three vertices of a triangle are listed counter-clockwise, seen from
+/// outside.
 struct TriangleMesh {
     std::vector<Vec<double, 3>> vertices;                ///< positions of the vertices [m]
     std::vector<std::array<std::int32_t, 3>> triangles;  ///< indices into `vertices`, counted from 0
@@ -81,7 +82,7 @@ inline void check_mesh(const TriangleMesh& mesh) {
 }
 
 /// Returns the bounding box of all triangles [m]. Vertices that no triangle uses are ignored.
-/// \throws mesh_error  if check_mesh() throws it
+/// \throws mesh_error  if the mesh does not pass check_mesh()
 inline Bounds<3> bounding_box(const TriangleMesh& mesh) {
     check_mesh(mesh);
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -98,9 +99,9 @@ inline Bounds<3> bounding_box(const TriangleMesh& mesh) {
     return box;
 }
 
-/// Returns the enclosed volume [m³], computed by the divergence theorem. It is positive if triangles are
-/// counter-clockwise seen from outside. A region that the surface encloses twice counts twice.
-/// \throws mesh_error  if check_mesh() throws it
+/// Returns the enclosed volume [m³], computed by the divergence theorem. The volume is positive if the vertices of the
+/// triangles are counter-clockwise seen from outside. A region that the surface encloses twice counts twice.
+/// \throws mesh_error  if the mesh does not pass check_mesh()
 inline double signed_volume(const TriangleMesh& mesh) {
     check_mesh(mesh);
     // The volume is a sum over tetrahedra whose apex is a vertex of the mesh, not the origin. So a small mesh far from
@@ -118,7 +119,7 @@ inline double signed_volume(const TriangleMesh& mesh) {
 
 /// Checks that a surface is closed and consistently oriented: every edge belongs to exactly two triangles, which
 /// traverse the edge in opposite directions. The surface may intersect itself. \see InsideTest
-/// \throws mesh_error  if the surface is not closed and consistently oriented, or if check_mesh() throws it
+/// \throws mesh_error  if the surface is not closed or not consistently oriented, or if it does not pass check_mesh()
 inline void check_closed(const TriangleMesh& mesh) {
     check_mesh(mesh);
     struct Edge {
@@ -160,7 +161,7 @@ inline void check_closed(const TriangleMesh& mesh) {
         " (counted from 0). Fill the holes, merge vertices that lie on one point, and let all faces look outwards."));
 }
 
-/// Returns the mesh with every triangle facing the opposite side.
+/// Returns the mesh turned inside out: every triangle faces the opposite side.
 inline TriangleMesh reversed(TriangleMesh mesh) {
     for (auto& corners : mesh.triangles) std::swap(corners[1], corners[2]);
     return mesh;
@@ -177,7 +178,7 @@ inline TriangleMesh translated(const TriangleMesh& mesh, const Vec<double, 3>& o
 }
 
 /// Returns the mesh with all positions multiplied by `factor`.
-/// \throws parameter_error  if the factor is not finite and above 0
+/// \throws parameter_error  if the factor is not finite or not above 0
 inline TriangleMesh scaled(const TriangleMesh& mesh, double factor) {
     if (!(factor > 0) || !std::isfinite(factor)) {
         throw parameter_error(sentence("A mesh cannot be scaled by ", factor, "; give a finite number above 0."));
@@ -201,7 +202,7 @@ inline Mat<double, 3> rotation(const Vec<double, 3>& axis, double angle) {
 }
 
 /// Returns the mesh turned about the point `pivot` [m] by the rotation matrix `R`.
-/// \throws parameter_error  if R is not a rotation matrix (with a tolerance of 1e-9)
+/// \throws parameter_error  if R is not a rotation matrix: if ‖RRᵀ − I‖ ≥ 1e-9 or det R ≤ 0
 inline TriangleMesh rotated(const TriangleMesh& mesh, const Mat<double, 3>& R, const Vec<double, 3>& pivot = {}) {
     const double skew = squared_norm(R * transpose(R) - Mat<double, 3>::identity());
     if (!(skew < 1e-18) || !(determinant(R) > 0)) {
@@ -211,10 +212,10 @@ inline TriangleMesh rotated(const TriangleMesh& mesh, const Mat<double, 3>& R, c
     return detail::moved(mesh, [&](const auto& x) { return pivot + R * (x - pivot); });
 }
 
-/// Returns the mesh, scaled and moved so that its bounding box has the centre `centre` [m] and a longest edge of `size`
-/// [m].
+/// Returns the mesh, scaled and moved so that the centre of its bounding box is `centre` [m] and the longest edge of
+/// its bounding box is `size` [m].
 /// \throws parameter_error  if the size is not above 0, or if the size or the centre is not finite
-/// \throws mesh_error       if all vertices lie on one point, or if check_mesh() throws it
+/// \throws mesh_error       if all vertices lie on one point, or if the mesh does not pass check_mesh()
 inline TriangleMesh fitted(const TriangleMesh& mesh, const Vec<double, 3>& centre, double size) {
     const auto box = bounding_box(mesh);
     const auto extent = box.upper - box.lower;

@@ -11,21 +11,22 @@
 
 namespace firn {
 
-/// Options of mesh_distance(): they choose the grid.
+/// Options of mesh_distance(), which determine the grid of distances.
 struct MeshDistanceOptions {
     double spacing = 0;  ///< distance between nodes [m]; good values: the simulation's cell size, or half of it
-    /// The largest distance stored outside the mesh [m]; 0: three times `spacing`. Nodes farther away store this
-    /// distance, too. The grid extends this far beyond the mesh on each side. Inside, distances are not limited, so
-    /// that matter that entered the mesh is pushed out.
+    /// The largest distance stored at nodes outside the mesh [m]; 0: three times `spacing`. Nodes farther away store
+    /// this distance, too. The grid extends this far beyond the mesh's bounding box on each side. At nodes inside the
+    /// mesh, distances are not limited, so that matter that entered the mesh is pushed out.
     double band = 0;
-    double most_bytes = 0x1p32;  ///< largest size of the grid [bytes]; if it would be larger, an error is thrown
+    double most_bytes = 0x1p32;  ///< largest size of the grid [bytes]; a larger grid is an error
 };
 
-/// Computes the distance [m] of every node from the nearest triangle. It is negative if InsideTest finds that the node
-/// lies inside, and at most `band` outside. Distances are exact up to rounding.
+/// Returns a grid with the signed distance [m] from each node to the nearest triangle. At nodes inside the mesh
+/// (according to InsideTest) the distance is negative. At nodes outside it is at most `band`. Distances are exact up to
+/// rounding.
 /// \tparam Number  float or double
 /// \throws mesh_error       if the mesh is empty or not closed, or if it encloses no volume
-/// \throws parameter_error  if the spacing or the band is not positive and finite, if the band is narrower than one
+/// \throws parameter_error  if the spacing or the band is not positive or not finite, if the band is narrower than one
 ///                          spacing, or if the grid is larger than most_bytes
 /// \throws memory_error     if the grid does not fit into memory
 template <std::floating_point Number = float>
@@ -63,7 +64,8 @@ std::shared_ptr<const DistanceNumbers<Number, 3>> mesh_distance(const TriangleMe
 
     for (int i = 0; i < grid.nodes[0]; ++i)
         for (int j = 0; j < grid.nodes[1]; ++j) {
-            double bound = std::numeric_limits<double>::infinity();  // upper limit, from the node one spacing before
+            double bound =
+                std::numeric_limits<double>::infinity();  // upper limit of the distance, from the previous node
             for (int k = 0; k < grid.nodes[2]; ++k) {
                 const Vec<double, 3> x = grid.lower + Vec<double, 3>{double(i), double(j), double(k)} * spacing;
                 const bool is_inside = inside(x);

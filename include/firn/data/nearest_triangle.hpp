@@ -20,8 +20,8 @@ inline double squared_distance_to_segment(const Vec<double, 3>& x, const Vec<dou
     return dot(apart, apart);
 }
 
-/// Returns the squared distance from x to a triangle: from the triangle's plane if the point lies directly above or
-/// below the triangle, else from the nearest edge. A triangle with zero area is treated as its three edges.
+/// Returns the squared distance [m²] from the point x to a triangle: to the triangle's plane if x lies directly above
+/// or below the triangle, else to the triangle's nearest edge. A triangle with zero area is treated as its three edges.
 inline double squared_distance_to_triangle(const Vec<double, 3>& x, const Corners& corner) {
     const auto [a, b, c] = corner;
     const auto normal = cross(b - a, c - a);
@@ -43,7 +43,7 @@ inline double squared_distance_to_triangle(const Vec<double, 3>& x, const Corner
 class NearestTriangle {
 public:
     /// Builds the tree of bounding boxes for a mesh.
-    /// \throws mesh_error  if check_mesh() throws it
+    /// \throws mesh_error  if the mesh does not pass check_mesh()
     explicit NearestTriangle(const TriangleMesh& mesh) {
         check_mesh(mesh);
         for (const auto& [i, j, k] : mesh.triangles)
@@ -52,7 +52,7 @@ public:
         build(0, triangles_.size());
     }
 
-    /// Returns the distance [m] from x [m] to the nearest triangle if it is below `bound` [m], else `bound`.
+    /// Returns the distance [m] from x [m] to the nearest triangle, or `bound` [m] if that distance is larger.
     double distance(const Vec<double, 3>& x, double bound = std::numeric_limits<double>::infinity()) const {
         double nearest = bound * bound;
         search(0, x, nearest);
@@ -61,9 +61,9 @@ public:
 
 private:
     static constexpr std::size_t most_in_a_leaf = 4;
-    /// A bounding box of the triangles with indices first ≤ t < last. In `boxes_`, the next box bounds the first half
-    /// of these triangles, and the box with index `second` bounds the second half. If `second` is 0, the box is a leaf
-    /// and is not divided.
+    /// A bounding box of the triangles with indices first ≤ t < last. In the list `boxes_`, the box that follows this
+    /// box bounds the first half of these triangles, and the box with index `second` bounds the second half. If
+    /// `second` is 0, this box is a leaf and has no smaller boxes.
     struct Box {
         Bounds<3> bounds;
         std::size_t first, last, second;

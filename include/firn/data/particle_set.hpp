@@ -10,9 +10,9 @@ namespace firn {
 template <class View>
 struct ParticleSet {
     View view;                                         ///< the particles' arrays
-    const BlockPartition<View::dimension>& partition;  ///< the blocks and the particles in each
+    const BlockPartition<View::dimension>& partition;  ///< the blocks, and the particles in each block
 };
-/// This guide is needed before clang 17, which deduces no template arguments for aggregates.
+/// Deduction guide for clang before version 17, which deduces no template arguments of an aggregate.
 template <class View>
 ParticleSet(const View&, const BlockPartition<View::dimension>&) -> ParticleSet<View>;
 

@@ -1,8 +1,8 @@
 /// \file firn's own particles, for any material. Each particle has named fields; particles are sorted by blocks of
 /// cells.
 ///
-/// A position is stored as a block and a position within the block. So it is as precise in the farthest corner of the
-/// largest domain as at the origin.
+/// The position of a particle is stored as a block and a position within this block. So positions are as precise in the
+/// farthest corner of the largest domain as at the origin.
 #pragma once
 
 #include <firn/data/block_partition.hpp>
@@ -19,20 +19,20 @@ namespace firn {
 /// The positions and ids of all particles: the data that sorting reads.
 template <std::floating_point S>
 struct PlacesOfParticles {
-    /// positions [cells] from the lower corner of the particle's block: [pack][axis][lane]
+    /// positions [cells], each counted from the lower corner of the particle's block, in the order [pack][axis][lane]
     const S* places;
     const std::uint32_t* id;     ///< id of the particle in each slot, or no_particle
-    const std::uint32_t* block;  ///< for each slot, the index of its block in `keys`
+    const std::uint32_t* block;  ///< for each slot, the index in `keys` of the particle's block
     const std::uint64_t* keys;   ///< keys of blocks. \see firn::block_key
     std::size_t slots;           ///< number of slots
 
-    /// True if the slot holds a particle, false if it is padding.
+    /// True if the slot holds a particle, false if the slot is padding.
     bool is_particle(std::size_t slot) const { return id[slot] != no_particle; }
     /// Returns the key of the block from whose lower corner the position in a slot is counted.
     std::uint64_t block_key(std::size_t slot) const { return keys[block[slot]]; }
 };
 
-/// Particles whose fields are described by a table. In the table, the built-in fields come first.
+/// Stores particles whose fields are described by a table. In the table, the built-in fields come first.
 template <std::floating_point S, int D>
 class ParticleStore {
     using BuiltIn = ParticleView<S, D, BlockedSpan<S>>;
@@ -43,7 +43,7 @@ public:
 
     /// Makes an empty store.
     /// \param domain  domain of the grid; particles may lie outside the domain
-    /// \param table   the fields of a particle
+    /// \param table   description of a particle's fields
     ParticleStore(const Domain<D>& domain, FieldTable table)
         : domain_(domain), table_(std::move(table)), fields_(table_, D, sizeof(S), SlotOrder::sorted) {}
 
@@ -51,13 +51,13 @@ public:
     const Domain<D>& domain() const { return domain_; }
     /// Number of particles.
     std::size_t size() const { return size_; }
-    /// Number of slots: those of particles, of padding, and of memory reserved for more particles.
+    /// Number of slots, including those of padding and those reserved for more particles.
     std::size_t slots() const { return id_.size(); }
     /// Returns the table of a particle's fields.
     const FieldTable& table() const { return table_; }
 
-    /// Reserves memory for `count` particles in all, and for the padding that sorting adds if matter is dense. Each
-    /// worker is the first to write to its part of new memory.
+    /// Reserves memory for `count` particles in all, and for the padding that sorting adds if matter is dense. If this
+    /// needs new memory, each worker (thread) is the first to write to its part of the memory.
     /// \param threads  number of threads; 0: thread_count() chooses
     /// \throws memory_error  if the particles do not fit into memory
     void reserve(std::size_t count, int threads = 0) {
@@ -65,11 +65,11 @@ public:
         if (needed > slots()) grow(needed + needed / 32 / pack_size * pack_size, count, threads);
     }
 
-    /// Returns the id that the next new particle will get. No id is given out twice.
+    /// Returns the id that the next new particle will get. No two particles get the same id.
     std::uint32_t next_id() const { return ids_.next(); }
 
-    /// Appends a particle at x [m]. All other fields get their start values. The particle's id is what next_id()
-    /// returned before. Afterwards particles must be sorted again.
+    /// Appends a particle at x [m]. All other fields get their start values. The id of the new particle is the one that
+    /// next_id() returned before. Particles must be sorted again before the next step.
     /// \return the slot of the new particle
     /// \throws parameter_error  if all ids have been given out
     /// \throws memory_error     if there is no memory for more slots
@@ -96,17 +96,18 @@ public:
         set_start(slot);
         --size_;
     }
-    /// Marks all ids below `next` as given out, for example so that the ids of removed particles are not given out
-    /// again.
+    /// Marks all ids below `next` as given out, so that no new particle gets one of them. This keeps the ids of removed
+    /// particles from being given out again.
     void skip_ids(std::uint32_t next) { ids_.skip(next); }
 
     /// Returns the id of the particle in a slot, or no_particle if the slot is padding.
     std::uint32_t id(std::size_t slot) const { return id_[slot]; }
-    /// True if the slot holds a particle, false if it is padding.
+    /// True if the slot holds a particle, false if the slot is padding.
     bool is_particle(std::size_t slot) const { return id_[slot] != no_particle; }
-    /// Returns the position x [m], rounded to type S.
+    /// Returns the position x [m] of the particle in a slot, rounded to type S.
     Vec<S, D> position(std::size_t slot) const { return cast<S>(exact_position(slot)); }
-    /// Returns the position x [m], as precise as it is stored. Along periodic axes it lies in the domain.
+    /// Returns the position x [m] of the particle in a slot, in the precision in which it is stored. Along periodic
+    /// axes, x lies in the domain.
     Vec<double, D> exact_position(std::size_t slot) const {
         const BlockCoordinate<D> of = block(slot);
         Vec<double, D> x{};
@@ -118,31 +119,32 @@ public:
         }
         return x;
     }
-    /// Returns the block from whose lower corner the stored position is counted.
+    /// Returns the coordinates of the block from whose lower corner the position of the particle in a slot is counted.
     BlockCoordinate<D> block(std::size_t slot) const { return block_of_key<D>(blocks_[block_[slot]]); }
-    /// Returns the stored position [cells], counted from the lower corner of block(slot).
+    /// Returns the stored position of the particle in a slot [cells], counted from the lower corner of block(slot).
     Vec<S, D> place(std::size_t slot) const { return vector(of_place, slot); }
-    /// Returns the arrays that sorting reads. They are valid until the store is changed.
+    /// Returns the addresses of the arrays that sorting reads. The addresses are valid until the store is changed.
     PlacesOfParticles<S> places() const {
         return {fields_.template numbers<S>(of_place), id_.data(), block_.data(), blocks_.data(), slots()};
     }
-    /// Returns the velocity v [m/s].
+    /// Returns the velocity v [m/s] of the particle in a slot.
     Vec<S, D> velocity(std::size_t slot) const { return vector(of_velocity, slot); }
-    /// Returns the affine velocity matrix C [1/s].
+    /// Returns the affine velocity matrix C [1/s] of the particle in a slot.
     Mat<S, D> affine(std::size_t slot) const { return matrix(of_affine, slot); }
-    /// Returns the mass m [kg].
+    /// Returns the mass m [kg] of the particle in a slot.
     S mass(std::size_t slot) const { return fields_.template at<S>(of_mass, slot, 0); }
-    /// Returns the initial volume V0 [m^D].
+    /// Returns the initial volume V0 [m^D] of the particle in a slot.
     S volume(std::size_t slot) const { return fields_.template at<S>(of_volume, slot, 0); }
-    /// Returns the Kirchhoff stress τ [Pa] of the particle's current state.
+    /// Returns the Kirchhoff stress τ [Pa] of the particle in a slot, for the particle's current state.
     Mat<S, D> stress(std::size_t slot) const { return matrix(of_stress, slot); }
 
-    /// Returns one component of a field, as it is stored. \param field  index of the field in the table
+    /// Returns one component of a field of the particle in a slot, as it is stored. \param field  index of the field in
+    /// the table
     S number(std::size_t field, std::size_t slot, int component) const {
         return fields_.template at<S>(field, slot, component);
     }
-    /// Copies all components of a particle's field in the order that states use: matrices row by row, and symmetric
-    /// matrices with all D² elements.
+    /// Copies all components of a field of the particle in a slot to `to`, in the order of saved states: matrices are
+    /// row by row, and symmetric matrices have all D² elements.
     /// \param field  index of the field in the table
     /// \param to     memory for FieldInfo::components_in_state() numbers
     void get(std::size_t field, std::size_t slot, S* to) const {
@@ -150,8 +152,8 @@ public:
         for (int k = 0; k < info.components_in_state(D); ++k)
             to[k] = fields_.template at<S>(field, slot, info.component_of(D, k));
     }
-    /// Sets all components of a particle's field, given in the order of get(). Of a symmetric matrix, only the upper
-    /// triangle is used.
+    /// Sets all components of a field of the particle in a slot. In `from`, the components have the order of get(). Of
+    /// a symmetric matrix, only the upper triangle is used.
     /// \param field  index of the field in the table
     void set(std::size_t field, std::size_t slot, const S* from) {
         const FieldInfo& info = table_[field];
@@ -171,7 +173,7 @@ public:
         }
         set_place(slot, wrapped(domain_, of), place);
     }
-    /// Sets the position of the particle in a slot.
+    /// Sets the position of the particle in a slot, given by a block and a position within the block.
     /// \param of     coordinates of a block
     /// \param place  position within the block [cells], counted from the block's lower corner
     void set_place(std::size_t slot, const BlockCoordinate<D>& of, const Vec<S, D>& place) {
@@ -180,26 +182,27 @@ public:
         block_[slot] = std::uint32_t(blocks_.size() - 1);
         put(of_place, slot, place.v, D);
     }
-    /// Sets the velocity v [m/s].
+    /// Sets the velocity v [m/s] of the particle in a slot.
     void set_velocity(std::size_t slot, const Vec<S, D>& v) { put(of_velocity, slot, v.v, D); }
-    /// Sets the affine velocity matrix C [1/s].
+    /// Sets the affine velocity matrix C [1/s] of the particle in a slot.
     void set_affine(std::size_t slot, const Mat<S, D>& C) { put(of_affine, slot, C.m, D * D); }
-    /// Sets the mass m [kg].
+    /// Sets the mass m [kg] of the particle in a slot.
     void set_mass(std::size_t slot, S mass) { put(of_mass, slot, &mass, 1); }
-    /// Sets the initial volume V0 [m^D].
+    /// Sets the initial volume V0 [m^D] of the particle in a slot.
     void set_volume(std::size_t slot, S volume) { put(of_volume, slot, &volume, 1); }
-    /// Sets the Kirchhoff stress τ [Pa]. Only the upper triangle is read.
+    /// Sets the Kirchhoff stress τ [Pa] of the particle in a slot. Only the upper triangle of `stress` is read.
     void set_stress(std::size_t slot, const Mat<S, D>& stress) {
         for (int i = 0; i < D; ++i)
             for (int j = i; j < D; ++j)
                 fields_.template at<S>(of_stress, slot, symmetric_index<D>(i, j)) = stress(i, j);
     }
 
-    /// Returns scratch memory with at least D² numbers of type S per slot. It may be used until reorder() is called.
+    /// Returns the address of scratch memory with at least D² numbers of type S per slot. The memory may be used until
+    /// reorder() is called.
     std::byte* room() { return fields_.room(); }
 
-    /// Moves all particles into the order of a partition. Afterwards partition.order contains their ids.
-    /// \param partition  the partition of these particles, with their old slots in partition.order
+    /// Moves all particles into the order of a partition. Afterwards, partition.order contains the particles' ids.
+    /// \param partition  the partition of these particles; its `order` contains their old slots
     /// \param workers    number of workers, at least 1
     void reorder(BlockPartition<D>& partition, int workers) {
         aligned_vector<std::uint32_t>& order = partition.order;
@@ -241,7 +244,7 @@ public:
         for (std::size_t r = 0; r < blocks_.size(); ++r) blocks_[r] = block_key<D>(partition.ranges[r].block);
     }
 
-    /// Memory allocated [bytes].
+    /// Size of the memory that the store has allocated [bytes].
     std::size_t bytes() const {
         return fields_.bytes() + blocks_.capacity() * sizeof(std::uint64_t) +
                (id_.capacity() + block_.capacity()) * sizeof(std::uint32_t);
@@ -250,11 +253,11 @@ public:
 protected:
     /// Returns the array of a field. \param field  index of the field in the table
     BlockedSpan<S> span(std::size_t field) { return {fields_.template numbers<S>(field), fields_.components(field)}; }
-    /// Returns the address of the first component of a particle's field. Further components follow at steps of
-    /// pack_size numbers.
+    /// Returns the address of the first component of a field of the particle in a slot. Each further component follows
+    /// pack_size numbers later.
     S* numbers_of(std::size_t field, std::size_t slot) { return &fields_.template at<S>(field, slot, 0); }
-    /// Returns the address, for reading only, of the first component of a particle's field. Further components follow
-    /// at steps of pack_size numbers.
+    /// Returns the address, for reading only, of the first component of a field of the particle in a slot. Each further
+    /// component follows pack_size numbers later.
     const S* numbers_of(std::size_t field, std::size_t slot) const { return &fields_.template at<S>(field, slot, 0); }
     /// Number of built-in fields, which every particle has.
     static constexpr std::size_t built_in_fields = BuiltIn::built_in().size();
@@ -266,7 +269,8 @@ private:
                                  of_mass = BuiltIn::line_of(&BuiltIn::mass),
                                  of_volume = BuiltIn::line_of(&BuiltIn::volume);
 
-    /// Calls body(slot, r) for each particle of a group, where r is the index of the particle's range.
+    /// Calls body(slot, r) for each particle of a group of blocks, where r is the index of the particle's range (the
+    /// particles of one block).
     template <class Body>
     static void for_slots(const BlockPartition<D>& partition, const BlockGroup& group, const Body& body) {
         for (std::size_t r = group.first_range; r < group.first_range + group.ranges; ++r) {
@@ -274,12 +278,13 @@ private:
             for (std::size_t slot = range.first_slot; slot < range.first_slot + range.particles; ++slot) body(slot, r);
         }
     }
-    /// Calls body(slot) for the padding in a group's last pack.
+    /// Calls body(slot) for each slot of padding in the last pack of a group of blocks.
     template <class Body>
     static void for_padding(const BlockGroup& group, const Body& body) {
         for (std::size_t i = group.particles; i < group.packs() * pack_size; ++i) body(group.first_slot + i);
     }
     /// Increases the number of slots.
+    /// \param slots      the new number of slots
     /// \param particles  number of particles that the error message names
     /// \throws memory_error  if there is no memory for this many slots
     void grow(std::size_t slots, std::size_t particles, int threads) {
@@ -293,8 +298,8 @@ private:
             firn::grow(block_, slots, {}, workers);
         });
     }
-    /// Sets all fields of a slot to their start values. Padding then has no effect: it is at rest, undeformed and
-    /// massless, and lies in the middle of its block.
+    /// Sets all fields in a slot to their start values. Padding with these values has no effect: it is at rest,
+    /// undeformed and massless, and lies in the middle of its block.
     void set_start(std::size_t slot) {
         for (std::size_t f = 0; f < table_.size(); ++f)
             for (int k = 0; k < fields_.components(f); ++k)
@@ -324,7 +329,7 @@ private:
     std::size_t end_ = 0;  // number of slots in use, including padding
     FieldMemory fields_;
     aligned_vector<std::uint32_t> id_;
-    aligned_vector<std::uint32_t> block_;  // for each slot, the index of its block in blocks_
+    aligned_vector<std::uint32_t> block_;  // for each slot, the index in blocks_ of the particle's block
     std::vector<std::uint64_t> blocks_;    // keys of blocks
 };
 
@@ -332,7 +337,7 @@ private:
 /// \param threads  number of threads; 0: thread_count() chooses
 template <std::floating_point S, int D>
 std::vector<std::uint32_t> slots_by_id(const ParticleStore<S, D>& particles, int threads) {
-    if (particles.next_id() / 8 > particles.size()) {  // most particles that were ever added are removed
+    if (particles.next_id() / 8 > particles.size()) {  // most of the particles ever added have been removed
         std::vector<std::uint32_t> slots;
         for (std::size_t slot = 0; slot < particles.slots(); ++slot)
             if (particles.is_particle(slot)) slots.push_back(std::uint32_t(slot));

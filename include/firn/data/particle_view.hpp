@@ -1,5 +1,5 @@
-/// \file The arrays of a set of particles, which the stages p2g() and g2p() read and write, and the table of their
-/// fields.
+/// \file The arrays of a set of particles, which the stages p2g() and g2p() read and write, and the table that
+/// describes the fields in these arrays.
 ///
 /// To add a field, add a member to ParticleView and a line to built_in().
 #pragma once
@@ -36,21 +36,24 @@ struct ParticleView {
     using state_type = State;  ///< type of the material's state
     static constexpr int dimension = D;
 
-    Field position;  ///< D numbers: x [m]; for firn's own particles the place in the block [cells]
-    Field velocity;  ///< D numbers: v [m/s]
-    Field affine;    ///< D × D numbers: C [1/s]; written by affine transfers, zero with others
-    Field stress;    ///< symmetric_size<D> numbers: τ [Pa]; G2P writes it for the next P2G
-    Field mass;      ///< mass m [kg]
-    Field volume;    ///< initial volume V0 [m^D]
-    std::array<Field, state_field_count<State>> state;  ///< the material's state, in the order of State::fields()
+    /// D numbers. In another program's arrays: position x [m]. In firn's particle store: position within the block
+    /// [cells].
+    Field position;
+    Field velocity;  ///< D numbers: velocity v [m/s]
+    /// D × D numbers: affine velocity matrix C [1/s]. Affine transfers write it; with other transfers it is zero.
+    Field affine;
+    Field stress;  ///< symmetric_size<D> numbers: Kirchhoff stress τ [Pa]; written by G2P for the next P2G
+    Field mass;    ///< mass m [kg]
+    Field volume;  ///< initial volume V0 [m^D]
+    /// The material's state: one array for each field, in the order of State::fields().
+    std::array<Field, state_field_count<State>> state;
 
-    /// A field that every particle has.
+    /// A built-in field: one that every particle has.
     struct BuiltIn {
-        FieldInfo info;                ///< the field's entry in the table
-        Field ParticleView::* member;  ///< the member that holds the field's array
+        FieldInfo info;                ///< the field's entry in the table of fields
+        Field ParticleView::* member;  ///< the member of ParticleView that holds the field's array
     };
-    /// Returns the fields that every particle has, in the order of the table: one entry for each member above except
-    /// `state`.
+    /// Returns the built-in fields in the order of the table: one entry for each member above except `state`.
     static constexpr auto built_in() {
         using View = ParticleView;
         using enum FieldShape;
@@ -64,14 +67,14 @@ struct ParticleView {
             BuiltIn{{"volume", D == 3 ? "m^3" : "m^2", scalar, given, {}, FieldRange::not_negative}, &View::volume},
         };
     }
-    /// Returns the index in the table of the field that a member holds.
+    /// Returns the table index of the field that is stored in the given member of ParticleView.
     static consteval std::size_t line_of(Field ParticleView::* member) {
         std::size_t line = 0;
         while (built_in()[line].member != member) ++line;
         return line;
     }
 
-    /// Prefetches all fields, except the material's state, of the pack that begins at `slot`.
+    /// Prefetches all fields, except the material's state, of the particles in the pack that begins at `slot`.
     /// \tparam Affine  true if the field `affine` is prefetched, too
     template <bool Affine>
     FIRN_INLINE void prefetch(std::size_t slot) const {
@@ -82,7 +85,7 @@ struct ParticleView {
         volume.template prefetch<1>(slot);
         if constexpr (Affine) affine.template prefetch<D * D>(slot);
     }
-    /// Prefetches the material's state of the pack that begins at `slot`.
+    /// Prefetches the material's state of the particles in the pack that begins at `slot`.
     FIRN_INLINE void prefetch_state(std::size_t slot) const {
         constexpr auto members = State::fields();
         unroll<int(state_field_count<State>)>([&](auto f) FIRN_LAMBDA {
@@ -96,8 +99,8 @@ struct ParticleView {
 template <std::floating_point S, int D, class State = ElasticState<S, D>>
 using ForeignParticles = ParticleView<S, D, StridedSpan<S>, State>;
 
-/// Describes full D × D matrices, stored row by row, of which only the upper triangles are read and written. Use it for
-/// ParticleView::stress.
+/// Returns a span of full D × D matrices, stored row by row, of which only the upper triangles are read and written.
+/// Use the span for ParticleView::stress.
 /// \param stride  distance between two matrices, in numbers
 template <int D, std::floating_point S>
 StridedSpan<S> symmetric_matrices(S* data, std::ptrdiff_t stride = D * D) {
@@ -107,14 +110,16 @@ StridedSpan<S> symmetric_matrices(S* data, std::ptrdiff_t stride = D * D) {
     return span;
 }
 
-/// Reads a field of vectors for the particles in some slots. \tparam P  a number, or a pack of lanes
+/// Returns the vectors of a field for the particles in some slots. \tparam P  a number (one slot), or a pack with one
+/// lane per slot
 template <class P, int D, class Field>
 FIRN_INLINE Vec<P, D> load_vector(const Field& field, const Slots& slots) {
     Vec<P, D> r;
     unroll<D>([&](auto i) FIRN_LAMBDA { r.v[i] = field.template load<P>(slots, i); });
     return r;
 }
-/// Reads a field of symmetric matrices for the particles in some slots. \tparam P  a number, or a pack of lanes
+/// Returns the symmetric matrices of a field for the particles in some slots. \tparam P  a number (one slot), or a pack
+/// with one lane per slot
 template <class P, int D, class Field>
 FIRN_INLINE Mat<P, D> load_symmetric(const Field& field, const Slots& slots) {
     P stored[symmetric_size<D>];
@@ -123,7 +128,7 @@ FIRN_INLINE Mat<P, D> load_symmetric(const Field& field, const Slots& slots) {
     unroll<D * D>([&](auto k) FIRN_LAMBDA { r.m[k] = stored[symmetric_index<D>(k % D, k / D)]; });
     return r;
 }
-/// Writes a field of symmetric matrices for the particles in some slots. Only the upper triangles are read from `a`.
+/// Writes the symmetric matrices of a field for the particles in some slots. Only the upper triangle of `a` is read.
 template <class P, int D, class Field>
 FIRN_INLINE void store_symmetric(const Field& field, const Slots& slots, const Mat<P, D>& a) {
     unroll<D>([&](auto i) FIRN_LAMBDA {
@@ -146,7 +151,8 @@ FIRN_INLINE P* components(Mat<P, D>& a) {
 }
 }  // namespace detail
 
-/// Appends the fields of a material's state to a table. Their start values are those of a default State.
+/// Appends the fields of a material's state to a table. The start values of these fields are those of a
+/// default-constructed State.
 template <int D, class State>
 void append_state_fields(FieldTable& table) {
     State start{};
@@ -167,7 +173,7 @@ void append_state_fields(FieldTable& table) {
         },
         State::fields());
 }
-/// Returns the table of a particle's fields: first the built-in fields, then those of the material's state.
+/// Returns the table of all fields of a particle: first the built-in fields, then the fields of the material's state.
 template <std::floating_point S, int D, class State>
 FieldTable field_table() {
     FieldTable table;
@@ -176,8 +182,8 @@ FieldTable field_table() {
     return table;
 }
 
-/// Reads the material's state of the particles in some slots. \tparam State  the state type whose numbers are packs of
-/// lanes
+/// Returns the material's state of the particles in some slots. \tparam State  the state type whose numbers are packs
+/// with one lane per slot
 template <class State, class Field, std::size_t N>
 FIRN_INLINE State load_state(const std::array<Field, N>& fields, const Slots& slots) {
     State state;

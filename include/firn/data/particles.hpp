@@ -7,9 +7,9 @@ namespace firn {
 
 /// Particles of one material, with all data that the material, the transfers and the grid need of each particle.
 ///
-/// Bytes per particle in float, 3D, for an elastic material: x 12 and the index of its block 4, v 12, C 36, τ 24, F 36,
-/// m 4, V0 4, id 4; in sum 136 (and 1–3 % of padding if matter is dense). Sorting needs 36 bytes more as scratch
-/// memory, and the partition 4.
+/// Bytes per particle in float, 3D, for an elastic material: position x 12 and the index of its block 4, velocity v 12,
+/// affine velocity matrix C 36, stress τ 24, deformation gradient F 36, mass m 4, initial volume V0 4, id 4; in sum 136
+/// (and 1–3 % of padding if matter is dense). Sorting needs 36 bytes more as scratch memory, and the partition 4.
 ///
 /// \tparam State  the material's state
 template <std::floating_point S, int D, class State = ElasticState<S, D>>
@@ -24,7 +24,8 @@ public:
     explicit Particles(const Domain<D>& domain) : Store(domain, field_table<S, D, State>()) {}
 
     using Store::push_back;
-    /// Appends a particle. Its id is what next_id() returned before. Afterwards particles must be sorted again.
+    /// Appends a particle. The id of the new particle is the one that next_id() returned before. Particles must be
+    /// sorted again before the next step.
     /// \param x       position [m]
     /// \param v       velocity [m/s]
     /// \param mass    mass [kg]
@@ -57,7 +58,7 @@ public:
         });
     }
 
-    /// Returns the particles' arrays. They are valid until particles are added or sorted.
+    /// Returns the addresses of the particles' arrays. The addresses are valid until particles are added or sorted.
     View view() {
         View view{};
         constexpr auto built_in = View::built_in();
@@ -68,8 +69,8 @@ public:
     }
 
 private:
-    /// Calls f(field, numbers, components) for each field of a state: the index of the field in the table, the address
-    /// of the field's numbers in the state, and how many there are.
+    /// Calls f(field, numbers, components) for each field of a state: `field` is the index of the field in the table,
+    /// `numbers` is the address of the field's components in `state`, and `components` tells how many there are.
     template <class F>
     static void for_members(State& state, const F& f) {
         constexpr auto members = State::fields();

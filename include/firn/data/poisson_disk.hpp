@@ -1,10 +1,10 @@
 /// \file Poisson-disk points: random points at distances of at least r from each other, so dense that hardly one more
 /// point could be added.
 ///
-/// Bridson 2007, "Fast Poisson disk sampling in arbitrary dimensions", SIGGRAPH sketches. Candidates are drawn at
-/// distances of r to 2r from a point of the active list. A background grid with cells of side r/√D holds at most one
-/// point per cell. Positions are integers (in steps of 2⁻²⁰ r), so the points are the same with every compiler and on
-/// every machine.
+/// Bridson 2007, "Fast Poisson disk sampling in arbitrary dimensions", SIGGRAPH sketches. The active list contains the
+/// points around which new points may still be found. Candidates for new points are drawn at distances of r to 2r from
+/// a point of this list. A background grid with cells of side r/√D holds at most one point per cell. Positions are
+/// integers (in steps of 2⁻²⁰ r), so the points are the same with every compiler and on every machine.
 #pragma once
 
 #include <firn/data/samples.hpp>
@@ -20,24 +20,26 @@ namespace firn {
 
 namespace detail {
 
-/// Number of points per r^D that Bridson's algorithm makes with 30 candidates, measured in large boxes away from their
-/// surfaces (tests/unit/data/sampling.cpp checks it to 1 %).
+/// Mean number of points in a volume (in 2D: an area) of r^D that Bridson's algorithm makes with 30 candidates. It was
+/// measured in large boxes away from their surfaces (tests/unit/data/sampling.cpp checks it to 1 %).
 template <int D>
 inline constexpr double poisson_density = D == 2 ? 0.615 : 0.577;
 
 }  // namespace detail
 
-/// Returns the radius r [m] for which Poisson-disk points are as dense as the points of a lattice with this `spacing`
-/// [m].
+/// Returns the radius r [m] with which Poisson-disk points (random points at distances of at least r) are as dense as
+/// the points of a lattice with this `spacing` [m].
 template <int D>
 double poisson_radius(double spacing) {
     return spacing * (D == 2 ? std::sqrt(detail::poisson_density<2>) : std::cbrt(detail::poisson_density<3>));
 }
 
-/// Fills the box from `lower` to `upper` [m] with random points. No two of the points are closer than `radius` [m].
+/// Returns random points that fill the box from `lower` to `upper` [m]. No two of the points are closer than `radius`
+/// [m].
 /// \param seed        seed of the random numbers
 /// \param max_cells   largest number of cells of the background grid
-/// \param candidates  tries around a point before the point leaves the active list
+/// \param candidates  number of tries to find a new point near a point; if all of them fail, no more are made near this
+///                    point
 /// \throws parameter_error  if the box is empty, inverted or not finite, if `radius` is not above 0, if `candidates` is
 ///                          below 1, or if the background grid would have more than `max_cells` cells
 /// \throws memory_error     if the background grid does not fit into memory
@@ -69,7 +71,8 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
         total *= extent / step / double(cell) + 1 + 2 * reach;
         detail::check_count(total, "cells of side r/√D in the box to fill", max_cells, sizeof(std::int32_t));
         size[k] = std::int64_t(extent / step);
-        cells[k] = size[k] / cell + 1 + 2 * reach;  // a rim of empty cells, so that no bounds need checks
+        cells[k] = size[k] / cell + 1 +
+                   2 * reach;  // with a rim of empty cells, so that no index must be checked against the bounds
     }
 
     constexpr std::int32_t empty = -1;
@@ -81,7 +84,7 @@ std::vector<Vec<double, D>> poisson_disk_points(const Vec<double, D>& lower, con
         return at;
     };
     struct Near {
-        std::int64_t distance, offset;  // the squared distance [cells²]; the offset in `grid`
+        std::int64_t distance, offset;  // squared distance [cells²]; offset of the cell in `grid`
         bool operator<(const Near& other) const {
             return distance != other.distance ? distance < other.distance : offset < other.offset;
         }

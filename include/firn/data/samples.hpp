@@ -17,30 +17,30 @@ namespace firn {
 
 /// How particles are arranged in a shape.
 enum class Pattern {
-    lattice,       ///< at the centres of cubes of side `spacing`
-    jittered,      ///< at lattice points moved at random by up to `jitter` spacings along each axis
+    lattice,       ///< at the centres of cubes (in 2D: squares) of side `spacing`
+    jittered,      ///< at lattice points that are moved at random by up to `jitter` spacings along each axis
     poisson_disk,  ///< at random, no two closer than about 0.8 spacings, without a preferred direction (Bridson 2007)
 };
 
 /// Options of how a shape is filled with particles. The same options give the same positions, bit for bit, with every
 /// compiler.
 struct SamplingOptions {
-    double spacing = 0;                         ///< mean distance [m], above 0: one particle per spacing^D; required
+    double spacing = 0;                         ///< mean particle distance [m] (one per spacing^D), above 0; required
     Pattern pattern = Pattern::lattice;         ///< how particles are arranged
     double jitter = 0.25;                       ///< largest random shift [spacings], 0 to 0.5; for Pattern::jittered
     std::uint64_t seed = 1;                     ///< seed of the random numbers; for jittered and poisson_disk
-    std::uint64_t max_particles = 200'000'000;  ///< largest number of particles; more are an error
+    std::uint64_t max_particles = 200'000'000;  ///< largest number of particles; a larger number is an error
 };
 
 /// The particles that fill a shape.
 template <int D>
 struct Samples {
     std::vector<Vec<double, D>> positions;  ///< position of each particle [m]
-    double volume = 0;                      ///< volume of one particle, equal for all [m^D]
+    double volume = 0;                      ///< volume of each particle, the same for all [m^D]
 };
 
 /// Returns the spacing [m] of a lattice with `particles_per_cell` particles in a grid cell of side `cell_size` [m].
-/// \throws parameter_error  if an argument is not finite and above 0
+/// \throws parameter_error  if an argument is not finite or not above 0
 template <int D>
 double particle_spacing(double cell_size, double particles_per_cell) {
     if (!(cell_size > 0 && std::isfinite(cell_size) && particles_per_cell > 0 && std::isfinite(particles_per_cell))) {
@@ -50,8 +50,8 @@ double particle_spacing(double cell_size, double particles_per_cell) {
     return cell_size / (D == 2 ? std::sqrt(particles_per_cell) : std::cbrt(particles_per_cell));
 }
 
-/// Checks the options.
-/// \throws parameter_error  if the spacing or the jitter is out of range
+/// Checks the options for filling a shape.
+/// \throws parameter_error  if the spacing is not positive or not finite, or if the jitter does not lie in 0 to 0.5
 inline void check(const SamplingOptions& options) {
     if (!(options.spacing > 0) || !std::isfinite(options.spacing)) {
         throw parameter_error(sentence("The particle spacing is ", options.spacing,
@@ -66,7 +66,7 @@ inline void check(const SamplingOptions& options) {
 
 namespace detail {
 
-/// Throws an error if there would be too many objects of a kind.
+/// Checks that a number of objects of one kind is allowed, and that the objects fit into memory.
 /// \param predicted  expected number of objects; may be infinite, but not NaN
 /// \param what       name of the objects in the message
 /// \param most       largest number that is allowed
@@ -80,9 +80,9 @@ inline void check_count(double predicted, const char* what, double most, std::si
                                    " are allowed. Choose a larger spacing, or raise the bound if memory allows."));
 }
 
-/// Returns the lattice point anchor + (index + ½ + jitter·u) spacing. Each component of u is a random number in [−1,
-/// 1), which depends only on the seed and the counter. Fused multiply-adds are written out, so that no bit depends on
-/// which operations a compiler fuses.
+/// Returns a lattice point, moved at random: anchor + (index + ½ + jitter·u) spacing. Each component of u is a random
+/// number in [−1, 1) that depends only on the seed and the counter. Fused multiply-adds are written out, so that no bit
+/// of the result depends on which operations a compiler fuses.
 template <int D>
 Vec<double, D> lattice_point(const Vec<double, D>& anchor, double spacing, const std::array<std::int64_t, D>& index,
                              double jitter, std::uint64_t seed, std::uint64_t counter) {
@@ -98,8 +98,8 @@ Vec<double, D> lattice_point(const Vec<double, D>& anchor, double spacing, const
     return x;
 }
 
-/// Calls f(index, counter) for each lattice index in [begin, end), until f returns false. The first axis runs fastest;
-/// the counter is 0, 1, 2, ….
+/// Calls f(index, counter) for each point of a lattice, until f returns false. Along each axis, the point's index goes
+/// from `begin` to before `end`; the first axis runs fastest. `counter` is 0 for the first point, 1 for the second, ….
 template <int D, class F>
 void for_lattice(const std::array<std::int64_t, D>& begin, const std::array<std::int64_t, D>& end, const F& f) {
     for (std::size_t k = 0; k < D; ++k) {
@@ -119,8 +119,9 @@ void for_lattice(const std::array<std::int64_t, D>& begin, const std::array<std:
 
 }  // namespace detail
 
-/// Returns the points of a lattice of counts[0] × counts[1] (× counts[2]) points at lower + (i + ½) spacing, i = 0, 1,
-/// …. Each coordinate is moved at random by up to `jitter` spacings. In the returned list, the first axis runs fastest.
+/// Returns the points of a lattice with counts[0] × counts[1] (× counts[2]) points. The coordinate of a point along
+/// axis k is lower[k] + (i + ½) spacing, i = 0 to counts[k] − 1, moved at random by up to `jitter` spacings. In the
+/// returned list, the first axis runs fastest.
 /// \param lower    lower corner of the lattice [m]
 /// \param counts   number of points along each axis
 /// \param spacing  distance between neighbouring points [m]

@@ -1,5 +1,5 @@
-/// \file Fills boxes, spheres (in 2D: disks) and closed meshes with particles: lattice, jittered lattice or
-/// Poisson-disk.
+/// \file Fills boxes, spheres (in 2D: disks) and closed meshes with particles at points of a lattice, of a jittered
+/// lattice or of a Poisson-disk pattern.
 ///
 /// With Pattern::lattice and Pattern::jittered, the volume of a particle is spacing^D. The density is then right
 /// everywhere, but the total volume has an error, because the surface of the shape cuts the cubes of the lattice. With
@@ -21,7 +21,7 @@ namespace firn {
 
 namespace detail {
 
-/// Returns x^D as a product, which has the same bits on every machine. The result of std::pow may differ.
+/// Returns x^D, computed as a product, so that it has the same bits on every machine. A result of std::pow may not.
 template <int D>
 double power(double x) {
     return D == 2 ? x * x : x * x * x;
@@ -32,14 +32,15 @@ void check_particles(double volume, const SamplingOptions& options) {
     check_count(volume / power<D>(options.spacing), "particles", double(options.max_particles), sizeof(Vec<double, D>));
 }
 
-/// A shape in the form that all patterns need. `winding(x)` returns how often the shape covers the point x; `volume` is
-/// the integral of `winding` over space.
+/// A shape to be filled, described as all patterns need it. `winding(x)` returns how often the shape covers the point
+/// x; `volume` is the integral of `winding` over space.
 template <int D, class Winding>
 struct Shape {
     const char* name;
     Bounds<D> bounds;
-    Vec<double, D> anchor;              ///< lower corner of the lattice cube with index 0
-    std::array<std::int64_t, D> begin;  ///< lattice indices from `begin` to before `end` cover `bounds`
+    Vec<double, D> anchor;  ///< lower corner of the lattice cube with index 0
+    /// First lattice index along each axis. The lattice cubes with indices from `begin` to before `end` cover `bounds`.
+    std::array<std::int64_t, D> begin;
     std::array<std::int64_t, D> end;
     double volume;
     Winding winding;
@@ -58,8 +59,8 @@ void fill_lattice(const Shape<D, Winding>& shape, const SamplingOptions& options
 
 template <int D, class Winding>
 void fill_poisson(const Shape<D, Winding>& shape, const SamplingOptions& options, Samples<D>& samples) {
-    // The shape's bounding box with a margin is filled, and points outside the shape are dropped. So points do not
-    // concentrate along the surface, and parts of the shape that do not touch are filled, too.
+    // The bounding box of the shape, enlarged by a margin, is filled, and points outside the shape are dropped. So
+    // points do not concentrate along the shape's surface, and parts of the shape that do not touch are filled, too.
     const double radius = poisson_radius<D>(options.spacing);
     const auto margin = Vec<double, D>::filled(2 * radius);
     // The background grid, with cells of side r/√D, has about 9 cells per particle in 3D and 3 in 2D (poisson_density).
@@ -71,8 +72,8 @@ void fill_poisson(const Shape<D, Winding>& shape, const SamplingOptions& options
         covered += winding;
         if (winding >= 1) samples.positions.push_back(x);
     }
-    // If no parts overlap, `covered` is the number of particles. If parts overlap, `volume` and `covered` count the
-    // overlap equally often, so their ratio is still the volume of one particle.
+    // If no parts of the shape overlap, `covered` is the number of particles. If parts overlap, `volume` and `covered`
+    // count the overlap equally often, so their ratio is still the volume of one particle.
     samples.volume = covered > 0 ? shape.volume / covered : power<D>(options.spacing);
 }
 
@@ -93,8 +94,9 @@ Samples<D> fill(const Shape<D, Winding>& shape, const SamplingOptions& options) 
     return samples;
 }
 
-/// Returns the number of lattice points along each axis that cover an extent [m]. The product of these numbers is
-/// limited, too, because a thin, slanted shape contains only few of the points.
+/// Returns how many lattice cubes cover an extent [m] along each axis. An error is thrown if their number in all is too
+/// large, because each lattice point in the bounding box must be tried, even if a thin, slanted shape contains only few
+/// of them.
 template <int D>
 std::array<std::int64_t, D> lattice_counts(const Vec<double, D>& extent, const SamplingOptions& options) {
     std::array<std::int64_t, D> counts{};
@@ -113,8 +115,8 @@ std::array<std::int64_t, D> lattice_counts(const Vec<double, D>& extent, const S
 
 /// Fills a box from `lower` to `upper` [m] with particles. The lattice begins at `lower`. If the extent along an axis
 /// is no multiple of the spacing, lattice layers whose centres lie outside the box are left out.
-/// \throws parameter_error  if the box is empty, inverted or not finite, if options are out of range, if no particle
-///                          falls inside, or if there would be more than max_particles
+/// \throws parameter_error  if the box is empty, inverted or not finite, if the options do not pass check(), if no
+///                          particle falls inside the box, or if there would be more than max_particles particles
 /// \throws memory_error     if the particles do not fit into memory
 template <int D>
 Samples<D> sample_box(const Vec<double, D>& lower, const Vec<double, D>& upper, const SamplingOptions& options) {
@@ -145,8 +147,9 @@ Samples<D> sample_box(const Vec<double, D>& lower, const Vec<double, D>& upper, 
 /// lies on the centre.
 /// \param centre  centre of the sphere [m]
 /// \param radius  radius of the sphere [m]
-/// \throws parameter_error  if the radius is not above 0, if the radius or the centre is not finite, if options are out
-///                          of range, if no particle falls inside, or if there would be more than max_particles
+/// \throws parameter_error  if the radius is not above 0, if the radius or the centre is not finite, if the options do
+///                          not pass check(), if no particle falls inside the sphere, or if there would be more than
+///                          max_particles particles
 /// \throws memory_error     if the particles do not fit into memory
 template <int D>
 Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const SamplingOptions& options) {
@@ -158,7 +161,7 @@ Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const Samp
     }
     const double volume = std::numbers::pi * detail::power<D>(radius) * (D == 2 ? 1.0 : 4.0 / 3.0);
     const auto winding = [&](const Vec<double, D>& x) {
-        double squared = 0;  // std::fma, so that particles do not depend on which operations a compiler fuses
+        double squared = 0;  // by std::fma, so that the result does not depend on which operations a compiler fuses
         for (int k = 0; k < D; ++k) squared = std::fma(x[k] - centre[k], x[k] - centre[k], squared);
         return squared <= radius * radius ? 1 : 0;
     };
@@ -173,11 +176,11 @@ Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const Samp
         options);
 }
 
-/// Fills a closed mesh with particles at points where the mesh's winding number is ≥ 1. The lattice begins at the lower
-/// corner of the mesh's bounding box. \see InsideTest, also for meshes that intersect themselves
+/// Fills a closed mesh with particles: at the points where the mesh's winding number is ≥ 1. The lattice begins at the
+/// lower corner of the mesh's bounding box. InsideTest tells what the inside of a mesh is that intersects itself.
 /// \throws mesh_error       if the mesh is not valid for InsideTest
-/// \throws parameter_error  if options are out of range, if no particle falls inside, or if there would be more than
-///                          max_particles
+/// \throws parameter_error  if the options do not pass check(), if no particle falls inside the mesh, or if there would
+///                          be more than max_particles particles
 /// \throws memory_error     if the particles do not fit into memory
 inline Samples<3> sample_mesh(const TriangleMesh& mesh, const SamplingOptions& options) {
     check(options);

@@ -1,5 +1,5 @@
-/// \file A grid that stores only the blocks of nodes around matter. Its cost grows with the matter, not with the
-/// domain.
+/// \file A grid that stores only the blocks of nodes around matter. So the cost of the grid grows with the amount of
+/// matter, not with the size of the domain.
 #pragma once
 
 #include <firn/core/optimised.hpp>
@@ -15,17 +15,17 @@
 
 namespace firn {
 
-/// How many numbers a node has: the first D are its momentum (after the grid update: its velocity), the last is its
-/// mass.
+/// How many numbers each node has. The first D of them are the components of the node's momentum (after the grid
+/// update: of its velocity); the last is the node's mass.
 inline constexpr int node_width = 4;
-/// Index of the mass among a node's numbers.
+/// Index of the mass among the numbers of a node.
 inline constexpr int node_mass = 3;
 
-/// Returned instead of a block's index if the grid does not contain the block.
+/// Value used instead of a block's index if the grid does not contain the block.
 inline constexpr std::uint32_t no_block = 0xffffffffu;
 
-/// A grid whose nodes lie in blocks of 4^D. activate() chooses the blocks: those that contain the particles of one or
-/// several sets, and their neighbours.
+/// A grid whose nodes lie in blocks of 4^D. activate() chooses the blocks of the grid: those that contain the particles
+/// of one or several sets, and the neighbours of these blocks.
 template <std::floating_point S, int D>
 class SparseGrid {
 public:
@@ -33,7 +33,7 @@ public:
     static constexpr int neighbour_count = D == 2 ? 9 : 27;
 
     /// Makes a grid without blocks.
-    /// \throws parameter_error  if check(domain) throws it
+    /// \throws parameter_error  if the domain does not pass check()
     explicit SparseGrid(const Domain<D>& domain) : domain_(domain) {
         detail::tell_unoptimised<FIRN_TELLS_UNOPTIMISED>();
         check(domain);
@@ -43,27 +43,28 @@ public:
     const Domain<D>& domain() const { return domain_; }
     /// Number of blocks that the grid contains.
     std::size_t block_count() const { return blocks_.size(); }
-    /// Returns the coordinates of block b. Blocks are sorted by their keys.
+    /// Returns the coordinates of the block with index b. The blocks of the grid are sorted by their keys.
     BlockCoordinate<D> block(std::size_t b) const { return block_of_key<D>(blocks_[b]); }
 
     /// \name Nodes
     /// @{
 
-    /// Returns the numbers of the nodes of block b: `block_nodes<D>` nodes, the last axis fastest, with node_width
-    /// numbers each.
+    /// Returns the address of the numbers of all nodes of block b. The block has `block_nodes<D>` nodes, the last axis
+    /// fastest, with node_width numbers each.
     S* nodes(std::size_t b) { return nodes_.data() + b * std::size_t(block_nodes<D> * node_width); }
     const S* nodes(std::size_t b) const { return nodes_.data() + b * std::size_t(block_nodes<D> * node_width); }
 
     /// @}
 
-    /// Returns the indices of the 3^D blocks around the block of range r, the last axis fastest. The block itself is
-    /// the middle one. activate() must have been called with the partition.
+    /// Returns the grid indices of the 3^D blocks around the block of range r (the particles of one block), the last
+    /// axis fastest. The block of range r itself is the middle one. activate() must have been called with the
+    /// partition.
     const std::uint32_t* neighbours(const BlockPartition<D>& partition, std::size_t r) const {
         return neighbours_.data() + (partition.first_row + r) * neighbour_count;
     }
 
-    /// Checks that activate() was called for a partition with this many ranges.
-    /// \throws usage_error  if the grid has no table of neighbours for so many ranges
+    /// Checks that activate() was called for a partition with as many ranges (one range per block with particles).
+    /// \throws usage_error  if the grid's table of neighbours has too few rows for the ranges of the partition
     void require_active(const BlockPartition<D>& partition) const {
         if ((partition.first_row + partition.ranges.size()) * neighbour_count > neighbours_.size())
             throw usage_error(sentence("The grid has no nodes for a partition of ", partition.ranges.size(),
@@ -71,16 +72,17 @@ public:
     }
 
     /// Creates all nodes to which the particles of a partition can scatter before they are sorted again: the blocks of
-    /// the partition and their neighbours, sorted by their keys. The old numbers of the nodes are lost.
+    /// the partition and the neighbours of these blocks. The grid's blocks are sorted by their keys. All previous
+    /// numbers of the nodes are lost.
     /// \param threads  number of threads; 0: thread_count() chooses
     /// \throws memory_error  if the nodes do not fit into memory
     void activate(const BlockPartition<D>& partition, int threads = 0) {
         const BlockPartition<D>* const one[] = {&partition};
         make_room(one, thread_count(threads));
     }
-    /// Creates the nodes for several sets of particles on one grid. One table has the neighbours of all partitions, a
-    /// row per range, one partition after the other. Each partition's first_row is set to the first of the partition's
-    /// rows.
+    /// Creates the nodes for several sets of particles on one grid, given by their partitions. The grid's table of
+    /// neighbours has one row per range (the particles of one block), partition after partition. The member first_row
+    /// of each partition is set to the index of the partition's first row.
     /// \param threads  number of threads; 0: thread_count() chooses
     /// \throws memory_error  if the nodes do not fit into memory
     void activate(std::span<BlockPartition<D>* const> partitions, int threads = 0) {
@@ -92,8 +94,8 @@ public:
         make_room(std::vector<const BlockPartition<D>*>(partitions.begin(), partitions.end()), thread_count(threads));
     }
 
-    /// Returns scratch memory for one T per node. The memory is reused from step to step and contains what was last
-    /// written to it.
+    /// Returns the address of scratch memory for one T per node. The memory is reused from step to step, and contains
+    /// whatever was written to it last.
     /// \param threads  number of threads; 0: thread_count() chooses
     template <class T>
     T* scratch(int threads = 0) {
@@ -103,13 +105,13 @@ public:
         return reinterpret_cast<T*>(scratch_.data());
     }
 
-    /// The scale of the last fixed-point sums. The next sums try this scale first, which saves time and never changes a
-    /// result.
+    /// The scale that was used for the last fixed-point sums. The next sums try this scale first. That saves time and
+    /// never changes a result.
     std::optional<FixedPointScale<S>> last_scale;
 
-    /// Exchanges the numbers of all nodes with those of layer k = 1, 2, …. A layer is a further set of numbers of the
-    /// same nodes. The first exchange creates the layer, whose numbers are uninitialised. activate() empties all
-    /// layers.
+    /// Exchanges the numbers of all nodes with those of layer k = 1, 2, …. A layer is a further set of numbers for the
+    /// same nodes. The first exchange with a layer creates this layer with uninitialised numbers. activate() empties
+    /// all layers.
     /// \param threads  number of threads; 0: thread_count() chooses
     void exchange(std::size_t k, int threads = 0) {
         if (layers_.size() < k) layers_.resize(k);
@@ -117,20 +119,20 @@ public:
         if (layer.size() != nodes_.size()) renew(layer, nodes_.size(), thread_count(threads));
         layer.swap(nodes_);
     }
-    /// Returns the numbers of layer k, block after block in the order of nodes(0). Returns nullptr if exchange(k) was
-    /// not called after the last activate().
+    /// Returns the address of the numbers of layer k, block after block in the order of nodes(0), or nullptr if
+    /// exchange(k) was not called after the last activate().
     const S* layer(std::size_t k) const {
         return k > layers_.size() || layers_[k - 1].empty() ? nullptr : layers_[k - 1].data();
     }
 
-    /// Returns the index of a block, or no_block if the grid does not contain it.
+    /// Returns the index of a block, or no_block if the grid does not contain the block.
     std::uint32_t find(const BlockCoordinate<D>& block) const {
         const std::uint64_t key = block_key<D>(block);
         const auto found = std::lower_bound(blocks_.begin(), blocks_.end(), key);
         return found != blocks_.end() && *found == key ? std::uint32_t(found - blocks_.begin()) : no_block;
     }
 
-    /// Returns the numbers of a node, or nullptr if the grid does not contain the node's block.
+    /// Returns the address of the numbers of a node, or nullptr if the grid does not contain the node's block.
     /// \param node  index of the node along each axis, counted from the domain's lower corner (ghost nodes: −1, …)
     const S* find_node(const std::array<int, std::size_t(D)>& node) const {
         BlockCoordinate<D> block{};
@@ -143,7 +145,7 @@ public:
         return b == no_block ? nullptr : nodes(b) + within * node_width;
     }
 
-    /// Memory allocated [bytes].
+    /// Size of the memory that the grid has allocated [bytes].
     std::size_t bytes() const {
         std::size_t numbers = nodes_.capacity();
         for (const auto& layer : layers_) numbers += layer.capacity();
@@ -176,12 +178,12 @@ private:
                                [&](std::size_t first, std::size_t last) { find_neighbours(*partition, first, last); });
         const std::size_t numbers = blocks_.size() * std::size_t(block_nodes<D> * node_width);
         if (numbers > nodes_.capacity()) {
-            const std::size_t room = numbers + numbers / 8;  // more, for matter that spreads out
+            const std::size_t room = numbers + numbers / 8;  // memory for more blocks, because matter may spread
             require_memory(
                 double(room) * sizeof(S),
                 sentence("A grid of ", blocks_.size(), " blocks of ", block_nodes<D>, " nodes around matter"),
                 "Take larger cells, or fewer particles that lie far apart.");
-            nodes_ = {};  // freed first, because its numbers are not needed
+            nodes_ = {};  // the old memory is freed first, because its numbers are not needed
         }
         if (numbers != nodes_.size()) renew(nodes_, numbers, workers);
         for (auto& layer : layers_) layer.clear();
@@ -192,20 +194,22 @@ private:
         keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     }
 
-    /// Finds the neighbours of the ranges by_block[from] to by_block[to − 1]. Three neighbours along the last axis make
-    /// a line; they are consecutive in the sorted list of blocks. The first block of each line is found in one walk
-    /// along the list.
+    /// Fills in the neighbours of the ranges by_block[from] to by_block[to − 1] in the table of neighbours. Three
+    /// neighbours side by side along the last axis form a line; their indices are consecutive, because blocks are
+    /// sorted by key. As the ranges are sorted by key, too, one walk along the list of blocks finds the first block of
+    /// each line.
     void find_neighbours(const BlockPartition<D>& partition, std::size_t from, std::size_t to) {
         if (is_periodic(domain_)) return look_up_neighbours(partition, from, to);
         constexpr std::size_t lines = neighbour_count / 3;
-        std::array<std::uint64_t, lines> beside{};  // key of each line's first neighbour, less the block's key
+        std::array<std::uint64_t, lines>
+            beside{};  // for each line, the key of its first block minus the key of the middle block
         for (std::size_t line = 0; line < lines; ++line) {
             beside[line] -= 1;
             std::uint64_t rest = line;
             for (int a = D - 2; a >= 0; --a, rest /= 3) beside[line] += (rest % 3 - 1) << 21 * (D - 1 - a);
         }
         const auto key_of = [&](std::size_t k) { return block_key<D>(partition.ranges[partition.by_block[k]].block); };
-        std::array<std::size_t, lines> first{};  // for each line, index of its first neighbour
+        std::array<std::size_t, lines> first{};  // for each line, the index of its first block
         for (std::size_t line = 0; line < lines; ++line)
             first[line] = std::size_t(std::lower_bound(blocks_.begin(), blocks_.end(), key_of(from) + beside[line]) -
                                       blocks_.begin());
@@ -219,8 +223,8 @@ private:
         }
     }
 
-    /// Finds the neighbours of ranges from ≤ r < to if the domain is periodic. The neighbours may lie at the other end
-    /// of the domain.
+    /// Fills in the neighbours of the ranges from ≤ r < to if the domain is periodic. Neighbours may then lie at the
+    /// other end of the domain.
     void look_up_neighbours(const BlockPartition<D>& partition, std::size_t from, std::size_t to) {
         for (std::size_t r = from; r < to; ++r)
             for (int n = 0; n < neighbour_count; ++n) {
@@ -231,11 +235,12 @@ private:
             }
     }
 
-    /// Makes, from sorted keys, the sorted list of these keys and of the keys one step below and above each. No key is
-    /// listed twice.
+    /// Sets `grown` to the sorted list of all given keys and of the keys one `step` below and above each of them. No
+    /// key is listed twice.
+    /// \param keys  sorted keys; an end mark is appended to them
     static void grow(std::vector<std::uint64_t>& keys, std::uint64_t step, std::vector<std::uint64_t>& grown) {
         grown.resize(3 * keys.size());
-        keys.push_back(~std::uint64_t(0));  // end mark: above all other keys, even less one step
+        keys.push_back(~std::uint64_t(0));  // end mark: above all other keys, even if one step is subtracted
         std::size_t low = 0, middle = 0, high = 0, count = 0;
         while (high + 1 < keys.size()) {
             const std::uint64_t below = keys[low] - step, same = keys[middle], above = keys[high] + step;

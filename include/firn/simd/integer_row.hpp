@@ -14,10 +14,10 @@ namespace firn {
 
 namespace detail {
 
-/// Rounds each number to the nearest integer, ties to even, for |x| < 2^31. A float of magnitude 2^23 or more is an
-/// integer. A smaller float is rounded when 2^23, with the float's sign, is added and subtracted again. If the compiler
-/// fuses this addition with a multiplication before it, the result is the same, because products with a power of two
-/// are exact.
+/// Returns the integer nearest to each number of x, ties to even, for numbers below 2^31 in magnitude. A float of
+/// magnitude 2^23 or more is an integer already. A smaller float is rounded when 2^23, with the float's sign, is added
+/// and subtracted again. If the compiler fuses this addition with a multiplication before it, the result is the same,
+/// because products with a power of two are exact.
 template <int N>
 FIRN_INLINE node_register<std::int32_t, N> portable_nearest(const node_register<float, N>& x) {
     using Float = typename node_register<float, N>::vector;
@@ -29,8 +29,8 @@ FIRN_INLINE node_register<std::int32_t, N> portable_nearest(const node_register<
     return {__builtin_convertvector(Float(rounded), Int)};
 }
 
-/// Rounds each number to the nearest integer, ties to even, as std::llrint does.
-/// \param x  numbers in the range of Integer
+/// Returns the integer nearest to each number of a register, ties to even, as std::llrint does.
+/// \param x  numbers in the range of type Integer
 template <class Integer, std::floating_point S, int N>
 FIRN_INLINE node_register<Integer, N> nearest(const node_register<S, N>& x) {
     if constexpr (sizeof(S) == 4 && sizeof(Integer) == 4) {
@@ -50,8 +50,8 @@ FIRN_INLINE node_register<Integer, N> nearest(const node_register<S, N>& x) {
 
 }  // namespace detail
 
-/// Rounds each number to the nearest integer, ties to even, as std::llrint does.
-/// \param row  numbers in the range of Integer
+/// Returns the integer nearest to each number of a row, ties to even, as std::llrint does.
+/// \param row  numbers in the range of type Integer
 template <class Integer, std::floating_point S, int K, int W>
 FIRN_INLINE row_of<Integer, K, W> nearest(const row_of<S, K, W>& row) {
     if constexpr (K == 0)

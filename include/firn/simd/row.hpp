@@ -2,10 +2,10 @@
 ///
 /// P2G and G2P write and read the grid in rows. Policies (materials, kernels, transfers) never use rows.
 ///
-/// On processors whose registers hold several nodes, a row needs fewer registers. With registers of any width, the same
-/// operations are done on every number in the same order, and the bits of the result are the same. So the code in this
-/// file, not the code that calls it, decides which operations a compiler may fuse. If FIRN_PORTABLE_ROWS is defined,
-/// there is one node per register, which every processor supports.
+/// On processors whose registers hold several nodes, a row needs fewer registers. The width of the registers does not
+/// change a bit of the result, because the same operations are done on every number in the same order. To ensure this,
+/// the code in this file, not the code that calls it, decides which operations a compiler may fuse. If
+/// FIRN_PORTABLE_ROWS is defined, there is one node per register, which every processor supports.
 #pragma once
 
 #include <firn/core/config.hpp>
@@ -24,7 +24,7 @@ namespace firn {
 
 namespace detail {
 
-/// Returns a product that is rounded before anything is added to it, even if the compiler may fuse multiplication and
+/// Returns the product a b, rounded before anything is added to it, even if the compiler may fuse multiplication and
 /// addition.
 template <class V>
 FIRN_INLINE V rounded_product(const V& a, const V& b) {
@@ -34,7 +34,7 @@ FIRN_INLINE V rounded_product(const V& a, const V& b) {
 #else
     V product = a * b;
 #ifdef __FMA__
-    asm("" : "+v"(product));  // only this keeps g++ from fusing and from splitting the vector
+    asm("" : "+v"(product));  // without this, g++ fuses the product with an addition, or splits the vector
 #elif defined(__aarch64__)
     if constexpr (sizeof(V) <= register_bytes) asm("" : "+w"(product));
 #endif
@@ -43,8 +43,8 @@ FIRN_INLINE V rounded_product(const V& a, const V& b) {
 }
 
 /// A register of N numbers: N/4 nodes with four numbers each. Arithmetic uses the compilers' vector extension. x86
-/// intrinsics are used only for shuffles between registers of different widths, because g++ 12 would store the numbers
-/// and load them again.
+/// intrinsics are used only for shuffles between registers of different widths. Without intrinsics, g++ 12 would
+/// shuffle by storing and loading the numbers.
 /// \tparam S  a floating-point type; or an integer type, which is used for sums only
 template <class S, int N>
 struct node_register {
@@ -57,8 +57,8 @@ struct node_register {
         return r;
     }
     FIRN_INLINE void store(S* to) const { std::memcpy(to, &v, sizeof v); }
-    /// Returns the same numbers, kept in a register. Without this function, g++ reads the numbers from memory at every
-    /// use. Most rows lie across two cache lines, and G2P would wait for these loads.
+    /// Returns a copy that the compiler keeps in a register. Without this function, g++ reads the numbers from memory
+    /// at every use. G2P would wait for these reads, because most rows lie across two cache lines.
     FIRN_INLINE node_register held() const {
         vector r = v;
 #ifdef FIRN_WIDE_ROWS
@@ -98,8 +98,8 @@ struct node_register {
 #endif
     }
 
-    /// Returns a register in which all four numbers of each node equal number k of the quad in `from` for this node.
-    /// \param from  one quad of numbers per node
+    /// Returns a register in which all four numbers of node i equal from[4 i + k], for each node i.
+    /// \param from  four numbers per node
     template <int k>
     FIRN_INLINE static node_register fill_quads(const S* from) {
         if constexpr (N == 4) {
@@ -143,7 +143,7 @@ struct node_register {
     }
 };
 
-/// How many numbers one register holds in a row of K nodes.
+/// How many numbers each register of a row of K nodes holds.
 template <class S, int K>
 inline constexpr int row_register =
 #ifdef FIRN_WIDE_ROWS
@@ -156,7 +156,8 @@ inline constexpr int row_register =
 
 }  // namespace detail
 
-/// The four numbers of one node: the first D are components of its momentum or velocity, the last is its mass.
+/// The four numbers of one node in a register: the first D are components of the node's momentum or velocity, the last
+/// is the node's mass.
 template <class S>
 using quad = detail::node_register<S, 4>;
 
@@ -170,7 +171,7 @@ struct row_of {
     static constexpr int nodes = K;                         ///< number of nodes
     static constexpr int width = W == 8 && K == 1 ? 4 : W;  ///< how many numbers the first register holds
     using Number = detail::node_register<S, width>;         ///< type of the first register
-    /// Type of the row of the nodes that do not fit into the first register.
+    /// Type of the rest of the row: the nodes that do not fit into the first register.
     using Rest = row_of<S, (K > width / 4 ? K - width / 4 : 0), width>;
     /// Number of the target's registers that the row fills.
     static constexpr int registers = int((width * sizeof(S) - 1) / register_bytes + 1) + Rest::registers;
@@ -178,19 +179,20 @@ struct row_of {
     Number first;                     ///< the nodes in the first register
     [[no_unique_address]] Rest rest;  ///< the nodes in the other registers
 
-    /// Reads the nodes from consecutive memory.
+    /// Returns the row whose numbers are stored in memory from `from` on, node after node.
     FIRN_INLINE static row_of load(const S* from) { return {Number::load(from), Rest::load(from + width)}; }
-    /// Writes the nodes to consecutive memory.
+    /// Writes the numbers of the row to memory from `to` on, node after node.
     FIRN_INLINE void store(S* to) const {
         first.store(to);
         rest.store(to + width);
     }
-    /// Returns the same row, kept in registers: the compiler does not read its numbers from memory again.
+    /// Returns a copy of the row that the compiler keeps in registers: the numbers of the copy are not read from memory
+    /// again.
     FIRN_INLINE row_of held() const { return {first.held(), rest.held()}; }
     /// Returns a row whose nodes all have the four numbers from[0] to from[3].
     FIRN_INLINE static row_of repeat(const S* from) { return {Number::repeat(from), Rest::repeat(from)}; }
     /// Returns a row in whose node k all four numbers equal from[k].
-    /// \param from  four numbers; from[K] and those after it must be zero
+    /// \param from  four numbers, one per node; if K < 4, from[K] and the numbers after it must be zero
     FIRN_INLINE static row_of spread(const S* from) { return {Number::spread(from), Rest::spread(from + width / 4)}; }
     /// Returns a row whose node k is f(k), where f gets k as a std::integral_constant. Only for rows with one node per
     /// register.
@@ -212,8 +214,8 @@ struct row_of {
     /// \name Arithmetic, number by number
     /// @{
 
-    /// Applies the operation number by number, and rounds each result. A register as the second operand applies to each
-    /// register of the row.
+    /// Apply the operation to each number of the row, and round each result. If the second operand is a single
+    /// register, it is the second operand for each register of the row.
     FIRN_INLINE friend row_of operator+(const row_of& a, const row_of& b) {
         return {a.first + b.first, a.rest + b.rest};
     }
@@ -243,7 +245,7 @@ struct row_of {
     }
     /// @}
 
-    /// Returns as many of the first numbers of `s` as this row's first register holds.
+    /// Returns the first numbers of `s`, as many as fit into the first register of this row.
     template <int N>
     FIRN_INLINE static Number narrowed(const detail::node_register<S, N>& s) {
         if constexpr (N == width)
@@ -253,13 +255,13 @@ struct row_of {
     }
 };
 
-/// A row without nodes, which ends the recursion of row_of. Its functions do nothing.
+/// A row without nodes, which ends the recursion of row_of. The functions of this row do nothing.
 template <class S, int W>
 struct row_of<S, 0, W> {
     /// \name Members of row_of
     /// @{
 
-    /// These members replace those of row_of for a row without nodes; functions do nothing.
+    /// These members have the same names as those of a row with nodes. The functions do nothing.
     static constexpr int width = W, registers = 0;
     FIRN_INLINE static row_of load(const S*) { return {}; }
     FIRN_INLINE void store(S*) const {}
@@ -281,19 +283,20 @@ struct row_of<S, 0, W> {
     /// @}
 };
 
-/// A row with one node per register, whatever the target.
+/// A row of K nodes with one node per register, on every target processor.
 template <std::floating_point S, int K>
 using portable_row = row_of<S, K, 4>;
 
-/// A row in registers of the width that suits the target best.
+/// A row of K nodes in registers of the width that suits the target processor best. It may contain one node more than
+/// K.
 template <std::floating_point S, int K>
 using row = row_of<S, K, detail::row_register<S, K>>;
 
-/// A row in registers of the width that suits the target best, but without any node beyond the row's own.
+/// A row of exactly K nodes, in the widest registers of the target processor for which no further node is needed.
 template <std::floating_point S, int K>
 using exact_row = row_of<S, K, (detail::row_register<S, 4> > 4 ? 8 : 4)>;
 
-/// Number of rows that are processed side by side: four if a row is one register of four nodes, else one.
+/// Number of rows that are processed side by side: four if one register holds a row, else one.
 template <class Row>
 inline constexpr int rows_abreast = Row::width == 16 && Row::nodes <= 4 ? 4 : 1;
 
@@ -306,8 +309,8 @@ FIRN_INLINE auto nodes_of_rows(const std::array<Row, 1>& rows) {
 }
 
 namespace detail {
-/// Returns a register of four quads: those with the indices i, j, k and l, where quads 0 to 3 are those of a, and 4 to
-/// 7 those of b.
+/// Returns a register of four quads (four numbers each): those with the indices i, j, k and l. Quads 0 to 3 are the
+/// quads of a, quads 4 to 7 are the quads of b.
 template <int i, int j, int k, int l, class Number>
 FIRN_INLINE Number quads_of(const Number& a, const Number& b) {
     return {__builtin_shufflevector(a.v, b.v, 4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3, 4 * j, 4 * j + 1, 4 * j + 2,
@@ -333,8 +336,8 @@ FIRN_INLINE auto nodes_of_rows(const std::array<Row, 4>& rows) {
     return nodes;
 }
 
-/// True if `count` rows fit into at most 9/16 of the target's vector registers, so that the other registers are free
-/// for computing.
+/// True if `count` rows fit into 9/16 of the target's vector registers, so that the other registers are free for
+/// computing.
 template <class Row, int count>
 inline constexpr bool rows_fit = 16 * count * Row::registers <= 9 * vector_registers;
 

@@ -22,7 +22,8 @@ FIRN_INLINE P high(const P& a, const P& b) {
     return interleave<P, true>(a, b, std::make_integer_sequence<int, scalar_traits<P>::lanes>{});
 }
 
-/// Transposes, in each group of four lanes, the 4 × 4 numbers of the four registers. The function is its own inverse.
+/// Transposes the numbers of four registers: in each group of four lanes, number i of register j is exchanged with
+/// number j of register i. The function is its own inverse.
 template <class P>
 FIRN_INLINE void transpose_groups(P (&r)[4]) {
     const P even_low = low(r[0], r[2]), even_high = high(r[0], r[2]);
@@ -42,8 +43,8 @@ FIRN_INLINE constexpr int quad_of_lane(int lane) {
     return int(l % 4 * (scalar_traits<P>::lanes / 4) + l / 4);
 }
 
-/// Writes four numbers of each lane's particle as a quad. The quad of lane l has the index quad_of_lane(l).
-/// \param r   the four numbers, one particle per lane; afterwards they are transposed
+/// Writes, for the particle of each lane, four numbers as a quad. The quad of lane l has the index quad_of_lane(l).
+/// \param r   the numbers: r[k] has number k of each particle; afterwards r is transposed
 /// \param to  memory for four numbers per lane
 template <class P>
 FIRN_INLINE void store_quads(P (&r)[4], value_type_t<P>* to) {
@@ -51,7 +52,7 @@ FIRN_INLINE void store_quads(P (&r)[4], value_type_t<P>* to) {
     unroll<4>([&](auto k) FIRN_LAMBDA { r[k].store(to + k * scalar_traits<P>::lanes); });
 }
 
-/// Reads quads in the order in which store_quads() writes them. Lane l of r[k] gets number k of its particle's quad.
+/// Reads quads in the order in which store_quads() writes them. Lane l of r[k] gets number k of the quad of lane l.
 template <class P>
 FIRN_INLINE void load_quads(const value_type_t<P>* from, P (&r)[4]) {
     unroll<4>([&](auto k) FIRN_LAMBDA { r[k] = P::load(from + k * scalar_traits<P>::lanes); });

@@ -8,16 +8,18 @@
 
 namespace firn {
 
-/// About the least number of cubes of sparse blocks that a phase should have. With many more cubes, their nodes leave
-/// the cache before the next phase uses them; with fewer, threads wait for each other too often.
+/// Least number of cubes (groups of sparse blocks) that a phase should have, approximately. If phases have many more
+/// cubes, the nodes of a phase leave the cache before the next phase uses them. If phases have fewer cubes, threads
+/// wait for each other too often.
 inline constexpr std::size_t cubes_of_phase = 64;
 
-/// Chooses the phases in which cubes of sparse blocks are scattered.
+/// Chooses the phases in which cubes of sparse blocks are scattered. Cubes of the same phase may be scattered at the
+/// same time, because they never scatter to a common node.
 ///
-/// If each colour were one phase, each phase would pass through the whole grid. Instead, space is divided into bands of
-/// cubes, and the phases go through one band after the other, so that they find most nodes in the cache. Of two
-/// neighbouring cubes along an axis, the one with the even coordinate comes first, so that sums are always formed in
-/// the same order. Therefore a cube with an odd coordinate belongs to the band of the cube after it.
+/// If each colour of cubes were one phase, each phase would pass through the whole grid. Instead, space is divided into
+/// bands of cubes, and the phases go through one band after the other, so that the cache still contains most nodes. Of
+/// two cubes that are neighbours along an axis, the one with the even coordinate always comes first, so that sums are
+/// always formed in the same order. Therefore a cube with an odd coordinate belongs to the same band as the next cube.
 template <int D>
 class Waves {
 public:
@@ -36,8 +38,8 @@ public:
             bands /= count();
         }
     }
-    /// Returns the number of a cube's phase. Phases are scattered in the order of their numbers. Arenas of cubes of the
-    /// same phase never overlap.
+    /// Returns the number of the phase in which a cube is scattered. Phases come in the order of their numbers. The
+    /// arenas of two cubes of the same phase never overlap.
     std::uint64_t phase(const BlockCoordinate<D>& cube) const {
         BlockCoordinate<D> turn{};
         for (std::size_t a = 0; a < D; ++a) turn[a] = 2 * (pair(cube[a]) >> shift_[a]) + (cube[a] & 1);
@@ -46,15 +48,16 @@ public:
 
 private:
     static constexpr int one_band = 30;
-    /// Returns a number that an even cube and the odd cube before it have in common.
+    /// Returns the number of a pair of cubes along an axis: a cube with an odd coordinate and the next cube, which has
+    /// an even coordinate. \param coordinate  coordinate of one of the two cubes
     static int pair(int coordinate) { return (coordinate + 1) >> 1; }
 
     std::array<int, std::size_t(D)> shift_;
 };
 
-/// Makes a partition from the number of particles in each block: chooses groups, slots and phases. The partition's
-/// order is not known yet, and is no_particle in each slot.
-/// \param sorted         blocks sorted by key, each once, each with at least one particle; first_slot is ignored
+/// Returns a partition, made from the number of particles in each block: chooses groups, slots and phases. The order of
+/// particles is not known yet, so partition.order is no_particle in each slot.
+/// \param sorted         one range for each block that has particles, sorted by the blocks' keys; first_slot is ignored
 /// \param dense_colours  number of colours of dense blocks along an axis. \see colours_along_axis
 /// \param threads        number of threads; 0: thread_count() chooses
 template <int D>
@@ -63,7 +66,7 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
     partition.ranges.reserve(sorted.size());
     partition.by_block.resize(sorted.size());
     std::size_t slots = 0;
-    // number_of(k) is the index in `sorted` of the group's k-th block
+    // number_of(k) is the index in `sorted` of the k-th block of the group
     const auto add_group = [&](std::size_t blocks, bool sparse, const auto& number_of) {
         BlockGroup group{std::uint32_t(partition.ranges.size()), std::uint32_t(blocks), slots, 0, sparse};
         for (std::size_t k = 0; k < blocks; ++k) {
@@ -85,7 +88,7 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
         partition.phase_ends.back() = partition.by_phase.size();
     };
 
-    RadixSort<std::uint64_t> dense, sparse;  // groups, with colours as keys; blocks, with cubes as keys
+    RadixSort<std::uint64_t> dense, sparse;  // dense: groups, with colours as keys; sparse: blocks, with cubes as keys
     for (std::uint32_t i = 0; i < sorted.size(); ++i) {
         BlockCoordinate<D> block = sorted[i].block;
         if (sorted[i].particles > sparse_particles) {
@@ -102,7 +105,7 @@ BlockPartition<D> arrange(const std::vector<BlockRange<D>>& sorted, int dense_co
     sparse.sort();
     const auto& by_cube = sparse.items;
     std::vector<BlockCoordinate<D>> cubes;
-    RadixSort<std::uint64_t> by_phase;  // where each cube begins in by_cube, with phases as keys
+    RadixSort<std::uint64_t> by_phase;  // for each cube, the index in by_cube of its first block; the keys are phases
     for (std::uint32_t i = 0; i < by_cube.size(); ++i)
         if (i == 0 || by_cube[i].key != by_cube[i - 1].key) {
             cubes.push_back(block_of_key<D>(by_cube[i].key));

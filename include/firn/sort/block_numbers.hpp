@@ -9,18 +9,18 @@
 
 namespace firn {
 
-/// Maps keys of blocks to the numbers 0, 1, 2, … in the order in which keys first occur, by a hash table with open
+/// Gives keys of blocks the numbers 0, 1, 2, … in the order in which the keys first occur, by a hash table with open
 /// addressing.
 class BlockNumbers {
 public:
-    /// Number of different keys so far.
+    /// Number of keys that have a number.
     std::size_t size() const { return keys_.size(); }
     /// Returns the key that has this number.
     std::uint64_t key(std::size_t number) const { return keys_[number]; }
     /// Returns all keys, in the order of their numbers.
     const std::vector<std::uint64_t>& keys() const { return keys_; }
 
-    /// Returns the number of a key. A new key gets the next number.
+    /// Returns the number of a key. A key without a number gets the next one.
     std::uint32_t number(std::uint64_t key) {
         if (!keys_.empty() && keys_[last_] == key) return last_;
         if (2 * (keys_.size() + 1) > table_.size()) grow();
@@ -33,10 +33,10 @@ public:
     }
 
 private:
-    /// Returns the index in table_ where the key is, or where a new key must be entered. The multiplier is 2⁶⁴ divided
-    /// by the golden ratio (Knuth, vol. 3, §6.4).
+    /// Returns the index in table_ of the entry of a key, or of the free entry where a new key must be written. The
+    /// multiplier is 2⁶⁴ divided by the golden ratio (Knuth, vol. 3, §6.4).
     std::size_t place(std::uint64_t key) const {
-        const std::size_t last = table_.size() - 1;  // the size, a power of two, less one
+        const std::size_t last = table_.size() - 1;  // a mask: the size of the table, a power of two, less one
         std::size_t i = std::size_t((key * 0x9e3779b97f4a7c15ull) >> 32) & last;
         while (table_[i] != none && keys_[table_[i]] != key) i = (i + 1) & last;
         return i;
@@ -50,7 +50,7 @@ private:
 
     std::vector<std::uint64_t> keys_;
     std::vector<std::uint32_t> table_;
-    std::uint32_t last_ = 0;  // number of the last key; neighbours in memory mostly share a block
+    std::uint32_t last_ = 0;  // number returned last; particles that are neighbours in memory mostly share a block
 };
 
 }  // namespace firn

@@ -17,25 +17,28 @@
 
 namespace firn {
 
-/// The blocks and cells of the base nodes of up to sixteen particles. Each array has one element per particle.
+/// For up to sixteen particles: the block and the cell that contain the particle's base node (the lowest node to which
+/// the particle scatters). Each array has one element per particle.
 struct BlockCells {
-    static constexpr int far = 27;  ///< value of `beside` for a block that is no neighbour of the origin
+    static constexpr int far = 27;  ///< value of `beside` if `block` is not a neighbour of `origin`
 
-    std::uint64_t origin[pack_size];  ///< key of the origin: the block from whose lower corner the base node is counted
-    std::uint64_t block[pack_size];   ///< key of the block that contains the base node
-    /// number of `block` among the 3^D blocks around the origin, the last axis fastest, or `far`
+    /// key of the origin block, from whose lower corner the base node is counted
+    std::uint64_t origin[pack_size];
+    std::uint64_t block[pack_size];  ///< key of the block that contains the base node
+    /// number of `block` among the 3^D blocks around the origin block, the last axis fastest; or `far`
     std::uint8_t beside[pack_size];
     /// number of the base node's cell within `block`, the first axis fastest. \see find_cells
     std::uint8_t cell[pack_size];
 };
 
-/// Finds the blocks and cells of base nodes.
+/// Finds the blocks and cells of particles' base nodes.
 ///
-/// Cells are numbered with the first axis fastest, while rows of nodes lie along the last axis. So many rows of a cell
-/// are also rows of the next cell, from the same address on. This makes P2G fast, because it loads numbers soon after
-/// it stored them: a processor forwards a store at once only to a load of the same address and size.
-/// \param base  the base nodes [cells], counted from the lower corners of the blocks to.origin
-/// \param to    `origin` must be set; the other members are found
+/// Cells are numbered with the first axis fastest, while rows of nodes lie along the last axis. Therefore many of the
+/// rows to which the particles of one cell scatter are also rows of the next cell, with the same addresses. This makes
+/// P2G fast. P2G reads a row soon after it wrote the row, and then a processor forwards the written row at once if the
+/// address and the size are the same.
+/// \param base  coordinates of the base nodes [cells], counted from the lower corners of the blocks to.origin
+/// \param to    the result; the caller must set `origin`, and find_cells() sets the other members
 template <std::floating_point S, int D>
 FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
     unsigned cell[pack_size] = {}, beside[pack_size] = {}, beyond[pack_size] = {};
@@ -54,9 +57,10 @@ FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
     }
 }
 
-/// Sorts particles by block, then by cell, then by id, and collects blocks into groups. It moves no particle: the
-/// result is a partition with the new order. The class does not read the particles' fields; the caller's function tells
-/// the cell of each particle. An index counts the caller's particles and padding.
+/// Sorts particles by block, then by cell, then by id, and collects blocks into groups. No particle is moved: the
+/// result is a partition with the new order. The class does not read the particles' fields; a function of the caller
+/// returns the cell of each particle. Particle indices are indices into the caller's arrays, in which padding entries
+/// have an index, too.
 ///
 ///     BlockSort<3> sort(count, ids, threads, room);
 ///     sort.look(is_particle, cells_of);
@@ -64,13 +68,13 @@ FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
 template <int D>
 class BlockSort {
 public:
-    /// Scratch memory per index [bytes].
+    /// Size of the scratch memory per index [bytes].
     static constexpr std::size_t room = 2 * sizeof(std::uint32_t) + sizeof(std::uint8_t);
 
     /// Prepares a sort.
-    /// \param candidates  number of indices: of particles and padding
-    /// \param ids         for each index, the id of the particle, no two the same; nullptr: a particle's id is its
-    ///                    index
+    /// \param candidates  number of indices, including those of padding
+    /// \param ids         for each index, the id of the particle (no two ids are the same); nullptr: a particle's id is
+    ///                    its index
     /// \param threads     number of threads; 0: thread_count() chooses
     /// \param memory      scratch memory of `room` bytes per index, aligned as std::uint32_t
     BlockSort(std::size_t candidates, const std::uint32_t* ids, int threads, std::byte* memory)
@@ -82,16 +86,17 @@ public:
           by_block_(number_of_ + candidates),
           cell_of_(reinterpret_cast<std::uint8_t*>(by_block_ + candidates)) {}
 
-    /// Does the first step: finds each particle's cell, numbers the blocks, and counts the particles of each block.
-    /// \param is_particle  is_particle(i) is true if index i is a particle, false if it is padding
-    /// \param cells_of     cells_of(i, count, cells) finds the cells of `count` ≤ pack_size indices from i on; i is a
-    ///                     multiple of pack_size
+    /// Does the first step of the sort: finds each particle's cell, numbers the blocks, and counts the particles of
+    /// each block.
+    /// \param is_particle  is_particle(i) is true if index i belongs to a particle, false if it belongs to padding
+    /// \param cells_of     cells_of(i, count, cells) finds the cells of the particles with indices i to i + count − 1,
+    ///                     where i is a multiple of pack_size and count ≤ pack_size
     template <class IsParticle, class CellsOf>
     void look(const IsParticle& is_particle, const CellsOf& cells_of) {
         parallel_for(std::size_t(threads_), threads_, [&](std::size_t t, int) {
             Met& mine = met_[t];
-            // Numbers of the blocks around one origin, or no_particle if not known yet. Particles that are neighbours
-            // in memory mostly have the same origin.
+            // Numbers of the blocks around the origin block, or no_particle for a block whose number is not known yet.
+            // Particles that are neighbours in memory mostly have the same origin block.
             std::array<std::uint32_t, BlockCells::far + 1> around;
             around.fill(no_particle);
             std::uint64_t origin = 0;
@@ -119,7 +124,7 @@ public:
         });
     }
 
-    /// Does the other three steps and returns the partition. Call look() before.
+    /// Does the second to fourth steps of the sort and returns the partition. look() must be called before.
     /// \param colours  number of colours of dense blocks along an axis. \see colours_along_axis
     BlockPartition<D> partition(int colours) {
         BlockPartition<D> partition = arrange<D>(blocks_in_order(), colours, threads_);
@@ -129,19 +134,20 @@ public:
     }
 
 private:
-    struct alignas(64) Met {  // blocks that one thread has met; no two threads share a cache line
+    // The blocks that one thread has met. Each object has cache lines of its own.
+    struct alignas(64) Met {
         BlockNumbers blocks;
         std::vector<std::size_t> counts;  // particles per block
-        std::size_t first = 0;            // index of its first block among those of all threads
+        std::size_t first = 0;            // index of the thread's first block among the blocks of all threads
     };
 
-    /// Returns the first index that thread t processes. The last one is first_of(t + 1) − 1.
+    /// Returns the first of the indices that thread t processes. The last of them is first_of(t + 1) − 1.
     std::size_t first_of(std::size_t t) const {
         if (t == std::size_t(threads_)) return candidates_;
         return candidates_ * t / std::size_t(threads_) / pack_size * pack_size;
     }
 
-    /// The second step: returns the blocks that any thread has met, sorted by key, with their numbers of particles.
+    /// The second step: returns all blocks that contain particles, sorted by key, with the number of particles in each.
     std::vector<BlockRange<D>> blocks_in_order() {
         RadixSort<std::uint64_t> by_key;
         for (Met& m : met_) {
@@ -162,8 +168,8 @@ private:
         return sorted;
     }
 
-    /// The third step: sorts particles by range, and within a range by index. The particles of thread t follow those of
-    /// thread t − 1.
+    /// The third step: sorts the indices of particles by range (the particles of one block), and within a range by
+    /// index. Within a range, particles that thread t counted follow those that thread t − 1 counted.
     void place_by_block(const BlockPartition<D>& partition) {
         first_place_.assign(partition.ranges.size(), 0);
         for (std::size_t r = 1; r < partition.ranges.size(); ++r)
@@ -182,7 +188,7 @@ private:
         });
     }
 
-    /// The fourth step: sorts the particles of each range by cell and id, and writes them to the partition's order.
+    /// The fourth step: sorts the particles of each range by cell and id, and writes the result to partition.order.
     void order_by_cell(BlockPartition<D>& partition) const {
         const auto order_range = [&](std::size_t r, int) {
             const BlockRange<D>& range = partition.ranges[r];
@@ -195,7 +201,7 @@ private:
                 for (std::size_t i = 0; i < range.particles; ++i) to[next[cell_of_[from[i]]]++] = from[i];
                 return;
             }
-            std::uint32_t* const id_of = number_of_ + first_place_[r];  // ids of the particles in `to`
+            std::uint32_t* const id_of = number_of_ + first_place_[r];  // ids of the particles listed in `to`
             std::uint32_t last_id[block_nodes<D>] = {};
             std::uint64_t disordered = 0;  // one bit per cell, set if the ids in the cell are not sorted
             for (std::size_t i = 0; i < range.particles; ++i) {
@@ -209,7 +215,8 @@ private:
                 const int cell = std::countr_zero(disordered);
                 const std::size_t begin = cell == 0 ? 0 : next[cell - 1], count = next[cell] - begin;
                 if (count <= pack_size && range.particles >= pack_size) {
-                    const std::size_t first = std::min(begin, range.particles - pack_size);  // of a pack with these ids
+                    // index of the first of sixteen particles that include the `count` particles from `begin` on
+                    const std::size_t first = std::min(begin, range.particles - pack_size);
                     order_few(to + first, id_of + first, begin - first, count);
                 } else {
                     std::sort(to + begin, to + begin + count,
@@ -220,8 +227,9 @@ private:
         parallel_for(partition.ranges.size(), threads_, order_range, 16);
     }
 
-    /// Sorts `count` particles of a pack, from lane `first` on, by their ids. The rank of a particle is found by
-    /// comparison with all others, in SIMD lanes. So there are no branches that a processor could mispredict.
+    /// Sorts some particles of a pack by their ids: the `count` particles from lane `first` on. The rank of a particle,
+    /// its place in the sorted order, is the number of smaller ids. Ids are compared in SIMD lanes, without branches
+    /// that a processor could mispredict.
     FIRN_INLINE static void order_few(std::uint32_t* places, const std::uint32_t* ids, std::size_t first,
                                       std::size_t count) {
         using Pack [[gnu::vector_size(4 * pack_size)]] = std::uint32_t;
@@ -245,12 +253,13 @@ private:
     const std::uint32_t* ids_;
     int threads_;
     std::vector<Met> met_;
-    std::uint32_t* number_of_;  // per index: number of its block among those of its thread, or no_particle
+    std::uint32_t* number_of_;  // per index: number that the thread gave to the particle's block, or no_particle
     std::uint32_t* by_block_;   // indices of particles, range by range
     std::uint8_t* cell_of_;
-    std::vector<std::size_t> places_;  // per block of each thread: particle count, later the next index in by_block_
-    std::vector<std::uint32_t> block_of_;   // per block of each thread: its index among the sorted blocks
-    std::vector<std::size_t> first_place_;  // per range: where it begins in by_block_
+    // per block of each thread: at first the number of particles, later the next index in by_block_
+    std::vector<std::size_t> places_;
+    std::vector<std::uint32_t> block_of_;   // per block of each thread: index of the block among the sorted blocks
+    std::vector<std::size_t> first_place_;  // per range: index in by_block_ of its first particle
 };
 
 }  // namespace firn

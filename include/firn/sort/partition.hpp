@@ -12,7 +12,7 @@ namespace firn {
 
 namespace detail {
 
-/// Checks that colours of blocks continue across the ends of periodic axes.
+/// Checks that the pattern of the blocks' colours continues without a break across the ends of periodic axes.
 /// \throws parameter_error  if the number of blocks along a periodic axis is no multiple of `colours`
 template <int D>
 void check_periods(const Domain<D>& domain, int colours, int support) {
@@ -23,9 +23,10 @@ void check_periods(const Domain<D>& domain, int colours, int support) {
                                            " their number must be a multiple of ", periodic_multiple * colours, "."));
 }
 
-/// Finds the partition of firn's own particles, for any material and any kernel.
-/// \param base_shift  the kernel's base_shift
-/// \param colours     number of colours of dense blocks along an axis
+/// Returns the partition of firn's own particles: their order by block, cell and id. The function is the same for all
+/// materials and kernels.
+/// \param base_shift  the constant base_shift of the kernel
+/// \param colours     number of colours of dense blocks along an axis. \see colours_along_axis
 /// \param room        scratch memory of `BlockSort::room` bytes per slot
 template <std::floating_point S, int D>
 BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const Domain<D>& domain, double base_shift,
@@ -53,11 +54,11 @@ BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const 
 
 }  // namespace detail
 
-/// Finds the order of firn's own particles by block, cell and id. No particle is moved.
+/// Returns the partition of firn's own particles: their order by block, cell and id. No particle is moved.
 /// \param threads  number of threads; 0: thread_count() chooses
 /// \param room     scratch memory of `BlockSort::room` bytes per slot
-/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of the number that the kernel
-///                          needs. \see Domain::periodic
+/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of 16 (with the cubic
+///                          kernel: of 48)
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads, std::byte* room) {
     detail::check_periods(particles.domain(), colours_along_axis<Kernel>, Kernel::support);
@@ -65,23 +66,23 @@ BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, i
                                     colours_along_axis<Kernel>, threads, room);
 }
 
-/// Finds the order of firn's own particles by block, cell and id, and allocates the scratch memory itself. No particle
-/// is moved.
+/// Returns the partition of firn's own particles: their order by block, cell and id. No particle is moved. The function
+/// allocates the scratch memory itself.
 /// \param threads  number of threads; 0: thread_count() chooses
-/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of the number that the kernel
-///                          needs. \see Domain::periodic
+/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of 16 (with the cubic
+///                          kernel: of 48)
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const Particles<S, D, State>& particles, int threads = 0) {
     const auto room = std::make_unique_for_overwrite<std::byte[]>(particles.slots() * BlockSort<D>::room);
     return partition_particles<Kernel>(particles, threads, room.get());
 }
 
-/// Finds the order of another program's particles by block, cell and index. No particle is moved.
+/// Returns the partition of another program's particles: their order by block, cell and index. No particle is moved.
 /// \param count    number of particles
 /// \param threads  number of threads; 0: thread_count() chooses
-/// \throws particle_error   if a position is not finite or outside the domain, or if the view has masses and one is not
-///                          positive and finite; the message names the first three by index
-/// \throws parameter_error  if the domain is periodic, or if check(domain) throws it
+/// \throws particle_error   if a position is not finite or outside the domain, or if the view has masses and one of
+///                          them is not positive and finite; the message names the first three such particles by index
+/// \throws parameter_error  if the domain is periodic, or if the domain does not pass check()
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, State>& view, std::size_t count,
                                       const Domain<D>& domain, int threads = 0) {
@@ -108,10 +109,10 @@ BlockPartition<D> partition_particles(const ParticleView<S, D, StridedSpan<S>, S
     return sort.partition(colours_along_axis<Kernel>);
 }
 
-/// Sorts firn's own particles by block, cell and id: moves them into this order and returns their partition.
+/// Sorts firn's own particles by block, cell and id: moves the particles into this order and returns their partition.
 /// \param threads  number of threads; 0: thread_count() chooses
-/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of the number that the kernel
-///                          needs. \see Domain::periodic
+/// \throws parameter_error  if the number of cells along a periodic axis is no multiple of 16 (with the cubic
+///                          kernel: of 48)
 template <class Kernel, std::floating_point S, int D, class State>
 BlockPartition<D> sort_particles(Particles<S, D, State>& particles, int threads = 0) {
     static_assert(D * D * sizeof(S) >= BlockSort<D>::room);

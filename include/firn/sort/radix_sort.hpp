@@ -19,19 +19,20 @@ struct Keyed {
     std::uint32_t number;  ///< the number
 };
 
-/// Sorts in several passes. Each pass is a counting sort by a group of bits, the lowest bits first (Knuth, vol. 3,
-/// §5.2.5). The object keeps its memory for the next sort.
+/// A list of items, and a radix sort of this list by key. The sort consists of several passes. Each pass is a counting
+/// sort by a group of bits, the lowest bits first (Knuth, vol. 3, §5.2.5). The object keeps its memory for the next
+/// sort.
 template <std::unsigned_integral Key>
 class RadixSort {
 public:
-    aligned_vector<Keyed<Key>> items;  ///< the items to sort; the caller sets them, and sort() sorts them
+    aligned_vector<Keyed<Key>> items;  ///< the items to sort: set by the caller, sorted by sort()
 
     /// Sorts the items by key. Items with equal keys keep their order.
     /// \param differ   mask of the bits in which keys may differ; all other bits are the same in all keys
     /// \param workers  number of workers, at least 1
     [[gnu::noinline]] void sort(Key differ, int workers) {
-        // The most bits per pass: so few that the counters fit into a core's own cache and are not many more than the
-        // items.
+        // The largest number of bits per pass. It is so small that the counters fit into a core's own cache and are not
+        // many more than the items.
         const int most_bits = std::clamp(int(std::bit_width(items.size())), 4, 12);
         const std::size_t n = items.size(), parts = std::min<std::size_t>(std::size_t(workers), n / 4096 + 1);
         const auto first = [&](std::size_t part) { return n * part / parts; };
