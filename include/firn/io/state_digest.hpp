@@ -63,10 +63,10 @@ private:
 
 }  // namespace detail
 
-/// Returns the digest of a state of which only the selected fields are included. The digest depends on the precision
-/// and on every bit of names, units, texts, numbers of components, values, dimension, time and number of steps. So the
-/// digest differs between −0 and 0, and between NaNs with different bits. The digest does not depend on the order of
-/// fields, parameters, attributes and tables. Equal states have the same digest on all machines.
+/// Returns the digest of a state. Of the state's fields, only those that `holds` selects are included. The digest
+/// depends on the precision and on every bit of names, units, texts, numbers of components, values, dimension, time and
+/// number of steps. So the digest differs between −0 and 0, and between NaNs with different bits. The digest does not
+/// depend on the order of fields, parameters, attributes and tables. Equal states have the same digest on all machines.
 ///
 /// The hash function is XXH3 of xxHash 0.8. It misses an accidental change of the state with a probability of 2⁻⁶⁴, but
 /// does not protect against deliberate changes. Computing the digest takes about as long as reading the state from
