@@ -283,8 +283,9 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
         packed.values[k / detail::colours_at_once] |=
             std::int64_t(std::uint64_t(colours[k]) << 8 * (k % detail::colours_at_once));
     StateTable gone{"constraints_gone", 1, {constraints.gone.begin(), constraints.gone.end()}};
-    // The table `emitted` has one row per living particle of an emitter: its id, and the bits of its end time (a
-    // double). The table `emitters` has one row per emitter: number of births, number of its rows in `emitted`.
+    // The table `emitted` has one row for each of the emitters' particles: the particle's id, and the time at which the
+    // particle is removed (bits of the double). The table `emitters` has one row for each emitter: its number of
+    // births, and its number of rows in `emitted`.
     StateTable emitted{"emitted", 2, {}}, emitters{"emitters", 2, {}};
     for (const Emitter<D>& emitter : system.emitters()) {
         emitters.values.insert(emitters.values.end(),
@@ -317,9 +318,9 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
 /// forces, constraints, excluded pairs and emitters in the same order. If `collisions` was set in that run, set it,
 /// too.
 ///
-/// Taken from the state are: the points and facets, torn links, the number of births and the living particles of each
-/// emitter, contact impulses, time, number of steps, gravity, damping, the number of iterations, the coefficient of
-/// restitution and the parameters of the boundary. Everything else in the system is not changed.
+/// restore() takes from the state: the points and facets, torn links, the number of births and the living particles of
+/// each emitter, contact impulses, time, number of steps, gravity, damping, the number of iterations, the coefficient
+/// of restitution and the parameters of the boundary. Everything else in the system is not changed.
 /// \param system  the system that is restored
 /// \param state   the state, such as read_state() returns
 /// \param how     which states are accepted; Restart::converted is not supported

@@ -49,8 +49,7 @@ public:
 
     /// Appends the particles of the state to `particles`, in the order of their ids, and sets their fields.
     /// \param converted  whether the particles are restored with Restart::converted. If so, stresses are not read,
-    ///                   because they follow from the other fields; and if the state has no affine velocities, they are
-    ///                   0.
+    ///                   because they follow from the other fields; and affine velocities that the state lacks are 0.
     /// \throws io_error  if the state lacks a field, or if a value in the state is invalid
     void read(ParticleStore<S, D>& particles, bool converted) const {
         const T* const x = field("position", D);
@@ -243,16 +242,16 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
 /// material, loads, forces between particles, sources and sinks. Loads and forces refer to bodies, so add loads and
 /// forces after the particles were added or restored. The particles of the state replace all particles of the set.
 ///
-/// Taken from the state are: particles, bodies, time, number of steps, all parameters of the transfer and of the
+/// restore() takes from the state: particles, bodies, time, number of steps, all parameters of the transfer and of the
 /// boundary (including the position of a moving boundary), gravity, fixed_time_step and most_steps_between_sorts. To
 /// change one of these, call restore() first, and then set the new value. The number of threads is not taken from the
 /// state.
 ///
 /// In a simulation with several materials, call restore() once for each material, with states of the same time.
 ///
-/// With Restart::converted, less is taken from the state: only the particles (ids, positions, velocities, masses,
-/// volumes and material states), bodies, time and number of steps. Everything else in the simulation (domain, boundary,
-/// gravity, …) is not changed. If the state has no field affine_velocity, the affine velocities are 0.
+/// With Restart::converted, restore() takes less from the state: only the particles (ids, positions, velocities,
+/// masses, volumes and material states), bodies, time and number of steps. Everything else in the simulation (domain,
+/// boundary, gravity, …) is not changed. If the state has no field affine_velocity, the affine velocities are 0.
 /// \param set    the set; in a simulation with several materials for example `simulation.set<Snow<float>>()`
 /// \param state  the state, such as read_state() returns
 /// \param how    which states are accepted

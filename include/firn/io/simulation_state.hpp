@@ -147,7 +147,7 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
         blocks.values.push_back(std::int64_t(range.first_slot));
         blocks.values.push_back(std::int64_t(range.particles));
     }
-    StateTable bodies{"bodies", 3, {}};  // columns: first id, number of ids, bits of the end time
+    StateTable bodies{"bodies", 3, {}};  // columns: Body::first, Body::count, bits of Body::end
     for (const Body& body : all_bodies)
         bodies.values.insert(bodies.values.end(), {body.first, body.count, std::bit_cast<std::int64_t>(body.end)});
     state.tables = {std::move(slots), std::move(blocks), std::move(bodies)};

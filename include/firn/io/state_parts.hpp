@@ -49,8 +49,8 @@ inline std::string compiler_name() {
 #endif
 }
 
-/// Returns the name of the instruction set for which the program is compiled, such as "x86-64 avx2 fma". ", not
-/// optimised" is added if the compiler did not optimise. The instruction set can change rounding, because a fused
+/// Returns the name of the instruction set for which the program is compiled, such as "x86-64 avx2 fma". The name ends
+/// with ", not optimised" if the compiler does not optimise. The instruction set can change rounding, because a fused
 /// multiply-add rounds once instead of twice.
 inline std::string instruction_set() {
     std::string name =
