@@ -121,8 +121,8 @@ using Properties = Handle<H5Pclose>;
 /// @}
 
 /// The HDF5 types for the C++ number type T. memory() is the type of a T in memory; file() is the type that firn writes
-/// to files (little endian; IEEE 754 for floats); big_endian() is like file(), but with the other byte order. `name` is
-/// the name of the type in messages, such as "64-bit float".
+/// to files (little endian; IEEE 754 for floats); big_endian() is like file(), but big endian. `name` is the name of
+/// the type in messages, such as "64-bit float".
 /// \tparam T  float, double, std::uint8_t, std::int32_t, std::int64_t or std::uint64_t
 template <class T>
 struct Number;
@@ -144,14 +144,15 @@ FIRN_HDF5_NUMBER(std::uint64_t, H5T_NATIVE_UINT64, H5T_STD_U64LE, H5T_STD_U64BE,
 #undef FIRN_HDF5_NUMBER
 /// \endcond
 
-/// Returns whether the type `type` of values in a file is the number type T, in little-endian or big-endian byte order.
+/// Returns whether `type`, the type of the values in a file, is the number type T, in little-endian or big-endian byte
+/// order.
 template <class T>
 bool is_number(const Datatype& type) {
     return check(H5Tequal(type.id(), Number<T>::file()), "compare types") > 0 ||
            check(H5Tequal(type.id(), Number<T>::big_endian()), "compare types") > 0;
 }
 
-/// Returns the name, for messages, of the type of values in a file. Examples are "64-bit float" and "string".
+/// Returns the name of the type `type` for messages, such as "64-bit float" or "string".
 inline std::string_view type_name(const Datatype& type) {
     if (is_number<float>(type)) return Number<float>::name;
     if (is_number<double>(type)) return Number<double>::name;

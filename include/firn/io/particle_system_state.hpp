@@ -201,7 +201,7 @@ private:
         points.skip_ids(next_id_);
         return points;
     }
-    /// Returns the time [s] that has been stored as an integer with the bits of the double.
+    /// Returns the time [s] that the integer `bits` stands for: the double with the same bits.
     /// \throws io_error  if the double is NaN
     static double time(std::int64_t bits) {
         const double value = std::bit_cast<double>(bits);

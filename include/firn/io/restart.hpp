@@ -42,7 +42,7 @@ public:
             if (id(i) < (i == 0 ? 0 : id(i - 1) + 1) || id(i) >= next_id_) throw_damaged("order of particles");
     }
 
-    /// Returns the index, in the arrays of the state, of particle i.
+    /// Returns the index of particle i in the arrays of the state.
     std::size_t row(std::size_t i) const { return rows_.empty() ? i : rows_[i]; }
     /// Returns the id of particle i.
     std::int64_t id(std::size_t i) const { return state_.id[row(i)]; }

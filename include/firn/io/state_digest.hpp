@@ -68,9 +68,9 @@ private:
 /// number of steps. So the digest differs between −0 and 0, and between NaNs with different bits. The digest does not
 /// depend on the order of fields, parameters, attributes and tables. Equal states have the same digest on all machines.
 ///
-/// The hash function is XXH3 of xxHash 0.8. It misses an accidental change of the state with a probability of 2⁻⁶⁴, but
-/// does not protect against deliberate changes. Computing the digest takes about as long as reading the state from
-/// memory.
+/// The hash function is XXH3 of xxHash 0.8. An accidental change of the state is missed with a probability of 2⁻⁶⁴. The
+/// digest does not protect against deliberate changes. Computing the digest takes about as long as reading the state
+/// from memory.
 /// \param holds  a function bool(std::string_view name) that returns whether the field `name` is included
 template <state_scalar S, class Holds>
 std::uint64_t digest(const State<S>& state, const Holds& holds) {

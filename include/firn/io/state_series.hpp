@@ -45,8 +45,8 @@ public:
         }
     }
 
-    /// Continues a series of this name that exists on disk. Call this function before the first call of write(). That
-    /// first call of write() removes or overwrites the states that are later than `time`.
+    /// Continues a series of this name that exists on disk. Call this function before the first call of write(), which
+    /// then removes or overwrites the states that are later than `time`.
     /// \param time  states up to and including this time [s] are kept
     /// \throws io_error  if the list of states cannot be read, or if it names a file that is not a state of this series
     void go_on_from(double time) {

@@ -12,6 +12,7 @@
 ///     /firn              attributes schema_version i64 = 3, dimension i64, digest u64, and the state's attributes
 ///       parameters/GROUP/NAME   f64[k]
 ///       tables/NAME      i64[r] or i64[r,c]
+///
 /// i64[r,c] means a dataset of r rows and c columns of type i64. The types i64 and i32 are signed integers, u8 and u64
 /// unsigned integers, f64 and f32 floats; the number in the type's name is its number of bits. S is the precision of
 /// the state, f64 or f32. D is the number of dimensions, n the number of points, f the number of facets, l the number
