@@ -12,8 +12,7 @@
 
 namespace firn {
 
-/// A series of states (see StateSeries) that are written on a second thread, while the simulation computes the next
-/// steps:
+/// A StateSeries whose states are written on a second thread, while the simulation computes the next steps:
 ///
 ///     firn::State<float> state = series.spare();
 ///     firn::state_of(simulation, state);

@@ -324,9 +324,9 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
 /// \param system  the system that is restored
 /// \param state   the state, such as read_state() returns
 /// \param how     which states are accepted; Restart::converted is not supported
-/// \throws io_error         if the state was written by a run with other policies or another build (see Restart), if a
-///                          part of the state is missing or invalid (the message names this part), or if the system has
-///                          taken a step. The system is then unchanged.
+/// \throws io_error         if the state was written by a run with other policies, another number of dimensions or
+///                          another build (see Restart), if a part of the state is missing or invalid (the message
+///                          names this part), or if the system has taken a step. The system is then unchanged.
 /// \throws parameter_error  if `how` is Restart::converted
 template <int D, std::floating_point S, class Integrator, class Boundary>
 void restore(ParticleSystem<D, S, Integrator, Boundary>& system, const std::type_identity_t<State<S>>& state,
