@@ -1,8 +1,8 @@
-/// \file Writes a file under a temporary name, and renames the file when it is complete.
+/// \file A file that is written under a temporary name, and gets its final name when it is complete.
 ///
-/// A reader always sees the complete old file or the complete new file, even after a power failure. The order of
-/// operations ensures this: write the file, fsync it, rename it, and fsync its folder. (The rename function of POSIX is
-/// atomic within one file system.)
+/// A program that opens the final name always sees either the complete old file or the complete new file, even after a
+/// power failure. The order of operations ensures this: write the file, fsync it, rename it, and fsync its folder. (The
+/// rename function of POSIX is atomic within one file system.)
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -26,7 +26,8 @@ namespace detail {
     throw io_error(sentence(what, " ", path, " failed: ", std::strerror(code), "."));
 }
 
-/// Owns a file descriptor. close() and the destructor close it, but the destructor does not report a failure.
+/// Owner of a POSIX file descriptor. Both close() and the destructor close the descriptor; only close() reports a
+/// failure.
 class FileDescriptor {
 public:
     FileDescriptor(const std::filesystem::path& path, int flags, const char* what) {
@@ -41,8 +42,8 @@ public:
         if (fd_ >= 0) ::close(fd_);
     }
     int get() const { return fd_; }
-    /// Closes the descriptor. If the call ends with EINTR, it is not repeated, because Linux has then already released
-    /// the descriptor.
+    /// Closes the descriptor. If the call of POSIX's close() ends with EINTR, the call is not repeated, because Linux
+    /// has released the descriptor already.
     /// \param path  the name of the file, for messages
     /// \throws io_error  if closing fails
     void close(const std::filesystem::path& path) {
@@ -60,8 +61,8 @@ inline void sync_to_disk(int fd, const std::filesystem::path& path) {
     }
 }
 
-/// Calls fsync for the folder of the file `path`, so that the file's new name is on disk. It ignores the errors EINVAL
-/// and ENOTSUP of file systems on which folders have no fsync.
+/// Calls fsync for the folder that contains the file `path`, so that the new name of the file is on disk. On a file
+/// system that has no fsync for folders (errors EINVAL and ENOTSUP), the function does nothing.
 inline void sync_folder_of(const std::filesystem::path& path) {
     const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
     FileDescriptor fd(folder, O_RDONLY | O_DIRECTORY, "Opening the folder");
@@ -84,25 +85,27 @@ inline void rename_and_sync_folder(const std::filesystem::path& temporary, const
 
 }  // namespace detail
 
-/// Returns the temporary name `NAME.tmp.PID` for the file `NAME`, in the same folder and so on the same file system.
+/// Returns the temporary name `NAME.tmp.PID` of the file `NAME`. The temporary file is in the same folder as the file,
+/// and therefore on the same file system.
 ///
-/// Different processes get different names (PID is the number of the process). Programs that look for states or meshes
-/// ignore the temporary file, because its name does not end with .hdf, .obj, ….
+/// PID is the number of the process, so different processes get different names. Programs that look for states or
+/// meshes ignore the temporary file, because its name does not end with .hdf, .obj, ….
 inline std::filesystem::path temporary_name(const std::filesystem::path& path) {
     auto name = path;
     name += ".tmp." + std::to_string(::getpid());
     return name;
 }
 
-/// Gives a complete, closed file its final name, and ensures that it is on disk: fsync the file, rename it to `path`
-/// (an old file of that name is replaced), and fsync the folder. Use it for a file that another library wrote.
-/// \param temporary  the name under which the file was written; the file is removed if a call fails
+/// Gives a complete, closed file its final name, and ensures that the file is on disk. Use this function for a file
+/// that another library wrote. The order of operations is: fsync the file, rename it to `path` (an old file of that
+/// name is replaced), and fsync the folder.
+/// \param temporary  the present name of the file; the file is removed if an operation fails
 /// \param path       the final name, in the same folder
-/// \throws io_error  if a call fails. The old file at `path` is then unchanged, except if only the fsync of the folder
-///                   failed: the new file is then at `path`, but may not be on disk yet.
+/// \throws io_error  if an operation fails. The old file at `path` is then unchanged, with one exception: if only the
+///                   fsync of the folder failed, the new file is at `path`, but may not be on disk yet.
 inline void sync_and_rename(const std::filesystem::path& temporary, const std::filesystem::path& path) {
     try {
-        // The file is also opened for writing, because fsync of a read-only descriptor fails on some file systems.
+        // Nothing is written here, but O_RDWR is needed: on some file systems, fsync of a read-only descriptor fails.
         detail::FileDescriptor fd(temporary, O_RDWR, "Opening");
         detail::sync_to_disk(fd.get(), temporary);
         fd.close(temporary);
@@ -114,12 +117,12 @@ inline void sync_and_rename(const std::filesystem::path& temporary, const std::f
     }
 }
 
-/// Writes bytes to a temporary file. commit() gives the file its final name. If commit() was not called, or if it threw
-/// an error, the destructor removes the temporary file.
+/// A file that has a temporary name until commit() gives it the final name. If commit() was not called, or if commit()
+/// threw an error, the destructor removes the temporary file.
 class AtomicFile {
 public:
-    /// Creates the temporary file, temporary_name(path).
-    /// \param path  the final name
+    /// Creates the temporary file. Its name is temporary_name(path).
+    /// \param path  the final name of the file
     /// \throws io_error  if the folder does not exist or is not writable
     explicit AtomicFile(std::filesystem::path path)
         : path_(std::move(path)),
@@ -136,7 +139,7 @@ public:
         std::filesystem::remove(temporary_, ignored);
     }
 
-    /// Appends bytes to the file. They may stay in a buffer until commit().
+    /// Appends bytes to the file. The bytes may stay in memory until commit() is called.
     /// \throws io_error  if writing fails
     void write(std::string_view bytes) {
         if (buffer_.size() + bytes.size() > buffer_bytes) flush();
@@ -147,7 +150,7 @@ public:
     }
 
     /// Finishes the file: when commit() returns, the file is complete on disk, with its final name.
-    /// \throws io_error  if writing or renaming fails, or if commit() has succeeded before
+    /// \throws io_error  if writing or renaming fails, or if an earlier call of commit() succeeded
     void commit() {
         if (!pending_) throw io_error(sentence("The file ", path_, " was already committed; open a new one."));
         flush();
@@ -158,7 +161,7 @@ public:
     }
 
     const std::filesystem::path& path() const { return path_; }            ///< The file's final name.
-    const std::filesystem::path& temporary() const { return temporary_; }  ///< The name until commit().
+    const std::filesystem::path& temporary() const { return temporary_; }  ///< The file's temporary name.
 
 private:
     static constexpr std::size_t buffer_bytes = std::size_t(1) << 16;

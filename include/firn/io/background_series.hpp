@@ -12,26 +12,28 @@
 
 namespace firn {
 
-/// Writes the states of a StateSeries on a thread of its own, while the simulation computes the next steps:
+/// A StateSeries whose states are written on a second thread, while the simulation computes the next steps:
 ///
 ///     firn::State<float> state = series.spare();
 ///     firn::state_of(simulation, state);
 ///     series.write(std::move(state));
 ///
-/// At most two states are kept in memory: one that is being written and one that waits. If there are two, write() waits
-/// until the first is on disk.
+/// At most two states are kept in memory: one that is being written and one that waits. If there are two already,
+/// write() waits until the first of them is on disk.
 ///
-/// If a state cannot be written, the state is kept. The next call of write() or finish() throws the error, and the
-/// thread tries to write the state again. When finish() returns, all states and the list of states are complete on
-/// disk. The destructor also waits until all states are written. If one cannot be written, a warning is printed.
+/// If a state cannot be written, this state stays in memory. The next call of write() or finish() throws the error, and
+/// the thread then tries to write this state again. When finish() returns, all states and the list of states are
+/// complete on disk. The destructor waits until all states are written, too; if a state cannot be written, the
+/// destructor prints a warning.
 template <state_scalar S>
 class BackgroundSeries {
 public:
-    /// Makes the folder of the series if it does not exist, and starts the thread.
-    /// \param directory  the folder
-    /// \param name       NAME in the names of the files, NAME_0000.hdf, …
-    /// \param options    how each state is written
-    /// \throws parameter_error  if `name` is empty, too long, or contains '/', '.' or control characters
+    /// Starts the thread. Makes the folder `directory` if this folder does not exist.
+    /// \param directory  the folder for the files of the series
+    /// \param name       the part NAME of the file names NAME_0000.hdf, NAME_0001.hdf, …
+    /// \param options    options for writing the states
+    /// \throws parameter_error  if `name` is empty, is longer than 200 bytes, or contains '/', '.' or control
+    ///                          characters
     /// \throws io_error         if the folder cannot be made
     BackgroundSeries(std::filesystem::path directory, std::string name, const StateOptions& options = {})
         : series_(std::move(directory), std::move(name), options), worker_([this] { work(); }) {}
@@ -49,19 +51,19 @@ public:
                       << " could not be written. Call finish() before the end to get the reason.\n";
     }
 
-    /// Continues a series that exists on disk. Call it before the first write.
-    /// \param time  states up to this time are kept; later ones are removed or overwritten [s]
-    /// \throws io_error  if the list cannot be read, or names a file that is not a state of this series
+    /// Continues a series that exists on disk. Call this function before the first call of write().
+    /// \param time  states up to and including this time [s] are kept; later states are removed or overwritten
+    /// \throws io_error  if the list of states cannot be read, or if it names a file that is not a state of this series
     void go_on_from(double time) {
         std::lock_guard lock(mutex_);
         series_.go_on_from(time);
         written_ = series_.size();
     }
 
-    /// Gives a state to the thread, which writes it to disk. If two earlier states are still in memory, write() first
-    /// waits until one of them is on disk.
-    /// \throws parameter_error, io_error  the error of an earlier state that could not be written; `state` is then
-    ///         unchanged and will not be written
+    /// Passes a state to the thread, which writes the state to disk. If two earlier states are still in memory, write()
+    /// first waits until one of them is on disk.
+    /// \throws parameter_error, io_error  if an earlier state could not be written; the error says why. `state` is then
+    ///                                    unchanged and is not passed to the thread.
     void write(State<S>&& state) {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return waiting_.size() < 2 || failure_; });
@@ -70,14 +72,15 @@ public:
         changed_.notify_all();
     }
 
-    /// Returns a state that has been written, so that its memory can be reused; an empty state if there is none.
+    /// Returns a state that is already on disk, so that the memory of this state can be reused. Returns an empty state
+    /// if there is no such state.
     State<S> spare() {
         std::lock_guard lock(mutex_);
         return std::exchange(spare_, {});
     }
 
     /// Waits until all states are on disk.
-    /// \throws parameter_error, io_error  the error of a state that could not be written
+    /// \throws parameter_error, io_error  if a state could not be written
     void finish() {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return waiting_.empty() || failure_; });
@@ -127,12 +130,12 @@ private:
     StateSeries series_;
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    std::deque<State<S>> waiting_;  // the first state is being written; push_back() does not move its memory
+    std::deque<State<S>> waiting_;  // the thread reads waiting_.front(), which push_back() does not move
     State<S> spare_;
     std::exception_ptr failure_;
     std::size_t written_ = 0;
     bool ending_ = false;
-    std::thread worker_;  // the last member, because the thread uses the members above
+    std::thread worker_;  // must be the last member, because the thread uses the members above
 };
 
 }  // namespace firn

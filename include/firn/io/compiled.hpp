@@ -1,5 +1,5 @@
-/// \file Declares the functions in the library firn::compiled_hdf5. They make, write, read and restore states of
-/// Simulation<2> and Simulation<3>.
+/// \file Declares the functions that are compiled in the library firn::compiled_hdf5. These functions make, write, read
+/// and restore states of Simulation<2> and Simulation<3>.
 #pragma once
 
 #include <firn/io/restart.hpp>

@@ -1,4 +1,4 @@
-/// \file Returns fields of a state as Eigen matrices, with one column per particle.
+/// \file Functions that return a field of a state as an Eigen matrix with one column per particle.
 #pragma once
 
 #include <firn/core/eigen.hpp>
@@ -17,11 +17,11 @@ std::size_t particles_in(const StateField<S>& field) {
 /// \name A field as an Eigen matrix
 /// @{
 
-/// Returns the values of a field as a matrix, with one row per component and one column per particle. If the field is a
-/// variable, the result is an Eigen::Map of the field's memory; if the field is a temporary, the result is a copy.
+/// Returns the values of a field as a matrix with one row per component and one column per particle. If `field` is a
+/// variable, the matrix is an Eigen::Map of the field's memory; if `field` is a temporary, the matrix is a copy.
 ///
-/// In a field of matrices, a column contains the matrix of one particle, row by row. `matrix_of<D>(field, i)` returns
-/// the matrix of particle i as a D × D matrix.
+/// If each particle has a matrix in this field (such as its deformation gradient), one column contains the matrix of
+/// one particle, row by row. To get the matrix of particle i as a D × D matrix, call `matrix_of<D>(field, i)`.
 template <state_scalar S>
 Eigen::Map<const Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>> as_eigen(const StateField<S>& field) {
     return {field.values.data(), field.components, Eigen::Index(detail::particles_in(field))};
@@ -36,10 +36,11 @@ Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic> as_eigen(const StateField<S>&& 
 }
 /// @}
 
-/// Returns the value of one particle in a field of matrices.
+/// Returns the matrix of one particle from a field that has a matrix for each particle, such as the deformation
+/// gradient.
 /// \tparam D  number of rows and of columns of the matrix; the field must have D · D components
 /// \param i  index of the particle in the state, from 0
-/// \throws parameter_error  if the field has another number of components, or if there is no particle `i`
+/// \throws parameter_error  if the field does not have D · D components, or if there is no particle `i`
 template <int D, state_scalar S>
 Eigen::Matrix<S, D, D> matrix_of(const StateField<S>& field, std::size_t i) {
     if (field.components != D * D || i >= detail::particles_in(field))

@@ -1,7 +1,8 @@
-/// \file Helpers for HDF5's C interface: handles that close their HDF5 objects, and checks of results.
+/// \file Helpers for HDF5's C interface: handles that close HDF5 objects in their destructors, and checks of the
+/// results of HDF5 functions.
 ///
-/// If HDF5 fails, the functions throw io_error. Its message says what was tried, and the reason that HDF5 reports.
-/// naming_file() adds the name of the file to the message.
+/// If an HDF5 function fails, the helpers throw an io_error. The message of the error says what was tried, and includes
+/// the reason that HDF5 reports. naming_file() adds the name of the file to the message.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -27,8 +28,8 @@
 
 namespace firn::hdf5 {
 
-/// While an object of this class exists, HDF5 does not print its errors (firn throws them as exceptions). The
-/// destructor restores the former setting of HDF5.
+/// A guard: while an object of this class exists, HDF5 prints no error messages, because firn throws the errors as
+/// exceptions. The destructor restores HDF5's former setting.
 class Quiet {
 public:
     /// Switches off HDF5's printing of errors.
@@ -45,8 +46,8 @@ private:
     void* data_ = nullptr;
 };
 
-/// Returns HDF5's description of its last error. HDF5 reports a list of causes; this is the innermost one, which
-/// includes errno and the text for errno.
+/// Returns HDF5's description of the last error. HDF5 reports a list of causes for an error. The result is the text of
+/// the innermost cause, which includes errno and its description if a system call failed.
 inline std::string last_error() {
     std::string text;
     const auto keep_first = [](unsigned, const H5E_error2_t* entry, void* out) -> herr_t {
@@ -62,9 +63,10 @@ inline std::string last_error() {
     return text.empty() ? "HDF5 gives no reason" : text;
 }
 
-/// Checks the result of an HDF5 function, and returns the result.
-/// \param result  the result; every HDF5 function returns a negative number if it failed
-/// \param tried   what was tried, for the message, which is "could not TRIED (HDF5's reason)"
+/// Returns `result`, the result of an HDF5 function, if it is not negative.
+/// \param result  the result; a negative number means that the HDF5 function failed
+/// \param tried   what was tried, for example "read the attribute unit"; the error's message is "could not TRIED
+///                (HDF5's reason)"
 /// \throws io_error  if `result` is negative
 template <std::signed_integral Result>
 Result check(Result result, std::string_view tried) {
@@ -72,8 +74,8 @@ Result check(Result result, std::string_view tried) {
     return result;
 }
 
-/// Owns an identifier of an HDF5 object (hid_t). The destructor closes the identifier.
-/// \tparam Close  the function of HDF5 that closes identifiers of this kind, such as H5Fclose
+/// Owner of an HDF5 object's identifier (hid_t). The destructor closes the identifier.
+/// \tparam Close  the HDF5 function that closes identifiers of this kind, for example H5Fclose for files
 template <herr_t (*Close)(hid_t)>
 class Handle {
 public:
@@ -81,10 +83,10 @@ public:
     Handle() = default;
     /// Makes a handle that owns the identifier `id`.
     /// \param id     the result of an HDF5 function
-    /// \param tried  what was tried, for the message
+    /// \param tried  what was tried, for the error's message; see check()
     /// \throws io_error  if `id` is negative
     Handle(hid_t id, std::string_view tried) : id_(check(id, tried)) {}
-    /// Takes the identifier of `other`, which then owns none.
+    /// Takes over the identifier of `other`. Afterwards, `other` owns no identifier.
     Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)) {}
     /// Exchanges the identifiers of the two handles.
     Handle& operator=(Handle&& other) noexcept {
@@ -95,9 +97,9 @@ public:
         if (id_ >= 0) Close(id_);
     }
 
-    hid_t id() const { return id_; }  ///< The identifier; −1 if the handle owns none.
-    /// Closes the identifier. The call can fail, because HDF5 may write buffered data.
-    /// \param tried  what was tried, for the message
+    hid_t id() const { return id_; }  ///< The identifier; −1 if the handle owns no identifier.
+    /// Closes the identifier. This can fail, because HDF5 may write buffered data when it closes an object.
+    /// \param tried  what was tried, for the error's message; see check()
     /// \throws io_error  if closing fails
     void close(std::string_view tried) { check(Close(std::exchange(id_, -1)), tried); }
 
@@ -108,7 +110,7 @@ private:
 /// \name Handles of HDF5's objects
 /// @{
 
-/// Owns the identifier of an HDF5 object of this kind, and closes it.
+/// Owner of the identifier of one kind of HDF5 object. The destructor closes the identifier.
 using File = Handle<H5Fclose>;
 using Group = Handle<H5Gclose>;
 using Dataset = Handle<H5Dclose>;
@@ -118,9 +120,9 @@ using Attribute = Handle<H5Aclose>;
 using Properties = Handle<H5Pclose>;
 /// @}
 
-/// The HDF5 types of a C++ number type: memory() is the type in memory, file() is the type that firn writes to files
-/// (little endian; IEEE 754 for floats), big_endian() is file() in the other byte order. `name` is a name for messages,
-/// such as "64-bit float".
+/// The HDF5 types for the C++ number type T. memory() is the type of a T in memory; file() is the type that firn writes
+/// to files (little endian; IEEE 754 for floats); big_endian() is like file(), but big endian. `name` is the name of
+/// the type in messages, such as "64-bit float".
 /// \tparam T  float, double, std::uint8_t, std::int32_t, std::int64_t or std::uint64_t
 template <class T>
 struct Number;
@@ -142,14 +144,15 @@ FIRN_HDF5_NUMBER(std::uint64_t, H5T_NATIVE_UINT64, H5T_STD_U64LE, H5T_STD_U64BE,
 #undef FIRN_HDF5_NUMBER
 /// \endcond
 
-/// Returns whether a type in a file is the number type T, in little-endian or big-endian byte order.
+/// Returns whether `type`, the type of the values in a file, is the number type T, in little-endian or big-endian byte
+/// order.
 template <class T>
 bool is_number(const Datatype& type) {
     return check(H5Tequal(type.id(), Number<T>::file()), "compare types") > 0 ||
            check(H5Tequal(type.id(), Number<T>::big_endian()), "compare types") > 0;
 }
 
-/// Returns the name of a type in a file, for messages: for example "64-bit float" or "string".
+/// Returns the name of the type `type` for messages, such as "64-bit float" or "string".
 inline std::string_view type_name(const Datatype& type) {
     if (is_number<float>(type)) return Number<float>::name;
     if (is_number<double>(type)) return Number<double>::name;
@@ -160,8 +163,8 @@ inline std::string_view type_name(const Datatype& type) {
     return H5Tget_class(type.id()) == H5T_STRING ? "string" : "type that firn does not know";
 }
 
-/// Returns the mutex that firn locks while it calls HDF5, because only one thread at a time may call HDF5. If your
-/// program calls HDF5 itself while a BackgroundSeries exists, lock this mutex around the calls.
+/// Returns the mutex that firn locks while it calls HDF5. Only one thread at a time may call HDF5. So if your program
+/// calls HDF5 itself while a BackgroundSeries exists, your program must lock this mutex during each call.
 inline std::mutex& library() {
     static std::mutex one;
     return one;
@@ -170,7 +173,8 @@ inline std::mutex& library() {
 /// Calls `f()` and returns the result of the call. During the call, the mutex library() is locked, and HDF5 prints no
 /// errors.
 /// \param path  the name of the file that `f` uses, for messages
-/// \throws io_error  if `f` throws an io_error; the name of the file is put in front of its message
+/// \throws io_error  if `f` throws an io_error; the message is that of the error from `f`, with the name of the file in
+///                   front
 template <class F>
 auto naming_file(const std::filesystem::path& path, F&& f) {
     const std::lock_guard alone(library());

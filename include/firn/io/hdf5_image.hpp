@@ -1,10 +1,10 @@
-/// \file Builds an HDF5 file in memory and writes it in one pass.
+/// \file Builds an HDF5 file in memory, and writes the file to disk in one pass.
 ///
-/// AtomicFile writes the file and reports every failure. HDF5 is not allowed to write to the disk: if a write of HDF5
-/// fails (for example on a full disk), HDF5's objects stay open, the program crashes when it ends (HDF5 1.10.8, in
-/// H5F__close_cb from exit), and H5Fclose can return success.
+/// AtomicFile writes the file to disk, and reports every failure. HDF5 itself does not write to disk, because HDF5 does
+/// not handle failed writes well, for example on a full disk: H5Fclose can return success, HDF5 objects stay open, and
+/// the program crashes when it ends (HDF5 1.10.8, in H5F__close_cb, which exit() calls).
 ///
-/// Large arrays are not copied into the file in memory: HDF5 only chooses their offsets in the file.
+/// Large arrays are not copied into the file in memory: HDF5 only chooses the offset of each large array in the file.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -24,19 +24,20 @@
 
 namespace firn::hdf5 {
 
-/// An HDF5 file in memory (HDF5's core driver). The buffer with the file's bytes lives as long as this object, also
-/// after close().
+/// An HDF5 file in memory (HDF5's core driver). The buffer with the file's bytes exists as long as this object, even
+/// after close() was called.
 class MemoryFile {
 public:
     /// Creates an empty file in memory.
-    /// \param front  number of bytes to reserve at the start of the file for everything except arrays. With
-    ///               enough bytes, all large arrays come after the other content of the file, and the buffer need not
-    ///               cover them. Too few bytes only cost memory and time.
+    /// \param front  number of bytes to reserve at the start of the file for everything except arrays. If the number is
+    ///               large enough, all large arrays come after the other content of the file, and the buffer ends
+    ///               before the large arrays. If the number is too small, only memory and time are lost.
     /// \throws io_error  if HDF5 fails
     explicit MemoryFile(std::size_t front) {
         const std::string_view tried = "build it in memory";
         const Properties access(H5Pcreate(H5P_FILE_ACCESS), tried);
-        // A file in the format of HDF5 1.8 has checksums of everything except the values, so damage can be detected.
+        // The file format of HDF5 1.8 has checksums for everything except the values in datasets, so that damage is
+        // detected.
         check(H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18), tried);
         constexpr std::size_t growth = std::size_t(1) << 16;
         check(H5Pset_fapl_core(access.id(), growth, false), tried);
@@ -56,15 +57,15 @@ public:
 
     hid_t id() const { return file_.id(); }  ///< HDF5's identifier of the file.
 
-    /// Closes the file in HDF5. Afterwards, bytes() returns everything that HDF5 wrote.
+    /// Closes the HDF5 file. Afterwards, bytes() returns everything that HDF5 wrote.
     /// \throws io_error  if HDF5 fails
     void close() { file_.close("build it in memory"); }
-    /// Returns the bytes of the file. They are complete only after close().
+    /// Returns the bytes of the file. The bytes are complete only after close() was called.
     std::span<const std::byte> bytes() const { return {data_, size_}; }
 
-    /// Returns the length of the file [bytes], which is stored in the file's header (the "end of file address" in a
-    /// superblock of version 2, HDF5 file format 3.0). It includes large arrays that are not in bytes().
-    /// \throws io_error  if the file's superblock has another version
+    /// Returns the length of the file [bytes]. The length is read from the file's header (the "end of file address" in
+    /// a superblock of version 2, HDF5 file format 3.0). It includes the large arrays, which are not in bytes().
+    /// \throws io_error  if the file has no superblock of version 2
     std::uint64_t noted_length() const {
         constexpr std::size_t version_at = 8, length_at = 28;
         if (size_ < 48 || data_[version_at] != std::byte{2}) {
@@ -100,11 +101,12 @@ private:
     File file_;
 };
 
-/// The content of an HDF5 file that is to be written: the bytes that HDF5 built in memory, and large arrays with their
-/// offsets in the file.
+/// The content of an HDF5 file that is not yet on disk: the bytes that HDF5 built in memory, and the large arrays with
+/// their offsets in the file.
 class FileImage {
 public:
-    /// The least size of a large array [bytes]. HDF5 copies smaller arrays into its memory; larger ones are not copied.
+    /// The smallest size of a large array [bytes]. HDF5 copies smaller arrays into its memory; large arrays are not
+    /// copied.
     static constexpr std::size_t large = std::size_t(1) << 18;
 
     /// Creates an empty file in memory.
@@ -114,18 +116,19 @@ public:
 
     hid_t id() const { return file_.id(); }  ///< HDF5's identifier of the file.
 
-    /// Returns whether place() accepts the array `values`: whether it has at least `large` bytes, and its numbers are
-    /// little endian in memory, as they are in the file.
+    /// Returns whether place() accepts the array `values`: the array must have at least `large` bytes, and the machine
+    /// must be little endian, because the numbers in the file are little endian.
     template <class T>
     static bool can_place(std::span<const T> values) {
         return std::endian::native == std::endian::little && values.size_bytes() >= large;
     }
 
-    /// Makes `values` the content of `dataset`. Nothing is copied: write() reads the array itself.
-    /// \param dataset  a contiguous dataset, for which HDF5 allocated space in the file when it was created
-    ///                 (H5D_ALLOC_TIME_EARLY)
+    /// Makes `values` the content of `dataset`. The array is not copied: write() reads the numbers from `values`.
+    /// \param dataset  a contiguous dataset that was created with H5D_ALLOC_TIME_EARLY, so that HDF5 has already
+    ///                 allocated its space in the file
     /// \param values   the values of the dataset; the array must live until write() has returned
-    /// \throws io_error  if HDF5 has not allocated space in the file, or space of another size than `values`
+    /// \throws io_error  if HDF5 has not allocated space in the file for `dataset`, or if the size of this space is not
+    ///                   the size of `values`
     template <class T>
     void place(const Dataset& dataset, std::span<const T> values) {
         const haddr_t offset = H5Dget_offset(dataset.id());
@@ -135,7 +138,7 @@ public:
         pieces_.push_back({offset, std::as_bytes(values)});
     }
 
-    /// Stores an array in this object until the object is destroyed. Returns a view of the stored array.
+    /// Stores an array in this FileImage until the FileImage is destroyed. Returns a view of the stored array.
     template <class T>
     std::span<const T> keep(std::vector<T> values) {
         auto held = std::make_shared<const std::vector<T>>(std::move(values));
@@ -143,14 +146,14 @@ public:
         return *held;
     }
 
-    /// Closes the file in HDF5. Call it after the last change of the file.
+    /// Closes the HDF5 file. Call this function after the last change of the file.
     /// \throws io_error  if HDF5 fails
     void close() {
         file_.close();
         std::sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) { return a.offset < b.offset; });
     }
 
-    /// Writes the whole HDF5 file, with the large arrays, to `file`. Call close() first.
+    /// Writes the whole HDF5 file, with the large arrays, to `file`. Call close() before this function.
     /// \throws io_error  if writing fails
     void write(AtomicFile& file) const {
         std::uint64_t at = 0;
@@ -172,8 +175,8 @@ private:
         file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
     }
 
-    /// Writes the bytes at the offsets [from, to) of the file. They come from HDF5's buffer; beyond its end, zeros are
-    /// written.
+    /// Writes the bytes at the offsets [from, to) of the file. The bytes are taken from the buffer that HDF5 filled;
+    /// beyond the end of the buffer, zeros are written.
     void write_built(AtomicFile& file, std::uint64_t from, std::uint64_t to) const {
         const auto built = file_.bytes();
         const auto end = std::min<std::uint64_t>(to, built.size());

@@ -1,22 +1,22 @@
-/// \file Lets a program end its run after Ctrl-C or SIGTERM when the current step is complete, and write a last state.
+/// \file After Ctrl-C or SIGTERM, lets a program complete its current step and write a last state before it ends.
 #pragma once
 
 #include <csignal>
 
 namespace firn {
 
-/// While an object of this class exists, the signals SIGINT (Ctrl-C) and SIGTERM do not end the program. They set a
-/// flag that requested() returns:
+/// A guard: while an object of this class exists, the signals SIGINT (Ctrl-C) and SIGTERM do not end the program. They
+/// only set a flag, and requested() returns whether the flag is set:
 ///
 ///     firn::Interruption interruption;
 ///     while (simulation.time() < end && !interruption.requested()) simulation.step();
 ///     series.write(firn::state_of(simulation));
 ///
-/// A second signal of the same kind calls the former handler, which usually ends the program at once. At most one
-/// Interruption may exist at a time in the program. The destructor restores the former handlers.
+/// A second signal of the same kind calls the handler that was installed before, which usually ends the program at
+/// once. The program may have at most one Interruption at a time. The destructor restores the former handlers.
 class Interruption {
 public:
-    /// Installs handlers for both signals, and clears the flag.
+    /// Installs handlers for SIGINT and SIGTERM, and clears the flag.
     Interruption() : interrupt_(std::signal(SIGINT, raise_flag)), terminate_(std::signal(SIGTERM, raise_flag)) {
         before(SIGINT) = interrupt_;
         before(SIGTERM) = terminate_;
@@ -29,8 +29,8 @@ public:
         std::signal(SIGTERM, terminate_);
     }
 
-    bool requested() const { return flag() != 0; }  ///< Whether one of the signals has arrived.
-    int signal() const { return flag(); }           ///< SIGINT or SIGTERM, whichever arrived last; 0 if none has.
+    bool requested() const { return flag() != 0; }  ///< Whether SIGINT or SIGTERM has arrived.
+    int signal() const { return flag(); }           ///< The signal that arrived last, SIGINT or SIGTERM; 0 if none.
 
 private:
     using Handler = void (*)(int);

@@ -1,8 +1,8 @@
 /// \file Reads and writes surfaces and points as Wavefront OBJ files (for Houdini and Blender).
 ///
-/// The files are read with tinyobjloader. It reports no error if a coordinate is not a number (it reads 0), or if a
-/// face has only two vertices or names a vertex that does not exist (it leaves out the face). So firn checks the file
-/// first, and throws an error with the number of the line.
+/// The library tinyobjloader parses the files, but it does not report all mistakes in a file. It reads a coordinate
+/// that is not a number as 0, and it leaves out a face that has only two vertices or names a vertex that does not
+/// exist. So firn checks the file first, and throws an error with the number of the wrong line.
 #pragma once
 
 #include <firn/data/memory.hpp>
@@ -33,7 +33,8 @@ namespace firn {
 
 namespace detail {
 
-/// Checks the text of an OBJ file line by line, and counts the vertices, faces and triangles that a reader must find.
+/// A check of the text of an OBJ file, line by line. It also counts the vertices, faces and triangles in the text, with
+/// which firn later compares what tinyobjloader read.
 class ObjCheck {
 public:
     ObjCheck(const std::filesystem::path& path, std::string_view text) : path_(path) {
@@ -51,7 +52,7 @@ public:
     }
     std::int64_t vertices() const { return vertices_; }
     std::int64_t faces() const { return faces_; }
-    /// Returns the number of triangles: a face of n vertices is cut into n − 2 triangles.
+    /// Returns the number of triangles into which the faces are cut: n − 2 triangles for a face of n vertices.
     std::int64_t triangles() const { return triangles_; }
 
 private:
@@ -126,7 +127,7 @@ private:
     const std::filesystem::path& path_;
     std::int64_t line_ = 0, vertices_ = 0, faces_ = 0, triangles_ = 0;
     std::int64_t highest_ = 0, highest_line_ = 0;
-    std::vector<std::int64_t> corners_;  // indices of the current face's vertices, from 1
+    std::vector<std::int64_t> corners_;  // indices (from 1) of the vertices of the current face
 };
 
 inline std::string read_text(const std::filesystem::path& path) {
@@ -134,7 +135,7 @@ inline std::string read_text(const std::filesystem::path& path) {
     if (std::filesystem::is_directory(path)) throw io_error(sentence(path, " is a folder; give an OBJ file in it."));
     if (std::filesystem::is_character_file(path) || std::filesystem::is_block_file(path))
         throw io_error(sentence(path, " is a device; give an OBJ file."));
-    std::error_code no_size;  // set for a pipe, which has no size
+    std::error_code no_size;  // is set if `path` is a pipe, because a pipe has no size
     const auto size = std::filesystem::file_size(path, no_size);
     if (!no_size)
         require_memory(4 * double(size), sentence("Reading ", path, " of ", size, " bytes"), "Give a smaller mesh.");
@@ -147,7 +148,8 @@ inline std::string read_text(const std::filesystem::path& path) {
     return std::move(text).str();
 }
 
-/// Reads a mesh from the text of an OBJ file with tinyobjloader, which cuts every polygon into triangles.
+/// Returns the mesh that the text of an OBJ file describes. tinyobjloader parses the text, and cuts every polygon into
+/// triangles.
 inline TriangleMesh parse_obj(const std::filesystem::path& path, const std::string& text) {
     firn_tinyobj::attrib_t attributes;
     std::vector<firn_tinyobj::shape_t> shapes;
@@ -174,15 +176,15 @@ inline TriangleMesh parse_obj(const std::filesystem::path& path, const std::stri
 
 }  // namespace detail
 
-/// Reads a surface from an OBJ file. Polygons are cut into triangles. All groups and objects of the file become one
-/// mesh. Materials are ignored. tinyobjloader's conversion of text to numbers rounds coordinates, with errors of a few
-/// units in the last place.
+/// Reads a surface from an OBJ file, and returns it as a mesh of triangles. Polygons are cut into triangles. All groups
+/// and objects of the file become one mesh. Materials are ignored. The coordinates have rounding errors of a few units
+/// in the last place, because tinyobjloader does not convert text to numbers exactly.
 ///
-/// The surface may have holes or open borders. Functions that need a closed surface, such as sample_mesh(), check it
-/// themselves (check_closed()).
-/// \throws io_error    if the file is missing or empty, or if a vertex or face is malformed; the message then has the
-///                     number of the line
-/// \throws mesh_error  if the file has no faces, or has a polygon that cannot be cut into triangles
+/// The surface may have holes or open borders. Functions that need a closed surface, such as sample_mesh(), call
+/// check_closed() themselves.
+/// \throws io_error    if the file cannot be read, if it has no vertex, or if a vertex or face is malformed (the
+///                     message has the number of its line)
+/// \throws mesh_error  if the file has no faces, or if it has a polygon that cannot be cut into triangles
 inline TriangleMesh read_obj(const std::filesystem::path& path) {
     const auto text = detail::read_text(path);
     const detail::ObjCheck found(path, text);
@@ -203,10 +205,10 @@ inline TriangleMesh read_obj(const std::filesystem::path& path) {
     return mesh;
 }
 
-/// Reads the points of an OBJ file without faces, such as write_obj_points() writes (lines `v x y z`). Returns them in
-/// the order of the lines. For a file with faces, use read_obj(): `read_obj(…).vertices` are its vertices, and
-/// sample_mesh() fills its surface with points.
-/// \throws io_error  if the file is missing, has no vertex or has faces, or if a vertex is malformed
+/// Returns the points in an OBJ file that has no faces, in the order of the lines `v x y z`. write_obj_points() writes
+/// such files. For a file with faces, use read_obj(): `read_obj(…).vertices` are the vertices of the surface, and
+/// sample_mesh() fills the surface with points.
+/// \throws io_error  if the file cannot be read, if it has no vertex, if it has faces, or if a vertex is malformed
 inline std::vector<Vec<double, 3>> read_obj_points(const std::filesystem::path& path) {
     const auto text = detail::read_text(path);
     const detail::ObjCheck found(path, text);
@@ -221,11 +223,11 @@ inline std::vector<Vec<double, 3>> read_obj_points(const std::filesystem::path& 
 
 namespace detail {
 
-/// Writes one line `v x y z` per point (z = 0 in 2D). Each number has the fewest digits from which the same number is
-/// read again.
+/// Writes one line `v x y z` per point (z = 0 in 2D). The numbers have as few digits as possible without rounding
+/// (std::to_chars).
 /// \param path  the name of the file, for messages
 /// \return the number of points
-/// \throws parameter_error  if a point is not finite
+/// \throws parameter_error  if a coordinate of a point is not finite
 template <class Points>
 std::size_t write_obj_vertices(AtomicFile& file, const std::filesystem::path& path, Points&& points) {
     std::size_t number = 0;
@@ -250,10 +252,10 @@ std::size_t write_obj_vertices(AtomicFile& file, const std::filesystem::path& pa
 
 }  // namespace detail
 
-/// Writes points to an OBJ file, one line `v x y z` per point (z = 0 in 2D). Each number has the fewest digits from
-/// which the same number is read again. If writing fails, no incomplete file is left (AtomicFile).
-/// \param points  any range of `Vec<float or double, 2 or 3>`, positions [m]; it may be empty
-/// \throws parameter_error  if a point is not finite
+/// Writes points to an OBJ file, one line `v x y z` per point (z = 0 in 2D). The numbers have as few digits as possible
+/// without rounding (std::to_chars). If writing fails, no incomplete file is left (see AtomicFile).
+/// \param points  positions [m]: any range of `Vec<float or double, 2 or 3>`; the range may be empty
+/// \throws parameter_error  if a coordinate of a point is not finite
 /// \throws io_error         if writing fails
 template <std::ranges::input_range Points>
 void write_obj_points(const std::filesystem::path& path, Points&& points) {
@@ -263,13 +265,14 @@ void write_obj_points(const std::filesystem::path& path, Points&& points) {
     file.commit();
 }
 
-/// Writes a surface to an OBJ file: first its points, as write_obj_points() writes them, then one line per facet. In 3D
-/// a facet is a triangle (line `f a b c`), in 2D an edge (line `l a b`). The indices a, b, c in the file count points
-/// from 1. If writing fails, no incomplete file is left (AtomicFile).
-/// \param points  any range of `Vec<float or double, 2 or 3>`, positions [m]
-/// \param facets  any range of arrays of three (in 2D two) indices of points, from 0; for example
-///                TriangleMesh::triangles, ParticleSystem::facets or Net::facets
-/// \throws parameter_error  if a point is not finite, or if a facet names a point that does not exist
+/// Writes a surface to an OBJ file: first one line `v x y z` per point (z = 0 in 2D), then one line per facet. In 3D a
+/// facet is a triangle (line `f a b c`), in 2D an edge (line `l a b`). In the file, a, b and c are the indices of the
+/// facet's corners; the first point of the file has index 1. If writing fails, no incomplete file is left (see
+/// AtomicFile).
+/// \param points  positions [m]: any range of `Vec<float or double, 2 or 3>`
+/// \param facets  any range of arrays, each with the indices (from 0) of the three corners of a facet (two in 2D); for
+///                example TriangleMesh::triangles, ParticleSystem::facets or Net::facets
+/// \throws parameter_error  if a coordinate of a point is not finite, or if a facet names a point that does not exist
 /// \throws io_error         if writing fails
 template <std::ranges::input_range Points, std::ranges::input_range Facets>
 void write_obj(const std::filesystem::path& path, Points&& points, Facets&& facets) {
@@ -296,14 +299,16 @@ void write_obj(const std::filesystem::path& path, Points&& points, Facets&& face
 }
 
 /// Writes a triangle mesh to an OBJ file, as lines `v x y z` and `f a b c`.
-/// \throws parameter_error  if a vertex is not finite, or if a triangle names a vertex that does not exist
+/// \throws parameter_error  if a coordinate of a vertex is not finite, or if a triangle names a vertex that does not
+///                          exist
 /// \throws io_error         if writing fails
 inline void write_obj(const std::filesystem::path& path, const TriangleMesh& mesh) {
     write_obj(path, mesh.vertices, mesh.triangles);
 }
 
-/// Writes the points of a state to an OBJ file, and also the state's facets if it has any.
-/// \throws parameter_error  if a point is not finite, or if the parts of the state do not fit together (check_state())
+/// Writes the points of a state to an OBJ file. If the state has facets, they are written, too.
+/// \throws parameter_error  if a coordinate of a point is not finite, or if the parts of the state do not fit together
+///                          (see check_state())
 /// \throws io_error         if writing fails
 template <state_scalar S>
 void write_obj(const std::filesystem::path& path, const State<S>& state) {

@@ -1,5 +1,5 @@
-/// \file Makes a state from a ParticleSystem, and restores the system from a state. The continued run then gives the
-/// same bits as an uninterrupted one.
+/// \file Makes a state from a ParticleSystem, and restores a ParticleSystem from such a state. A run that is continued
+/// from the state gives the same bits as an uninterrupted run.
 #pragma once
 
 #include <firn/core/names.hpp>
@@ -15,12 +15,12 @@
 
 namespace firn {
 
-/// Returns the state of point masses, for output. It has all fields of the points that have numbers of type S
-/// (positions [m], velocities [m/s], masses [kg], …), and a field `pinned`, which is 1 for a pinned point and 0 for
-/// others. The group of a point is stored as its `body`. The points are in the order of their ids. A run cannot be
-/// continued from this state; use state_of() of a ParticleSystem for that.
+/// Returns a state of point masses, for output, with the points in the order of their ids. The state has all fields of
+/// the points whose values have type S (positions [m], velocities [m/s], masses [kg], …), and a field `pinned`, which
+/// is 1 for a pinned point and 0 for any other point. State::body has the group of each point. A run cannot be
+/// continued from this state; for a state from which a run can be continued, call state_of() of the ParticleSystem.
 /// \param points  the points
-/// \param facets  triangles, or edges in 2D; their numbers are indices of points, from 0
+/// \param facets  triangles (edges in 2D), each given by the indices of its corners in `points`, from 0
 /// \param time    time of the state [s]
 /// \param step    number of steps since the start of the run
 /// \throws parameter_error  if a facet names a point that does not exist
@@ -53,8 +53,8 @@ State<S> state_of(const PointMasses<S, D>& points, std::type_identity_t<std::spa
 
 namespace detail {
 
-/// Stores the bits of N numbers of type S in 64-bit integers. Each integer stores one double, or two floats, of which
-/// the first is in the upper 32 bits.
+/// Conversion of N numbers of type S to 64-bit integers and back. The integers contain the bits of the numbers: each
+/// integer has one double, or two floats, of which the first is in the upper 32 bits.
 template <std::floating_point S, std::size_t N>
 struct WholeNumbers {
     static constexpr std::size_t each = sizeof(std::int64_t) / sizeof(S);
@@ -78,8 +78,8 @@ private:
     static constexpr int shift(std::size_t k) { return each == 1 || k % 2 == 1 ? 0 : 32; }
 };
 
-/// Returns attributes with the names of the integrator and the boundary, and the precision. A run can be continued from
-/// a state only if the state has equal attributes.
+/// Returns three attributes of a run: the name of the integrator, the name of the boundary, and the precision. The run
+/// can be continued from a state only if the state has the same values of these attributes.
 template <class S, class Integrator, class Boundary>
 std::vector<StateAttribute> system_attributes() {
     return {{"integrator", std::string(name_of<Integrator>())},
@@ -89,7 +89,7 @@ std::vector<StateAttribute> system_attributes() {
 
 inline constexpr std::size_t colours_at_once = sizeof(std::int64_t);
 
-/// Reads a particle system from a state, and checks all values.
+/// Reader of a particle system's state. It checks all values that it reads.
 template <std::floating_point S, int D>
 class SystemReader {
 public:
@@ -125,8 +125,9 @@ public:
         return moment;
     }
 
-    /// Returns a parameter of the group "system" that has one value.
-    /// \throws io_error  if the state has no such parameter, or if its value is not within [least, most]
+    /// Returns the value of a parameter in the group "system"; the parameter must have exactly one value.
+    /// \throws io_error  if the state has no such parameter, if the parameter has several values, or if the value is
+    ///                   not within [least, most]
     double number(const char* name, double least, double most) const {
         return checked(name, parameter_values(state_, "system", name), 1, least, most)[0];
     }
@@ -160,15 +161,16 @@ private:
         if (given < 0 || given >= count) throw damaged(what);
         return std::uint32_t(given);
     }
-    /// Calls f(row) for each row of a table. `row` points to the first of the row's integers.
+    /// Calls f(row) for each row of a table. The argument `row` is a pointer to the first integer of the row.
     template <class F>
     void for_rows(const char* name, int columns, const F& f) const {
         const StateTable& rows = table(state_.tables, name, columns);
         for (std::size_t k = 0; k < rows.values.size(); k += std::size_t(columns)) f(rows.values.data() + k);
     }
 
-    /// Returns the values of a field of the state.
-    /// \throws io_error  if the state lacks the field, or if a value is not finite or not in the field's range
+    /// Returns the values of a field of the state, point by point.
+    /// \throws io_error  if the state has no field with the name and the number of components in `info`, or if a value
+    ///                   is not finite or not allowed by `info`
     std::span<const S> field(const FieldInfo& info) const {
         const StateField<S>* const found = state_.find(info.name);
         if (!found || found->components != info.components(D))
@@ -199,7 +201,7 @@ private:
         points.skip_ids(next_id_);
         return points;
     }
-    /// Returns the time whose double has these bits [s].
+    /// Returns the time [s] that the integer `bits` stands for: the double with the same bits.
     /// \throws io_error  if the double is NaN
     static double time(std::int64_t bits) {
         const double value = std::bit_cast<double>(bits);
@@ -237,10 +239,10 @@ private:
 
 }  // namespace detail
 
-/// Returns the current state of a particle system. It has everything that is needed to continue the run: the points and
-/// facets, the times at which points are removed, torn links, the births and the living particles of emitters, contact
-/// impulses, gravity [m/s²], damping [1/s], the number of iterations, restitution, the parameters of the boundary, and
-/// the names of the policies.
+/// Returns the current state of a particle system. The state has everything that is needed to continue the run: the
+/// points and facets, the times at which points are removed, torn links, the number of births and the living particles
+/// of each emitter, contact impulses, gravity [m/s²], damping [1/s], the number of iterations, the coefficient of
+/// restitution, the parameters of the boundary, and the names of the integrator and the boundary.
 /// \throws particle_error  if the position or velocity of a point is not finite; the message names the first such point
 template <int D, std::floating_point S, class Integrator, class Boundary>
 State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
@@ -281,7 +283,9 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
         packed.values[k / detail::colours_at_once] |=
             std::int64_t(std::uint64_t(colours[k]) << 8 * (k % detail::colours_at_once));
     StateTable gone{"constraints_gone", 1, {constraints.gone.begin(), constraints.gone.end()}};
-    // Columns of `emitted`: id, bits of the end time. Columns of `emitters`: births, number of rows in `emitted`.
+    // The table `emitted` has one row for each of the emitters' particles: the particle's id, and the time at which the
+    // particle is removed (bits of the double). The table `emitters` has one row for each emitter: its number of
+    // births, and its number of rows in `emitted`.
     StateTable emitted{"emitted", 2, {}}, emitters{"emitters", 2, {}};
     for (const Emitter<D>& emitter : system.emitters()) {
         emitters.values.insert(emitters.values.end(),
@@ -294,7 +298,7 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
     StateTable torn{"torn", 2, {}};
     for (const Torn& ends : system.torn()) torn.values.insert(torn.values.end(), ends.begin(), ends.end());
     using Numbers = detail::WholeNumbers<S, std::size_t(D) + 1>;
-    // Columns: two ids of 32 bits in one integer, then the bits of KeptImpulse::numbers.
+    // First column: the ids of the two points, 32 bits each. Other columns: the bits of KeptImpulse::numbers.
     StateTable impulses{"impulses", 1 + int(Numbers::count), {}};
     if (kept)
         for (const KeptImpulse<S, D>& each : *kept) {
@@ -310,18 +314,19 @@ State<S> state_of(const ParticleSystem<D, S, Integrator, Boundary>& system) {
 /// Restores a particle system from a state, so that the run can be continued. With Restart::same_bits, the continued
 /// run gives the same bits as the run that wrote the state, for any number of threads.
 ///
-/// First make the system in the same way as for the run that wrote the state, but take no step: add the same points,
-/// forces, constraints, excluded pairs and emitters in the same order, and set `collisions` if that run had set it.
+/// First make the system in the same way as for the run that wrote the state, but take no step. Add the same points,
+/// forces, constraints, excluded pairs and emitters in the same order. If `collisions` was set in that run, set it,
+/// too.
 ///
-/// These are taken from the state: the points and facets, torn links, the births and the living particles of emitters,
-/// contact impulses, time, number of steps, gravity, damping, the number of iterations, restitution and the parameters
-/// of the boundary. Everything else stays as it is in the system.
+/// restore() takes from the state: the points and facets, torn links, the number of births and the living particles of
+/// each emitter, contact impulses, time, number of steps, gravity, damping, the number of iterations, the coefficient
+/// of restitution and the parameters of the boundary. Everything else in the system is not changed.
 /// \param system  the system that is restored
 /// \param state   the state, such as read_state() returns
 /// \param how     which states are accepted; Restart::converted is not supported
-/// \throws io_error         if the state was written by a different run (see Restart), if a part of the state is
-///                          missing or invalid (the message names this part), or if the system has taken a step; the
-///                          system is then unchanged
+/// \throws io_error         if the state was written by a run with other policies, another number of dimensions or
+///                          another build (see Restart), if a part of the state is missing or invalid (the message
+///                          names this part), or if the system has taken a step. The system is then unchanged.
 /// \throws parameter_error  if `how` is Restart::converted
 template <int D, std::floating_point S, class Integrator, class Boundary>
 void restore(ParticleSystem<D, S, Integrator, Boundary>& system, const std::type_identity_t<State<S>>& state,

@@ -1,5 +1,5 @@
-/// \file Writes a state's points, selected fields and facets as a PLY file (Turk 1994; binary, little endian). Blender,
-/// MeshLab, Houdini and Open3D can read it.
+/// \file Writes the points, facets and selected fields of a state to a PLY file (Turk 1994; binary, little endian).
+/// Blender, MeshLab, Houdini and Open3D can read PLY files.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -23,8 +23,9 @@ void append_little_endian(std::string& bytes, T value) {
     for (std::size_t k = 0; k < sizeof(T); ++k) bytes += char(std::uint8_t(bits >> 8 * k));
 }
 
-/// Returns the PLY name of one component of the field `name`: `name` for a scalar, `name_x`, `name_y`, … for a field of
-/// two or three components, and `name_0`, `name_1`, … for a field of more components.
+/// Returns the name, in the PLY file, of one component of the field `name`. The result is `name` for a scalar,
+/// `name_x`, `name_y`, … for a field of two or three components, and `name_0`, `name_1`, … for a field of more
+/// components.
 /// \param component   index of the component, from 0
 /// \param components  number of components of the field
 inline std::string component_name(const std::string& name, int component, int components) {
@@ -35,13 +36,14 @@ inline std::string component_name(const std::string& name, int component, int co
 
 }  // namespace detail
 
-/// Writes a state as a PLY file. Each point becomes a `vertex` element with the position x y z in the state's precision
-/// (z = 0 in 2D), the id, and one property for each component of the fields in `fields`. Facets become `face` elements
-/// (triangles) in 3D and `edge` elements in 2D. If writing fails, no incomplete file is left (AtomicFile).
+/// Writes a state to a PLY file. Each point becomes a `vertex` element. The properties of the vertex are the position x
+/// y z in the precision of the state (z = 0 in 2D), the id, and one property for each component of the fields in
+/// `fields`. The facets become `face` elements (triangles) in 3D and `edge` elements in 2D. If writing fails, no
+/// incomplete file is left (see AtomicFile).
 /// \param fields  names of the fields to write besides the positions
-/// \throws parameter_error  if the parts of the state do not fit together (check_state()), if the state has no field of
-///                          a name in `fields`, if it has more than 2³¹ − 1 points, or if an id is not within
-///                          [0, 2³² − 1]
+/// \throws parameter_error  if the parts of the state do not fit together (see check_state()), if a name in `fields` is
+///                          not the name of a field of the state, if the state has more than 2³¹ − 1 points, or if an
+///                          id is not within [0, 2³² − 1]
 /// \throws io_error         if writing fails
 template <state_scalar S>
 void write_ply(const std::filesystem::path& path, const State<S>& state, const std::vector<std::string>& fields = {}) {

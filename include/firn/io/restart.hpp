@@ -1,5 +1,6 @@
 /// \file Restores a simulation from a state, so that the run can be continued. The continued run gives the same bits as
-/// an uninterrupted one. Optionally, restore() also accepts states of another build, precision or policy (see Restart).
+/// an uninterrupted run. Optionally, restore() also accepts states that were written with another build, precision or
+/// policy (see Restart).
 #pragma once
 
 #include <firn/io/simulation_state.hpp>
@@ -17,16 +18,16 @@ namespace detail {
     throw io_error(sentence("The state's ", what, " is inconsistent; the file is damaged. Go on from another state."));
 }
 
-/// Reads the particles of a state in the order of their ids. Particle i is the one with the i-th lowest id, from 0. The
-/// rows of the state may have another order.
+/// Reader of the particles of a state, in the order of their ids. Particle i is the particle with the i-th lowest id,
+/// from 0. In the state, the particles may have another order.
 /// \tparam S  the simulation's precision
 /// \tparam T  the state's precision
 template <class S, int D, class T>
 class ParticlesOfState {
 public:
-    /// Reads the ids. The state must live as long as this object.
+    /// Reads and checks the ids. The state must exist as long as this object.
     /// \throws io_error  if two particles have the same id, if the state has no valid parameter `next_id`, or if an id
-    ///                   is not below this parameter
+    ///                   is negative or not below `next_id`
     explicit ParticlesOfState(const State<T>& state) : state_(state), n_(state.size()) {
         const double next = parameter_values(state, "run", "next_id")[0];
         if (!(next >= 0 && next <= double(no_particle)) || next != std::floor(next))
@@ -41,15 +42,15 @@ public:
             if (id(i) < (i == 0 ? 0 : id(i - 1) + 1) || id(i) >= next_id_) throw_damaged("order of particles");
     }
 
-    /// Returns the row of the state in which particle i is.
+    /// Returns the index of particle i in the arrays of the state.
     std::size_t row(std::size_t i) const { return rows_.empty() ? i : rows_[i]; }
     /// Returns the id of particle i.
     std::int64_t id(std::size_t i) const { return state_.id[row(i)]; }
 
     /// Appends the particles of the state to `particles`, in the order of their ids, and sets their fields.
-    /// \param converted  whether the run uses Restart::converted. If so, stresses are not read, because they follow
-    ///                   from the other fields, and affine velocities are 0 if the state has none.
-    /// \throws io_error  if the state lacks a field, or has an invalid value
+    /// \param converted  whether the particles are restored with Restart::converted. If so, stresses are not read,
+    ///                   because they follow from the other fields; and affine velocities that the state lacks are 0.
+    /// \throws io_error  if the state lacks a field, or if a value in the state is invalid
     void read(ParticleStore<S, D>& particles, bool converted) const {
         const T* const x = field("position", D);
         particles.reserve(n_);
@@ -69,10 +70,10 @@ public:
             set(particles, f);
         }
     }
-    /// Sets one field of all particles to the values in the state.
+    /// Sets one field of all particles to the field's values in the state.
     /// \param particles  the particles in the order of their ids
     /// \param f          index of the field in the particles' table
-    /// \throws io_error  if the state lacks the field, or has an invalid value
+    /// \throws io_error  if the state lacks the field, or if a value of the field is invalid
     void set(ParticleStore<S, D>& particles, std::size_t f) const {
         const FieldInfo& info = particles.table()[f];
         const int components = info.components_in_state(D);
@@ -87,9 +88,10 @@ public:
         }
     }
 
-    /// Returns the values of a field of the state, row by row.
-    /// \throws io_error  if the state lacks the field, if it has another number of components, or if a value is not
-    ///                   finite
+    /// Returns a pointer to the values of a field in the state: all components of the state's first particle, then
+    /// those of the second, and so on.
+    /// \throws io_error  if the state lacks the field, if the field does not have `components` components, or if a
+    ///                   value is not finite
     const T* field(const char* name, int components) const {
         const StateField<T>* f = state_.find(name);
         if (!f)
@@ -110,7 +112,7 @@ public:
     std::vector<Body> bodies() const {
         std::vector<Body> all;
         const StateTable& rows = table(state_.tables, "bodies", 3);
-        std::int64_t end = 0;  // one more than the last id of the previous body
+        std::int64_t end = 0;  // the last id of the previous body, plus 1
         for (std::size_t at = 0; at < rows.values.size(); at += 3) {
             const std::int64_t first = rows.values[at], count = rows.values[at + 1];
             const double until = std::bit_cast<double>(rows.values[at + 2]);
@@ -122,10 +124,12 @@ public:
         return all;
     }
 
-    /// Returns the partition that the particles had in the run that wrote the state: their blocks, and the particle in
-    /// each slot. In `order`, a particle is named by its index in the order of ids.
-    /// \param colours  number of colours of dense blocks along an axis
-    /// \throws io_error  if the tables of blocks and slots are missing or contradict each other
+    /// Returns the partition that the particles had in the run that wrote the state: the blocks of the particles, and
+    /// the particle in each slot. In BlockPartition::order, the number i stands for particle i, the particle with the
+    /// i-th lowest id.
+    /// \param colours  number of colours of dense blocks along an axis (colours_along_axis of the kernel)
+    /// \throws io_error  if the table of blocks or the table of slots is missing, or if these tables contradict each
+    ///                   other
     BlockPartition<D> partition(int colours) const {
         const StateTable& slot_of = table(state_.tables, "slot", 1);
         const StateTable& blocks = table(state_.tables, "blocks", D + 2);
@@ -164,12 +168,14 @@ public:
         return partition;
     }
 
-    /// Sets the field `place` of the particles (their positions within their blocks) to the state's values.
+    /// Sets the field `place` of each particle, the particle's position within its block [cells], to the value in the
+    /// state.
     /// \param particles   the particles in the order of their ids
-    /// \param partition   what partition() returned
-    /// \param base_shift  the kernel's base_shift
-    /// \param sorted      whether to throw if a particle's base node is more than allowed_drift cells outside its block
-    /// \throws io_error  if a value of `place` is invalid, or contradicts the field `position`
+    /// \param partition   the result of partition()
+    /// \param base_shift  base_shift of the kernel: a particle at x has the base node floor(x − base_shift) [cells]
+    /// \param sorted      whether the particles need no sort before the next step; if so, the base node of each
+    ///                    particle must be at most allowed_drift cells outside the particle's block
+    /// \throws io_error  if a value of `place` is invalid, or if it contradicts the field `position`
     void set_places(ParticleStore<S, D>& particles, const BlockPartition<D>& partition, double base_shift,
                     bool sorted) const {
         const T *x = field("position", D), *places = field("place", D);
@@ -199,12 +205,12 @@ private:
     const State<T>& state_;
     std::size_t n_;
     std::int64_t next_id_ = 0;
-    std::vector<std::size_t> rows_;  // row of each particle; empty if the state's rows are in the order of ids
+    std::vector<std::size_t> rows_;  // row(i) of each particle i; empty if the state is in the order of ids
 };
 
 /// Checks that the run that wrote the state had the same policies, precision, domain, cells and material parameters as
-/// the simulation. With Restart::same_bits, checks also the build.
-/// \throws io_error  if one of them differs
+/// the simulation, and with Restart::same_bits also the same build.
+/// \throws io_error  if one of these differs
 template <std::size_t I, class Simulation, class T>
 void check_same_run(const Simulation& simulation, const State<T>& state, Restart how) {
     check_same(state, policies_of<I>(simulation),
@@ -233,23 +239,24 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
 /// Restores a set of particles (all particles of one material) from a state, so that the run can be continued.
 ///
 /// First make the simulation in the same way as for the run that wrote the state: with the same policies, domain,
-/// material, loads, forces between particles, sources and sinks. Loads and forces refer to bodies, so add them after
-/// the particles were added or restored. The particles of the state replace all particles of the set.
+/// material, loads, forces between particles, sources and sinks. Loads and forces refer to bodies, so add loads and
+/// forces after the particles were added or restored. The particles of the state replace all particles of the set.
 ///
-/// These are taken from the state: particles, bodies, time, number of steps, all parameters of the transfer and of the
+/// restore() takes from the state: particles, bodies, time, number of steps, all parameters of the transfer and of the
 /// boundary (including the position of a moving boundary), gravity, fixed_time_step and most_steps_between_sorts. To
-/// change one of them, set it after restore(). The number of threads is not taken from the state.
+/// change one of these, call restore() first, and then set the new value. The number of threads is not taken from the
+/// state.
 ///
 /// In a simulation with several materials, call restore() once for each material, with states of the same time.
 ///
-/// With Restart::converted, only these are taken from the state: the particles (ids, positions, velocities, masses,
-/// volumes and material states), bodies, time and number of steps. Everything else (domain, boundary, gravity, …) stays
-/// as it is in the simulation. If the state has no field affine_velocity, affine velocities are 0.
+/// With Restart::converted, restore() takes less from the state: only the particles (ids, positions, velocities,
+/// masses, volumes and material states), bodies, time and number of steps. Everything else in the simulation (domain,
+/// boundary, gravity, …) is not changed. If the state has no field affine_velocity, the affine velocities are 0.
 /// \param set    the set; in a simulation with several materials for example `simulation.set<Snow<float>>()`
 /// \param state  the state, such as read_state() returns
 /// \param how    which states are accepted
-/// \throws io_error        if the state was written by a different run (see Restart), or if a part of the state is
-///                         missing or damaged; the message names this part, and the simulation is unchanged
+/// \throws io_error        if the state was written by a run that `how` does not accept (see Restart), or if a part of
+///                         the state is missing or damaged (the message names this part); the simulation is unchanged
 /// \throws particle_error  if particles are outside the domain; the simulation is unchanged
 template <class Simulation, std::size_t I, state_scalar T>
 void restore(SetHandle<Simulation, I> set, const State<T>& state, Restart how = Restart::same_bits) {
@@ -294,11 +301,11 @@ void restore(SetHandle<Simulation, I> set, const State<T>& state, Restart how = 
     simulation.fixed_time_step = fixed;
     simulation.most_steps_between_sorts = std::uint64_t(sorts);
 }
-/// Restores a simulation with one material from a state, so that the run can be continued. See restore() of a set of
-/// particles for what is taken from the state.
+/// Restores a simulation with one material from a state, so that the run can be continued. The documentation of
+/// restore() for a set of particles lists what is taken from the state.
 /// \param how  which states are accepted
-/// \throws io_error        if the state was written by a different run (see Restart), or if a part of the state is
-///                         missing or damaged; the simulation is unchanged
+/// \throws io_error        if the state was written by a run that `how` does not accept (see Restart), or if a part of
+///                         the state is missing or damaged; the simulation is unchanged
 /// \throws particle_error  if particles are outside the domain; the simulation is unchanged
 template <int D, class Material, class... Policies, state_scalar T>
 void restore(Simulation<D, Material, Policies...>& simulation, const State<T>& state,

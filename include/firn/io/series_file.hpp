@@ -1,4 +1,4 @@
-/// \file Writes and reads the list of the states of a run, a file NAME.hdf.series in ParaView's JSON format.
+/// \file Writes and reads a list of the states of a run. The list is a file NAME.hdf.series in ParaView's JSON format.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -18,9 +18,9 @@
 
 namespace firn {
 
-/// One state in the list of a series of states.
+/// One entry in a list of states.
 struct SeriesEntry {
-    std::string file;  ///< Name of the state's file, which is in the folder of the list.
+    std::string file;  ///< Name of the state's file; it is in the same folder as the list.
     double time = 0;   ///< Time of the state [s].
 
     bool operator==(const SeriesEntry&) const = default;
@@ -28,8 +28,10 @@ struct SeriesEntry {
 
 namespace detail {
 
-/// Returns the name of the file of one state in a series: NAME_0000.hdf for index 0, NAME_0001.hdf for index 1, …. From
-/// index 10,000 on, the number has more than four digits.
+/// Returns the file name of one state in a series: NAME_0000.hdf for index 0, NAME_0001.hdf for index 1, …. If the
+/// index is 10,000 or more, the number in the file name has more than four digits.
+/// \param name   NAME
+/// \param index  index of the state in the series, from 0
 inline std::string series_member(const std::string& name, std::size_t index) {
     const auto digits = std::to_string(index);
     return name + "_" + std::string(digits.size() < 4 ? 4 - digits.size() : 0, '0') + digits + ".hdf";
@@ -43,7 +45,7 @@ inline bool is_series_member(std::string_view file, std::string_view name) {
     return std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// Returns the number in the name of a state's file: 12 for NAME_0012.hdf.
+/// Returns the number in the name of a state's file, for example 12 for NAME_0012.hdf.
 /// \param file  the name of the file, for which is_series_member() is true
 /// \param name  NAME
 inline std::size_t series_number(std::string_view file, std::string_view name) {
@@ -54,7 +56,7 @@ inline std::size_t series_number(std::string_view file, std::string_view name) {
 
 }  // namespace detail
 
-/// Writes a list of states. If writing fails, an old list at `path` is unchanged (AtomicFile).
+/// Writes a list of states. If writing fails, an old list at `path` is unchanged (see AtomicFile).
 /// \param path     the name of the list, NAME.hdf.series
 /// \param entries  the states, in the order of the list
 /// \throws io_error  if the list cannot be written
@@ -70,9 +72,10 @@ inline void write_series(const std::filesystem::path& path, const std::vector<Se
     file.commit();
 }
 
-/// Reads a list of states, which was written by write_series() or by another program. Returns the states in the order
-/// of the list.
-/// \throws io_error  if the file is missing, larger than 1 GiB, or not a list of states; the message names the file
+/// Returns the entries of a list of states, in the order of the list. The list may be written by write_series() or by
+/// another program.
+/// \throws io_error  if the file `path` is missing, larger than 1 GiB, or not a list of states; the message names the
+///                   file
 inline std::vector<SeriesEntry> read_series(const std::filesystem::path& path) {
     std::error_code failure;
     const auto size = std::filesystem::file_size(path, failure);
@@ -117,8 +120,8 @@ inline std::vector<SeriesEntry> read_series(const std::filesystem::path& path) {
 
 namespace detail {
 
-/// Returns the names of all files in a list of states that have the form NAME_0000.hdf, so that StateSeries may remove
-/// them. Returns an empty vector if the list does not exist or cannot be read.
+/// Returns the names of those files in a list of states that StateSeries may remove: all names of the form
+/// NAME_0000.hdf. Returns an empty vector if the list does not exist or cannot be read.
 /// \param list  the path of the list
 /// \param name  NAME
 inline std::vector<std::string> series_members_on_disk(const std::filesystem::path& list, std::string_view name) {

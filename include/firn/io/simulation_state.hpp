@@ -15,9 +15,10 @@ namespace firn {
 
 namespace detail {
 
-/// Returns the fields of a state: first the positions [m], then all fields in the particles' table.
-/// \param slots   the slots of the particles; row i of each field belongs to the particle in slots[i]
-/// \param before  fields of an older state; their memory is reused
+/// Returns the fields of a state: first the positions [m], then all fields of the particle store.
+/// \param slots   slots of the particles in the particle store; the i-th value of each field belongs to the particle in
+///                the slot slots[i]
+/// \param before  fields of an older state; the memory of these fields is reused
 template <class S, int D>
 std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const std::vector<std::uint32_t>& slots,
                                      std::vector<StateField<S>> before, int threads) {
@@ -40,8 +41,8 @@ std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const
     return before;
 }
 
-/// Returns attributes with the names of the simulation's policies, its precision, and the index I of the material. A
-/// run can be continued from a state only if the state has equal attributes.
+/// Returns attributes of a run: the names of the policies, the precision, and the index I of the material in the
+/// simulation. The run can be continued from a state only if the state has the same values of these attributes.
 template <std::size_t I, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
           class Boundary>
 std::vector<StateAttribute> policies_of(
@@ -60,7 +61,8 @@ std::vector<StateAttribute> policies_of(
     return policies;
 }
 
-/// Does the work of state_of(set, into). Its loops run on the threads of the parallel region in which it is called.
+/// Writes the current state of a set of particles to `into`. state_of() calls this function in a parallel region,
+/// because the loops of this function run on the threads of the region.
 template <class Simulation, std::size_t I>
 void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scalar_type>& into) {
     constexpr int D = Simulation::dimension;
@@ -145,7 +147,7 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
         blocks.values.push_back(std::int64_t(range.first_slot));
         blocks.values.push_back(std::int64_t(range.particles));
     }
-    StateTable bodies{"bodies", 3, {}};  // columns: first id, number of ids, bits of the end time
+    StateTable bodies{"bodies", 3, {}};  // columns: Body::first, Body::count, bits of Body::end
     for (const Body& body : all_bodies)
         bodies.values.insert(bodies.values.end(), {body.first, body.count, std::bit_cast<std::int64_t>(body.end)});
     state.tables = {std::move(slots), std::move(blocks), std::move(bodies)};
@@ -162,8 +164,9 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
 /// - velocities [m/s], the affine matrix C of APIC [1/s], the Kirchhoff stress τ [Pa], masses [kg], volumes [m^D]
 /// - the state variables of the material, such as the deformation gradient F
 ///
-/// The state also has the facets of nets, the parameters with their units, and the names of the policies. It has the
-/// order of slots and blocks, too, so that a continued run sums in the same order.
+/// The state also has the facets of nets, the parameters with their units, the names of the policies, the slot of each
+/// particle, and the order of the blocks. With the same slots and blocks, a continued run adds up numbers in the same
+/// order.
 /// \param set   the set; in a simulation with several materials for example `simulation.set<Snow<float>>()`
 /// \param into  the state that is overwritten; it may be empty, or an older state whose memory is reused, such as
 ///              BackgroundSeries::spare() returns
@@ -172,7 +175,7 @@ void state_of(SetHandle<Simulation, I> set, State<typename Simulation::scalar_ty
     parallel_region(thread_count(requested_threads(set.simulation().execution)),
                     [&] { detail::fill_state_of(set, into); });
 }
-/// Returns the current state of a set of particles (all particles of one material). It allocates new memory.
+/// Returns the current state of a set of particles (all particles of one material), in newly allocated memory.
 template <class Simulation, std::size_t I>
 State<typename Simulation::scalar_type> state_of(SetHandle<Simulation, I> set) {
     State<typename Simulation::scalar_type> state;
@@ -185,7 +188,7 @@ template <int D, class Material, class... Policies>
 void state_of(Simulation<D, Material, Policies...>& simulation, State<detail::precision_of_t<Material>>& into) {
     state_of(simulation.set(), into);
 }
-/// Returns the current state of a simulation with one material. It allocates new memory.
+/// Returns the current state of a simulation with one material, in newly allocated memory.
 template <int D, class Material, class... Policies>
 State<detail::precision_of_t<Material>> state_of(Simulation<D, Material, Policies...>& simulation) {
     return state_of(simulation.set());

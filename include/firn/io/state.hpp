@@ -1,5 +1,6 @@
-/// \file The state of a run at one time, as arrays with names and units. It has everything that is needed to continue
-/// the run, or to examine its results. A state does not depend on the type of the simulation or on the file format.
+/// \file The state of a run at one time, as arrays with names and units. A state can have everything that is needed to
+/// continue the run, or to examine the results of the run. The type of a state depends neither on the type of the
+/// simulation nor on the file format.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -25,19 +26,20 @@ template <state_scalar S>
 struct StateField {
     std::string name;    ///< Name of the field, without `/`, `.` and control characters.
     std::string unit;    ///< Unit, such as "m/s"; "1" if the quantity has no unit.
-    int components = 1;  ///< Number of values per particle: 1 for a scalar, D for a vector, D·D for a matrix.
+    int components = 1;  ///< Number of values per particle: 1 for a scalar, D (2 or 3) for a vector, D·D for a matrix.
     /// The values, particle by particle, in the order of State::id. A matrix is stored row by row.
     std::vector<S> values;
 
     bool operator==(const StateField&) const = default;
 };
 
-/// A parameter of the run. Its values are exact also if the parameter is a float, because every float is also a double.
+/// A parameter of the run. The values are exact even if the parameter has type float, because every float is also a
+/// double.
 struct StateParameter {
     std::string group;           ///< The part of the run that has the parameter: "material", "grid", "boundary", …
     std::string name;            ///< Name of the parameter, unique in the group.
     std::string unit;            ///< Unit, such as "Pa"; "1" if the parameter has no unit.
-    std::vector<double> values;  ///< One value for a scalar, D values for a vector.
+    std::vector<double> values;  ///< One value for a scalar, D (2 or 3) values for a vector.
 
     bool operator==(const StateParameter&) const = default;
 };
@@ -70,12 +72,13 @@ struct State {
     double time = 0;                         ///< Time [s].
     double last_time_step = 0;               ///< Size of the last time step [s]; 0 before the first step.
     std::vector<StateField<S>> fields;       ///< The fields. A field "position" [m] with D components is required.
-    std::vector<std::int64_t> id;            ///< The id of each particle.
-    std::vector<std::int32_t> body;          ///< The index of each particle's body, from 0; or the group of each point.
+    std::vector<std::int64_t> id;            ///< The id of each particle or point.
+    std::vector<std::int32_t> body;          ///< Index (from 0) of each particle's body; or the group of each point.
     std::vector<StateParameter> parameters;  ///< Parameters of the run. read_state() returns them group by group.
     std::vector<StateAttribute> attributes;  ///< Texts that describe the run.
     std::vector<StateTable> tables;          ///< Tables of integers.
-    /// Facets: triangles in 3D, edges in 2D. Each facet is D numbers, the indices of its corners in `id` (from 0).
+    /// Facets: triangles in 3D, edges in 2D. Each facet has D numbers in this array: the indices of its corners in
+    /// `id`, from 0.
     std::vector<std::int64_t> facets;
 
     bool operator==(const State&) const = default;
@@ -105,8 +108,8 @@ struct State {
 namespace detail {
 
 inline constexpr std::size_t max_state_name = 200;
-/// The maximum length of a text [bytes]. HDF5 stores an attribute in the header of an object, which must be smaller
-/// than 64 KiB.
+/// The maximum length of a text in a state [bytes]. HDF5 stores an attribute in the header of an object, which must be
+/// smaller than 64 KiB.
 inline constexpr std::size_t max_state_text = 32768;
 
 inline void check_state_name(std::string_view kind, std::string_view name) {
@@ -162,10 +165,10 @@ void check_state_field(const State<S>& state, const StateField<S>& field) {
 
 }  // namespace detail
 
-/// Checks the parts of a state: whether sizes fit together, whether names and texts are allowed and names unique,
-/// whether times are finite, and whether facets name points that exist. It does not check the values of fields, so that
-/// a state with NaN can be written and examined.
-/// \throws parameter_error  if one of the checks fails; the message says which
+/// Checks whether the parts of a state fit together: the sizes of the arrays must match, names and texts must be
+/// allowed, names must be unique, times must be finite, and the corners of facets must exist. The values of fields are
+/// not checked, so that a state with NaN can be written and examined.
+/// \throws parameter_error  if one of these checks fails; the message says which check failed
 template <state_scalar S>
 void check_state(const State<S>& state) {
     if (state.dimension != 2 && state.dimension != 3) {

@@ -1,5 +1,5 @@
-/// \file Computes a 64-bit digest (checksum) of a state, with which a reader detects whether a bit has changed since
-/// the state was written.
+/// \file Computes a 64-bit digest (checksum) of a state. With the digest, a reader detects whether a bit of the state
+/// has changed since the state was written.
 #pragma once
 
 #include <firn/io/state.hpp>
@@ -23,8 +23,8 @@ namespace detail {
     return firn_xxh3_64bits(bytes.data(), bytes.size());
 }
 
-/// Returns the hash of an array of numbers. They are hashed as little-endian bytes, so the hash does not depend on the
-/// byte order of the machine.
+/// Returns the hash of an array of numbers. The numbers are hashed as little-endian bytes, so that the hash does not
+/// depend on the byte order of the machine.
 template <std::endian Order = std::endian::native, class T>
 std::uint64_t hash_numbers(std::span<const T> numbers) {
     const auto bytes = std::as_bytes(numbers);
@@ -38,8 +38,8 @@ std::uint64_t hash_numbers(std::span<const T> numbers) {
     }
 }
 
-/// Joins texts and numbers into one sequence of bytes, and hashes the sequence. The length of each text comes before
-/// the text, so that different inputs never give the same bytes.
+/// A sequence of bytes that is built from texts and numbers, and the hash of this sequence. The length of each text
+/// comes before the text, so that different texts and numbers never give the same bytes.
 class HashedRecord {
 public:
     HashedRecord& add(std::uint64_t number) {
@@ -63,15 +63,15 @@ private:
 
 }  // namespace detail
 
-/// Returns the digest of a state with selected fields. The digest depends on every bit of names, units, texts, numbers
-/// of components, values, dimension, time, number of steps and precision. So it differs between −0 and 0, and between
-/// NaNs with different bits. It does not depend on the order of fields, parameters, attributes and tables, and equal
-/// states have the same digest on all machines.
+/// Returns the digest of a state. Of the state's fields, only those that `holds` selects are included. The digest
+/// depends on the precision and on every bit of names, units, texts, numbers of components, values, dimension, time and
+/// number of steps. So the digest differs between −0 and 0, and between NaNs with different bits. The digest does not
+/// depend on the order of fields, parameters, attributes and tables. Equal states have the same digest on all machines.
 ///
-/// The probability that an accidental change of the state is not detected is 2⁻⁶⁴. The digest does not protect against
-/// deliberate changes: it uses the hash function XXH3 of xxHash 0.8. Computing the digest takes about as long as
-/// reading the state from memory.
-/// \param holds  a function bool(std::string_view name) that returns whether the field of this name is included
+/// The hash function is XXH3 of xxHash 0.8. An accidental change of the state is missed with a probability of 2⁻⁶⁴. The
+/// digest does not protect against deliberate changes. Computing the digest takes about as long as reading the state
+/// from memory.
+/// \param holds  a function bool(std::string_view name) that returns whether the field `name` is included
 template <state_scalar S, class Holds>
 std::uint64_t digest(const State<S>& state, const Holds& holds) {
     using Record = detail::HashedRecord;
@@ -80,8 +80,8 @@ std::uint64_t digest(const State<S>& state, const Holds& holds) {
     whole.add(std::bit_cast<std::uint64_t>(state.time)).add(std::bit_cast<std::uint64_t>(state.last_time_step));
     whole.add_numbers(state.id).add_numbers(state.body).add_numbers(state.facets);
 
-    // The sum of the items' hashes does not depend on their order. If two items exchange their values, the sum changes,
-    // because the items' names differ and are hashed, too.
+    // The hashes of the items are added up, because the sum does not depend on the order of the items. If two items
+    // exchange their values, the sum changes, because the hash of an item includes its name, and the names differ.
     const auto add_all = [&whole](const auto& items, const auto& hash_of) {
         std::uint64_t count = 0, sum = 0;
         for (const auto& item : items) {
@@ -104,7 +104,7 @@ std::uint64_t digest(const State<S>& state, const Holds& holds) {
     return whole.hash();
 }
 
-/// Returns the digest of a state with all fields.
+/// Returns the digest of a state, with all fields included.
 template <state_scalar S>
 std::uint64_t digest(const State<S>& state) {
     return digest(state, [](std::string_view) { return true; });

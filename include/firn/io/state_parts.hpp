@@ -1,5 +1,5 @@
-/// \file Functions for the states of both Simulation and ParticleSystem. They compare a state's attributes with those
-/// of a run, and read its parameters and tables.
+/// \file Functions for the states of both Simulation and ParticleSystem. They compare the attributes of a state with
+/// those of a run, and read the parameters and tables of a state.
 #pragma once
 
 #include <firn/core/parameters.hpp>
@@ -16,11 +16,12 @@ namespace firn {
 /// Which states restore() accepts.
 enum class Restart {
     /// Accept only a state that was written by the same build (compiler, instruction set, version of firn), in a run
-    /// with the same policies and parameters. The continued run gives the same bits as that run.
+    /// with the same policies and parameters. The continued run then gives the same bits as an uninterrupted run.
     same_bits,
-    /// Accept also a state that was written by another build. The continued run may then round differently.
+    /// Accept also a state that was written by another build, in a run with the same policies and parameters. The
+    /// continued run may then round differently.
     other_build,
-    /// Accept any state, of any run and precision, if its particles have all fields that the simulation's material
+    /// Accept a state of any run and any precision, if the state has all fields that the material of the simulation
     /// needs.
     converted
 };
@@ -48,8 +49,9 @@ inline std::string compiler_name() {
 #endif
 }
 
-/// Returns the name of the instruction set for which the program is compiled. The instruction set can change rounding,
-/// because a fused multiply-add rounds once instead of twice. The name also says whether the program is optimised.
+/// Returns the name of the instruction set for which the program is compiled, such as "x86-64 avx2 fma". The name ends
+/// with ", not optimised" if the compiler does not optimise. The instruction set can change rounding, because a fused
+/// multiply-add rounds once instead of twice.
 inline std::string instruction_set() {
     std::string name =
 #if defined(__x86_64__)
@@ -75,23 +77,24 @@ inline std::string instruction_set() {
     return name;
 }
 
-/// Returns the attributes that describe the build: version of firn, compiler and instruction set. With
-/// Restart::same_bits, a state must have equal ones.
+/// Returns the attributes that describe the build: version of firn, compiler and instruction set. Restart::same_bits
+/// only accepts a state with the same values of these attributes.
 inline std::vector<StateAttribute> build_attributes() {
     return {{"library_version", version()}, {"compiler", compiler_name()}, {"instruction_set", instruction_set()}};
 }
 
-/// Checks that the state has this number of dimensions.
-/// \throws io_error  if it has another number of dimensions
+/// Checks that the number of dimensions of the state is `dimension`.
+/// \throws io_error  if the state has another number of dimensions
 template <class S>
 void check_dimension(const State<S>& state, int dimension) {
     if (state.dimension != dimension)
         throw io_error(sentence("The state has ", state.dimension, " dimensions, this run has ", dimension, "."));
 }
 
-/// Checks that the state has all attributes in `ours`, with equal values.
+/// Checks that the state has all attributes in `ours`, with the same values.
+/// \param ours    attributes of the run
 /// \param advice  last sentence of the error's message
-/// \throws io_error  if the state lacks one of these attributes, or has another value for it
+/// \throws io_error  if the state lacks one of these attributes, or if the state has another value for one of them
 template <class S>
 void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, const char* advice) {
     for (const StateAttribute& mine : ours) {
@@ -137,8 +140,9 @@ inline const StateTable& table(const std::vector<StateTable>& tables, const char
 ///
 /// \param policy  a boundary or a transfer
 /// \param group   the group of the state's parameters, "boundary" or "transfer"
-/// \throws io_error  if the state lacks a parameter of the policy, or has another number of values for it, or if the
-///                   magnitude of a value is NaN or at least 1e300; the policy is then unchanged
+/// \throws io_error  if the state lacks a parameter of the policy, if a parameter has another number of values in the
+///                   state than in the policy, or if a value is NaN or has a magnitude of at least 1e300; the policy is
+///                   then unchanged
 template <class Policy, state_scalar S>
 void restore_parameters(Policy& policy, const State<S>& state, const char* group) {
     Policy restored = policy;

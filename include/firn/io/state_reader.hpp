@@ -1,8 +1,9 @@
-/// \file Reads a state from an HDF5 file that state_writer.hpp wrote. Before memory is allocated, firn checks names,
-/// ranks, extents and types, and whether the sizes are possible for the size of the file.
+/// \file Reads a state from an HDF5 file that write_state() wrote. Before firn allocates memory, it checks the names,
+/// ranks, extents and types of the datasets, and whether a file of this size can contain datasets of these sizes.
 ///
-/// Damage is detected: HDF5's checksums cover everything except the values, and firn's digest covers the values. If a
-/// file was damaged, HDF5 1.10 may print "infinite loop closing library" when the program ends; this is harmless.
+/// Damage to the file is detected: HDF5's checksums cover everything except the values in datasets, and firn's digest
+/// covers these values. If a file was damaged, HDF5 1.10 may print "infinite loop closing library" when the program
+/// ends; this is harmless.
 ///
 /// HDF5 parses the file before firn can check it. Do not open files from untrusted sources with a version of HDF5 that
 /// lacks security fixes.
@@ -30,18 +31,19 @@ namespace firn {
 
 /// Options of read_state().
 struct StateReading {
-    /// Whether read_state() throws an error if the state does not match its digest. With false, it reads also states
-    /// whose values were damaged or changed by another program.
+    /// Whether read_state() throws an error if the state does not match its digest. If `verify` is false, read_state()
+    /// also reads states whose values are damaged, or were changed by another program.
     bool verify = true;
 };
 
 namespace detail {
 
-/// The maximum number of members, and of attributes, of a group in a state's file.
+/// The maximum number of members that a group in a state's file may have; also the maximum number of its attributes.
 inline constexpr std::size_t max_state_members = 4096;
 
-/// Checks that a group has a member of this name, and that the member is not a link, which could lead to another file.
-/// \throws io_error  if it is missing or a link
+/// Checks that the group `parent` has a member `name`, and that this member is not a soft or external link, which could
+/// lead to another file.
+/// \throws io_error  if the member is missing, or if it is such a link
 inline void require_member(hid_t parent, const std::string& name) {
     if (hdf5::check(H5Lexists(parent, name.c_str(), H5P_DEFAULT), "look for " + name) == 0) {
         throw io_error("it has no '" + name + "': it is not a state of firn, or a broken one");
@@ -137,8 +139,8 @@ std::optional<T> read_integer(hid_t owner, const std::string& name) {
     return value;
 }
 
-/// Reads the datasets of one file. It counts their bytes, so that damaged sizes do not make it allocate more memory
-/// than the content of the file can need.
+/// Reader of the datasets in one file. It counts the bytes that the datasets have in the file, so that a wrong size in
+/// a damaged file does not make the reader allocate too much memory.
 class DatasetReader {
 public:
     explicit DatasetReader(std::uintmax_t file_bytes) : file_bytes_(file_bytes), unread_bytes_(file_bytes) {}
@@ -152,9 +154,9 @@ public:
         std::optional<std::int64_t> components;
     };
 
-    /// Reads a dataset of numbers of type T. Its rank must be 1, or 2 with at most 1024 columns.
-    /// \param rows  the number of rows that the dataset must have; any number if empty
-    /// \throws io_error  if the dataset is missing or has another type or size
+    /// Reads a dataset of numbers of type T. The rank of the dataset must be 1, or 2 with at most 1024 columns.
+    /// \param rows  the number of rows that the dataset must have; nullopt: any number of rows is accepted
+    /// \throws io_error  if the dataset is missing, or if it has another type, rank or size
     template <class T>
     Table<T> read(hid_t parent, const std::string& name, std::optional<hsize_t> rows = {}) {
         const std::string tried = "read the dataset " + name;
@@ -212,9 +214,9 @@ private:
                                 " is expected", advice));
     }
 
-    /// Checks that a dataset of `rows` × `columns` numbers is not larger than its stored bytes allow: deflate
-    /// compresses by a factor of at most 1032.
-    /// \throws io_error  if it is larger, or is not stored in this file
+    /// Checks that the bytes in the file are enough for a dataset of `rows` × `columns` numbers. A compressed dataset
+    /// may have 1032 times as many bytes as it has in the file, because deflate compresses by a factor of at most 1032.
+    /// \throws io_error  if the bytes are not enough, or if the dataset is not stored in this file
     void account(const hdf5::Dataset& dataset, const std::string& name, hsize_t rows, hsize_t columns,
                  std::size_t number_bytes) {
         const std::string tried = "read the dataset " + name;
@@ -247,9 +249,9 @@ private:
         unread_bytes_ -= stored;
     }
 
-    /// Checks that a dataset has no filters except deflate, shuffle and Fletcher32. For other filters HDF5 would load
-    /// and run a plugin.
-    /// \throws io_error  if it has another filter
+    /// Checks that a dataset has no filters except deflate, shuffle and Fletcher32. For other filters, HDF5 would load
+    /// a plugin and run its code.
+    /// \throws io_error  if the dataset has another filter
     static void require_known_filters(const hdf5::Properties& layout, const std::string& name) {
         const int filters = hdf5::check(H5Pget_nfilters(layout.id()), "read the dataset " + name);
         for (unsigned i = 0; i < unsigned(filters); ++i) {
@@ -293,8 +295,9 @@ StateField<S> read_field(DatasetReader& reader, hid_t parent, const std::string&
     return field;
 }
 
-/// Reads the facets from the cells in a file. Cells that are vertices are not needed and are left out.
-/// \throws io_error  if the cells are invalid
+/// Reads the facets of a state. In the file, the cells of the VTK grid are facets or single vertices; the vertices are
+/// ignored.
+/// \throws io_error  if the cells in the file are invalid
 template <class S>
 void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state) {
     const auto cells = reader.read_value<std::int64_t>(vtk.id(), "NumberOfCells"),
@@ -322,7 +325,7 @@ void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state)
                                     " dimensions"));
         }
         const std::int64_t begin = offsets.values[c], end = offsets.values[c + 1];
-        // `begin` is valid: for all cells before this one, the offsets were found to ascend from 0.
+        // `begin` is valid, because the offsets of all earlier cells were checked: they start at 0 and increase.
         if (end < begin || end > ids || end - begin != (is_facet ? state.dimension : 1)) {
             throw io_error(sentence("cell ", c, " has the points from ", begin, " to ", end, " of Connectivity, where ",
                                     is_facet ? state.dimension : 1, " are expected"));
@@ -337,7 +340,7 @@ void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state)
     }
 }
 
-/// Names of datasets that differ between schema versions. They were changed in schema_version 3.
+/// Names of those datasets that have another name in schema_version 3 than in earlier versions.
 struct NamesOfSchema {
     const char *body, *last_time_step;
 };
@@ -410,11 +413,11 @@ void read_tables(const hdf5::Group& firn_group, DatasetReader& reader, State<S>&
     }
 }
 
-/// What a state's file contains.
+/// A state that was read from a file, and the digest that is stored in the file.
 template <class S>
 struct StateOnDisk {
     State<S> state;
-    std::optional<std::uint64_t> digest;  ///< Empty if the file has schema_version 1, or if no digest was asked for.
+    std::optional<std::uint64_t> digest;  ///< nullopt if the file has schema_version 1, or if no digest is needed.
 };
 
 template <class S>
@@ -454,15 +457,15 @@ StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_dig
 
 }  // namespace detail
 
-/// Reads a state from an HDF5 file. The values have exactly the bits that were written. The field "position" comes
-/// first, then the other fields in the order in which they were written. Attributes of the group /firn that are not
-/// texts are ignored, except schema_version, dimension and digest.
+/// Reads a state from an HDF5 file. The values have exactly the bits that were written. State::fields has the field
+/// "position" first, then the other fields in the order in which they were written. State::attributes has all
+/// attributes of the group /firn that are texts.
 /// \tparam S  precision of the state in the file, float or double
 /// \param path     the name of the file
-/// \param reading  whether the state is compared with its digest (files of schema_version 1 have no digest)
-/// \throws io_error  if the file is missing, truncated, damaged or not a state of firn, if the state has another
-///                   precision or a later schema_version, if sizes in the file contradict each other, or if the state
-///                   does not match its digest; the message names the file and the reason
+/// \param reading  options: whether the state is compared with its digest (files of schema_version 1 have no digest)
+/// \throws io_error  if the file is missing, truncated, damaged or not a state of firn, if the precision of the state
+///                   is not S, if its schema_version is later than that of this firn, if sizes in the file contradict
+///                   each other, or if the state does not match its digest; the message names the file and the reason
 template <state_scalar S>
 State<S> read_state(const std::filesystem::path& path, const StateReading& reading = {}) {
     auto found = hdf5::naming_file(path, [&] { return detail::read_state_file<S>(path, reading.verify); });

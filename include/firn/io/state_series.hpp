@@ -18,20 +18,21 @@
 
 namespace firn {
 
-/// Writes a series of states, and a list of these states, which is updated after each state. Even if the program is
-/// killed, every state in the list is complete on disk.
+/// A series of states on disk, and a list of these states. The list is updated after each state is written. Even if the
+/// program is killed, every state in the list is complete on disk.
 ///
-/// The series replaces an older series of the same name, unless go_on_from() is called. The files of the older series
-/// are kept until the first new state is on disk. Then the new list replaces the old one, and the states that are only
-/// in the old list are removed, if their names are NAME_, four or more digits, and .hdf. No other file is removed. If
-/// the old list cannot be read, no file is removed.
+/// The series replaces an older series of the same name in the same folder, unless go_on_from() is called. The files of
+/// the older series are kept until the first new state is on disk. Then the new list replaces the old list, and the
+/// files that are only in the old list are removed. A file is removed only if its name consists of NAME_, four or more
+/// digits, and .hdf. If the old list cannot be read, no file is removed.
 class StateSeries {
 public:
-    /// Makes the folder of the series if it does not exist.
-    /// \param directory  the folder
-    /// \param name       NAME in the names of the files, NAME_0000.hdf, …
-    /// \param options    how each state is written
-    /// \throws parameter_error  if `name` is empty, too long, or contains '/', '.' or control characters
+    /// Makes the folder `directory` if this folder does not exist. No file is written yet.
+    /// \param directory  the folder for the files of the series
+    /// \param name       the part NAME of the file names NAME_0000.hdf, NAME_0001.hdf, …
+    /// \param options    options for writing the states
+    /// \throws parameter_error  if `name` is empty, is longer than 200 bytes, or contains '/', '.' or control
+    ///                          characters
     /// \throws io_error         if the folder cannot be made
     StateSeries(std::filesystem::path directory, std::string name, const StateOptions& options = {})
         : directory_(std::move(directory)), name_(std::move(name)), options_(options) {
@@ -44,10 +45,10 @@ public:
         }
     }
 
-    /// Continues a series of this name that exists on disk. Call it before the first write. The first write then
-    /// removes or overwrites the states after `time`.
-    /// \param time  states up to and including this time are kept [s]
-    /// \throws io_error  if the list cannot be read, or names a file that is not a state of this series
+    /// Continues a series of this name that exists on disk. Call this function before the first call of write(), which
+    /// then removes or overwrites the states that are later than `time`.
+    /// \param time  states up to and including this time [s] are kept
+    /// \throws io_error  if the list of states cannot be read, or if it names a file that is not a state of this series
     void go_on_from(double time) {
         std::vector<SeriesEntry> kept;
         std::size_t next = 0;
@@ -65,9 +66,11 @@ public:
     }
 
     /// Writes the next state, then the list of states. Returns the path of the state's file. If the state or the list
-    /// cannot be written, the earlier states stay complete and listed, and the next call uses the same number.
-    /// \throws parameter_error  if the parts of the state do not fit together (check_state()), if the compression is
-    ///                          not 0 to 9, or if the state has no field of a name in StateOptions::fields
+    /// cannot be written, the earlier states stay complete and in the list, and the next call of write() uses the same
+    /// file name.
+    /// \throws parameter_error  if the parts of the state do not fit together (see check_state()), if the compression
+    ///                          is not 0 to 9, or if a name in StateOptions::fields is not the name of a field of the
+    ///                          state
     /// \throws io_error         if the state or the list cannot be written, or if a state of an older series cannot be
     ///                          removed
     template <state_scalar S>
@@ -116,7 +119,7 @@ private:
     std::string name_;
     StateOptions options_;
     std::vector<SeriesEntry> entries_;
-    std::size_t next_ = 0;  // number in the name of the next state's file
+    std::size_t next_ = 0;  // the number in the file name of the next state
     bool has_written_ = false;
 };
 

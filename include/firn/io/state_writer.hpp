@@ -13,17 +13,18 @@
 ///       parameters/GROUP/NAME   f64[k]
 ///       tables/NAME      i64[r] or i64[r,c]
 ///
-/// T[a,b] is a dataset of a rows and b columns of type T. The types i64 and i32 are signed integers, u8 and u64
-/// unsigned integers, f64 and f32 floats, each with this number of bits. S is the state's precision, f64 or f32. D is
-/// the number of dimensions, n the number of points, c the number of components of a field (or of columns of a table),
-/// r the number of rows of a table, and k the number of values of a parameter.
+/// i64[r,c] means a dataset of r rows and c columns of type i64. The types i64 and i32 are signed integers, u8 and u64
+/// unsigned integers, f64 and f32 floats; the number in the type's name is its number of bits. S is the precision of
+/// the state, f64 or f32. D is the number of dimensions, n the number of points, f the number of facets, l the number
+/// of vertex cells, c the number of components of a field (or of columns of a table), r the number of rows of a table,
+/// and k the number of values of a parameter.
 ///
 /// Every field and parameter has an attribute `unit`. Every field also has an attribute `components`, which is 2 for a
-/// vector in 2D. The digest (state_digest.hpp) depends on everything that firn reads from the file. Equal states give
-/// files with equal bytes.
+/// vector in 2D. The digest (see state_digest.hpp) depends on everything that firn reads from the file. If two states
+/// are equal, their files have equal bytes.
 ///
-/// Older files: in schema_version 1 there is no digest; in schema_version 1 and 2, `body` is named `material`, and
-/// `last_time_step` is named `dt`.
+/// Older files: a file of schema_version 1 has no digest. In files of schema_version 1 and 2, `body` is named
+/// `material`, and `last_time_step` is named `dt`.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -47,17 +48,18 @@ namespace firn {
 
 /// Options of write_state() and StateSeries.
 struct StateOptions {
-    /// 0: no compression, the fastest. 1 to 9: HDF5's shuffle and deflate filters, with this level of deflate; files
-    /// are somewhat smaller, writing is much slower.
+    /// Level of compression. 0: no compression, which is fastest. 1 to 9: level of the deflate filter of HDF5, used
+    /// after the shuffle filter; compressed files are somewhat smaller, but writing is much slower.
     int compression = 0;
     /// Names of the fields to write besides the positions. If empty, all fields are written. A run can be continued
     /// only from a state with all fields.
     std::vector<std::string> fields = {};
-    /// In a StateSeries for which `fields` selects some fields, the states with the numbers 0, `complete_every`,
-    /// 2 `complete_every`, … have all fields, so that a run can be continued from them. 0: no state has all fields.
+    /// How often a StateSeries writes a state with all fields although `fields` selects only some: the states with the
+    /// numbers 0, `complete_every`, 2 · `complete_every`, … have all fields, so that a run can be continued from any of
+    /// these states. 0: every state has only the selected fields.
     std::size_t complete_every = 0;
 
-    /// Returns whether write_state() writes the field of this name. "position" is always written.
+    /// Returns whether write_state() writes the field with the name `field`. The field "position" is always written.
     bool writes(std::string_view field) const {
         return fields.empty() || field == "position" || std::find(fields.begin(), fields.end(), field) != fields.end();
     }
@@ -72,7 +74,7 @@ inline constexpr std::uint8_t vtk_vertex = 1;
 /// Returns VTK's number for a facet: 3 for a line (in 2D), 5 for a triangle (in 3D).
 inline constexpr std::uint8_t vtk_facet(int dimension) { return dimension == 2 ? 3 : 5; }
 
-/// Creates an HDF5 group that records the order in which its members and attributes are added.
+/// Creates an HDF5 group. The group records the order in which members and attributes are added to the group.
 inline hdf5::Group create_group(hid_t parent, const std::string& name) {
     const std::string tried = "create the group " + name;
     const hdf5::Properties properties(H5Pcreate(H5P_GROUP_CREATE), tried);
@@ -117,7 +119,7 @@ inline void write_unsigned(hid_t owner, const std::string& name, std::uint64_t v
     write_attribute(owner, name, type, {H5Screate(H5S_SCALAR), tried}, hdf5::Number<std::uint64_t>::memory(), &value);
 }
 
-/// Returns the properties with which a dataset of `rows` × `columns` numbers is created. With compression, it is
+/// Returns the properties with which HDF5 creates a dataset of `rows` × `columns` numbers. A compressed dataset is
 /// divided into chunks of about 1 MiB: smaller chunks need a larger index, and larger chunks are not faster.
 /// \param number_bytes  size of one number [bytes]
 /// \param compression   0: none; 1 to 9: level of deflate
@@ -143,12 +145,12 @@ struct DatasetNotes {
     int components = 0;                         ///< The attribute `components`; not written if 0.
 };
 
-/// Builds the HDF5 file of a state in memory.
+/// The HDF5 file of a state, built in memory.
 class StateFile {
 public:
-    /// Builds the file. The state must live until write() has returned, because large arrays are not copied.
-    /// \param digest  digest of the parts of the state that are written; it is stored in the file
-    /// \throws parameter_error  if the state has no field of a name in options.fields
+    /// Builds the file. The state must exist until write() has returned, because large arrays are not copied.
+    /// \param digest  digest of the parts of the state that are written; the digest is stored in the file
+    /// \throws parameter_error  if a name in options.fields is not the name of a field of the state
     /// \throws io_error         if HDF5 fails
     template <class S>
     StateFile(const State<S>& state, const StateOptions& options, std::uint64_t digest)
@@ -161,9 +163,9 @@ public:
     void write(AtomicFile& file) const { image_.write(file); }
 
 private:
-    /// Writes a dataset of numbers of type T. Its rank is 1 if there is one column, and 2 (rows, columns) if there are
-    /// more.
-    /// \param values  the numbers, row by row; the array must live until write() has returned
+    /// Writes a dataset of numbers of type T. The rank of the dataset is 1 if `columns` is 1; otherwise it is 2 (rows,
+    /// columns).
+    /// \param values  the numbers, row by row; the array must exist until write() has returned
     template <class T>
     void write_dataset(hid_t parent, const std::string& name, std::span<const T> values, hsize_t columns = 1,
                        const DatasetNotes& notes = {}) {
@@ -207,8 +209,8 @@ private:
         write_dataset<S>(parent, name, image_.keep(std::move(padded)), 3, notes);
     }
 
-    /// Writes the cells: all facets, then one vertex cell for each point that belongs to no facet. Without a cell, some
-    /// versions of ParaView would not show the point.
+    /// Writes the cells of the VTK grid: all facets, then one vertex cell for each point that belongs to no facet. The
+    /// vertex cells are needed because some versions of ParaView do not show a point without a cell.
     template <class S>
     void write_cells(hid_t vtk, const State<S>& state) {
         const std::size_t corners = std::size_t(state.dimension), facets = state.facets.size() / corners;
@@ -230,7 +232,7 @@ private:
         for (std::size_t c = 0; c < offsets.size(); ++c)
             offsets[c] = std::int64_t(c <= facets ? corners * c : corners * facets + (c - facets));
         const auto kept = image_.keep(std::move(offsets));
-        // Without facets, Connectivity has the same numbers 0, 1, … as Offsets, except the last.
+        // If there are no facets, Connectivity has the numbers 0, 1, …, like Offsets, but is one number shorter.
         write_dataset(vtk, "Connectivity",
                       facets > 0 ? image_.keep(std::move(connectivity)) : kept.first(state.size()));
         write_dataset(vtk, "Offsets", kept);
@@ -291,8 +293,8 @@ private:
         firn_group.close("close the group firn");
     }
 
-    /// Returns the number of bytes to reserve for everything except arrays. The header of one HDF5 object takes about
-    /// 512 bytes.
+    /// Returns the number of bytes to reserve at the start of the file for everything except arrays. The header of one
+    /// HDF5 object takes about 512 bytes.
     template <class S>
     static std::size_t bytes_beside_arrays(const State<S>& state, int compression) {
         const bool has_large_arrays = compression == 0 && state.size() * sizeof(std::int64_t) >= hdf5::FileImage::large;
@@ -300,8 +302,8 @@ private:
         return has_large_arrays ? objects * 1024 : 2048;
     }
 
-    /// The least size of a compressed array [bytes]. For smaller arrays, the index of the chunks costs more than
-    /// compression saves.
+    /// The smallest size of an array that is compressed [bytes]. For a smaller array, the index of the chunks needs
+    /// more bytes than compression saves.
     static constexpr std::size_t least_compressed = 4096;
 
     hdf5::FileImage image_;
@@ -311,14 +313,14 @@ private:
 }  // namespace detail
 
 /// Writes a state to an HDF5 file. Every bit of the values is kept. If writing fails, no new file is left, and an old
-/// file at `path` is unchanged (AtomicFile).
+/// file at `path` is unchanged (see AtomicFile).
 ///
-/// Besides the state, writing needs about 20 bytes of memory per particle. In 2D it also needs memory for a copy of all
-/// vector fields, and with compression it needs as much memory as the size of the file.
+/// In addition to the memory of the state, writing needs about 20 bytes of memory per particle. In 2D, writing also
+/// needs memory for a copy of all vector fields. With compression, it also needs as much memory as the file has bytes.
 /// \param path     the name of the file, which should end in .hdf
-/// \param options  the compression, and the fields to write; complete_every has no effect here
-/// \throws parameter_error  if the parts of the state do not fit together (check_state()), if the compression is not 0
-///                          to 9, or if the state has no field of a name in options.fields
+/// \param options  the compression, and the names of the fields to write; complete_every has no effect here
+/// \throws parameter_error  if the parts of the state do not fit together (see check_state()), if the compression is
+///                          not 0 to 9, or if a name in options.fields is not the name of a field of the state
 /// \throws io_error         if the file cannot be written (folder missing, disk full, …)
 template <state_scalar S>
 void write_state(const std::filesystem::path& path, const State<S>& state, const StateOptions& options = {}) {
@@ -327,7 +329,7 @@ void write_state(const std::filesystem::path& path, const State<S>& state, const
             sentence("The compression is ", options.compression, "; give 0 (none) or 1 (fast) to 9 (small)."));
     }
     check_state(state);
-    AtomicFile file(path);  // comes first, so that a wrong path is found before any work is done
+    AtomicFile file(path);  // opened first, so that a wrong path is reported before the long work
     const std::uint64_t noted = digest(state, [&](std::string_view field) { return options.writes(field); });
     hdf5::naming_file(path, [&] { return detail::StateFile(state, options, noted); }).write(file);
     file.commit();

@@ -1,5 +1,5 @@
-/// \file Includes all headers that are needed to write states to HDF5 files, to read them, and to continue a run from
-/// them.
+/// \file Includes all headers that are needed to write states to HDF5 files, to read states from these files, and to
+/// continue a run from a state.
 #pragma once
 
 #include <firn/core/requirements.hpp>
