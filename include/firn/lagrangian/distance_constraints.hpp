@@ -12,7 +12,7 @@ namespace firn {
 enum class ConstraintUpdate {
     immediate,  ///< One by one, in the order they were added, by one thread. Converges fastest for chains.
     coloured,   ///< Colour by colour, in parallel. The result is the same, bit for bit, for any number of threads.
-    averaged    ///< All at once: a point moves by the mean correction of its constraints. Converges slowest.
+    averaged    ///< All at once: a point moves by an average of its constraints' corrections. Converges slowest.
 };
 
 /// The options of the constraints that are made from the links of one kind.
@@ -20,8 +20,8 @@ struct ConstraintOptions {
     /// Compliance α of XPBD, the inverse of a spring's stiffness [m/N]; 0: rigid. The resulting stiffness of the body
     /// depends neither on the number of iterations nor on the time step.
     double compliance = 0;
-    /// The fraction of each correction that is applied, above 0 and at most 1. Below 1, the resulting stiffness of the
-    /// body depends on the number of iterations.
+    /// The fraction of each correction that is applied, above 0 and at most 1. The resulting stiffness of the body
+    /// depends on the number of iterations.
     double relaxation = 1;
     bool kept = true;  ///< Whether constraints are made from these links.
 
@@ -212,8 +212,8 @@ public:
         incidence_.clear();
     }
 
-    /// Returns a list of the constraints that were removed so far, and the colours of the remaining constraints. \see
-    /// resume
+    /// Returns the numbers of the constraints that were removed so far, and the colours of the remaining constraints.
+    /// Pass the result to resume().
     ConstraintHistory history() const {
         constexpr std::uint8_t none = 255;
         std::vector<std::uint8_t> colour(added_, none);

@@ -1,5 +1,7 @@
-/// \file Forces of elements, such as springs and triangles, each of which joins a few points. Forces are computed
-/// element by element. Then the forces on each point are summed, in the same order for any number of threads.
+/// \file Forces of elements, such as springs and triangles, each of which joins a few points.
+///
+/// Forces are computed element by element. Then the forces on each point are summed, in the same order for any number
+/// of threads.
 #pragma once
 
 #include <firn/core/error.hpp>
