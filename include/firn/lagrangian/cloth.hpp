@@ -125,7 +125,8 @@ inline std::vector<Side> sorted_sides(const TriangleMesh& mesh) {
 ///
 /// Each edge of the mesh becomes a stretch link. Where two triangles share an edge, a bend link joins the two vertices
 /// that lie opposite to this edge, unless an edge of the mesh joins these two vertices already. Where more than two
-/// triangles share an edge, every pair of them gets a bend link. Vertices at the same position are not merged.
+/// triangles share an edge, every pair of these triangles gets a bend link. Vertices at the same position are not
+/// merged.
 /// \throws mesh_error  if check_mesh() throws it, if a triangle has no area, if two triangles are folded onto each
 ///                     other, or if some vertex belongs to no triangle
 inline Net<3> cloth(const TriangleMesh& mesh) {

@@ -28,7 +28,8 @@ struct SortedRange {
         end;              ///< Index, in the sorted order, of the range's last point, plus one.
 };
 
-/// Sorts points by the cells of a uniform grid. After build(), the class Neighbours finds the points near each point.
+/// Sorts points by the cells of a uniform grid, so that the class Neighbours can find the points near each point. Call
+/// build() first.
 /// \tparam S  float or double
 /// \tparam D  2 or 3
 template <std::floating_point S, int D>

@@ -275,7 +275,8 @@ private:
     using Table = ContactTable<S, D>;
     static constexpr std::size_t lanes = std::size_t(scalar_traits<P>::lanes);
     static constexpr std::size_t chunk_size = Table::chunk_size;
-    /// If the squared distance [m²] of two points is below this, direction_of_ids() gives the normal of their contact.
+    /// A limit for the squared distance of two points [m²]. Below this limit, direction_of_ids() gives the normal of
+    /// the contact.
     static constexpr S least_square = S(1e-30);
 
     /// The data of several contacts, one per SIMD lane. Of the two points of a contact, `own` is the point that the
@@ -285,7 +286,7 @@ private:
         S normal[D][lanes];   ///< unit vector towards `own`, from `other`
         S impulse[D][lanes];  ///< change of the relative velocity: impulse times sum of inverse masses [m/s]
         S share[lanes];       ///< 1/n; n: number of contacts of `own` or of `other`, whichever is larger
-        S mass[lanes];        ///< 1 / (sum of the inverse masses), or 0 if both points are pinned [kg]
+        S mass[lanes];        ///< 1 / (sum of the two inverse masses), or 0 if both points are pinned [kg]
         S leaving[lanes];     ///< normal speed after the collision: restitution × speed of approach [m/s]
         S friction[lanes];    ///< Coulomb's coefficient of friction [1]
         S last[lanes];        ///< length of `impulse` at the end of the last step [m/s]

@@ -68,9 +68,8 @@ struct ContactTable {
         std::vector<std::uint32_t> near;  ///< Temporary memory: ranks of the points near one point.
     };
     std::vector<Chunk> chunks;            ///< The point of rank k belongs to chunks[k / chunk_size].
-    aligned_vector<std::uint32_t> first,  ///< first[k]: where the contacts of the point of rank k begin, counted
-                                          ///< from the start of the chunk that holds them.
-        count;                            ///< count[k]: number of contacts of the point of rank k.
+    aligned_vector<std::uint32_t> first,  ///< Per rank: where the point's contacts begin in the chunk's arrays.
+        count;                            ///< Per rank: number of contacts of the point.
     /// A point's id and rank.
     struct Place {
         std::uint32_t id,  ///< The point's id.
@@ -263,7 +262,7 @@ private:
         }
     }
 
-    /// Adds to the chunk the contacts of the point with index i with those surfaces that have Contact::separate.
+    /// Adds to the chunk the contacts between the point with index i and all surfaces that have Contact::separate.
     /// Surfaces with another Contact are handled by meet_surfaces() only.
     template <class Surfaces>
     static void list_surfaces(Chunk& chunk, std::size_t i, const PointMasses<S, D>& points, const Surfaces& surfaces) {

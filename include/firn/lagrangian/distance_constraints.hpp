@@ -183,9 +183,9 @@ public:
         }
     }
 
-    /// Removes torn constraints: those that are longer than tear_factor allows. If there are any, torn() also removes
-    /// the shear and bend constraints that have lost their support: no point is joined to both of their end points by
-    /// stretch constraints any more.
+    /// Removes torn constraints, which are longer than tear_factor allows. If any constraint is torn, torn() also
+    /// removes each shear or bend constraint that has lost its support. The support is a point that is joined to both
+    /// end points of the constraint by stretch constraints.
     /// \param position  position of each point [m]
     /// \return the indices of the two end points of each removed constraint
     std::vector<Torn> torn(std::span<const Vec<S, D>> position) {

@@ -168,7 +168,7 @@ public:
         return bound;
     }
 
-    /// Takes one step of dt [s].
+    /// Takes one step of length dt [s].
     /// \throws parameter_error  if dt is not positive and finite, or if a parameter of the system is out of range
     /// \throws particle_error   if a position, velocity or force is not finite before the step; nothing has moved then
     /// \throws particle_error   if a position or velocity is not finite after the step; all points are invalid then

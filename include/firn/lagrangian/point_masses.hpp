@@ -266,8 +266,8 @@ namespace detail {
 
 /// Replaces the indices of points by their new indices.
 /// \param points     indices of points, changed in place
-/// \param new_place  for each old index the new one, as PointMasses::remove_if returned it
-/// \return whether all these points still exist
+/// \param new_place  the list that PointMasses::remove_if returned: the new index for each old one
+/// \return whether all the given points still exist
 /// \throws parameter_error  if an index has no entry in new_place
 template <std::size_t K>
 bool renumbered(std::array<std::uint32_t, K>& points, std::span<const std::uint32_t> new_place) {

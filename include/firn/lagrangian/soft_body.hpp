@@ -268,7 +268,7 @@ inline std::uint32_t opposite_vertex(const TriangleMesh& mesh, std::uint32_t fro
         if (!(det < 0)) continue;  // the ray enters the mesh through this triangle, or is parallel to it
         const auto s = x - a, q = cross(s, ab);
         const double u = dot(s, p) / det, v = dot(along, q) / det, t = dot(ac, q) / det;
-        constexpr double over = -1e-9;  // below 0, so that no ray passes between two triangles
+        constexpr double over = -1e-9;  // tolerance below 0, so that no ray passes between two triangles
         if (!(u >= over && v >= over && u + v <= 1 - over && t > least && t < nearest)) continue;
         nearest = t;
         const double w = 1 - u - v;

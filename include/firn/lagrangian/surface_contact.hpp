@@ -27,7 +27,7 @@ FIRN_INLINE void meet_surfaces(const B& boundary, S restitution, S radius, Vec<S
     boundary.surfaces(from, [&](S distance, const Vec<S, D>& normal, const Vec<S, D>& of_surface, Contact contact,
                                 S friction) FIRN_LAMBDA {
         if (contact == Contact::none) return;
-        const S gap = distance + dot(normal, x - from) - radius;  // after the shifts by surfaces before this one
+        const S gap = distance + dot(normal, x - from) - radius;  // x: the position after shifts by earlier surfaces
         if (!(gap < 0)) return;
         const Vec<S, D> relative = v - of_surface;
         const S into = min(dot(relative, normal), S(0));
