@@ -10,16 +10,16 @@
 
 namespace firn {
 
-/// A force on the points of a system: `f.add_forces(points, force, threads)` adds the force [N] on each point to
-/// `force`, which has one entry per point.
+/// A type of forces on the points of a system. The member function add_forces(points, force, threads) adds the force
+/// [N] on each point to the array `force`, which has one entry per point.
 ///
-/// By default, the system calls add_forces outside of any parallel region, so the force may open its own region. A
-/// force that never does so should declare `static constexpr bool opens_no_region = true`; add_forces may then be
-/// called inside the system's parallel region, which is faster.
+/// By default, the system calls add_forces outside of any parallel region, so add_forces may open a parallel region
+/// itself. A type whose add_forces never opens one should declare `static constexpr bool opens_no_region = true`; the
+/// system may then call add_forces inside its own parallel region, which is faster.
 ///
-/// A force may have three more members: `add_stiffness(points, stiffness, damping, threads)`, which bounds the time
-/// step; `renumber(new_place)`, called after points are removed; and `tear(torn)`, called after links tear.
-/// ElementForces has all three.
+/// Three more member functions are optional: `add_stiffness(points, stiffness, damping, threads)` adds stiffnesses and
+/// dampings, which bound the time step; `renumber(new_place)` is called after points are removed, and `tear(torn)`
+/// after links tear. ElementForces has all three.
 template <class F, class S, int D>
 concept point_force =
     requires(F f, const PointView<S, D>& points, std::span<Vec<S, D>> force) { f.add_forces(points, force, 1); };
@@ -29,7 +29,8 @@ using Torn = std::array<std::uint32_t, 2>;
 
 namespace detail {
 
-/// Stores a force of any type. Moving this object does not move the force in memory. A copy stores a copy of the force.
+/// Stores a force of any type. The stored force keeps its address if the AnyForce is moved. A copy of an AnyForce has a
+/// copy of the force.
 template <class S, int D>
 class AnyForce {
 public:
@@ -56,8 +57,8 @@ public:
         held_->add_stiffness(points, stiffness, damping, threads);
     }
     bool may_open_regions() const { return held_->may_open_regions(); }
-    /// Updates the point indices in the force. Call renumber() after points are removed, with what
-    /// PointMasses::remove_if returned.
+    /// Updates the point indices in the force. Call renumber() after points are removed, with the list that
+    /// PointMasses::remove_if returned: the new index for each old one.
     void renumber(std::span<const std::uint32_t> new_place) { held_->renumber(new_place); }
     void tear(std::span<const Torn> torn) { held_->tear(torn); }
 
@@ -101,9 +102,10 @@ private:
     std::unique_ptr<Base> held_;
 };
 
-/// Returns the largest time step [s] for which an explicit integrator is stable under the forces in their present
-/// state; infinite if there are no springs and dampers. For a point of stiffness k, damping c and mass m, stability
-/// requires k dt²/m + 2 c dt/m ≤ 4 (Jury's criterion for v ← v + a dt, x ← x + v dt).
+/// Returns the largest time step [s] for which an explicit integrator is stable, with the stiffness and damping that
+/// the forces have at the points' present positions; infinite if there are no springs and dampers. For a point of
+/// stiffness k, damping c and mass m, a stable time step dt satisfies k dt²/m + 2 c dt/m ≤ 4 (Jury's criterion, for
+/// steps v ← v + a dt, x ← x + v dt).
 template <class S, int D>
 double largest_step(std::span<AnyForce<S, D>> forces, const PointView<S, D>& points, int threads) {
     aligned_vector<double> stiffness, damping;

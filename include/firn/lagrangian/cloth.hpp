@@ -16,14 +16,15 @@ enum class Diagonals {
 };
 
 /// Builds a rectangular cloth (or a parallelogram) of cells[0] × cells[1] cells. One corner is `origin` [m]; the
-/// vectors u and v [m] are the two edges from that corner. Point (i, j) lies at origin + i/cells[0] u + j/cells[1] v
-/// and has index i + (cells[0] + 1) j.
+/// vectors u and v [m] are the two edges from that corner. Point (i, j), with 0 ≤ i ≤ cells[0] and 0 ≤ j ≤ cells[1],
+/// lies at origin + i/cells[0] u + j/cells[1] v and has index i + (cells[0] + 1) j.
 ///
-/// Stretch links join neighbours along u and v, shear links are both diagonals of every cell, and bend links join each
-/// point to its second neighbours along u and v (Provot 1995, "Deformation constraints in a mass-spring model to
-/// describe rigid cloth behavior"). Each cell has two triangles, counter-clockwise if u × v points to the viewer.
-/// \throws parameter_error  unless origin, u and v are finite, u and v are not parallel, both numbers of cells are at
-///                          least 1, and there are at most `max_points` points
+/// Stretch links join each point to its neighbours along u and v. Shear links are both diagonals of every cell. Bend
+/// links join each point to its second neighbours along u and v (Provot 1995, "Deformation constraints in a mass-spring
+/// model to describe rigid cloth behavior"). Each cell is cut into two triangles. Their corners are in
+/// counter-clockwise order for a viewer to whom u × v points.
+/// \throws parameter_error  unless origin, u and v are finite, u and v are not parallel, cells[0] and cells[1] are at
+///                          least 1, and the cloth has at most `max_points` points
 /// \throws memory_error     if the net does not fit into memory
 inline Net<3> cloth(const Vec<double, 3>& origin, const Vec<double, 3>& u, const Vec<double, 3>& v,
                     const std::array<std::size_t, 2>& cells, Diagonals diagonals = Diagonals::alternating) {
@@ -68,8 +69,8 @@ inline Net<3> cloth(const Vec<double, 3>& origin, const Vec<double, 3>& u, const
 
 namespace detail {
 
-/// Checks that cloth can be built from a mesh.
-/// \throws mesh_error  if check_mesh() throws it, a triangle has no area, or some vertex belongs to no triangle
+/// Checks that a cloth can be built from a mesh.
+/// \throws mesh_error  if check_mesh() throws it, if a triangle has no area, or if some vertex belongs to no triangle
 inline void check_surface(const TriangleMesh& mesh) {
     check_mesh(mesh);
     std::vector<bool> used(mesh.vertices.size());
@@ -92,13 +93,15 @@ inline void check_surface(const TriangleMesh& mesh) {
                                   " (from 0) of the mesh, so it would be a loose point. Remove it."));
 }
 
-/// An edge of a triangle, from vertex `low` to vertex `high`, and the triangle's third vertex, `opposite`.
+/// A side of triangle number `triangle` of a mesh. The side's end points are the vertices with the indices `low` and
+/// `high`, where low < high; `opposite` is the index of the triangle's third vertex.
 struct Side {
     std::uint32_t low, high, opposite;
     std::size_t triangle;
 };
 
-/// Returns the three sides of every triangle, sorted so that the sides which lie on one edge follow each other.
+/// Returns the three sides of every triangle, sorted by their end points. Sides with the same two end points follow
+/// each other.
 inline std::vector<Side> sorted_sides(const TriangleMesh& mesh) {
     std::vector<Side> sides;
     sides.reserve(3 * mesh.triangles.size());
@@ -117,14 +120,15 @@ inline std::vector<Side> sorted_sides(const TriangleMesh& mesh) {
 
 }  // namespace detail
 
-/// Builds cloth from a mesh, open or closed. Points are the mesh's vertices and facets are its triangles, in the same
-/// order.
+/// Builds a cloth from an open or closed mesh. The cloth's points are the mesh's vertices and the cloth's facets are
+/// the mesh's triangles, in the same order.
 ///
-/// Each edge of the mesh becomes a stretch link. Where two triangles share an edge, a bend link joins their two
-/// vertices opposite to that edge, unless an edge joins these vertices already. Where more than two triangles share an
-/// edge, every pair of them gets a bend link. Vertices at the same position are not merged.
-/// \throws mesh_error  if check_mesh() throws it, a triangle has no area, two triangles are folded onto each other, or
-///                     some vertex belongs to no triangle
+/// Each edge of the mesh becomes a stretch link. Where two triangles share an edge, a bend link joins the two vertices
+/// that lie opposite to this edge, unless an edge of the mesh joins these two vertices already. Where more than two
+/// triangles share an edge, every pair of these triangles gets a bend link. Vertices at the same position are not
+/// merged.
+/// \throws mesh_error  if check_mesh() throws it, if a triangle has no area, if two triangles are folded onto each
+///                     other, or if some vertex belongs to no triangle
 inline Net<3> cloth(const TriangleMesh& mesh) {
     detail::check_surface(mesh);
     Net<3> net{mesh.vertices, {}, {}};

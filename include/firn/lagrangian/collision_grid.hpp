@@ -1,10 +1,10 @@
 /// \file Finds points that are near each other, by sorting points by the cells of a uniform grid.
 ///
-/// The points are sorted by cell; cells are ordered so that the index along the first axis changes fastest. So all
-/// neighbours of a point lie in 3 (2D) or 9 (3D) contiguous ranges of the sorted points, each of which covers three
-/// cells along the first axis. If the box around the points has at most a few cells per point, a table stores where
-/// each cell begins. Otherwise the ranges are found by a search in the sorted cell numbers. The result is the same in
-/// both cases.
+/// The points are sorted by the number of their cell. Cells are numbered row by row along the first axis. So all
+/// neighbours of a point lie in 3 (2D) or 9 (3D) ranges of consecutive sorted points; each range covers three cells
+/// along the first axis. If the bounding box of the points has at most a few cells per point, a table stores where the
+/// points of each cell begin. Otherwise the ranges are found by a search in the sorted cell numbers. The result is the
+/// same in both cases.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -22,27 +22,30 @@
 
 namespace firn {
 
-/// A range of the sorted points of a CollisionGrid.
+/// A range of consecutive points in the sorted order of a CollisionGrid.
 struct SortedRange {
-    std::uint32_t begin,  ///< Index of the first point among the sorted points.
-        end;              ///< Index of the last point plus one.
+    std::uint32_t begin,  ///< Index, in the sorted order, of the range's first point.
+        end;              ///< Index, in the sorted order, of the range's last point, plus one.
 };
 
-/// Sorts points by the cells of a uniform grid. After build(), the class Neighbours finds the points near each point.
+/// Sorts points by the cells of a uniform grid, so that the class Neighbours can find the points near each point. Call
+/// build() first.
 /// \tparam S  float or double
 /// \tparam D  2 or 3
 template <std::floating_point S, int D>
 class CollisionGrid {
 public:
     using V = Vec<S, D>;                         ///< A vector in space.
-    static constexpr int rows = D == 2 ? 3 : 9;  ///< Number of ranges in which the neighbours of a point lie.
-    static constexpr std::size_t padding = 16;   ///< Number of zeros after the coordinates and radii, for SIMD loads.
+    static constexpr int rows = D == 2 ? 3 : 9;  ///< Number of sorted ranges in which a point's neighbours lie.
+    /// Number of zeros that are stored after the coordinates and after the radii, so that SIMD loads may read past the
+    /// end.
+    static constexpr std::size_t padding = 16;
 
     /// Sorts the points whose radius is positive; points of radius 0 are left out.
     /// \param points   the points to sort; they do not change
     /// \param threads  number of threads; 0: the number that thread_count() returns
-    /// \param reach    two points are neighbours if their distance is at most this [m]; 0: twice the largest radius
-    /// \throws particle_error   if a position or radius is not finite, or a radius is negative
+    /// \param reach    the largest distance of two points that are neighbours [m]; 0: twice the largest radius
+    /// \throws particle_error   if a position or radius is not finite, or if a radius is negative
     /// \throws parameter_error  if `reach` is negative or not finite
     void build(const PointMasses<S, D>& points, int threads = 0, double reach = 0) {
         if (!(reach >= 0) || !std::isfinite(reach))
@@ -61,15 +64,16 @@ public:
         }
     }
 
-    /// Returns the number of sorted points: those with a positive radius.
+    /// Returns the number of sorted points, which are the points with a positive radius.
     std::size_t size() const { return size_; }
-    /// Returns the index (into PointMasses) of sorted point k, 0 ≤ k < size().
+    /// Returns the index (into PointMasses) of point number k in the sorted order, 0 ≤ k < size().
     std::uint32_t place(std::size_t k) const { return order_[k]; }
-    /// Returns the coordinates of the sorted points along an axis [m], in sorted order, followed by `padding` zeros.
+    /// Returns an array of the sorted points' coordinates along an axis [m], in sorted order, followed by `padding`
+    /// zeros.
     const S* coordinates(int axis) const { return coordinates_[std::size_t(axis)].data(); }
-    /// Returns the radii of the sorted points [m], in sorted order, followed by `padding` zeros.
+    /// Returns an array of the sorted points' radii [m], in sorted order, followed by `padding` zeros.
     const S* radii() const { return radii_.data(); }
-    /// Returns the side of a cell [m].
+    /// Returns the side length of a cell [m].
     double cell_side() const { return side_; }
     /// Returns the size of the allocated memory [bytes].
     std::size_t bytes() const {
@@ -80,14 +84,15 @@ public:
         return sum;
     }
 
-    /// Finds the neighbours of the sorted points, for one point after another.
+    /// Finds the neighbours of one sorted point after another.
     class Neighbours {
     public:
-        /// Makes an object that finds neighbours in `grid`. The grid must exist as long as this object.
+        /// Makes an object that finds neighbours in `grid`. The grid must live at least as long as this object.
         explicit Neighbours(const CollisionGrid& grid) : grid_(grid) {}
 
-        /// Returns ranges of sorted points that contain all neighbours of sorted point k. The ranges also contain point
-        /// k itself and some points that are not neighbours. From call to call, k must not decrease.
+        /// Returns ranges of sorted points that contain all neighbours of point number k in the sorted order. The
+        /// ranges also contain point k itself and some points that are not neighbours. From call to call, k must not
+        /// decrease.
         FIRN_INLINE const std::array<SortedRange, rows>& of(std::size_t k) {
             if (grid_.table_.empty()) {
                 const std::uint64_t key = grid_.far_.items[k].key;
@@ -128,7 +133,7 @@ public:
     };
 
 private:
-    struct Part {  // bounds and counts of a part of the points, computed by one thread
+    struct Part {  // the bounding box and the counts of one part of the points; one thread handles a part
         V lower, upper;
         S largest = 0;
         std::size_t wrong = 0, first_wrong = 0, sorted = 0;
@@ -178,7 +183,7 @@ private:
                 upper_[a] = std::max(upper_[a], part.upper[a]);
             }
             const std::size_t sorted = part.sorted;
-            part.sorted = size_;  // from now on: the index of the part's first point in the list to sort
+            part.sorted = size_;  // from here on: where the part's points begin in the list to sort
             size_ += sorted;
         }
     }
@@ -193,8 +198,8 @@ private:
     }
 
     void lay_out(const PointMasses<S, D>& points, double reach) {
-        // The cells are computed in double and slightly larger than needed, so that rounding cannot put two neighbours
-        // more than one cell apart.
+        // Cell numbers are computed in double precision, and cells are slightly larger than needed. So rounding cannot
+        // put two neighbours more than one cell apart.
         side_ = (reach > 0 ? reach : 2 * double(largest_)) * (1 + 1e-6);
         if (size_ == 0) return;
         // The largest number of cells along an axis. Cell numbers then need at most 62 bits.
@@ -213,15 +218,15 @@ private:
         for (int a = 0; a < D; ++a) {
             last_[a] = std::floor(std::min((upper[a] - from_[a]) / side_, most - 1));
             stride_[std::size_t(a)] = cells_;
-            cells_ *= std::uint64_t(last_[a]) + 3;  // with an empty cell at both ends
+            cells_ *= std::uint64_t(last_[a]) + 3;  // plus one empty cell at either end
         }
         for (std::size_t r = 0; r < rows; ++r)
             row_[r] = std::int64_t(stride_[1]) * (std::int64_t(r % 3) - 1) +
                       (D == 3 ? std::int64_t(stride_[D - 1]) * (std::int64_t(r / 3) - 1) : 0);
     }
 
-    /// Returns an interval along an axis [m] that contains most points: of about a thousand sampled points, a sixteenth
-    /// lies below and a sixteenth above the interval.
+    /// Returns the lower and the upper end of an interval along an axis [m] that contains most points. Of about a
+    /// thousand sampled points, a sixteenth lies below and a sixteenth above the interval.
     std::array<double, 2> where_most_are(const PointMasses<S, D>& points, int axis) const {
         std::vector<S> sample;
         const std::size_t step = count_ / 1024 + 1;
@@ -230,8 +235,8 @@ private:
         return {double(sample[sample.size() / 16]), double(sample[sample.size() - 1 - sample.size() / 16])};
     }
 
-    /// Returns the number of the cell at position x. If x is outside of the grid, it is the number of the nearest cell,
-    /// so that neighbours are still at most one cell apart.
+    /// Returns the number of the cell that contains the position x. If x is outside of the grid, returns the number of
+    /// the nearest cell, so that neighbours are still at most one cell apart.
     FIRN_INLINE std::uint64_t key_of(const V& x) const {
         std::uint64_t key = 0;
         unroll<D>([&](auto a) FIRN_LAMBDA {
@@ -291,7 +296,7 @@ private:
     std::array<std::int64_t, rows> row_{};
     RadixSort<std::uint32_t> near_;
     RadixSort<std::uint64_t> far_;
-    aligned_vector<std::uint32_t> table_;  ///< index of each cell's first sorted point; empty if points lie far apart
+    aligned_vector<std::uint32_t> table_;  ///< for each cell, where its sorted points begin; empty if cells are many
     aligned_vector<std::uint32_t> order_;
     aligned_vector<S> radii_;
     std::array<aligned_vector<S>, std::size_t(D)> coordinates_;

@@ -1,9 +1,10 @@
 /// \file Collisions of point masses with each other, with restitution and friction.
 ///
-/// Contacts are found once per step. A contact is stored twice, once for each of its two points, so each point can sum
-/// the impulses of its own contacts, in the same order for any number of threads. The impulses on the two points of a
-/// contact are computed separately and are exact opposites in floating point, because swapping the points only changes
-/// the sign of each formula. Momentum is conserved up to the rounding errors of the sums.
+/// Contacts are found once per step. A contact is stored twice, once for each of its two points. So the impulses on a
+/// point can be summed over the contacts stored for this point, in the same order for any number of threads. The
+/// impulses on the two points of a contact are computed separately and are exact opposites in floating point, because
+/// each formula only changes its sign if the two points are swapped. Momentum is conserved up to the rounding errors of
+/// the sums.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -32,8 +33,9 @@ namespace firn {
 
 namespace detail {
 
-/// Returns a unit vector that serves as the normal of a contact if both points are at the same position. It depends on
-/// the ids only and is pseudo-random. If the two ids are swapped, its sign changes.
+/// Returns the unit normal of the contact between two points that are at the same position. The direction of this
+/// vector is pseudo-random and depends only on the ids of the two points. If the two ids are swapped, the sign of the
+/// vector changes.
 template <std::floating_point S, int D>
 Vec<S, D> direction_of_ids(std::uint32_t from, std::uint32_t to) {
     const std::uint64_t seed = std::uint64_t(std::min(from, to)) << 32 | std::max(from, to);
@@ -48,40 +50,43 @@ Vec<S, D> direction_of_ids(std::uint32_t from, std::uint32_t to) {
 /// Resolves collisions of points with each other, and with the surfaces of a boundary.
 ///
 /// Two points collide if their distance is below the sum of their radii. They do not collide if one of the radii is 0,
-/// if both points are in the same group and this is not group 0, or if the pair is excluded.
+/// if both points belong to the same group other than group 0, or if the pair is excluded; see exclude().
 ///
-/// Velocities. Each contact has an impulse J, which is computed in several passes. In a pass, v is the relative
-/// velocity that the two points would have without J. The wanted impulse changes v to velocity_after_impact(): the
-/// points then separate with at least the speed u, and friction is at most μ times the normal part of the impulse. Here
-/// u is e times the speed of approach before the first pass, or 0 if the points were not approaching. J is then moved
-/// by the fraction 1/n towards the wanted impulse; n is the number of contacts at that one of the two points which has
-/// more. All contacts are updated at the same time (Jacobi iteration). Because of 1/n, the change of a point's velocity
-/// is at most the mean of the changes that its contacts want. For two points without other contacts, the first pass is
-/// exact; otherwise the impulses converge.
+/// Velocities. Each contact has an impulse J, which is computed in several passes. Let v be the relative velocity that
+/// the two points would have without J. The target of J is the impulse that changes v to the result of
+/// velocity_after_impact(): the points then separate with at least the speed u, and friction is at most μ times the
+/// normal part of the impulse. Here u is the coefficient of restitution e times the speed of approach before the first
+/// pass, or 0 if the points were not approaching, and μ is Coulomb's coefficient of friction. Each pass changes J by
+/// the fraction 1/n of the difference between J and its target. To get n, count the contacts of each of the two points;
+/// n is the larger count. All contacts are updated at the same time (Jacobi iteration). Because of the factor 1/n, the
+/// velocity of a point never changes by more than the mean of the changes that its contacts would cause one by one. For
+/// two points without other contacts, the first pass is exact; otherwise the impulses converge.
 ///
-/// The first pass starts from the impulses at the end of the last step. Where an impulse had been smaller one step
-/// earlier, it is first reduced to that size. So the impulse of an impact, which lasts one step, is not repeated, but
-/// an impulse that supports a weight is kept. This is why piles come to rest with few passes.
+/// The first pass starts from the impulses at the end of the last step. If the impulse of a contact was smaller in the
+/// step before the last one, the smaller size is used. So the impulse of an impact, which lasts one step, is not
+/// repeated, but an impulse that supports a weight is kept. This is why piles come to rest with few passes.
 ///
-/// Since all contacts of a step act at the same time, restitution drives all balls of a touching row apart at once.
-/// With small gaps between the balls, they would collide one after the other.
+/// All contacts of a step act at the same time. So if a ball hits a row of balls that touch each other, restitution
+/// drives all balls of the row apart at once. If there were small gaps between the balls, they would collide one after
+/// the other.
 ///
-/// Positions. Further passes shift overlapping points apart until the overlap is at most the fraction contact_slack.
-/// The two points of a contact are shifted in proportion to their inverse masses, each pass by the fraction 1/n. Shifts
-/// do not change velocities.
+/// Positions. Further passes shift overlapping points apart until the overlap is at most contact_slack times the sum of
+/// the two radii. The two points of a contact are shifted in proportion to their inverse masses; each pass applies the
+/// fraction 1/n of the shift that is still needed. Shifts do not change velocities.
 template <std::floating_point S, int D>
 class Collisions {
 public:
     using V = Vec<S, D>;  ///< A vector in space.
 
-    double restitution = 0;   ///< Newton's e, from 0 to 1 [1].
-    double friction = 0;      ///< Coulomb's μ [1].
+    double restitution = 0;   ///< Newton's coefficient of restitution e, from 0 to 1 [1].
+    double friction = 0;      ///< Coulomb's coefficient of friction μ [1].
     int velocity_passes = 4;  ///< Number of passes per step that change velocities.
     int shift_passes = 2;     ///< Number of passes per step that shift positions.
-    bool remember = true;     ///< true: the first pass starts from the impulses of the last step; false: from zero.
+    bool remember = true;     ///< true: start from the impulses of the last step; false: start from zero.
 
     /// Checks the parameters above.
-    /// \throws parameter_error  unless 0 ≤ e ≤ 1, μ is finite and not negative, and no number of passes is negative
+    /// \throws parameter_error  unless restitution is from 0 to 1, friction is finite and not negative, and no number
+    ///                          of passes is negative
     void check() const {
         check_restitution(restitution);
         if (!(friction >= 0) || !std::isfinite(S(friction)))
@@ -107,21 +112,23 @@ public:
     /// Returns all excluded pairs, as indices into PointMasses.
     const std::vector<std::array<std::uint32_t, 2>>& excluded() const { return excluded_.pairs(); }
     /// Updates the point indices of the excluded pairs. Call renumber() after points are removed.
-    /// \param new_place  what PointMasses::remove_if returned: the new index for each old one
+    /// \param new_place  the list that PointMasses::remove_if returned: the new index for each old one
     /// \throws parameter_error  if a pair names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) { excluded_.renumber(new_place); }
 
-    /// Finds contacts, changes velocities and shifts positions. Call apply() once per step, after points have moved.
+    /// Applies the collisions of points with each other: finds contacts, changes velocities and shifts positions. Call
+    /// apply() once per step, after points have moved.
     /// \param points   the points, changed in place
     /// \param threads  number of threads; 0: the number that thread_count() returns
     /// \throws parameter_error, particle_error  if find() throws it
     void apply(PointMasses<S, D>& points, int threads = 0) { apply(points, NoBoundary{}, 0, threads); }
-    /// Finds contacts of points with each other and with the surfaces of a boundary, changes velocities and shifts
-    /// positions. Call apply() once per step, after points have moved. Surfaces with Contact::separate take part in the
-    /// passes, so that piles can rest on them. Finally, meet_surfaces() applies the contact with all surfaces.
+    /// Applies the collisions of points with each other and with the surfaces of a boundary: finds contacts, changes
+    /// velocities and shifts positions. Call apply() once per step, after points have moved. Contacts with surfaces
+    /// that have Contact::separate take part in the passes, so that piles can rest on these surfaces. Finally,
+    /// meet_surfaces() applies the contact with all surfaces.
     /// \param points                   the points, changed in place
-    /// \param boundary                 a boundary with scalar type S and a member surfaces(), see has_surfaces
-    /// \param restitution_of_surfaces  Newton's e between points and surfaces, from 0 to 1 [1]
+    /// \param boundary                 a boundary with scalar type S and a member function surfaces(), see has_surfaces
+    /// \param restitution_of_surfaces  Newton's coefficient of restitution between points and surfaces, from 0 to 1 [1]
     /// \param threads                  number of threads; 0: the number that thread_count() returns
     /// \throws parameter_error, particle_error  if find() or meet_surfaces() throws it
     template <class B>
@@ -132,22 +139,22 @@ public:
         if constexpr (!std::same_as<B, NoBoundary>) meet_surfaces(points, boundary, restitution_of_surfaces, threads);
     }
 
-    /// Finds the contacts between points, and their speeds of approach for restitution.
+    /// Finds the contacts between points, and the speed at which the two points of each contact approach each other.
     /// \param points   the points; they do not change
     /// \param threads  number of threads; 0: the number that thread_count() returns
-    /// \throws particle_error   if a position or radius is not finite, a radius is negative, or there are too many
-    ///                          points
-    /// \throws parameter_error  if check() throws it, or an excluded pair names a point that does not exist
+    /// \throws particle_error   if a position or radius is not finite, if a radius is negative, or if there are
+    ///                          ContactTable::most_points or more points
+    /// \throws parameter_error  if check() throws it, or if an excluded pair names a point that does not exist
     void find(const PointMasses<S, D>& points, int threads = 0) { find(points, NoBoundary{}, 0, threads); }
-    /// Finds the contacts of points with each other and with the surfaces of a boundary, and their speeds of approach
-    /// for restitution. Only surfaces with Contact::separate are listed.
+    /// Finds the contacts of points with each other and with the surfaces of a boundary, and the speed of approach at
+    /// each contact. Surfaces with a Contact other than Contact::separate are ignored.
     /// \param points                   the points; they do not change
-    /// \param boundary                 a boundary with scalar type S and a member surfaces(), see has_surfaces
-    /// \param restitution_of_surfaces  Newton's e between points and surfaces, from 0 to 1 [1]
+    /// \param boundary                 a boundary with scalar type S and a member function surfaces(), see has_surfaces
+    /// \param restitution_of_surfaces  Newton's coefficient of restitution between points and surfaces, from 0 to 1 [1]
     /// \param threads                  number of threads; 0: the number that thread_count() returns
-    /// \throws particle_error   if a position or radius is not finite, a radius is negative, or there are too many
-    ///                          points
-    /// \throws parameter_error  if check() throws it, an excluded pair names a point that does not exist, or
+    /// \throws particle_error   if a position or radius is not finite, if a radius is negative, or if there are
+    ///                          ContactTable::most_points or more points
+    /// \throws parameter_error  if check() throws it, if an excluded pair names a point that does not exist, or if
     ///                          restitution_of_surfaces is not from 0 to 1
     template <class B>
     void find(const PointMasses<S, D>& points, const B& boundary, double restitution_of_surfaces, int threads = 0) {
@@ -180,8 +187,8 @@ public:
         for (const auto& chunk : table_.chunks) both_sides += chunk.used - chunk.surfaces.size();
         return both_sides / 2;
     }
-    /// Calls f(i, j) and f(j, i) for each contact of two points, where i and j are their indices (into PointMasses).
-    /// Call for_contacts() after find() and before points are removed.
+    /// Calls f(i, j) and f(j, i) for each contact of two points, where i and j are the indices (into PointMasses) of
+    /// the two points. Call for_contacts() after find() and before points are removed.
     template <class F>
     void for_contacts(const F& f) const {
         for (std::size_t k = 0; k < grid_.size(); ++k)
@@ -216,15 +223,15 @@ public:
         begun_ = table_.has_kept = true;
     }
 
-    /// Returns the impulses of the last step, from which the next step starts, sorted by ids. Returns std::nullopt if
-    /// there was no step yet, or if velocity_passes is 0.
+    /// Returns the impulses of all contacts in the last step, sorted by the ids of the points. The next step starts
+    /// from these impulses. Returns std::nullopt if there was no step yet, or if velocity_passes is 0.
     std::optional<std::vector<KeptImpulse<S, D>>> kept() const {
         if (!table_.has_kept) return {};
         return table_.kept();
     }
     /// Makes the next step start from the kept impulses of another run.
-    /// \param kept  what kept() returned in the other run
-    /// \throws parameter_error  if ContactTable::resume throws it; nothing has changed then
+    /// \param kept  the impulses that kept() returned in the other run
+    /// \throws parameter_error  if ContactTable::resume throws it; this object has not changed then
     void resume(const std::optional<std::vector<KeptImpulse<S, D>>>& kept) {
         Table resumed;
         if (kept) resumed.resume(*kept);
@@ -251,7 +258,7 @@ public:
         scatter(points.position, x_, threads);
     }
 
-    /// Returns the grid of points that find() built.
+    /// Returns the grid in which find() sorted the points.
     const CollisionGrid<S, D>& grid() const { return grid_; }
     /// Returns the size of the allocated memory [bytes].
     std::size_t bytes() const {
@@ -268,20 +275,24 @@ private:
     using Table = ContactTable<S, D>;
     static constexpr std::size_t lanes = std::size_t(scalar_traits<P>::lanes);
     static constexpr std::size_t chunk_size = Table::chunk_size;
-    /// If the squared distance [m²] of two points is below this, direction_of_ids() gives the normal of their contact.
+    /// A limit for the squared distance of two points [m²]. Below this limit, direction_of_ids() gives the normal of
+    /// the contact.
     static constexpr S least_square = S(1e-30);
 
-    /// The data of several contacts, one per SIMD lane. Each contact has an `own` point, which feels the impulse, and
-    /// an `other` point. Contact q of a block is in the lane l with quad_of_lane(l) = q.
+    /// The data of several contacts, one per SIMD lane. Of the two points of a contact, `own` is the point that the
+    /// impulse acts on, and `other` is the point that it collides with. Contact number q of a block is in the lane l
+    /// for which quad_of_lane(l) is q.
     struct alignas(64) Block {
-        S normal[D][lanes];   ///< unit vector from the other point to the own point
-        S impulse[D][lanes];  ///< J times the sum of the inverse masses: the change of the relative velocity [m/s]
-        S share[lanes];       ///< 1/n, where n is the number of contacts of that point of the two which has more
-        S mass[lanes];        ///< 1 / (sum of the inverse masses), or 0 if both points are pinned [kg]
-        S leaving[lanes];     ///< u: e times the speed of approach [m/s]
-        S friction[lanes];
-        S last[lanes];                           ///< length of `impulse` at the end of the last step [m/s]
-        std::uint32_t own[lanes], other[lanes];  ///< ranks of the points; index q (the contact), not l (the lane)
+        S normal[D][lanes];   ///< unit vector towards `own`, from `other`
+        S impulse[D][lanes];  ///< change of the relative velocity: impulse times sum of inverse masses [m/s]
+        S share[lanes];       ///< 1/n; n: number of contacts of `own` or of `other`, whichever is larger
+        S mass[lanes];        ///< 1 / (sum of the two inverse masses), or 0 if both points are pinned [kg]
+        S leaving[lanes];     ///< normal speed after the collision: restitution × speed of approach [m/s]
+        S friction[lanes];    ///< Coulomb's coefficient of friction [1]
+        S last[lanes];        ///< length of `impulse` at the end of the last step [m/s]
+        /// The ranks of the two points of a contact (their indices in the sorted order of grid_). The array index is
+        /// the contact's number q, not the lane l.
+        std::uint32_t own[lanes], other[lanes];
 
         FIRN_INLINE static PV vector(const S (&of)[D][lanes]) {
             PV r;
@@ -289,7 +300,7 @@ private:
             return r;
         }
     };
-    /// Values of one point per SIMD lane: position and radius, or velocity and inverse mass.
+    /// Values of several points, one per SIMD lane: position and radius, or velocity and inverse mass.
     struct Seen {
         PV vector;
         P number;
@@ -297,9 +308,9 @@ private:
 
     std::size_t end_of(std::size_t chunk) const { return std::min((chunk + 1) * chunk_size, grid_.size()); }
 
-    /// Copies the values of the points of a chunk to x_ and v_, as quads (groups of four numbers). Surfaces are stored
-    /// after all points, as if they were pinned points. Their radius is a huge negative number, so that shift() ignores
-    /// them.
+    /// Copies the positions and velocities of the points of chunk number `which` to x_ and v_, as quads (groups of four
+    /// numbers). The surfaces that these points touch are stored after the quads of all points, as if they were pinned
+    /// points. The radius stored for a surface is a huge negative number, so that shift() ignores the surface.
     void copy_points(std::size_t which, const PointMasses<S, D>& points) {
         const auto quad = [](S* to, const V& vector, S number) {
             for (int a = 0; a < 4; ++a) to[a] = a < D ? vector[a] : a == D ? number : S(0);
@@ -349,7 +360,7 @@ private:
                 (kept ? Row::load(kept) : Row(0)).store(scratch.data() + 4 * c);
             }
         }
-        for (std::size_t c = chunk.used; c < lanes * blocks.size(); ++c) {  // unused lanes: contacts without effect
+        for (std::size_t c = chunk.used; c < lanes * blocks.size(); ++c) {  // unused lanes get contacts without effect
             blocks[c / lanes].own[c % lanes] = blocks[c / lanes].other[c % lanes] = std::uint32_t(which * chunk_size);
             Row(0).store(scratch.data() + 4 * c);
         }
@@ -412,8 +423,8 @@ private:
         P::load(mu).store(block.friction);
     }
 
-    /// Stores the impulse of each contact of a chunk, and its length in the last step, in Chunk::kept for the next
-    /// step.
+    /// Stores the impulses of the contacts of chunk number `which` in Chunk::kept, for the next step. With each
+    /// impulse, the length that it had one step earlier is stored.
     void keep(std::size_t which) {
         auto& chunk = table_.chunks[which];
         const auto& blocks = blocks_[which];
@@ -443,9 +454,9 @@ private:
         parallel_for(grid_.size(), threads, copy, chunk_size);
     }
 
-    /// Runs passes over all contacts. In each pass, the vector of each point changes by the point's inverse mass times
-    /// the sum of act(block, own, other) over the contacts of the point. `own` and `other` are the values after the
-    /// previous pass.
+    /// Runs passes over all contacts. In each pass, the vector (velocity or position) of each point changes by the
+    /// point's inverse mass times the sum of act(block, own, other) over the contacts of the point. The arguments `own`
+    /// and `other` are the values of the two points of a contact after the previous pass.
     /// \param values  one quad per point: D components of a vector (velocity or position), and one more number
     template <class Act>
     void relax(aligned_vector<S>& values, int passes, int threads, const Act& act) {
@@ -478,13 +489,16 @@ private:
 
     ExcludedPairs excluded_;
     CollisionGrid<S, D> grid_;
-    Table table_, before_;                       ///< the contacts of this step, and those of the last step
-    std::vector<aligned_vector<Block>> blocks_;  ///< for each chunk, its blocks of contacts
-    aligned_vector<S> x_, v_, next_;  ///< quads: position and radius; velocity and inverse mass; result of a pass
-    aligned_vector<S> w_;             ///< inverse masses by rank [1/kg]
-    bool begun_ = false;              ///< whether the impulses of the last step were applied in this step
+    Table table_, before_;                       ///< the contacts of this step; the contacts of the last step
+    std::vector<aligned_vector<Block>> blocks_;  ///< for each chunk of points: the contacts of these points
+    /// Quads (four numbers per point, in the sorted order of grid_). x_: position and radius; v_: velocity and inverse
+    /// mass; next_: the values that a pass computes.
+    aligned_vector<S> x_, v_, next_;
+    aligned_vector<S> w_;  ///< inverse masses, in the sorted order of grid_ [1/kg]
+    bool begun_ = false;   ///< whether the impulses of the last step were applied in this step
     std::vector<std::size_t> phases_;
-    std::vector<aligned_vector<S>> felt_;  ///< for each thread: the result of act() for each contact, as quads
+    std::vector<aligned_vector<S>>
+        felt_;  ///< for each thread: the result of act() for each contact of one chunk, as quads
 };
 
 }  // namespace firn

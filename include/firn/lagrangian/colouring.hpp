@@ -1,4 +1,5 @@
-/// \file Colours for links. Links of one colour have no point in common, so threads can move their ends in parallel.
+/// \file Colours for links. Links of one colour have no point in common, so threads can move the end points of these
+/// links in parallel.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -13,18 +14,18 @@
 namespace firn {
 
 /// Gives each link a colour, so that links of one colour have no point in common. Links are coloured in the order
-/// given; each gets the lowest colour that no earlier link at either of its two end points has.
+/// given. Each link gets the lowest colour that is still free: no earlier link at either of the two end points has it.
+/// Colours are numbered from 0.
 struct LinkColours {
-    /// The largest number of colours. If the two end points of a link have together 64 or more other links, the link
-    /// may get no colour.
+    /// The largest number of colours. A link may get no colour if 64 or more other links meet it at its two end points.
     static constexpr int most = 64;
 
-    std::vector<std::uint8_t> colour;  ///< One per link. `most`: no colour; such links must be handled one by one.
+    std::vector<std::uint8_t> colour;  ///< Colour of each link; `most`: no colour, so move this link alone.
     int count = 0;                     ///< Number of colours used.
 
     /// Colours links.
     /// \param links   the indices of the two end points of each link
-    /// \param points  number of points; every index must be below this
+    /// \param points  number of points; every index in `links` must be below this number
     LinkColours(std::span<const std::array<std::uint32_t, 2>> links, std::size_t points) {
         std::vector<std::uint64_t> taken(points, 0);
         colour.reserve(links.size());
@@ -39,10 +40,11 @@ struct LinkColours {
     }
 };
 
-/// Returns whether `colour` has one entry per link, and no two links of one colour have a point in common.
+/// Returns whether `colour` is a valid colouring: it has one entry per link, and no two links of one colour have a
+/// point in common.
 /// \param colour  the colour of each link; LinkColours::most: no colour
 /// \param links   the indices of the two end points of each link
-/// \param points  number of points; every index in `links` must be below this
+/// \param points  number of points; every index in `links` must be below this number
 inline bool are_colours(std::span<const std::uint8_t> colour, std::span<const std::array<std::uint32_t, 2>> links,
                         std::size_t points) {
     if (colour.size() != links.size()) return false;

@@ -1,4 +1,4 @@
-/// \file A table of the contacts of every point. It is made once per step.
+/// \file A table that lists the contacts of every point. The table is made once per step.
 #pragma once
 
 #include <firn/boundary/contact.hpp>
@@ -22,56 +22,58 @@ template <std::floating_point S, int D>
 struct TouchedSurface {
     Vec<S, D> normal,  ///< Outward unit normal at the point.
         velocity;      ///< Velocity of the surface at the point [m/s].
-    S friction;        ///< Coulomb's μ of the surface [1].
+    S friction;        ///< Coulomb's coefficient of friction of the surface [1].
 };
 
 /// The impulse of a contact in one step, kept for the next step.
 template <std::floating_point S, int D>
 struct KeptImpulse {
-    /// The ids of the two points, the lower one first; or the id of a point and the entry of a surface, see
-    /// ContactTable::first_surface.
+    /// The ids of the two points, the lower id first. For a contact with a surface: the id of the point, and the number
+    /// that stands for the surface; see ContactTable::first_surface.
     std::array<std::uint32_t, 2> ids{};
-    /// The first D numbers are the impulse on the first point, multiplied by the sum of the two inverse masses [m/s].
-    /// The last number is the length that this vector had one step earlier [m/s].
+    /// The impulse on the point with the first id, multiplied by the sum of the inverse masses of the two points: D
+    /// components [m/s]. One more number follows, the length that this vector had one step earlier [m/s].
     std::array<S, std::size_t(D) + 1> numbers{};
 
     bool operator==(const KeptImpulse&) const = default;
 };
 
-/// Lists the contacts of every point. A contact of two points is listed twice, once for each of them.
+/// Lists the contacts of every point. A contact of two points is listed twice, once for each of the two points.
 ///
-/// The collision grid sorts the points that can collide. The *rank* of a point is its index in this sorted order, from
-/// 0. The contacts of 256 points of consecutive ranks are stored in one Chunk, for any number of threads. The memory is
-///    used again in the next step.
+/// The collision grid sorts the points that can collide. The *rank* of a point is its index (0, 1, …) in this sorted
+/// order. A Chunk stores the contacts of 256 points with consecutive ranks. The number of threads has no effect on the
+/// chunks. The next step uses the same memory again.
 template <std::floating_point S, int D>
 struct ContactTable {
     static constexpr std::size_t chunk_size = 256;      ///< Number of points per chunk.
-    static constexpr std::uint32_t none = no_particle;  ///< Stands for "no point".
-    /// The entry of Chunk::others or Chunk::ids that stands for the boundary's first surface. The boundary's surface
-    /// number k, from 0, is the entry first_surface − k.
+    static constexpr std::uint32_t none = no_particle;  ///< In place of an index or rank: "no point".
+    /// The number that stands for the boundary's first surface in Chunk::others and Chunk::ids. Surface number k of the
+    /// boundary, counted from 0, has the number first_surface − k.
     static constexpr std::uint32_t first_surface = none - 1;
-    /// Entries from this value on stand for surfaces. The number of points must be below this value.
+    /// The smallest number that stands for a surface in Chunk::others and Chunk::ids. The number of points must be
+    /// below this value.
     static constexpr std::uint32_t most_points = none - 4096;
-    /// Returns whether an entry of Chunk::others or Chunk::ids stands for a surface.
+    /// Returns whether the element `other` of Chunk::others or Chunk::ids stands for a surface.
     static constexpr bool is_surface(std::uint32_t other) { return other >= most_points; }
 
-    /// The contacts of `chunk_size` points of consecutive ranks.
+    /// The contacts of `chunk_size` points with consecutive ranks.
     struct Chunk {
-        std::size_t used = 0;               ///< Number of contacts. The arrays below may be longer.
-        std::vector<std::uint32_t> others;  ///< For each contact, the rank of the other point, or first_surface − k.
-        std::vector<std::uint32_t> ids;     ///< For each contact, the id of the other point, or first_surface − k.
-        std::vector<TouchedSurface<S, D>> surfaces;  ///< One per contact with a surface, in the order of contacts.
-        std::size_t surfaces_before = 0;             ///< Sum of surfaces.size() over all earlier chunks.
-        aligned_vector<S> kept;  ///< Four numbers per contact: KeptImpulse::numbers, in 2D with a zero at the end.
+        std::size_t used = 0;                        ///< Number of contacts. The arrays below may be longer.
+        std::vector<std::uint32_t> others;           ///< Per contact: rank of the other point, or first_surface − k.
+        std::vector<std::uint32_t> ids;              ///< Per contact: id of the other point, or first_surface − k.
+        std::vector<TouchedSurface<S, D>> surfaces;  ///< The touched surface of each contact with a surface, in order.
+        std::size_t surfaces_before = 0;             ///< Number of contacts with surfaces in all earlier chunks.
+        /// For each contact, four numbers: the elements of KeptImpulse::numbers, followed by a zero in 2D.
+        aligned_vector<S> kept;
         std::vector<std::uint32_t> near;  ///< Temporary memory: ranks of the points near one point.
     };
     std::vector<Chunk> chunks;            ///< The point of rank k belongs to chunks[k / chunk_size].
-    aligned_vector<std::uint32_t> first,  ///< first[k] is the index, in its chunk, of the first contact of rank k.
-        count;                            ///< count[k] is the number of contacts of the point of rank k.
+    aligned_vector<std::uint32_t> first,  ///< Per rank: where the point's contacts begin in the chunk's arrays.
+        count;                            ///< Per rank: number of contacts of the point.
     /// A point's id and rank.
     struct Place {
         std::uint32_t id,  ///< The point's id.
-            rank;          ///< The point's rank; `none` if the point cannot collide, because its radius is 0.
+            rank;          ///< The point's rank; `none` if the point has radius 0 and cannot collide.
     };
     aligned_vector<Place> places;  ///< One per point, in the order of PointMasses.
     bool has_kept = false;         ///< Whether Chunk::kept contains the impulses of this step.
@@ -87,11 +89,12 @@ struct ContactTable {
         return chunks.empty() ? 0 : chunks.back().surfaces_before + chunks.back().surfaces.size();
     }
 
-    /// Finds all contacts.
-    /// \param grid      the points, sorted
+    /// Fills the table with all contacts.
+    /// \param grid      the collision grid that has sorted the points
     /// \param points    the same points
     /// \param excluded  pairs of points that do not collide; call excluded.prepare() first
-    /// \param surfaces  surfaces(x, seen) calls seen(…) for each surface of the boundary. \see has_surfaces
+    /// \param surfaces  a function: surfaces(x, seen) calls seen(…) for each surface of the boundary, for a point at x.
+    ///                  \see has_surfaces
     /// \param threads   number of threads
     /// \throws particle_error  if there are `most_points` or more points
     template <class Surfaces>
@@ -135,16 +138,17 @@ struct ContactTable {
     }
 
     /// Returns the rank that a point had when this table was made, or `none` if the point had no rank then.
-    /// \param place   the point's index now; if the point had the same index then, no search is needed
+    /// \param place   the point's present index; if the point had the same index then, no search is needed
     /// \param wanted  the point's id
     FIRN_INLINE std::uint32_t rank_of(std::uint32_t place, std::uint32_t wanted) const {
         if (place < places.size() && places[place].id == wanted) return places[place].rank;
         const auto before = [](const Place& one, std::uint32_t id) { return one.id < id; };
-        const auto found = std::lower_bound(places.begin(), places.end(), wanted, before);  // its index has changed
+        // The point's index has changed since then, so its id is searched.
+        const auto found = std::lower_bound(places.begin(), places.end(), wanted, before);
         return found == places.end() || found->id != wanted ? none : found->rank;
     }
     /// Returns the four numbers in Chunk::kept for the contact between the point of rank `of_rank` and the point with
-    /// id `other_id` (or the surface with that entry); nullptr if there is no such contact.
+    /// id `other_id` (or the surface that `other_id` stands for); nullptr if there is no such contact.
     FIRN_INLINE const S* kept_of(std::uint32_t of_rank, std::uint32_t other_id) const {
         if (of_rank == none) return nullptr;
         const Chunk& chunk = chunks[of_rank / chunk_size];
@@ -153,8 +157,8 @@ struct ContactTable {
         return nullptr;
     }
 
-    /// Returns the kept impulses, sorted by KeptImpulse::ids, one per contact: the impulse on the point with the lower
-    /// id. The impulse on the other point is the exact opposite.
+    /// Returns the kept impulse of every contact, sorted by KeptImpulse::ids. It is the impulse on the point with the
+    /// lower id; the impulse on the other point is the exact opposite.
     std::vector<KeptImpulse<S, D>> kept() const {
         std::vector<KeptImpulse<S, D>> all;
         for (const Place& place : places) {
@@ -169,11 +173,12 @@ struct ContactTable {
         std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.ids < b.ids; });
         return all;
     }
-    /// Replaces the table by one that contains only these kept impulses, as kept() returned them.
-    /// \throws parameter_error  unless the impulses are finite and sorted by ids, each contact once; the table has not
-    ///                          changed then
+    /// Replaces the contents of the table by the given kept impulses.
+    /// \param all  the impulses, as kept() returned them
+    /// \throws parameter_error  unless the impulses are finite and sorted by ids, with one impulse per contact; the
+    ///                          table has not changed then
     void resume(std::span<const KeptImpulse<S, D>> all) {
-        std::vector<KeptImpulse<S, D>> sides;  // each contact of two points twice: as seen from either point
+        std::vector<KeptImpulse<S, D>> sides;  // each contact of two points twice, once for each point
         for (std::size_t k = 0; k < all.size(); ++k) {
             const auto [own, other] = all[k].ids;
             const auto finite = [](S number) { return std::isfinite(number); };
@@ -257,8 +262,8 @@ private:
         }
     }
 
-    /// Adds to the chunk a contact for each surface that the point with index i touches and that has Contact::separate.
-    /// Surfaces with another Contact are left to meet_surfaces().
+    /// Adds to the chunk the contacts between the point with index i and all surfaces that have Contact::separate.
+    /// Surfaces with another Contact are handled by meet_surfaces() only.
     template <class Surfaces>
     static void list_surfaces(Chunk& chunk, std::size_t i, const PointMasses<S, D>& points, const Surfaces& surfaces) {
         std::uint32_t name = first_surface;

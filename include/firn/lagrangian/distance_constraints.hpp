@@ -1,4 +1,4 @@
-/// \file Distance constraints between points, for cloth, soft bodies and ropes.
+/// \file Distance constraints, which keep pairs of points at a given distance, for cloth, soft bodies and ropes.
 #pragma once
 
 #include <firn/lagrangian/colouring.hpp>
@@ -10,23 +10,23 @@ namespace firn {
 
 /// The order in which constraints correct positions in one iteration.
 enum class ConstraintUpdate {
-    immediate,  ///< One by one, in the order they were added, on one thread. Converges fastest for chains.
+    immediate,  ///< One by one, in the order they were added, by one thread. Converges fastest for chains.
     coloured,   ///< Colour by colour, in parallel. The result is the same, bit for bit, for any number of threads.
-    averaged    ///< All at once: each point moves by a mean of its constraints' corrections. Converges slowest.
+    averaged    ///< All at once: a point moves by an average of its constraints' corrections. Converges slowest.
 };
 
 /// The options of the constraints that are made from the links of one kind.
 struct ConstraintOptions {
-    /// α [m/N], the inverse of a spring's stiffness, as in XPBD; 0: rigid. The stiffness that results depends neither
-    /// on the number of iterations nor on the time step.
+    /// Compliance α of XPBD, the inverse of a spring's stiffness [m/N]; 0: rigid. The resulting stiffness of the body
+    /// depends neither on the number of iterations nor on the time step.
     double compliance = 0;
-    /// The fraction of each correction that is applied, above 0 and at most 1. The stiffness that results depends on
-    /// the number of iterations.
+    /// The fraction of each correction that is applied, above 0 and at most 1. The resulting stiffness of the body
+    /// depends on the number of iterations.
     double relaxation = 1;
-    bool kept = true;  ///< false: no constraints are made from these links.
+    bool kept = true;  ///< Whether constraints are made from these links.
 
     /// Checks compliance and relaxation.
-    /// \throws parameter_error  if the compliance is negative or not finite, or the relaxation is outside ]0, 1]
+    /// \throws parameter_error  if the compliance is negative or not finite, or if the relaxation is outside ]0, 1]
     void check() const {
         if (!(compliance >= 0) || !std::isfinite(compliance) || !(relaxation > 0 && relaxation <= 1))
             throw parameter_error(sentence("A constraint of compliance ", compliance, " m/N and relaxation ",
@@ -35,7 +35,8 @@ struct ConstraintOptions {
                                            "and at most 1."));
     }
 };
-using ConstraintsOfKinds = std::array<ConstraintOptions, link_kinds>;  ///< One per LinkKind, same order.
+/// The options for each kind of link, in the order of LinkKind.
+using ConstraintsOfKinds = std::array<ConstraintOptions, link_kinds>;
 
 namespace detail {
 
@@ -43,9 +44,10 @@ namespace detail {
 ///
 ///     x_a −= w_a Δλ e,  x_b += w_b Δλ e,  with  e = (x_b − x_a)/l,  Δλ = (l₀ − l − α̃ λ)/(w_a + w_b + α̃),  α̃ = α/dt²
 ///
-/// Here x are positions, w inverse masses, l₀ is the length at rest, α the compliance, and λ the sum of earlier Δλ in
-/// the step. If both points are at one position, e is the second axis. The constructor takes w_a + w_b as `weights`,
-/// and α̃ as `compliance`.
+/// Here x_a and x_b are the positions of the points, w_a and w_b their inverse masses, l₀ is the length at rest, α the
+/// compliance, dt the time step, and λ the sum of all Δλ computed earlier in the same step. If both points are at the
+/// same position, e is the unit vector along the second axis. The constructor's parameter `weights` is w_a + w_b, and
+/// its parameter `compliance` is α̃.
 template <scalar S, int D>
 struct DistanceCorrection {
     Vec<S, D> impulse;  ///< Δλ e [kg m]
@@ -70,23 +72,25 @@ struct DistanceCorrection {
 
 }  // namespace detail
 
-/// The changes of constraints during a run. Constraints are numbered 0, 1, 2, … in the order they were added.
+/// Lists which constraints were removed during a run, and the colours of the others. Constraints are numbered 0, 1, 2,
+/// … in the order they were added.
 struct ConstraintHistory {
     std::uint32_t added = 0;  ///< Number of constraints added, including those that were removed later.
-    /// Numbers, ascending, of the constraints that were removed because they tore or lost an end point.
+    /// The numbers of the constraints that were removed because they tore or lost an end point, in ascending order.
     std::vector<std::uint32_t> gone = {};
     /// One colour per remaining constraint, in the order they were added; empty if no colours were computed yet.
     std::vector<std::uint8_t> colours = {};
 };
 
-/// Distance constraints |x_b − x_a| = l₀ between pairs of points, solved by iterations of position-based dynamics.
+/// Distance constraints |x_b − x_a| = l₀ between pairs of points, where x_a and x_b are the positions of the two points
+/// and l₀ is the length at rest. They are solved by iterations of position-based dynamics.
 template <std::floating_point S, int D>
 class DistanceConstraints {
 public:
     using Ends = std::array<std::uint32_t, 2>;  ///< The indices (into PointMasses) of two points.
 
-    ConstraintUpdate update = ConstraintUpdate::coloured;  ///< The order of corrections.
-    /// A constraint tears if, after a step, its length is above tear_factor times its length at rest. Must be above 1;
+    ConstraintUpdate update = ConstraintUpdate::coloured;  ///< The order in which an iteration corrects positions.
+    /// The ratio of length to length at rest above which a constraint tears at the end of a step. Must be above 1;
     /// infinite: constraints never tear. \see torn
     double tear_factor = std::numeric_limits<double>::infinity();
 
@@ -105,8 +109,9 @@ public:
     /// \param ends     the indices of the two points
     /// \param rest     the distance of the two points at rest [m]
     /// \param options  compliance and relaxation of the constraint; `kept` has no effect
-    /// \param kind     kind of link; if others tear, shear and bend constraints may be removed, too. \see torn
-    /// \throws parameter_error  if the distance at rest is not positive and finite, both indices are equal, or
+    /// \param kind     the kind of link. When constraints tear, torn() may also remove constraints of the kinds shear
+    ///                 and bend that are not torn.
+    /// \throws parameter_error  if the distance at rest is not positive and finite, if both indices are equal, or if
     ///                          ConstraintOptions::check throws it
     void add(const Ends& ends, double rest, const ConstraintOptions& options = {}, LinkKind kind = LinkKind::stretch) {
         options.check();
@@ -146,14 +151,15 @@ public:
         add(net, options, first);
     }
 
-    /// Moves the points so that their distances approach the lengths at rest.
+    /// Moves the points so that the length of each constraint approaches its length at rest.
     /// \param position      position of each point [m], changed in place
     /// \param inverse_mass  inverse mass of each point [1/kg]; 0: the point does not move
     /// \param dt            time step [s]
     /// \param iterations    number of iterations, 0 or more
     /// \param threads       number of threads; 0: the number that thread_count() returns
-    /// \throws parameter_error  if a constraint names a point that does not exist, tear_factor is not above 1, dt is
-    ///                          not positive, iterations is negative, or there is not one inverse mass per point
+    /// \throws parameter_error  if a constraint names a point that does not exist, if tear_factor is not above 1, if dt
+    ///                          is not positive and finite, if `iterations` is negative, or if there is not one inverse
+    ///                          mass per point
     void solve(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, double dt, int iterations, int threads) {
         if (!(dt > 0) || !std::isfinite(dt) || iterations < 0 || inverse_mass.size() != position.size())
             throw parameter_error(sentence("Constraints of ", position.size(), " points with ", inverse_mass.size(),
@@ -177,11 +183,11 @@ public:
         }
     }
 
-    /// Removes the constraints that are longer than tear_factor allows. If there are any, it then removes the shear and
-    /// bend constraints whose two end points no longer have a common neighbour, that is, a point joined to both of them
-    /// by stretch constraints.
+    /// Removes torn constraints, which are longer than tear_factor allows. If any constraint is torn, torn() also
+    /// removes each shear or bend constraint that has lost its support. The support is a point that is joined to both
+    /// end points of the constraint by stretch constraints.
     /// \param position  position of each point [m]
-    /// \return the end points of all removed constraints
+    /// \return the indices of the two end points of each removed constraint
     std::vector<Torn> torn(std::span<const Vec<S, D>> position) {
         std::vector<Torn> broken;
         if (!std::isfinite(tear_factor)) return broken;
@@ -197,16 +203,17 @@ public:
         return broken;
     }
 
-    /// Updates the constraints' point indices. Call renumber() after points are removed. Constraints that have lost an
-    /// end point are removed, too.
-    /// \param new_place  what PointMasses::remove_if returned: the new index for each old one
+    /// Updates the constraints' point indices. Constraints that have lost an end point are removed. Call renumber()
+    /// after points are removed.
+    /// \param new_place  the list that PointMasses::remove_if returned: the new index for each old one
     /// \throws parameter_error  if a constraint names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) {
         keep_if([&](Constraint& each, const Origin&) { return detail::renumbered(each.ends, new_place); });
         incidence_.clear();
     }
 
-    /// Returns which of these constraints were removed so far, and the colours of the others. \see resume
+    /// Returns the numbers of the constraints that were removed so far, and the colours of the remaining constraints.
+    /// Pass the result to resume().
     ConstraintHistory history() const {
         constexpr std::uint8_t none = 255;
         std::vector<std::uint8_t> colour(added_, none);
@@ -221,11 +228,12 @@ public:
         return history;
     }
     /// Brings these constraints to the state that the same constraints had in another run.
-    /// \param history    what history() returned in the other run
-    /// \param new_place  for each present index of a point, its index in the other run, or no_particle if the point was
-    ///                   removed there
+    /// \param history    the history that history() returned in the other run
+    /// \param new_place  for each point, by its present index: the point's index in the other run, or no_particle if
+    ///                   the point was removed in the other run
     /// \param points     number of points in the other run
-    /// \throws parameter_error  if the history does not fit these constraints; some of them may be removed then
+    /// \throws parameter_error  if the history does not fit these constraints; some of these constraints may be removed
+    ///                          then
     void resume(const ConstraintHistory& history, std::span<const std::uint32_t> new_place, std::size_t points) {
         if (history.added != added_)
             throw parameter_error(sentence("The run to resume had ", history.added,
@@ -257,13 +265,13 @@ public:
     }
 
 private:
-    /// The part of a constraint that is needed only if some constraint has a compliance or relaxation.
+    /// The data of a constraint that are used only if some constraint has a compliance above 0 or a relaxation below 1.
     struct Softness {
         S compliance = 0, relaxation = 1;
-        S lambda = 0;  // λ: the sum of Δλ in this step [N s²]
+        S lambda = 0;  // λ, the sum of all corrections Δλ in this step [N s²]; see DistanceCorrection
     };
     struct Origin {
-        std::uint32_t number = 0;  // number of constraints that were added before this one
+        std::uint32_t number = 0;  // the constraint's number: 0 for the first one that was added
         LinkKind kind = LinkKind::stretch;
         std::uint8_t colour = 0;
     };
@@ -289,8 +297,8 @@ private:
             for (std::size_t k = 0; k < size(); ++k) correct<Soft>(k, position, inverse_mass, per_dt2);
             return;
         }
-        // The constraints of one colour are split into pieces that run in parallel. Those without a colour run one by
-        // one.
+        // The constraints of one colour are split into pieces that run in parallel. Constraints without a colour run
+        // one by one.
         std::vector<std::size_t> counts(colour_end_.size());
         for (std::size_t c = 0; c < counts.size(); ++c)
             counts[c] = is_serial(c) ? 1 : (colour_end_[c] - colour_begin(c) + detail::at_once - 1) / detail::at_once;
@@ -301,9 +309,9 @@ private:
         });
     }
 
-    /// One iteration of ConstraintUpdate::averaged. Each correction is divided by n, the number of constraints at that
-    /// one of its two end points which has more. This conserves momentum, and the sum at a point cannot become too
-    /// large.
+    /// Does one iteration of ConstraintUpdate::averaged. Each correction is divided by a number n: count the
+    /// constraints at each of the two end points; n is the larger count. The division conserves momentum, and it keeps
+    /// the sum of the corrections at a point from becoming too large.
     void average(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, S per_dt2, int threads) {
         renew(impulses_, size(), thread_count(threads));
         detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
@@ -363,7 +371,9 @@ private:
     void order_by_number() {
         order_by([](const Origin& a, const Origin& b) { return a.number < b.number; });
     }
-    /// Sorts the constraints by colour, those of one colour by number. Before the call they must be sorted by number.
+    /// Sorts the constraints by colour, and the constraints of one colour by number.
+    /// \param colours  the colour of each constraint, in the order of numbers; before the call the constraints must be
+    ///                 sorted by number
     void order_by_colours(std::span<const std::uint8_t> colours) {
         for (std::size_t k = 0; k < size(); ++k) origin_[k].colour = colours[k];
         order_by([](const Origin& a, const Origin& b) {
@@ -389,7 +399,8 @@ private:
             if (k + 1 == size() || origin_[k].colour != origin_[k + 1].colour) colour_end_.push_back(k + 1);
     }
 
-    /// Removes the constraints for which wanted(constraint, origin) is false. The others keep their order and colours.
+    /// Removes the constraints for which wanted(constraint, origin) is false. The remaining constraints keep their
+    /// order and colours.
     template <class Wanted>
     void keep_if(const Wanted& wanted) {
         std::size_t to = 0;
@@ -434,7 +445,7 @@ private:
     aligned_vector<Vec<S, D>> impulses_;
     std::uint32_t added_ = 0;
     bool is_soft_ = false, ordered_ = false;
-    std::size_t checked_for_ = 0;  // the number of points for which the indices were checked
+    std::size_t checked_for_ = 0;  // number of points when the constraints' point indices were last checked
     ConstraintUpdate ordered_for_ = ConstraintUpdate::coloured;
 };
 

@@ -19,11 +19,12 @@ inline void check_air(double density, double coefficient) {
 }
 }  // namespace detail
 
-/// The drag −½ ρ c_d A |v| v on a ball of radius r, where v is the ball's velocity relative to the wind and A = π r².
-/// In 2D, A = 2 r: a disk one metre thick.
+/// The drag −½ ρ c_d A |v| v [N] of air on a ball. Here ρ is the density of the air, c_d the drag coefficient, v the
+/// ball's velocity relative to the wind, and A = π r² the cross-section of a ball of radius r. In 2D the ball is a disk
+/// one metre thick, with A = 2 r.
 template <scalar S, int D>
 struct Drag {
-    S density = S(1.2);       ///< ρ, density of the air [kg/m³; kg/m² in 2D].
+    S density = S(1.2);       ///< Density ρ of the air [kg/m³; kg/m² in 2D].
     S coefficient = S(0.47);  ///< Drag coefficient c_d [1]; 0.47: smooth ball at Reynolds numbers of 1e4 to 1e5.
     Vec<S, D> wind{};         ///< Velocity of the air [m/s].
 
@@ -45,16 +46,17 @@ struct Drag {
     }
 };
 
-/// The drag −½ ρ c_d A |v| (v·n) n on a facet of area A and unit normal n, where v is the mean velocity of the corners
-/// relative to the wind. Each corner gets an equal part of the force. On a facet without area the force is zero.
+/// The drag −½ ρ c_d A |v| (v·n) n [N] of air on a facet of area A and unit normal n. Here ρ is the density of the air,
+/// c_d the drag coefficient, and v the mean velocity of the facet's corners relative to the wind. Each corner gets an
+/// equal part of this force. The force on a facet without area is zero.
 template <scalar S, int D>
 struct AerodynamicDrag {
     using scalar_type = S;
     static constexpr int corners = D;  ///< Number of corners of a facet.
-    /// The data of one facet: none.
+    /// The data of one facet. It is empty, because all facets have the same parameters.
     struct Element {};
 
-    S density = S(1.2);    ///< ρ, density of the air [kg/m³].
+    S density = S(1.2);    ///< Density ρ of the air [kg/m³].
     S coefficient = S(1);  ///< Drag coefficient c_d [1]; about 1.2 for a plate across the wind.
     Vec<S, D> wind{};      ///< Velocity of the air [m/s].
 

@@ -1,6 +1,7 @@
 /// \file Forces of elements, such as springs and triangles, each of which joins a few points.
 ///
-/// Forces are computed element by element, then summed at each point, in the same order for any number of threads.
+/// Forces are computed element by element. Then the forces on each point are summed, in the same order for any number
+/// of threads.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -14,7 +15,7 @@ namespace firn {
 
 namespace detail {
 
-/// Torn links, sorted by their end points for fast search.
+/// A list of torn links, sorted by their end points for fast search.
 class TornLinks {
 public:
     explicit TornLinks(std::span<const Torn> torn) : links_(torn.begin(), torn.end()) {
@@ -22,7 +23,8 @@ public:
         std::sort(links_.begin(), links_.end());
     }
 
-    /// Returns whether any torn link has both of its end points among the corners.
+    /// Returns whether any torn link has both of its end points among `corners`, the point indices of an element's
+    /// corners.
     template <std::size_t K>
     bool are_in(std::array<std::uint32_t, K> corners) const {
         std::sort(corners.begin(), corners.end());
@@ -38,13 +40,14 @@ private:
 
 }  // namespace detail
 
-/// The forces of many elements of the same law.
-/// \tparam Law  the law of an element: springs, membranes, drag on facets, … It must have the type Law::Element (the
-///              data of one element), the number of corners Law::corners = K, and law.forces(element, x, v), which
-///              returns the K forces [N] on the corners from their positions x [m] and velocities v [m/s]. Optional
-///              members are energy(element, x) [J]; stiffness(element, x) [N/m] and damping(element) [N s/m], upper
-///              bounds of the eigenvalues of the element's stiffness and damping matrices, which bound the time step;
-///              and check(element) and check(), which throw if a parameter is out of range.
+/// The forces of many elements that follow the same law, such as springs or triangles.
+/// \tparam Law  the law of an element: springs, membranes, drag on facets, … A law must have three members: the type
+///              Law::Element (the data of one element), the number of corners Law::corners = K, and law.forces(element,
+///              x, v), which returns the forces [N] on the K corners; x are the positions [m] and v the velocities
+///              [m/s] of the corners. Optional members are: energy(element, x) [J]; stiffness(element, x) [N/m] and
+///              damping(element) [N s/m], upper bounds for the eigenvalues of the element's stiffness and damping
+///              matrices, which bound the time step; and check(element) and check(), which throw an error if a
+///              parameter is out of range.
 /// \tparam D    2 or 3
 template <class Law, int D>
 class ElementForces {
@@ -55,12 +58,12 @@ public:
     static constexpr bool opens_no_region = true;   ///< add_forces() opens no parallel region. \see point_force
     using Corners = std::array<std::uint32_t, K>;   ///< The indices (into PointMasses) of an element's corner points.
 
-    /// Makes an object without elements, for a given law.
+    /// Makes an object without elements. The elements that are added later follow the law `with`.
     explicit ElementForces(const Law& with = {}) : law(with) {}
 
     Law law;  ///< The law that all elements follow.
 
-    /// Number of elements.
+    /// Returns the number of elements.
     std::size_t size() const { return corners_.size(); }
     /// Returns the indices (into PointMasses) of the corner points of element e.
     const Corners& corners(std::size_t e) const { return corners_[e]; }
@@ -81,7 +84,7 @@ public:
         incidence_.clear();
     }
 
-    /// Adds to `force`, which has one entry per point, the force [N] of all elements on each point.
+    /// Adds the force [N] of all elements on each point to the array `force`, which has one entry per point.
     /// \throws parameter_error  if an element names a point that does not exist, or if law.check() throws it
     void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) {
         if constexpr (requires { law.check(); }) law.check();
@@ -100,9 +103,10 @@ public:
         });
     }
 
-    /// Adds, for each point, the stiffness [N/m] and damping [N s/m] of the elements at the point to the point's
-    /// entries of `stiffness` and `damping`. Divided by the point's mass, the stiffness is an upper bound for the
-    /// squared angular frequencies [1/s²], the damping one for the decay rates [1/s].
+    /// Adds the stiffness [N/m] and damping [N s/m] of all elements to the arrays `stiffness` and `damping`, which have
+    /// one entry per point. An element adds to the entries of each of its corner points. Divided by the mass of the
+    /// point, the stiffness at a point is an upper bound for squared angular frequencies [1/s²], and the damping at a
+    /// point is an upper bound for decay rates [1/s].
     /// \throws parameter_error  if an element names a point that does not exist
     void add_stiffness(const PointView<S, D>& points, std::span<double> stiffness, std::span<double> damping,
                        int threads) {
@@ -133,14 +137,14 @@ public:
         return sum;
     }
 
-    /// Updates the elements' point indices. Call renumber() after points are removed. Elements that have lost a corner
-    /// point are removed, too.
-    /// \param new_place  what PointMasses::remove_if returned: the new index for each old one
+    /// Updates the elements' point indices. Elements that have lost a corner point are removed. Call renumber() after
+    /// points are removed.
+    /// \param new_place  the list that PointMasses::remove_if returned: the new index for each old one
     /// \throws parameter_error  if an element names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) {
         keep_if([&](Corners& corners) { return detail::renumbered(corners, new_place); });
     }
-    /// Removes each element that has both end points of a torn link among its corners.
+    /// Removes the elements at torn links: each element that has both end points of a torn link among its corners.
     void tear(std::span<const Torn> torn) {
         const detail::TornLinks links(torn);
         keep_if([&](const Corners& corners) { return !links.are_in(corners); });

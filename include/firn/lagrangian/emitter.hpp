@@ -1,4 +1,4 @@
-/// \file Emitters: they add particles one by one at a steady rate; a particle is removed after a limited time.
+/// \file Emitters, which add particles one by one at a steady rate. A particle is removed after a limited time.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -19,51 +19,52 @@ struct EmittedChild {
     std::uint32_t id;  ///< The particle's id.
     double end;        ///< The time at which the particle is removed [s].
 };
-/// The part of an emitter that changes during a run. \see Emitter::resume
+/// The data of an emitter that change during a run. \see Emitter::resume
 struct EmitterHistory {
-    std::uint64_t births = 0;                 ///< Number of births so far. \see Emitter::births
-    std::vector<EmittedChild> children = {};  ///< Particles that may be alive. \see Emitter::children
+    std::uint64_t births = 0;                 ///< Number of births so far; see Emitter::births.
+    std::vector<EmittedChild> children = {};  ///< Particles that may be alive; see Emitter::children.
 };
 
-/// Adds particles at a steady rate. Birth k (k = 0, 1, …) is due at the time start + k / rate; births after `end` do
-/// not happen. The random numbers of birth k depend on `seed` and k only, not on the number of threads or the time
-/// step. A particle that is born during a step is added at the end of the step, at the position that it has reached by
-/// then.
+/// Adds particles at a steady rate. A birth is the addition of one particle. Birth number k (k = 0, 1, …) is due at the
+/// time start + k / rate; there are no births after the time `end`. The random numbers of birth k depend only on `seed`
+/// and k, not on the number of threads or the time step. A particle that is born during a step is added at the end of
+/// this step, at the position that the particle has reached by then.
 ///
-/// A birth that is due while `maximum` particles of the emitter are alive is left out. It does not happen later, and
-/// its number k is not used for another birth.
+/// If `maximum` particles of the emitter are alive at the time of a birth, this birth is left out. A birth that is left
+/// out does not happen later, and its number k is not used again.
 template <int D>
 struct Emitter {
-    /// Value of `end` or `lifespan` for no limit [s].
+    /// The value of `end` or `lifespan` that means "no limit" [s].
     static constexpr double forever = std::numeric_limits<double>::infinity();
-    /// Value of `maximum` for no limit.
+    /// The value of `maximum` that means "no limit".
     static constexpr std::uint64_t no_maximum = std::numeric_limits<std::uint64_t>::max();
 
     Vec<double, D> position{};           ///< Centre of the nozzle [m].
     Vec<double, D> direction = up();     ///< Direction of the jet; its length has no effect.
-    double nozzle = 0;                   ///< Radius of the nozzle, a disc across the jet; in 2D half its width [m].
+    double nozzle = 0;                   ///< Radius of the nozzle, a disc across the jet; in 2D: half the width [m].
     double speed = 1;                    ///< Mean speed of a particle at its birth [m/s].
-    double speed_spread = 0;             ///< Speeds are uniform random values in speed ± speed_spread [m/s].
+    double speed_spread = 0;             ///< Speeds at birth are uniform random values in speed ± speed_spread [m/s].
     double cone = 0;                     ///< Half the opening angle of the jet; π: all directions [rad].
     double rate = 100;                   ///< Births per second [1/s].
     double start = 0;                    ///< Time of the first birth [s].
-    double end = forever;                ///< Time of the last birth, at the latest [s].
+    double end = forever;                ///< Time after which there are no births [s].
     double lifespan = forever;           ///< Mean time from a particle's birth to its removal [s].
     double lifespan_spread = 0;          ///< Lifespans are uniform random values in lifespan ± lifespan_spread [s].
     double mass = 1;                     ///< Mass of a particle [kg].
     double radius = 0;                   ///< Radius of a particle [m].
     std::uint32_t group = 0;             ///< Group of a particle; see PointMass::group.
-    std::uint64_t maximum = no_maximum;  ///< The largest number of this emitter's particles alive at one time.
+    std::uint64_t maximum = no_maximum;  ///< Largest number of the emitter's particles that are alive at one time.
     std::uint64_t seed = 1;              ///< Seed of the random numbers.
     std::uint64_t births = 0;            ///< Number of births so far, including births that were left out.
-    /// The particles that may still be alive, in the order of their ids. Empty if `maximum` is no_maximum.
+    /// The emitter's particles that may still be alive, in the order of their ids. Empty if `maximum` is no_maximum.
     std::vector<EmittedChild> children = {};
 
     /// Checks the parameters above.
     /// \throws parameter_error  unless position, direction, nozzle, speed, rate, start, mass and radius are finite; the
-    ///                          direction is not zero; rate, mass and lifespan are positive, nozzle, speed and radius
-    ///                          not negative; the spreads are from 0 to speed and to lifespan; the cone is from 0 to π;
-    ///                          the end is not before the start; and the maximum is at least 1
+    ///                          direction is not zero; rate, mass and lifespan are positive; nozzle, speed and radius
+    ///                          are not negative; speed_spread is from 0 to speed and lifespan_spread from 0 to
+    ///                          lifespan; the cone is from 0 to π; the end is not before the start; and the maximum is
+    ///                          at least 1
     void check() const {
         if (!detail::is_finite(position))
             throw parameter_error(sentence("An emitter is at ", detail::describe(position), " m; give finite metres."));
@@ -85,7 +86,7 @@ struct Emitter {
     /// Returns the time at which birth number `birth` is due [s].
     double time_of(std::uint64_t birth) const { return recurrence().time_of(birth); }
 
-    /// Returns the particle of birth k as it is at the time of its birth.
+    /// Returns the particle of birth number k, with its position and velocity at the time of birth.
     PointMass<D> born(std::uint64_t k) const {
         const auto random = [&](std::uint64_t which) { return unit_interval(random_bits(seed, 8 * k + which)); };
         const auto within = [&](double mean, double spread, std::uint64_t which) {
@@ -114,15 +115,17 @@ struct Emitter {
         return point;
     }
 
-    /// Leaves out all births that are due up to and including `time` [s]: their particles are never added.
+    /// Leaves out all births that are due up to and including `time` [s]: the particles of these births are never
+    /// added.
     void skip(double time) { births = recurrence().first_after(births, time); }
 
     /// Continues from the history of the same emitter in another run, up to `time`.
-    /// \param given      number of births and living particles in the other run
-    /// \param time       time that the other run had reached [s]
-    /// \param has_given  true if the other run had added the particles of all births due by `time`
-    /// \throws parameter_error  if the history does not fit this emitter: another number of births is due by `time`, or
-    ///                          the ids of the particles are not ascending. This emitter has not changed then.
+    /// \param given      the emitter's number of births and living particles in the other run
+    /// \param time       the time that the other run had reached [s]
+    /// \param has_given  whether the other run had added the particles of all births that were due by `time`
+    /// \throws parameter_error  if the history does not fit this emitter, because this emitter has another number of
+    ///                          births due by `time`, or because the ids of the particles in the history are not
+    ///                          ascending. This emitter has not changed then.
     void resume(const EmitterHistory& given, double time, bool has_given) {
         const detail::Recurrence schedule = recurrence();
         const bool too_many = given.births > births && !schedule.is_due(given.births - 1, time);
@@ -138,20 +141,21 @@ struct Emitter {
         children = given.children;
     }
 
-    /// Adds the particles of all births that are due up to and including `time` and have not been handled yet.
-    /// Particles whose life ends by `time` are not added.
+    /// Adds particles for all births that are due up to and including `time` and have not been handled yet. A particle
+    /// whose life ends by `time` is not added.
     /// \param points        the points to add the particles to
     /// \param time          present time [s]
-    /// \param acceleration  acceleration of the new particles from their birth to `time` [m/s²]
+    /// \param acceleration  acceleration of the new particles between birth and `time` [m/s²]
     /// \return the number of particles added
-    /// \throws parameter_error  if check() or PointMasses::add() throws it, or there are not enough ids left
+    /// \throws parameter_error  if check() or PointMasses::add() throws it, or if there are not enough unused ids for
+    ///                          the new particles
     template <std::floating_point S>
     std::size_t give(PointMasses<S, D>& points, double time, const Vec<double, D>& acceleration = {}) {
         const detail::Recurrence schedule = recurrence();
         if (!schedule.is_due(births, time)) return 0;
         check();
         schedule.require_ids(births, time, 1, no_particle - points.next_id());
-        // When the lives of the living particles end, earliest first.
+        // The times at which the living particles will be removed, earliest first.
         std::priority_queue<double, std::vector<double>, std::greater<>> ends;
         if (maximum != no_maximum) {
             forget_missing(points);
@@ -176,7 +180,8 @@ struct Emitter {
 private:
     detail::Recurrence recurrence() const { return {"An emitter", "births", rate, start, end}; }
 
-    /// Removes from `children` the particles that are no longer among the points. Both lists are in the order of ids.
+    /// Removes from `children` the particles that are no longer among `points`. `children` and `points` are both sorted
+    /// by id.
     template <std::floating_point S>
     void forget_missing(const PointMasses<S, D>& points) {
         auto at = points.id.begin();

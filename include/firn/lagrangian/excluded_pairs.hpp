@@ -1,4 +1,4 @@
-/// \file Pairs of points that do not collide, such as the ends of links.
+/// \file Pairs of points that do not collide, such as the two end points of a link.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -26,10 +26,10 @@ public:
     /// Returns all pairs.
     const std::vector<Pair>& pairs() const { return pairs_; }
 
-    /// Updates the pairs' point indices. Call renumber() after points are removed. Pairs that have lost a point are
-    /// removed, too.
-    /// \param new_place  what PointMasses::remove_if returned: the new index for each old one. If new_place is empty,
-    ///                   nothing changes.
+    /// Updates the pairs' point indices. Pairs that have lost a point are removed. Call renumber() after points are
+    /// removed.
+    /// \param new_place  the list that PointMasses::remove_if returned: the new index for each old one. If new_place is
+    ///                   empty, nothing changes.
     /// \throws parameter_error  if a pair names a point without an entry in new_place
     void renumber(std::span<const std::uint32_t> new_place) {
         if (new_place.empty()) return;
@@ -42,7 +42,7 @@ public:
         partners_are_known_ = false;
     }
 
-    /// Prepares contains(): call prepare() after pairs are added or renumbered and before contains().
+    /// Prepares for calls of contains(). After pairs are added or renumbered, call prepare() before contains().
     /// \param points  number of points in the system
     /// \throws parameter_error  if a pair names a point that does not exist
     void prepare(std::size_t points) {
@@ -58,7 +58,7 @@ public:
 
     /// Returns whether there is any pair.
     bool any() const { return !pairs_.empty(); }
-    /// Returns whether the points with indices a and b are an excluded pair, in either order.
+    /// Returns whether the set contains the pair of the points with indices a and b, in either order.
     bool contains(std::uint32_t a, std::uint32_t b) const {
         if (a >= around_.points()) return false;
         const auto corners = around_.of(a);
@@ -68,7 +68,7 @@ public:
 
 private:
     std::vector<Pair> pairs_;
-    Incidence around_;  ///< for each point, the pairs it belongs to; ends at the last point of any pair
+    Incidence around_;  ///< for each point up to the last one in any pair: the pairs with this point
     bool partners_are_known_ = true;
 };
 

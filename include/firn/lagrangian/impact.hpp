@@ -14,15 +14,15 @@ inline void check_restitution(double restitution) {
                                        "; it must be from 0 (no rebound) to 1 (no loss)."));
 }
 
-/// The overlap that two colliding points may keep, as a fraction of the sum of their radii [1]. Only overlap beyond
-/// this fraction is removed. So points at rest stay in contact from step to step, and a pile keeps the impulses that
-/// support it.
+/// The overlap that two colliding points may keep, divided by the sum of their radii [1]. Only overlap above this limit
+/// is removed. So points at rest stay in contact from step to step, and the impulses that support a pile are kept.
 inline constexpr double contact_slack = 1e-3;
 
-/// Returns the velocity after a contact with restitution, relative to the surface [m/s]. For Contact::separate, the
-/// outward speed after the contact is at least `leaving`, and friction is limited by the total normal impulse,
-/// including the impulse of restitution. For the other contacts, the result is that of velocity_after_contact().
-/// \param v         velocity before the contact, relative to the surface [m/s]
+/// Returns the velocity of a point after a contact with restitution, relative to the surface [m/s]. For
+/// Contact::separate, the outward speed after the contact is at least `leaving`, and friction is limited by the total
+/// normal impulse, including the impulse of restitution. For other values of `contact`, returns the result of
+/// velocity_after_contact().
+/// \param v         velocity of the point before the contact, relative to the surface [m/s]
 /// \param normal    outward unit normal of the surface
 /// \param contact   how matter moves at the surface
 /// \param friction  Coulomb's μ [1]

@@ -1,5 +1,5 @@
-/// \file For each point, the elements that it belongs to. Each point can sum over its own elements, so several threads
-/// need neither atomic operations nor colours.
+/// \file Lists for each point the elements that have a corner at this point. With this list, the forces of elements can
+/// be summed point by point, so several threads need neither atomic operations nor colours.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -11,10 +11,11 @@
 
 namespace firn {
 
-/// Lists, for each point, the corners of elements that lie on this point, in the order of the elements.
+/// Lists for each point the corners of elements that lie on this point, in the order of the elements. A corner is
+/// listed as one number, see of().
 class Incidence {
 public:
-    Incidence() = default;  ///< Makes an empty list for zero points.
+    Incidence() = default;  ///< Makes an empty list, which is for no point.
     /// Makes the list.
     /// \param elements  for each element, the point indices of its K corners, each below `points`
     /// \param points    number of points
@@ -32,12 +33,12 @@ public:
 
     /// Returns whether the list was made for this number of points and has not been cleared since then.
     bool is_for(std::size_t points) const { return first_.size() == points + 1; }
-    /// Marks the list as out of date: is_for() is then false for any number of points.
+    /// Deletes the list. After this call, is_for() returns false for any number of points.
     void clear() { first_.clear(); }
     /// Returns the number of points.
     std::size_t points() const { return first_.empty() ? 0 : first_.size() - 1; }
-    /// Returns the corners of elements that lie on a point. Corner c of element e is listed as the number K e + c,
-    /// where K is the number of corners of an element; e and c are counted from 0.
+    /// Returns the list of the element corners that lie on the point with index `point`. Corner c of element e is
+    /// listed as the number K e + c, where K is the number of corners of an element; e and c are counted from 0.
     std::span<const std::uint32_t> of(std::size_t point) const {
         return std::span(corners_).subspan(first_[point], first_[point + 1] - first_[point]);
     }

@@ -8,14 +8,15 @@
 
 namespace firn {
 
-/// The law of a membrane: a linear triangle in space that does not resist bending.
+/// The law of a membrane made of linear triangles in space. A membrane does not resist bending.
 ///
-/// The corners are at x₁, x₂, x₃. The columns of D_m, 2 × 2, are the edges x₂ − x₁ and x₃ − x₁ at rest, in the plane of
-/// the triangle. The deformation gradient F = [x₂ − x₁, x₃ − x₁] D_m⁻¹, 3 × 2, is factored into Q R, where Q, 3 × 2,
-/// has orthonormal columns and R, 2 × 2, is upper triangular. The material, which must be isotropic, computes the
-/// Kirchhoff stress τ [Pa] from R as in plane strain. With P = Q τ R⁻ᵀ, the area at rest A₀ and the thickness h, the
-/// columns of −A₀ h P D_m⁻ᵀ are the forces on corners 2 and 3; the force on corner 1 is minus their sum (Jiang, Gast,
-/// Teran 2017, §4, after Sifakis and Barbic 2012, §4).
+/// The corners of a triangle are at x₁, x₂, x₃. The columns of the 2 × 2 matrix D_m are the edges x₂ − x₁ and x₃ − x₁
+/// at rest, as 2D vectors in the plane of the triangle. The 3 × 2 deformation gradient F = [x₂ − x₁, x₃ − x₁] D_m⁻¹ is
+/// factored into Q R, where the 3 × 2 matrix Q has orthonormal columns and the 2 × 2 matrix R is upper triangular. The
+/// material, which must be isotropic, computes the Kirchhoff stress τ [Pa] from R as in plane strain. Let P = Q τ R⁻ᵀ
+/// be the first Piola-Kirchhoff stress, A₀ the area at rest and h the thickness. Then the columns of −A₀ h P D_m⁻ᵀ are
+/// the forces on corners 2 and 3. The force on corner 1 is minus the sum of these two forces (Jiang, Gast, Teran 2017,
+/// §4, after Sifakis and Barbic 2012, §4).
 /// \tparam Material  an isotropic material whose stress depends on F only
 template <class Material>
     requires has_kirchhoff_stress<Material, 2>
@@ -23,10 +24,10 @@ struct Membrane {
     using S = material_scalar_t<Material>;  ///< float or double.
     using scalar_type = S;
     static constexpr int corners = 3;  ///< Number of corners of a triangle.
-    /// The data of one triangle, at rest.
+    /// The data of one triangle, computed from its shape at rest.
     struct Element {
-        Mat<S, 2> inverse_rest = Mat<S, 2>::identity();  ///< D_m⁻¹ [1/m].
-        S volume = S(0);                                 ///< A₀ h, the area at rest times the thickness [m³].
+        Mat<S, 2> inverse_rest = Mat<S, 2>::identity();  ///< D_m⁻¹: inverse of the matrix of edges at rest [1/m].
+        S volume = S(0);                                 ///< Volume at rest A₀ h: area times thickness [m³].
     };
 
     Material material{};  ///< The material of all triangles.
@@ -34,11 +35,11 @@ struct Membrane {
     /// The factors Q and R of the deformation gradient F = Q R. R(0, 0) and R(1, 1) are at least 1e-12, even if the
     /// triangle has no area.
     struct InPlane {
-        Mat<S, 2> R;      ///< R, upper triangular [1].
+        Mat<S, 2> R;      ///< The upper triangular factor R [1].
         Vec<S, 3> first,  ///< First column of Q.
             second;       ///< Second column of Q.
     };
-    /// Returns the factors of the deformation gradient F = Q R of a triangle with corners at x [m].
+    /// Returns the factors Q and R of the deformation gradient F = Q R of a triangle with corners at x [m].
     FIRN_INLINE InPlane in_plane(const Element& element, const std::array<Vec<S, 3>, 3>& x) const {
         const Vec<S, 3> a = x[1] - x[0], b = x[2] - x[0];
         const Mat<S, 2>& inverse = element.inverse_rest;
@@ -58,7 +59,7 @@ struct Membrane {
                                                 const std::array<Vec<S, 3>, 3>&) const {
         const InPlane plane = in_plane(element, x);
         const Mat<S, 2> tau = firn::kirchhoff_stress(material, ElasticState<S, 2>{plane.R});
-        // R is upper triangular, so R⁻ᵀ is lower triangular.
+        // The inverse of Rᵀ is lower triangular, because R is upper triangular.
         const S i00 = S(1) / plane.R(0, 0), i11 = S(1) / plane.R(1, 1);
         const Mat<S, 2> inverse_transposed = Mat<S, 2>::rows(i00, S(0), -plane.R(0, 1) * i00 * i11, i11);
         const Mat<S, 2> H = tau * inverse_transposed * transpose(element.inverse_rest) * (-element.volume);

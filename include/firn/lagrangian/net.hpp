@@ -13,10 +13,10 @@ namespace firn {
 
 /// The purpose of a link between two points. Each kind may have its own stiffness.
 enum class LinkKind : std::uint8_t {
-    stretch,  ///< Resists stretch: joins neighbours along an edge of a surface or of a lattice cell.
+    stretch,  ///< Resists stretch: joins neighbouring points along an edge of a surface or of a lattice cell.
     shear,    ///< Resists shear: joins two points along a diagonal of a cell.
-    bend,     ///< Resists bending: joins a point to a neighbour's neighbour.
-    support   ///< Supports a hollow body from inside: joins a point of the surface to one on the other side.
+    bend,     ///< Resists bending: joins a point to a neighbour of one of its neighbours.
+    support   ///< Supports a hollow body from inside: joins a point of the surface to a point on the other side.
 };
 inline constexpr int link_kinds = 4;  ///< Number of values of LinkKind.
 
@@ -29,14 +29,15 @@ struct Link {
     bool operator==(const Link&) const = default;
 };
 
-/// A piece of a surface, given by the point indices of its corners. In 3D it is a triangle, counter-clockwise seen from
-/// outside. In 2D it is an edge; the outside is on the right on the way from its first point to its second.
+/// A piece of a surface, given by the point indices of its corners. In 3D a facet is a triangle, with corners in
+/// counter-clockwise order if seen from outside. In 2D a facet is an edge between two points; the outside is on the
+/// right-hand side if one goes from the first point to the second.
 template <int D>
 using Facet = std::array<std::uint32_t, D>;
 
 /// @{
-/// Returns the outward normal of a facet. The length of this normal is the facet's area [m²], or in 2D the edge's
-/// length [m].
+/// Returns the outward normal of a facet. The length of this normal is the area of the facet [m²], or in 2D the length
+/// of the edge [m].
 /// \param x  the positions of the facet's corners [m]
 template <scalar S>
 FIRN_INLINE Vec<S, 3> area_vector(const std::array<Vec<S, 3>, 3>& x) {
@@ -53,8 +54,8 @@ FIRN_INLINE Vec<S, 2> area_vector(const std::array<Vec<S, 2>, 2>& x) {
 template <int D>
 struct Net {
     std::vector<Vec<double, D>> positions;  ///< Positions of the points at rest [m].
-    std::vector<Link> links;                ///< Links between two points each.
-    std::vector<Facet<D>> facets;           ///< The facets of the surface.
+    std::vector<Link> links;                ///< Links; each joins two points.
+    std::vector<Facet<D>> facets;           ///< Facets (triangles, or edges in 2D) of the surface.
 };
 
 }  // namespace firn

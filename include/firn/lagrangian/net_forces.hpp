@@ -1,4 +1,4 @@
-/// \file Makes forces from a net: springs along its links, and drag of air and membranes on its facets.
+/// \file Makes forces from a net: springs along the links, and membranes and the drag of air on the facets.
 #pragma once
 
 #include <firn/lagrangian/drag.hpp>
@@ -57,10 +57,10 @@ struct SpringOptions {
     double damping = 0;    ///< Damping k_d [N s/m].
 
     /// Checks stiffness and damping.
-    /// \throws parameter_error  unless both are finite and not negative
+    /// \throws parameter_error  unless stiffness and damping are finite and not negative
     void check() const { detail::check_spring(stiffness, damping); }
 };
-/// One SpringOptions per LinkKind, in the order of LinkKind.
+/// The options for each kind of link, in the order of LinkKind.
 using SpringsOfKinds = std::array<SpringOptions, link_kinds>;
 
 /// Makes springs along the links of a net. The length at rest of each spring is the length of its link in the net.
@@ -119,8 +119,8 @@ AerodynamicSurface<S, D> aerodynamic_surface_of(const Net<D>& net, const Aerodyn
 /// \param material   the material of all membranes
 /// \param thickness  the thickness of all membranes [m]
 /// \param first      the index of the net's first point in the system, as ParticleSystem::add returned it
-/// \throws parameter_error  if the thickness is not positive, a facet names a point that does not exist, or
-///                          check_material() throws it
+/// \throws parameter_error  if the thickness is not positive and finite, if a facet names a point that does not exist,
+///                          or if check_material() throws it
 /// \throws mesh_error       if a triangle has no area
 template <class Material>
 Membranes<Material> membranes_of(const Net<3>& net, const Material& material, double thickness, std::size_t first = 0) {
@@ -135,12 +135,12 @@ Membranes<Material> membranes_of(const Net<3>& net, const Material& material, do
         const Vec<double, 3> a = detail::point_of(net, corners[1]) - origin;
         const Vec<double, 3> b = detail::point_of(net, corners[2]) - origin;
         const double base = norm(a), area = norm(cross(a, b)) / 2;
-        // Below this limit, the rounding errors of the corners' positions are as large as the triangle's height.
+        // Below this limit, the rounding errors of the corner positions are as large as the height of the triangle.
         if (!(area > 1e-12 * (dot(a, a) + dot(b, b))) || !std::isfinite(area))
             throw mesh_error(sentence("Triangle ", t, " (from 0) of the net has area ", area, " m²: its corners ",
                                       corners[0], ", ", corners[1], " and ", corners[2],
                                       " lie on a line. Take it out, or move a corner."));
-        // If the first edge lies along x, D_m = [[base, along], [0, high]].
+        // If the first edge lies along the x axis, the matrix of the edges at rest is D_m = [[base, along], [0, high]].
         const double along = dot(a, b) / base, high = 2 * area / base;
         membranes.add({detail::moved_place(corners[0], first), detail::moved_place(corners[1], first),
                        detail::moved_place(corners[2], first)},

@@ -18,7 +18,7 @@
 
 namespace firn {
 
-/// The masses, radius and group of the point masses that are made from the points of a net.
+/// The masses, radius and group of the point masses that ParticleSystem::add makes from the points of a net.
 struct NetOptions {
     double mass = 1;                  ///< Mass of every point if `masses` is empty [kg].
     std::vector<double> masses = {};  ///< One mass per point [kg]; empty: all points have `mass`.
@@ -29,12 +29,12 @@ struct NetOptions {
 /// The state of a ParticleSystem between two steps: everything that steps change, except the boundary.
 template <std::floating_point S, int D>
 struct SystemMoment {
-    PointMasses<S, D> points;                                ///< All points.
-    std::vector<Facet<D>> facets;                            ///< The surface, as indices of points.
-    std::vector<Torn> torn;                                  ///< Torn links, as indices of points.
-    ConstraintHistory constraints;                           ///< Changes of constraints; DistanceConstraints::history.
-    std::vector<EmitterHistory> emitters;                    ///< One per emitter, in the order they were added.
-    std::optional<std::vector<KeptImpulse<S, D>>> impulses;  ///< Impulses of contacts; Collisions::kept.
+    PointMasses<S, D> points;              ///< All points.
+    std::vector<Facet<D>> facets;          ///< Facets of the surface, as point indices.
+    std::vector<Torn> torn;                ///< Torn links, as indices of their end points.
+    ConstraintHistory constraints;         ///< Removed constraints; see DistanceConstraints::history.
+    std::vector<EmitterHistory> emitters;  ///< Histories of all emitters, in the order they were added.
+    std::optional<std::vector<KeptImpulse<S, D>>> impulses;  ///< Impulses of contacts; see Collisions::kept.
     Moment now;                                              ///< Time, number of steps and last time step.
 };
 
@@ -44,16 +44,17 @@ struct SystemMoment {
 /// 1. Forces, gravity and damping change velocities.
 /// 2. Collisions with other points and with the boundary change velocities.
 /// 3. Points move.
-/// 4. Constraints move points towards their distances at rest. This changes velocities, too.
-/// 5. The boundary moves. Collisions move overlapping points apart; this does not change velocities.
+/// 4. Constraints move their points, so that the distances approach the lengths at rest. This changes velocities, too.
+/// 5. The moving parts of the boundary move. Collisions move overlapping points apart; this does not change velocities.
 /// 6. The contact with the surfaces of the boundary changes velocities and positions, see meet_surfaces().
 /// 7. Links tear, points are removed at the end of their life, and emitters add points. In the first step, emitters
-///    also add the points that are due at its beginning, before everything else.
+///    also add the points that are due at the beginning of the step, before everything else.
 ///
 /// \tparam D           2 or 3
 /// \tparam S           float or double
 /// \tparam Integrator  SymplecticEuler or Verlet
-/// \tparam Boundary    a boundary with scalar type S and a member surfaces(): Walls, Collider, Together, …
+/// \tparam Boundary    a boundary with scalar type S and a member function surfaces(), such as Walls, Collider or
+///                     Together
 template <int D, std::floating_point S = float, integrator Integrator = Verlet, class Boundary = NoBoundary>
 class ParticleSystem : public Stepper<D> {
     using Stepper<D>::now_;
@@ -72,25 +73,28 @@ public:
 
     PointMasses<S, D> points;  ///< All points.
     using Stepper<D>::gravity;
-    using Stepper<D>::warn;                 ///< Called with a warning if a time step is above stable_time_step().
-    double damping = 0;                     ///< c [1/s]: each step multiplies velocities by e^(−c dt).
+    using Stepper<D>::warn;  ///< Function that is called with a warning if a time step is above stable_time_step().
+    double damping = 0;      ///< Damping rate c [1/s]: a step of length dt multiplies velocities by exp(−c dt).
     DistanceConstraints<S, D> constraints;  ///< Constraints on the distances between points.
     int iterations = 8;                     ///< Number of iterations of the constraints per step.
-    /// If this has a value, points collide with each other: system.collisions.emplace().
+    /// The collisions of points with each other. Without a value, points do not collide; system.collisions.emplace()
+    /// gives it the default value.
     std::optional<Collisions<S, D>> collisions{};
-    Boundary boundary{};           ///< The boundary. Steps move its moving parts.
-    double restitution = 0;        ///< Newton's e between points and the boundary, from 0 to 1 [1].
-    int threads = 0;               ///< Number of threads; 0: the number that thread_count() returns.
-    std::vector<Facet<D>> facets;  ///< The surface, for output, as point indices. Facets with a torn link are removed.
+    Boundary boundary{};     ///< The boundary. Steps move its moving parts.
+    double restitution = 0;  ///< Coefficient of restitution between points and the boundary, from 0 to 1 [1].
+    int threads = 0;         ///< Number of threads; 0: the number that thread_count() returns.
+    /// The facets of the surface, as point indices, for output. A facet is removed if both end points of a torn link
+    /// are corners of it.
+    std::vector<Facet<D>> facets;
 
     /// Adds the points and facets of a net. To add springs or constraints along the net's links, call springs_of() or
     /// constraints.add() with the returned index as `first`.
     /// \param net       the net
     /// \param options   masses, radius and group of the points
     /// \param velocity  velocity of every point [m/s]
-    /// \return the index of the net's first point in `points`; the others follow it
-    /// \throws parameter_error  if PointMasses::check throws it, `masses` is not empty and has not one entry per point,
-    ///                          or a facet names a point that does not exist. Nothing is added then.
+    /// \return the index of the net's first point in `points`; the other points of the net follow, in the same order
+    /// \throws parameter_error  if PointMasses::check throws it, if `masses` has entries, but not one per point, or if
+    ///                          a facet names a point that does not exist. Nothing is added then.
     std::size_t add(const Net<D>& net, const NetOptions& options, const Vec<double, D>& velocity = {}) {
         if (!options.masses.empty() && options.masses.size() != net.positions.size())
             throw parameter_error(sentence("A net of ", net.positions.size(), " points is given ",
@@ -115,8 +119,8 @@ public:
         return first;
     }
 
-    /// Adds a force that acts in every step from now on. The system stores a copy of it.
-    /// \return a reference to the stored force, through which its parameters may be changed
+    /// Adds a force, which then acts in every step. The system stores a copy of the force.
+    /// \return a reference to the stored copy; use it to change the parameters of the force
     template <class Force>
         requires point_force<Force, S, D>
     Force& add_force(Force force) {
@@ -124,8 +128,8 @@ public:
         return forces_.emplace_back(std::move(force)).template as<Force>();
     }
 
-    /// Adds an emitter. If the system has taken a step, births due up to the present time are left out; before the
-    /// first step, they happen at the beginning of the first step.
+    /// Adds an emitter. Births that are due up to the present time are left out if the system has already taken a step;
+    /// otherwise they happen at the beginning of the first step.
     /// \throws parameter_error  if Emitter::check throws it
     void add_emitter(const Emitter<D>& emitter) {
         emitter.check();
@@ -136,11 +140,11 @@ public:
     /// Returns all emitters, in the order they were added.
     const std::vector<Emitter<D>>& emitters() const { return emitters_; }
 
-    /// Removes each point, with index i, for which wanted(i) is true, and the point's springs, constraints, facets and
-    /// excluded pairs. The indices of the remaining points may change.
+    /// Removes each point for whose index i wanted(i) is true. All springs, constraints, facets and excluded pairs of
+    /// such a point are removed, too. The indices of the remaining points may change.
     /// \return the number of points removed
-    /// \throws parameter_error  if a force, constraint, excluded pair or facet names a point that does not exist; the
-    ///                          system must not be used then
+    /// \throws parameter_error  if a force, constraint, excluded pair or facet names a point that does not exist; do
+    ///                          not use the system after this error
     template <class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
         const std::vector<std::uint32_t> new_place = points.remove_if(wanted);
@@ -154,8 +158,9 @@ public:
         return new_place.size() - points.size();
     }
 
-    /// Returns the largest time step [s] for which the springs and dampers are stable in their present state; infinite
-    /// if there are none. With larger steps, velocities may grow without bound. Constraints do not limit the time step.
+    /// Returns the largest time step [s] for which the springs and dampers are stable at the present positions of the
+    /// points; infinite if there are no springs and dampers. With larger steps, velocities may grow without bound.
+    /// Constraints do not limit the time step.
     double stable_time_step() {
         double bound = 0;
         parallel_region(workers_of_steps(),
@@ -163,17 +168,17 @@ public:
         return bound;
     }
 
-    /// Takes one step of dt [s].
-    /// \throws parameter_error  if dt is not positive and finite, or a parameter of the system is out of range
+    /// Takes one step of length dt [s].
+    /// \throws parameter_error  if dt is not positive and finite, or if a parameter of the system is out of range
     /// \throws particle_error   if a position, velocity or force is not finite before the step; nothing has moved then
     /// \throws particle_error   if a position or velocity is not finite after the step; all points are invalid then
     ///
-    /// If a force throws an exception, step() throws it, too.
+    /// If a force throws an exception, step() passes this exception on to the caller.
     void step(double dt) { take_steps(dt, 1); }
 
-    /// Takes steps of equal length until `duration` [s] has passed. The length is at most dt [s], and it is chosen so
-    /// that a whole number of steps takes exactly `duration`.
-    /// \throws parameter_error  if step() throws it, or the duration is negative or not finite
+    /// Takes steps of equal length until `duration` [s] has passed. The length of a step is at most dt [s]; it is
+    /// chosen so that a whole number of steps takes exactly `duration`.
+    /// \throws parameter_error  if step() throws it, or if the duration is negative or not finite
     /// \throws particle_error   if step() throws it
     void advance(double duration, double dt) {
         check(dt);
@@ -183,13 +188,16 @@ public:
         if (count > 0) take_steps(duration / double(count), count);
     }
 
-    /// Returns the torn links whose two end points still exist, as indices into `points`.
+    /// Returns the torn links whose two end points still exist. Each link is given by the indices (into `points`) of
+    /// its end points.
     const std::vector<Torn>& torn() const { return torn_; }
 
-    /// Continues another run from a saved moment. The results are the same, bit for bit, as if that run had continued.
-    /// Before the call, set up this system exactly as the other one was before its first step.
+    /// Continues another run from a saved moment. The results are the same, bit for bit, as if the other run had
+    /// continued. Before the call, set up this system exactly as the system of the other run was set up before its
+    /// first step.
+    /// \param moment  the saved state of the other run
     /// \throws usage_error      if this system has already taken a step
-    /// \throws parameter_error  if the moment does not fit this system; nothing has changed then
+    /// \throws parameter_error  if the moment does not fit this system; the system has not changed then
     void resume(SystemMoment<S, D> moment) {
         if (now_.steps > 0)
             throw usage_error(
@@ -218,7 +226,8 @@ public:
         const auto resume_forces = [&](std::span<detail::AnyForce<S, D>> forces) {
             for (auto& force : forces) force.renumber(new_place), force.tear(moment.torn);
         };
-        // Tries on a copy first, because this may throw. forces_ stays in memory, as users may refer to its elements.
+        // The changes are tried on a copy first, because they may throw. The forces keep their addresses, because users
+        // may have references to them.
         std::vector<detail::AnyForce<S, D>> rehearsal = forces_;
         resume_forces(rehearsal);
         resume_forces(forces_);
@@ -246,8 +255,8 @@ private:
         check_boundary(boundary);
     }
 
-    /// Returns the number of workers of a parallel region that contains several steps. It is 1 if some force may open a
-    /// parallel region of its own.
+    /// Returns the number of workers of a parallel region that contains several steps. The number is 1 if some force
+    /// may open a parallel region itself.
     int workers_of_steps() const {
         const bool is_left =
             std::any_of(forces_.begin(), forces_.end(), [](const auto& f) { return f.may_open_regions(); });
@@ -289,8 +298,8 @@ private:
         emit();
     }
 
-    /// Returns the warning that the time step dt is above stable_time_step(), or an empty text. The bound is computed
-    /// again every 64 steps, and after forces or points are added or removed.
+    /// Returns a warning if the time step dt is above stable_time_step(), otherwise an empty text. The bound
+    /// stable_time_step() is computed again every 64 steps, and after forces or points are added or removed.
     std::string warning_of(double dt) {
         if (largest_step_ == 0 || now_.steps % 64 == 0) largest_step_ = stable_time_step();
         const double ratio = dt / largest_step_;  // infinite if largest_step_ is 0
@@ -307,12 +316,12 @@ private:
         return sum;
     }
 
-    /// Checks that the positions and velocities of all points and the forces on them are finite.
-    /// \throws particle_error  if they are not
+    /// Checks that the positions and velocities of all points and the forces on all points are finite.
+    /// \throws particle_error  if one of these vectors is not finite
     void check_finite(double dt) const {
         std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            S all = 0;  // stays 0 if all numbers are finite: 0 times infinity or NaN is NaN
+            S all = 0;  // stays 0 if all numbers are finite; 0 times infinity or NaN is NaN
             for (std::size_t i = first; i < last; ++i)
                 all += (total(points.position[i]) + total(points.velocity[i]) + total(force_[i])) * S(0);
             if (!(all == 0)) wrong = true;
@@ -320,8 +329,10 @@ private:
         if (wrong) throw_not_finite(dt, "Nothing has moved.");
     }
 
-    /// Throws a particle_error. The message names the number of points with a position, velocity or force that is not
-    /// finite, and the first of them.
+    /// Throws a particle_error. The message contains the number of points whose position, velocity or force is not
+    /// finite, and the data of the first of these points.
+    /// \param dt    time step [s]
+    /// \param done  a sentence for the message that says what state the points are in
     [[noreturn, gnu::cold]] void throw_not_finite(double dt, const char* done) const {
         std::size_t first = points.size(), count = 0;
         for (std::size_t i = points.size(); i-- > 0;)
@@ -404,8 +415,9 @@ private:
         largest_step_ = 0;
     }
 
-    /// Returns, for each point of this system, its index in `later`, the points of a later moment of the run;
-    /// no_particle if the point was removed.
+    /// Returns a list with one entry per point of this system: the index of the same point in `later`, or no_particle
+    /// if the point was removed.
+    /// \param later  the points of a later moment of the run
     /// \throws parameter_error  if `later` cannot have come from the points of this system
     std::vector<std::uint32_t> places_in(const PointMasses<S, D>& later) const {
         std::vector<std::uint32_t> places(points.size(), no_particle);
@@ -431,7 +443,8 @@ private:
     double largest_step_ = 0, warned_ratio_ = 1;
 };
 
-/// Deduces the scalar type and the dimension from a boundary: firn::ParticleSystem system(firn::Together(walls, ball));
+/// Deduces the scalar type and the dimension from a boundary, as in firn::ParticleSystem system(firn::Together(walls,
+/// ball)).
 template <class Boundary>
 explicit ParticleSystem(const Boundary&)
     -> ParticleSystem<detail::made_for<Boundary>::D, typename detail::made_for<Boundary>::S, Verlet, Boundary>;

@@ -6,13 +6,13 @@
 
 namespace firn {
 
-/// The drag of air on every point. Each point is a ball with the point's radius.
+/// The drag of air on every point of a system. Each point is treated as a ball with the radius of the point.
 template <std::floating_point S, int D>
 struct DragOnPoints {
     static constexpr bool opens_no_region = true;  ///< add_forces() opens no parallel region. \see point_force
     Drag<S, D> law;                                ///< The law of the drag on a ball.
 
-    /// Adds the drag [N] on each point to `force`, which has one entry per point.
+    /// Adds the drag [N] on each point to the array `force`, which has one entry per point.
     /// \throws parameter_error  if Drag::check throws it
     void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) const {
         law.check();
@@ -20,9 +20,9 @@ struct DragOnPoints {
             for (std::size_t i = first; i < last; ++i) force[i] += law.force(points.velocity[i], points.radius[i]);
         });
     }
-    /// Adds an upper bound of the damping [N s/m] of each point to `damping`, which has one entry per point. The bound
-    /// is 2 |drag| / |velocity relative to the wind|, the largest derivative of the drag with respect to the velocity.
-    /// `stiffness`, the second parameter, does not change.
+    /// Adds an upper bound for the damping [N s/m] of each point to the array `damping`, which has one entry per point.
+    /// The bound is 2 |drag| / |velocity relative to the wind|, the largest derivative of the drag with respect to the
+    /// velocity. The stiffness, which is the second parameter, does not change.
     void add_stiffness(const PointView<S, D>& points, std::span<double>, std::span<double> damping, int threads) const {
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
@@ -33,15 +33,15 @@ struct DragOnPoints {
     }
 };
 
-/// A force that the user defines for each point. The function of_point(points, i) must return the force [N] on the
-/// point with index i. Several threads call it at the same time.
+/// A force that is defined by a function of the user. The function of_point(points, i) must return the force [N] on the
+/// point with index i. Several threads call this function at the same time.
 /// \tparam OfPoint  callable as of_point(const PointView<S, D>&, std::size_t), returns Vec<S, D>
 template <class OfPoint>
 struct ForceOnEach {
     static constexpr bool opens_no_region = true;  ///< add_forces() opens no parallel region. \see point_force
     OfPoint of_point;                              ///< The user's function: returns the force on one point [N].
 
-    /// Adds the force [N] on each point to `force`, which has one entry per point.
+    /// Adds the force [N] on each point to the array `force`, which has one entry per point.
     template <class S, int D>
     void add_forces(const PointView<S, D>& points, std::span<Vec<S, D>> force, int threads) const {
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
@@ -49,7 +49,7 @@ struct ForceOnEach {
         });
     }
 };
-/// Deduces OfPoint from the function: ForceOnEach{f}.
+/// Deduces the type OfPoint from a function f, as in ForceOnEach{f}.
 template <class OfPoint>
 ForceOnEach(OfPoint) -> ForceOnEach<OfPoint>;
 

@@ -1,4 +1,4 @@
-/// \file Point masses: the particles of a ParticleSystem. There is no grid.
+/// \file Point masses, the particles of a ParticleSystem. They are simulated without a grid.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -19,8 +19,8 @@
 
 namespace firn {
 
-/// A read-only view of n points, for functions that compute forces. Element i of every field, 0 ≤ i < n, belongs to the
-/// point with index i.
+/// A read-only view of all points of a system, for functions that compute forces. Element i of every field belongs to
+/// the point with index i.
 template <class S, int D>
 struct PointView {
     std::span<const Vec<S, D>> position;  ///< Positions [m].
@@ -40,17 +40,18 @@ struct PointMass {
     Vec<double, D> velocity{};  ///< Velocity [m/s].
     double mass = 1;            ///< Mass [kg].
     double radius = 0;          ///< Radius, for collisions and drag [m].
-    /// Points of the same group do not collide with each other. A point of group 0 collides with points of any group.
+    /// The group of the point. Points of the same group do not collide with each other, except in group 0: its points
+    /// collide with points of any group.
     std::uint32_t group = 0;
     double end = std::numeric_limits<double>::infinity();  ///< Time at which the point is removed [s].
 };
 
-/// The points of a system, sorted by id. Each field is an array of its own; element i of every field belongs to the
-/// point with index i. The index of a point may change when points are removed, its id never does; place() returns the
-/// index of a point with a given id.
+/// The points of a system, sorted by id. Each field is stored as a separate array; element i of every field belongs to
+/// the point with index i. The index of a point may change when other points are removed, but the id of a point never
+/// changes. place() returns the index of the point with a given id.
 ///
-/// A point can be pinned; its inverse mass is then 0. A pinned point moves with its velocity, which forces, constraints
-/// and collisions do not change.
+/// A point can be pinned; its inverse mass is then 0. A pinned point moves with its present velocity. Forces,
+/// constraints and collisions do not change this velocity.
 template <std::floating_point S, int D>
 struct PointMasses {
     using V = Vec<S, D>;  ///< A vector in space.
@@ -65,7 +66,8 @@ struct PointMasses {
     FieldArray<std::uint32_t> id;     ///< Ids, ascending. The id of a point never changes.
     FieldArray<double> end;           ///< Times at which points are removed [s].
 
-    /// Calls f(info, member) for every field above, with its FieldInfo and the pointer to this member.
+    /// Calls f(info, member) for every field above. `info` is the FieldInfo that describes the field, and `member` is
+    /// the pointer to member of the field, such as &PointMasses::position.
     template <class F>
     static void for_fields(const F& f) {
         using enum FieldShape;
@@ -82,7 +84,7 @@ struct PointMasses {
         f(FieldInfo{"id", "1", scalar, given, {}, not_negative, FieldNumber::uint32}, &P::id);
         f(FieldInfo{"end", "s", scalar, given, {}, finite, FieldNumber::float64}, &P::end);
     }
-    /// Returns the descriptions (name, unit, shape, …) of all fields.
+    /// Returns a table with the description (name, unit, shape, …) of every field.
     static FieldTable table() {
         FieldTable all;
         for_fields([&](const FieldInfo& info, auto) { all.push_back(info); });
@@ -93,7 +95,7 @@ struct PointMasses {
     /// \name Copy, move and swap
     /// @{
 
-    /// Copies, moves or swaps all points. They keep their ids. After a move, the source has no points.
+    /// Copies, moves or swaps all points. The points keep their ids. After a move, the source has no points.
     PointMasses(const PointMasses& other) : size_(other.size_), ids_(other.ids_), memory_(other.memory_) { bind(); }
     PointMasses(PointMasses&& other) noexcept : PointMasses() { swap(other); }
     PointMasses& operator=(PointMasses other) noexcept {
@@ -118,8 +120,8 @@ struct PointMasses {
     /// Returns the id that the next new point will get. Each id is used for one point only.
     std::uint32_t next_id() const { return ids_.next(); }
 
-    /// Allocates memory for at least `count` points. Each thread is the first to write its part of the new memory, so
-    /// that this part lies near the thread's processor.
+    /// Allocates memory for at least `count` points. Each thread is the first to write to a part of the new memory, so
+    /// that this part lies near the processor of the thread.
     /// \param count    number of points, including existing ones
     /// \param threads  number of threads; 0: the number that thread_count() returns
     /// \throws memory_error  if there is not enough memory
@@ -133,11 +135,12 @@ struct PointMasses {
         bind();
     }
 
-    /// Ensures that new points get no id below `next`.
+    /// Ensures that points added later get no id below `next`.
     void skip_ids(std::uint32_t next) { ids_.skip(next); }
 
-    /// Appends a point with the id `as`. The caller must set all other fields of the point.
-    /// \return the index of the point
+    /// Appends a point with the id `as`, which must be above all existing ids. The caller must set all other fields of
+    /// the point.
+    /// \return the index of the new point
     std::size_t append(std::uint32_t as) {
         if (size_ == memory_.slots()) reserve(std::max<std::size_t>(4 * pack_size, size_ + 1));
         const std::size_t place = size_++;
@@ -146,9 +149,10 @@ struct PointMasses {
         return place;
     }
 
-    /// Checks that a point could be added with the id `as`.
+    /// Checks that the data of a point and the id `as`, which the point would get, are valid.
     /// \throws parameter_error  unless position, velocity, mass, 1/mass and radius are finite after rounding to S, the
-    ///                          mass is positive, the radius is not negative, `end` is not NaN, and `as` is a valid id
+    ///                          mass is positive, the radius is not negative, `end` is not NaN, and `as` is below the
+    ///                          limit for ids (no_particle)
     static void check(const PointMass<D>& point, std::uint64_t as) {
         const auto refuse = [&](const char* what, double given, const char* allowed) {
             throw parameter_error(sentence("The ", what, " of point ", as, " is ", given, "; it must be ", allowed,
@@ -168,7 +172,7 @@ struct PointMasses {
 
     /// Adds a point at the end of all fields.
     /// \return the id of the new point
-    /// \throws parameter_error  if check() throws it; nothing is added then
+    /// \throws parameter_error  if check() throws it; no point is added then
     std::uint32_t add(const PointMass<D>& point) {
         check(point, next_id());
         const std::size_t i = append(ids_.give());
@@ -197,8 +201,8 @@ struct PointMasses {
     bool is_pinned(std::size_t i) const { return inverse_mass[i] == 0; }
     /// Pins the point with the id `wanted`. The point then moves with the constant velocity `v`.
     /// \param wanted  id of the point
-    /// \param v       velocity of the pinned point [m/s]; by default it stays where it is
-    /// \throws parameter_error  if there is no point with this id, or the velocity is not finite
+    /// \param v       velocity of the pinned point [m/s]; by default zero
+    /// \throws parameter_error  if there is no point with this id, or if the velocity is not finite
     void pin(std::uint32_t wanted, const Vec<double, D>& v = {}) {
         const std::size_t i = place(wanted);
         for (int a = 0; a < D; ++a)
@@ -216,9 +220,10 @@ struct PointMasses {
         since[i] = 0;
     }
 
-    /// Removes each point, with index i, for which wanted(i) is true. The remaining points keep their order; their
-    /// indices become 0, 1, 2, …
-    /// \return for each old index the new index, or no_particle if the point was removed; empty if no point was removed
+    /// Removes each point for whose index i wanted(i) is true. The remaining points keep their order, and they get the
+    /// indices 0, 1, 2, …
+    /// \return a list with one entry per old index: the new index of the point, or no_particle if the point was
+    ///         removed. The list is empty if no point was removed.
     template <class Wanted>
     std::vector<std::uint32_t> remove_if(const Wanted& wanted) {
         std::vector<std::uint32_t> places;
@@ -243,7 +248,7 @@ struct PointMasses {
     }
 
 private:
-    /// Sets the address and the size of every field.
+    /// Sets the address and the size of every field array.
     void bind() {
         std::size_t f = 0;
         for_fields([&](const FieldInfo&, auto member) {
@@ -261,8 +266,8 @@ namespace detail {
 
 /// Replaces the indices of points by their new indices.
 /// \param points     indices of points, changed in place
-/// \param new_place  for each old index the new one, as PointMasses::remove_if returned it
-/// \return whether all these points still exist
+/// \param new_place  the list that PointMasses::remove_if returned: the new index for each old one
+/// \return whether all the given points still exist
 /// \throws parameter_error  if an index has no entry in new_place
 template <std::size_t K>
 bool renumbered(std::array<std::uint32_t, K>& points, std::span<const std::uint32_t> new_place) {

@@ -6,9 +6,9 @@
 namespace firn {
 
 /// Builds a straight rope of `segments` + 1 evenly spaced points from a to b [m], in this order. Stretch links join
-/// neighbouring points, bend links join each point to its second neighbours. In 2D the segments are facets, too; their
-/// outside is on the right on the way from a to b.
-/// \throws parameter_error  unless a and b are finite and differ, and there is at least one segment and less than
+/// neighbouring points, and bend links join each point to its second neighbours. In 2D the segments are facets, too;
+/// the outside of a facet is on the right-hand side if one goes from a to b.
+/// \throws parameter_error  unless a and b are finite and different, and the number of segments is at least 1 and below
 ///                          `max_points`
 /// \throws memory_error     if the net does not fit into memory
 template <int D>

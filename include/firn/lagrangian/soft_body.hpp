@@ -13,11 +13,11 @@
 
 namespace firn {
 
-/// A net whose facets enclose a volume, and each point's part of this volume.
+/// A net whose facets enclose a volume. Each point of the net represents a part of this volume.
 template <int D>
 struct SoftBody {
     Net<D> net;                   ///< Points, links and facets.
-    std::vector<double> volumes;  ///< One per point: its part of the enclosed volume [m³; m² in 2D].
+    std::vector<double> volumes;  ///< Part of the enclosed volume of each point [m³; m² in 2D].
 
     /// Returns the mass of every point [kg], in the order of the points, for a body of `density` [kg/m³; kg/m² in 2D].
     /// \throws parameter_error  unless the density is positive and finite
@@ -31,7 +31,8 @@ struct SoftBody {
 
 namespace detail {
 
-/// A set of lattice cells: cubes, or squares in 2D. The cell of the first sample has index 0 along every axis.
+/// A set of lattice cells, which are cubes, or squares in 2D. A cell is given by its index along each axis, counted
+/// from the cell of the first sample.
 template <int D>
 class Cells {
 public:
@@ -40,7 +41,7 @@ public:
 
     /// Makes one cell around each sample.
     /// \param samples  the centres of the cells
-    /// \param side     side of a cell [m]
+    /// \param side     side length of a cell [m]
     /// \throws parameter_error  unless all samples lie on one lattice with spacing `side`, each at its own position
     explicit Cells(const Samples<D>& samples, double side) {
         const Vec<double, D> first = samples.positions.front();
@@ -62,8 +63,8 @@ public:
     const std::set<Index>& all() const { return cells_; }
     bool has(const Index& cell) const { return cells_.contains(cell); }
 
-    /// Adds cells: where two cells touch only along an edge (in 2D: at a corner), one of their two common neighbours is
-    /// added. Without it, the two cells could turn about the edge as about a hinge.
+    /// Adds cells where two cells touch only along an edge (in 2D: at a corner): one of the two common neighbours of
+    /// these cells is added. Otherwise the two cells could turn about the edge as about a hinge.
     void fill_hinges() {
         std::vector<Index> open(cells_.begin(), cells_.end());
         while (!open.empty()) {
@@ -83,7 +84,7 @@ public:
     }
 
     /// Checks that the cells form one connected body. Two cells are connected if they share a face (in 2D: an edge).
-    /// \throws parameter_error  if they do not
+    /// \throws parameter_error  if the cells form several bodies
     void check_connected() const {
         std::set<Index> left = cells_;
         std::vector<Index> open{*left.begin()};
@@ -122,9 +123,10 @@ private:
     std::set<Index> cells_;
 };
 
-/// Returns the faces that belong to only one cell, as facets whose normals point outwards.
+/// Returns the surface of a body of cells: the faces that belong to only one cell, as facets whose normals point
+/// outwards.
 /// \param cells     the cells of the body
-/// \param place_of  place_of(node) returns the point index of the lattice node with this index
+/// \param place_of  place_of(node) returns the index of the point at the lattice node with the lattice index `node`
 template <int D, class PlaceOf>
 std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& place_of) {
     using Index = typename Cells<D>::Index;
@@ -141,14 +143,15 @@ std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& plac
                     return place_of(node);
                 };
                 if constexpr (D == 2) {
-                    // For the upper face along x and the lower face along y, the outside is on the right on the way
-                    // from node 0 to node 1.
+                    // For the upper face along x and the lower face along y, the outside is on the right-hand side if
+                    // one goes from node 0 to node 1.
                     const bool onwards = (up == 1) == (a == 0);
                     facets.push_back({at(onwards ? 0 : 1, 0), at(onwards ? 1 : 0, 0)});
                 } else {
                     std::array<std::uint32_t, 4> quad{at(0, 0), at(1, 0), at(1, 1), at(0, 1)};
                     if (up == 0) std::swap(quad[1], quad[3]);
-                    // Neighbouring faces are cut along different diagonals, as the colours of a chessboard alternate.
+                    // Faces next to each other are cut along different diagonals, alternating like the colours of a
+                    // chessboard.
                     if ((base[0] + base[1] + base[2] - base[a]) % 2 == 0)
                         facets.insert(facets.end(), {{quad[0], quad[1], quad[2]}, {quad[0], quad[2], quad[3]}});
                     else
@@ -165,16 +168,18 @@ std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& plac
 /// Builds a body of cubic cells (squares in 2D), one cell around each sample. To make the samples, fill a shape with
 /// sample_box(), sample_sphere() or sample_mesh() and Pattern::lattice.
 ///
-/// The points of the body are the corners of the cells, sorted so that the index of the first axis changes fastest.
-/// Stretch links are the edges of cells, shear links are the diagonals of faces and of cells, and bend links join each
-/// point to its second neighbours along the axes. The body resists stretch, shear and bending, and if it is compressed
-/// along one axis, it expands along the others.
+/// The points of the body are the corners of the cells, sorted so that the lattice index along the first axis changes
+/// fastest. Stretch links are the edges of cells, shear links are the diagonals of faces and of cells, and bend links
+/// join each point to its second neighbours along the axes. The body resists stretch, shear and bending. If the body is
+/// compressed along one axis, it expands along the other axes.
 ///
-/// The surface is closed. It consists of the faces that belong to only one cell; in 3D each is cut into two triangles.
-/// Where two cells touch only along an edge (in 2D: at a corner), one more cell is added between them.
+/// The surface is closed. It consists of the faces that belong to only one cell; in 3D each face is cut into two
+/// triangles. Where two cells touch only along an edge (in 2D: at a corner), one more cell is added beside them, so
+/// that the body has no hinges.
 /// \param samples  the centres of the cells, and the volume of one cell
-/// \throws parameter_error  unless there are samples, they lie on one lattice whose cells have the samples' volume,
-///                          each at its own position, and every cell is connected to the others by shared faces
+/// \throws parameter_error  unless there are samples, all samples lie on one lattice whose cells have the volume of a
+///                          sample, no two samples lie at the same position, and all cells are connected by shared
+///                          faces (in 2D: edges)
 /// \throws memory_error     if the body does not fit into memory
 template <int D>
 SoftBody<D> lattice_body(const Samples<D>& samples) {
@@ -184,8 +189,8 @@ SoftBody<D> lattice_body(const Samples<D>& samples) {
         throw parameter_error("A soft body needs samples, but there are none. Fill a shape with samples.");
     detail::check_positive(samples.volume, "The volume of a sample", D == 3 ? "m^3" : "m^2");
     const double side = D == 2 ? std::sqrt(samples.volume) : std::cbrt(samples.volume);
-    // Estimated memory per cell: one tree node here and one in check_connected(), the tree nodes of the corners, and
-    // the links, because links that several cells share are stored more than once at first.
+    // The estimated memory per cell: one tree node here and one in check_connected(), the tree nodes of the corners,
+    // and the links. Links that several cells share are stored more than once at first.
     constexpr double tree_node = 4 * sizeof(void*) + sizeof(typename Cells::Index) + sizeof(double);
     constexpr double links = Cells::corners * (Cells::corners - 1) / 2 + D * Cells::corners / 2;
     require_memory(double(samples.positions.size()) * (3 * tree_node + links * sizeof(Link)),
@@ -194,7 +199,8 @@ SoftBody<D> lattice_body(const Samples<D>& samples) {
     cells.fill_hinges();
     cells.check_connected();
 
-    // Compares the last axis first, so that in the sorted order the index of the first axis changes fastest.
+    // Compares the indices along the last axis first. So in the sorted order, the index along the first axis changes
+    // fastest.
     const auto by_last_axis = [](const auto& left, const auto& right) {
         return std::lexicographical_compare(left.rbegin(), left.rend(), right.rbegin(), right.rend());
     };
@@ -240,14 +246,15 @@ SoftBody<D> lattice_body(const Samples<D>& samples) {
 
 namespace detail {
 
-/// Follows a ray from inside a mesh to the first triangle through which the ray leaves the mesh. Returns that corner of
-/// the triangle which is nearest to the point of intersection; `none` if the ray does not leave the mesh. Möller &
-/// Trumbore 1997, "Fast, minimum storage ray/triangle intersection".
+/// Returns the index of the vertex that lies opposite to the vertex `from` along a ray through the inside of a mesh.
+/// The ray is followed to the first triangle through which it leaves the mesh; of the corners of this triangle, the one
+/// nearest to the intersection is returned. Method: Möller & Trumbore 1997, "Fast, minimum storage ray/triangle
+/// intersection".
 /// \param mesh   the closed mesh
-/// \param from   the vertex at which the ray begins
+/// \param from   index of the vertex at which the ray begins
 /// \param along  direction of the ray, a unit vector
 /// \param least  intersections nearer than this to the vertex `from` are ignored [m]
-/// \param none   what to return if there is no intersection
+/// \param none   the value to return if the ray does not leave the mesh
 inline std::uint32_t opposite_vertex(const TriangleMesh& mesh, std::uint32_t from, const Vec<double, 3>& along,
                                      double least, std::uint32_t none) {
     const auto& x = mesh.vertices[from];
@@ -261,7 +268,7 @@ inline std::uint32_t opposite_vertex(const TriangleMesh& mesh, std::uint32_t fro
         if (!(det < 0)) continue;  // the ray enters the mesh through this triangle, or is parallel to it
         const auto s = x - a, q = cross(s, ab);
         const double u = dot(s, p) / det, v = dot(along, q) / det, t = dot(ac, q) / det;
-        constexpr double over = -1e-9;  // below 0, so that no ray passes between two triangles
+        constexpr double over = -1e-9;  // tolerance below 0, so that no ray passes between two triangles
         if (!(u >= over && v >= over && u + v <= 1 - over && t > least && t < nearest)) continue;
         nearest = t;
         const double w = 1 - u - v;
@@ -270,8 +277,8 @@ inline std::uint32_t opposite_vertex(const TriangleMesh& mesh, std::uint32_t fro
     return found;
 }
 
-/// Returns the outward unit normal at each vertex: the mean of the normals of the triangles at the vertex, weighted by
-/// their area. Where this mean is zero, the result is the zero vector.
+/// Returns the outward unit normal at each vertex: the direction of the area-weighted mean of the normals of all
+/// triangles at the vertex. If this mean is zero, the normal is the zero vector.
 inline std::vector<Vec<double, 3>> vertex_normals(const TriangleMesh& mesh) {
     std::vector<Vec<double, 3>> normals(mesh.vertices.size());
     for (const auto& [a, b, c] : mesh.triangles) {
@@ -288,20 +295,22 @@ inline std::vector<Vec<double, 3>> vertex_normals(const TriangleMesh& mesh) {
 
 }  // namespace detail
 
-/// Builds a hollow body from a closed mesh. The surface gets stretch and bend links as in cloth(); support links
-/// through the inside keep its shape.
+/// Builds a hollow body from a closed mesh. The surface gets stretch and bend links as in cloth(). Support links
+/// through the inside keep the shape of the body.
 ///
 /// Up to four support links join every vertex to the other side of the body: one in the direction opposite to the
-/// vertex's normal, and three at 35° to this direction, 120° apart from each other. Each link ends at the vertex
-/// nearest to the point where its line leaves the mesh. The straight links keep the body's thickness, the three
-/// inclined ones resist shear. The body deforms under load and returns to its shape afterwards.
+/// vertex's normal, and three at 35° to this direction, 120° apart from each other. To find the other end of a link, a
+/// ray is followed in the direction of the link to the triangle through which the ray leaves the mesh; the link ends at
+/// the nearest corner of this triangle. The links opposite to the normal keep the thickness of the body, and the
+/// inclined links resist shear. The body deforms under load and returns to its shape afterwards.
 ///
-/// All points are vertices of the mesh, so there are fewer points than in lattice_body(). Each point's part of the
-/// enclosed volume is proportional to the area of its facets. The computing time is proportional to the number of
-/// vertices times the number of triangles: less than a second for 1800 vertices and 3700 triangles.
+/// All points are vertices of the mesh, so there are fewer points than in lattice_body(). The part of the enclosed
+/// volume that a point represents is proportional to the area of the facets at this point. The computing time is
+/// proportional to the number of vertices times the number of triangles: less than a second for 1800 vertices and 3700
+/// triangles.
 ///
 /// If the normals of the mesh point inwards, the triangles are reversed.
-/// \throws mesh_error  if check_closed() or cloth() throws it, or the mesh encloses no volume
+/// \throws mesh_error  if check_closed() or cloth() throws it, or if the mesh encloses no volume
 inline SoftBody<3> mesh_body(const TriangleMesh& given) {
     check_closed(given);
     double volume = signed_volume(given);

@@ -11,7 +11,7 @@ namespace firn {
 
 namespace detail {
 /// Checks the stiffness [N/m] and damping [N s/m] of a spring.
-/// \throws parameter_error  unless both are finite and not negative
+/// \throws parameter_error  unless stiffness and damping are finite and not negative
 inline void check_spring(double stiffness, double damping) {
     if (!(stiffness >= 0) || !std::isfinite(stiffness) || !(damping >= 0) || !std::isfinite(damping))
         throw parameter_error(sentence("A spring of stiffness ", stiffness, " N/m and damping ", damping,
@@ -23,8 +23,9 @@ inline void check_spring(double stiffness, double damping) {
 ///
 ///     f₁ = f e,  f₂ = −f₁,  with  f = k_s (l − l₀) − k_d (v₁ − v₂)·e,  l = |r₂ − r₁|,  e = (r₂ − r₁)/l
 ///
-/// where r₁ and r₂ are the positions and v₁ and v₂ the velocities of the points, l₀ is the length at rest, k_s the
-/// stiffness and k_d the damping. If l = 0, there is no direction e, and the forces are zero.
+/// where r₁ and r₂ are the positions and v₁ and v₂ the velocities of the points, l is the length of the spring, l₀ the
+/// length at rest, k_s the stiffness and k_d the damping. If l is 0, the direction e is undefined, and the forces are
+/// zero.
 template <scalar S>
 struct SpringDamper {
     using scalar_type = S;
@@ -50,23 +51,23 @@ struct SpringDamper {
         return {f, -f};
     }
 
-    /// Returns the elastic energy ½ k_s (l − l₀)² [J] of a spring with end points at x [m].
+    /// Returns the elastic energy [J] of a spring with end points at x [m]: ½ k_s (l − l₀)², where l is the length.
     template <int D>
     FIRN_INLINE S energy(const Element& spring, const std::array<Vec<S, D>, 2>& x) const {
         const S longer = norm(x[1] - x[0]) - spring.rest;
         return S(0.5) * spring.stiffness * longer * longer;
     }
 
-    /// Returns 2 k_s, the largest eigenvalue of the spring's stiffness matrix [N/m].
+    /// Returns the largest eigenvalue of the spring's stiffness matrix [N/m], which is 2 k_s.
     template <int D>
     S stiffness(const Element& spring, const std::array<Vec<S, D>, 2>&) const {
         return S(2) * spring.stiffness;
     }
-    /// Returns 2 k_d, the largest eigenvalue of the spring's damping matrix [N s/m].
+    /// Returns the largest eigenvalue of the spring's damping matrix [N s/m], which is 2 k_d.
     S damping(const Element& spring) const { return S(2) * spring.damping; }
 
     /// Checks the data of a spring.
-    /// \throws parameter_error  unless length, stiffness and damping are finite and not negative
+    /// \throws parameter_error  unless length at rest, stiffness and damping are finite and not negative
     static void check(const Element& spring)
         requires std::floating_point<S>
     {
@@ -77,35 +78,35 @@ struct SpringDamper {
     }
 };
 
-/// The law of an anchor: a spring of zero length at rest and a damper pull one point to a position x₀. The force on a
-/// point at x with velocity v is k_s (x₀ − x) − k_d v. Use an anchor instead of a pin for particles that the grid
-/// moves. x₀ may be changed between steps.
+/// The law of an anchor: a spring of zero length at rest and a damper, which pull one point to a position x₀. The force
+/// on a point at x with velocity v is k_s (x₀ − x) − k_d v, with the stiffness k_s and the damping k_d. Use an anchor
+/// instead of a pin for particles that the grid moves. The position x₀ may be changed between steps.
 template <scalar S, int D>
 struct Anchor {
     using scalar_type = S;
     static constexpr int corners = 1;  ///< Number of points that an anchor pulls.
     /// The data of one anchor.
     struct Element {
-        Vec<S, D> place{};   ///< x₀, the position that the point is pulled to [m].
+        Vec<S, D> place{};   ///< Position x₀ to which the point is pulled [m].
         S stiffness = S(0);  ///< Stiffness k_s [N/m].
         S damping = S(0);    ///< Damping k_d [N s/m].
     };
 
-    /// Returns the force [N] on a point with position x [m] and velocity v [m/s].
+    /// Returns the force [N] on the one point of an anchor, with position x[0] [m] and velocity v[0] [m/s].
     FIRN_INLINE std::array<Vec<S, D>, 1> forces(const Element& held, const std::array<Vec<S, D>, 1>& x,
                                                 const std::array<Vec<S, D>, 1>& v) const {
         return {(held.place - x[0]) * held.stiffness - v[0] * held.damping};
     }
 
-    /// Returns the elastic energy ½ k_s |x₀ − x|² [J] for a point at x [m].
+    /// Returns the elastic energy [J] of an anchor whose point is at x [m]: ½ k_s |x₀ − x|².
     FIRN_INLINE S energy(const Element& held, const std::array<Vec<S, D>, 1>& x) const {
         const Vec<S, D> away = held.place - x[0];
         return S(0.5) * held.stiffness * dot(away, away);
     }
 
-    /// Returns k_s, the only eigenvalue of the anchor's stiffness matrix [N/m].
+    /// Returns the only eigenvalue of the anchor's stiffness matrix [N/m], which is the stiffness k_s.
     S stiffness(const Element& held, const std::array<Vec<S, D>, 1>&) const { return held.stiffness; }
-    /// Returns k_d, the only eigenvalue of the anchor's damping matrix [N s/m].
+    /// Returns the only eigenvalue of the anchor's damping matrix [N s/m], which is the damping k_d.
     S damping(const Element& held) const { return held.damping; }
 
     /// Checks the data of an anchor.

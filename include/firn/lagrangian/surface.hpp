@@ -1,4 +1,4 @@
-/// \file Lengths of links and areas of facets, and the masses of points computed from them.
+/// \file Computes the lengths of links and the areas of facets, and from these the masses of points.
 #pragma once
 
 #include <firn/data/memory.hpp>
@@ -44,7 +44,7 @@ inline TriangleMesh surface_mesh(const Net<3>& net) {
     return mesh;
 }
 
-/// Returns two unit vectors u and v that are perpendicular to the unit vector n and to each other: u × v = n.
+/// Returns two unit vectors u and v that are perpendicular to the unit vector n and to each other, with u × v = n.
 inline std::array<Vec<double, 3>, 2> perpendicular(const Vec<double, 3>& n) {
     int flattest = 0;
     for (int a = 1; a < 3; ++a)
@@ -58,7 +58,7 @@ inline std::array<Vec<double, 3>, 2> perpendicular(const Vec<double, 3>& n) {
 namespace detail {
 
 /// Checks that a net with these numbers of points, links and facets fits into memory.
-/// \throws memory_error  if it does not
+/// \throws memory_error  if the net does not fit into memory
 template <int D>
 void require_net_memory(double points, double links, double facets) {
     require_memory(points * sizeof(Vec<double, D>) + links * sizeof(Link) + facets * sizeof(Facet<D>),
@@ -70,13 +70,14 @@ inline void check_positive(double value, const char* what, const char* unit) {
         throw parameter_error(sentence(what, " is ", value, " ", unit, "; it must be positive and finite."));
 }
 
-/// Shares the measure (length or area) of each piece equally among the points of the piece.
-/// \param net      the net with these points
-/// \param pieces   for each piece, the indices of its points
-/// \param kind     what a piece is, for messages: "facet"
+/// Computes a length or area for each point of a net. The length or area of each piece (facet or link) is shared
+/// equally among the points of the piece, and each point gets the sum of its shares.
+/// \param net      the net that contains the points
+/// \param pieces   for each piece, the indices of the points of the piece
+/// \param kind     a word for a piece in messages, such as "facet"
 /// \param measure  measure(piece) returns the length [m] or area [m²] of a piece
 /// \return for each point, the sum of its shares
-/// \throws parameter_error  if a piece names a point that does not exist, or a point gets no share
+/// \throws parameter_error  if a piece names a point that does not exist, or if a point gets no share
 template <int D, class Pieces, class Measure>
 std::vector<double> shared_out(const Net<D>& net, const Pieces& pieces, const char* kind, const Measure& measure) {
     std::vector<double> parts(net.positions.size());
@@ -94,8 +95,8 @@ std::vector<double> shared_out(const Net<D>& net, const Pieces& pieces, const ch
     return parts;
 }
 
-/// Returns the links without duplicates. Of several links between the same two points, the one whose kind comes first
-/// in LinkKind is kept. In each link a < b, and the links are sorted by a, then b.
+/// Returns the links without duplicates. Of several links between the same two points, the link whose kind comes first
+/// in LinkKind is kept. In the result, each link has a < b, and the links are sorted by a, then by b.
 inline std::vector<Link> unique_links(std::vector<Link> links) {
     for (auto& link : links)
         if (link.b < link.a) std::swap(link.a, link.b);
@@ -111,7 +112,7 @@ inline std::vector<Link> unique_links(std::vector<Link> links) {
 
 }  // namespace detail
 
-/// Returns the mass of every point [kg], in the order of the net's points, of a surface of `density` [kg/m²; kg/m in
+/// Returns the mass of every point [kg], in the order of the net's points, for a surface with `density` [kg/m²; kg/m in
 /// 2D]. Each triangle gives a third of its mass to each corner; in 2D, each edge gives half of its mass to each end.
 /// \throws parameter_error  unless the density is positive and finite, and every point belongs to a facet with an area
 template <int D>
@@ -122,8 +123,8 @@ std::vector<double> facet_masses(const Net<D>& net, double density) {
     return masses;
 }
 
-/// Returns the mass of every point [kg], in the order of the net's points, of ropes of `density` [kg/m]. Each stretch
-/// link gives half of its mass to each end.
+/// Returns the mass of every point [kg], in the order of the net's points, for ropes with `density` [kg/m]. Each
+/// stretch link gives half of its mass to each end.
 /// \throws parameter_error  unless the density is positive and finite, and every point belongs to a stretch link that
 ///                          is longer than zero
 template <int D>

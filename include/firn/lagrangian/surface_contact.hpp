@@ -1,5 +1,5 @@
-/// \file Contact of point masses with boundaries: the same (fixed or moving) walls and colliders that act on grid
-/// nodes.
+/// \file Contact of point masses with boundaries. These are the same fixed or moving walls and colliders that act on
+/// the nodes of a grid.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -13,10 +13,11 @@ namespace firn {
 /// Applies the contact of one point with the surfaces of a boundary, one surface after another.
 ///
 /// The point touches a surface if its distance from the surface is below its radius. The surface's Contact then changes
-/// the point's velocity relative to the surface; Contact::separate acts with restitution. The point is also moved
-/// outwards until it overlaps the surface by contact_slack times its radius only; this shift changes no velocity.
+/// the point's velocity relative to the surface; Contact::separate acts with restitution. If the point overlaps the
+/// surface by more than contact_slack times its radius, the point is also moved outwards until the overlap is that
+/// small; this shift does not change the velocity.
 /// \param boundary     a boundary with scalar type S, as lift<S>() returns it
-/// \param restitution  Newton's e between point and surface [1]
+/// \param restitution  Newton's coefficient of restitution between point and surface, from 0 to 1 [1]
 /// \param radius       radius of the point [m]
 /// \param x            position of the point [m], changed in place
 /// \param v            velocity of the point [m/s], changed in place
@@ -26,7 +27,7 @@ FIRN_INLINE void meet_surfaces(const B& boundary, S restitution, S radius, Vec<S
     boundary.surfaces(from, [&](S distance, const Vec<S, D>& normal, const Vec<S, D>& of_surface, Contact contact,
                                 S friction) FIRN_LAMBDA {
         if (contact == Contact::none) return;
-        const S gap = distance + dot(normal, x - from) - radius;  // after the shifts by earlier surfaces
+        const S gap = distance + dot(normal, x - from) - radius;  // x: the position after shifts by earlier surfaces
         if (!(gap < 0)) return;
         const Vec<S, D> relative = v - of_surface;
         const S into = min(dot(relative, normal), S(0));
@@ -37,9 +38,9 @@ FIRN_INLINE void meet_surfaces(const B& boundary, S restitution, S radius, Vec<S
 
 /// Applies the contact of all points with the surfaces of a boundary; pinned points do not change. A point of radius 0
 /// touches a surface when it is inside the solid.
-/// \param points       positions and velocities are changed
-/// \param boundary     a boundary with scalar type S and a member surfaces(), see has_surfaces
-/// \param restitution  Newton's e between points and surfaces, from 0 to 1 [1]
+/// \param points       the points; their positions and velocities are changed in place
+/// \param boundary     a boundary with scalar type S and a member function surfaces(), see has_surfaces
+/// \param restitution  Newton's coefficient of restitution between points and surfaces, from 0 to 1 [1]
 /// \param threads      number of threads; 0: the number that thread_count() returns
 /// \throws parameter_error  if the restitution is not from 0 to 1, or if check_boundary() throws it
 template <std::floating_point S, int D, class B>
