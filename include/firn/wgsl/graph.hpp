@@ -96,7 +96,7 @@ public:
     /// For each node: number of the innermost loop on whose variables the node depends, or `nothing`.
     std::vector<int> region;
     std::vector<Loop> loops;           ///< all loops, in the order of the calls of open_loop()
-    std::map<int, std::string> names;  ///< names that the definition gives to some nodes
+    std::map<int, std::string> names;  ///< names that the definition gives to nodes; the key is the node's number
     /// Numbers of the nodes of all masks that were passed to any(). Operations whose results are used only if such a
     /// mask is true become a branch of the WGSL program.
     std::vector<int> guards;

@@ -49,7 +49,7 @@ inline std::string no_matrix(int D) { return "mat" + std::to_string(D) + "x" + s
 /// In such a buffer, the c-th number (from 0) of particle i is at index c * capacity + i.
 /// \tparam T      type of the value; there is a specialisation of wgsl::shape for it
 /// \param stores  whether the result also contains the function store_NAME(i, value), which writes a value
-/// \param first   the smallest c of the value's numbers
+/// \param first   the index c of the value's first number
 /// \param number  function that tells which c belongs to component k of the value: c = first + number(k); the
 ///                components have the order of shape\<T>::visit()
 template <class T, class Number>
@@ -303,9 +303,9 @@ std::string field_accessors(FieldShape of, const std::string& name, const std::s
     return accessors<Mat<recorded, D>>(name, buffer, stores, first, of_symmetric);
 }
 
-/// Returns the text of the WGSL functions that load and store particles: for each field in `table` a function that
-/// loads the field and, unless the field is constant, one that stores it; a pair of functions for the whole state of
-/// the material; and load_particle(i), which returns what P2G needs.
+/// Returns the text of the WGSL functions that load and store values of particles. There are a pair of functions for
+/// each field in `table` that is not part of the material's state (fields in the buffer `constants` are only loaded), a
+/// pair for the whole state of the material, and load_particle(i), which returns the values that P2G reads.
 template <int D, class State>
 std::string particle_accessors(const Program& program, const FieldTable& table, bool affine_fields) {
     std::string text;
