@@ -207,8 +207,8 @@ private:
 
 /// A GPU, or a software driver that acts as one.
 ///
-/// Copies of a Device share one WebGPU device. The WebGPU device is released when all copies, and all Simulations that
-/// use them, are destroyed. Only one thread at a time may use the WebGPU device.
+/// Copies of a Device share one WebGPU device. The WebGPU device is released when all copies, and all Simulations made
+/// with them, are destroyed. Only one thread at a time may use the WebGPU device.
 class Device {
 public:
     /// Chooses a GPU and requests a device from it.

@@ -30,12 +30,13 @@ inline constexpr std::uint32_t no_particle = 0xffffffff;
 
 /// The contents of the buffer "status": the error (if there is one), and the maxima and scales of the last step.
 struct Status {
-    std::uint32_t
-        error;  ///< number of the error: 0 if there is none, otherwise wgsl::error_sentences[error − 1] is the message
+    std::uint32_t error;     ///< error number: 0 if there is none, else wgsl::error_sentences[error − 1] is the message
     std::uint32_t particle;  ///< lowest index of a particle that causes the error, or no_particle
     float signal_speed;      ///< largest signal speed (speed plus wave speed) of a particle [m/s]
-    float largest_momentum,  ///< largest q of a particle [kg m/s]; q is explained in stage/fixed_point.hpp
-        largest_gradient;    ///< largest g of a particle [kg m/s]; g is explained in stage/fixed_point.hpp
+    float largest_momentum,  ///< largest q of all particles [kg m/s]; a particle adds at most N q + |∇N| g to each
+                             ///< momentum component of a node with weight N [1] and weight gradient ∇N [1/cell]
+        largest_gradient;    ///< largest g of all particles [kg m/s], with the g in the bound N q + |∇N| g of what a
+                             ///< particle adds to a node (see largest_momentum)
     float largest_mass;      ///< largest mass of a particle [kg]
     float most_particles;    ///< largest number of particles with the same base node (first node that they touch)
     float momentum_scale;    ///< scale of the integer sums of momentum at nodes [quanta per kg m/s]

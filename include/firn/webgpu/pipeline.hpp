@@ -8,7 +8,7 @@
 
 namespace firn::webgpu::detail {
 
-/// Returns one line of the code. The first line has the number 1.
+/// Returns the line of the code that has the given number. The first line has the number 1.
 inline std::string line_of(std::string_view code, std::uint64_t number) {
     for (; number > 1; --number) {
         const std::size_t end = code.find('\n');

@@ -79,9 +79,9 @@ private:
         }
     }
 
-    /// Returns the node that uses node k within the region of k, the innermost loop around k. `user` is any node that
-    /// uses k. If `user` is in the region of k, the result is `user`; if it is in a loop inside this region, the result
-    /// is the node of that loop; otherwise the result is `outside`.
+    /// Returns the node of the graph that uses node k within the region of k, the innermost loop around k. `user` is
+    /// any node that uses k. If `user` is in the region of k, the result is `user`; if it is in a loop inside this
+    /// region, the result is the node of that loop; otherwise the result is `outside`.
     int user_in_region(int user, int k) const {
         while (region(user) != region(k)) {
             if (region(user) == nothing) return outside;  // `user` is not in the loop that contains k
@@ -135,13 +135,14 @@ private:
         return std::binary_search(selection_of_run_.begin(), selection_of_run_.end(), i);
     }
 
-    /// Returns whether node i is written without a statement: it is a constant, an input or a variable of a loop, and
-    /// its short expression is repeated wherever the value is used.
+    /// Returns whether node i of the graph is written without a statement: it is a constant, an input or a variable of
+    /// a loop, and its short expression is repeated wherever the value is used.
     bool is_atom(int i) const {
         const Op op = node(i).op;
         return op == Op::constant || op == Op::truth || op == Op::input || op == Op::loop_value;
     }
-    /// Returns whether node i is used by only one operation and is written inside the expression of that operation.
+    /// Returns whether node i of the graph is used by only one operation and is written inside the expression of that
+    /// operation.
     bool is_inlined(int i) const {
         const std::vector<int>& users = users_[std::size_t(i)];
         if (users.size() != 1 || graph_.names.count(i) || is_selection_of_run(i) || node(i).op == Op::loop_result)
@@ -231,9 +232,9 @@ private:
         return {"", 3};
     }
 
-    /// Returns whether nodes i and k are products a b and a c with a common factor a. Some GPU compilers turn
-    /// a b + a c into a (b + c), which rounds differently from the CPU. They do not change fma(a, c, a b), so the sum
-    /// is written in this form. A device may compute the fma with one rounding less than the CPU computes the sum.
+    /// Returns whether nodes i and k of the graph are products a b and a c with a common factor a. Some GPU compilers
+    /// turn a b + a c into a (b + c), which rounds differently from the CPU. They do not change fma(a, c, a b), so the
+    /// sum is written in this form. A device may compute the fma with one rounding less than the CPU computes the sum.
     bool share_factor(int i, int k) const {
         const Node &a = node(i), &b = node(k);
         return a.op == Op::multiply && b.op == Op::multiply && (a.a == b.a || a.a == b.b || a.b == b.a || a.b == b.b);
@@ -243,8 +244,8 @@ private:
         return "loop" + std::to_string(loop) + "_" + std::to_string(value);
     }
     void line(int depth, const std::string& text) { out_ += std::string(std::size_t(4 * depth), ' ') + text + "\n"; }
-    /// Returns a name for node i that is not yet in use. If the definition gives a name to the node, the result is this
-    /// name, followed by a number if the name is already in use. Otherwise the result is t1, t2, …
+    /// Returns a name for node i of the graph that is not yet in use. If the definition gives a name to the node, the
+    /// result is this name, followed by a number if the name is already in use. Otherwise the result is t1, t2, …
     std::string new_name(int i) {
         const auto found = graph_.names.find(i);
         if (found == graph_.names.end()) return "t" + std::to_string(++names_);
@@ -255,9 +256,9 @@ private:
         return name;
     }
 
-    /// Writes the statements of some nodes. The nodes are those whose innermost loop has the number `in_region`
-    /// (`nothing`: nodes outside of all loops) and that belong to the run with the index `run`. If `run` is `nothing`,
-    /// writes the nodes that belong to no run, and also all runs in the same loop.
+    /// Writes the statements of some nodes of the graph. The nodes are those whose innermost loop has the number
+    /// `in_region` (`nothing`: nodes outside of all loops) and that belong to the run with the index `run`. If `run` is
+    /// `nothing`, writes the nodes that belong to no run, and also all runs in the same loop.
     void write_block(int in_region, int run, int depth) {
         for (int i = 0; i < int(live_.size()); ++i) {
             if (!live_[std::size_t(i)] || region(i) != in_region) continue;

@@ -64,7 +64,7 @@ struct EntryPoint {
 /// A WGSL program, with everything that a host (the software that starts the program on a GPU) needs to run the
 /// program.
 struct Program {
-    std::string name;                      ///< name of the program: its dimension and the names of its policies
+    std::string name;                      ///< the dimension and the names of the policies, joined by _
     int dimension;                         ///< dimension of space: 2 or 3
     std::string kernel,                    ///< name of the kernel
         transfer,                          ///< name of the transfer
@@ -102,7 +102,7 @@ struct Facts {
         centre;              ///< index of the kernel's centre node along an axis, see firn::centre_node
     bool affine,             ///< whether particles carry the affine velocity field C
         weight_gradients;    ///< whether P2G needs gradients of the weights
-    bool sum_gradients;      ///< whether G2P needs gradients of the weights; true if weight_gradients is
+    bool sum_gradients;      ///< whether G2P needs gradients of the weights; always true if weight_gradients is true
     bool rate_dependent;     ///< whether the material's stress depends on the velocity gradient
     bool stress_with_state;  ///< whether the material returns its new state and its stress together
     int workgroup_size;      ///< number of invocations per workgroup in most entry points

@@ -24,7 +24,8 @@ namespace firn::wgsl {
 template <class T>
 struct shape;
 
-/// Calls f(component) for every component (recorded number) of a value, in the order of shape\<T>::visit().
+/// Calls f(component) for every component (recorded number) of a value, in the order in which the function `visit` of
+/// shape\<T> visits them.
 template <class T, class F>
 void for_components(T& value, const F& f) {
     shape<T>::visit(value, "", [&](auto& component, const std::string&) { f(component); });

@@ -165,7 +165,7 @@ struct shape<FixedPointScale<S>> : struct_shape<FixedPointScale<S>, shape<FixedP
     /// @}
 };
 
-/// Translates the state of a material to the WGSL struct State. T is a state if it has a function fields(). \see
+/// Translates the state of a material to the WGSL struct State. T is a state if it has a function fields(); see
 /// material/concept.hpp
 template <class T>
     requires requires { T::fields(); }

@@ -34,7 +34,7 @@ inline std::string replaced(std::string_view text, const Names& names) {
     return out;
 }
 
-/// Returns one text that consists of the texts f(0), …, f(count − 1), with `between` between two of them.
+/// Returns one text: the texts f(0), …, f(count − 1), separated by `between`.
 template <class F>
 std::string listed(int count, const F& f, const char* between = ", ") {
     std::vector<std::string> parts;
