@@ -35,12 +35,12 @@ struct Status {
     float signal_speed;      ///< largest signal speed (speed plus wave speed) of a particle [m/s]
     float largest_momentum,  ///< largest q of all particles [kg m/s]; a particle adds at most N q + |∇N| g to each
                              ///< momentum component of a node with weight N [1] and weight gradient ∇N [1/cell]
-        largest_gradient;    ///< largest g of all particles [kg m/s], with the g in the bound N q + |∇N| g of what a
-                             ///< particle adds to a node (see largest_momentum)
-    float largest_mass;      ///< largest mass of a particle [kg]
-    float most_particles;    ///< largest number of particles with the same base node (first node that they touch)
-    float momentum_scale;    ///< scale of the integer sums of momentum at nodes [quanta per kg m/s]
-    float mass_scale;        ///< scale of the integer sums of mass at nodes [quanta per kg]
+        largest_gradient;  ///< largest g of all particles [kg m/s]; g is the factor of |∇N| in the bound N q + |∇N| g,
+                           ///< which largest_momentum explains
+    float largest_mass;    ///< largest mass of a particle [kg]
+    float most_particles;  ///< largest number of particles with the same base node (first node that they touch)
+    float momentum_scale;  ///< scale of the integer sums at nodes: integer units (quanta) of momentum per kg m/s
+    float mass_scale;      ///< scale of the integer sums at nodes: integer units (quanta) of mass per kg
 };
 
 namespace detail {

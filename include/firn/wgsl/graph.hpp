@@ -82,9 +82,9 @@ struct Node {
 struct Loop {
     int passes;                ///< the largest number of passes
     int parent;                ///< number of the loop that contains this one, or `nothing`
-    std::vector<int> initial;  ///< for each variable, the node of its value before the loop
+    std::vector<int> initial;  ///< for each variable, the graph's node of its value before the loop
     std::vector<int> inside;   ///< for each variable, the node (Op::loop_value) of its value at the start of a pass
-    std::vector<int> next;     ///< for each variable, the node of its value after a pass
+    std::vector<int> next;     ///< for each variable, the graph's node of its value after a pass
     int go_on = nothing;       ///< node of the mask that must be true for another pass; `nothing` if there is no mask
 };
 
