@@ -1,7 +1,7 @@
 /// \file A GPU, used through the C interface webgpu.h. Errors of the GPU become exceptions.
 ///
-/// Any library that implements webgpu.h will do, if its revision has string views (WGPUStringView) and futures
-/// (WGPUFuture).
+/// Any library that implements webgpu.h can be used, if its version of webgpu.h has string views (WGPUStringView) and
+/// futures (WGPUFuture).
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -24,17 +24,18 @@
 
 namespace firn::webgpu {
 
-/// Options of a Device: which GPU to choose, and with which limits.
+/// Options of a Device: which GPU to choose, and which limits (sizes of buffers, …) to ask for.
 struct DeviceOptions {
     bool low_power = false;      ///< whether to prefer the GPU that needs less power
-    bool only_software = false;  ///< whether to ask for a software driver, which computes on the CPU
-    /// Whether to ask for the highest limits that the GPU allows, instead of those that every GPU guarantees.
+    bool only_software = false;  ///< whether to use a software driver, which computes on the CPU
+    /// Whether to ask for the highest limits that the GPU allows. If false, the device has the limits that every GPU
+    /// guarantees.
     bool raise_limits = true;
 };
 
 namespace detail {
 
-/// The deleter of Owned: passes a handle to its release function.
+/// The deleter of the smart pointer Owned. It passes a WebGPU handle to the function `Release`.
 template <auto Release>
 struct Released {
     template <class T>
@@ -42,7 +43,7 @@ struct Released {
         Release(handle);
     }
 };
-/// A std::unique_ptr of a WebGPU handle, which releases the handle when it is destroyed.
+/// A std::unique_ptr that owns a WebGPU handle. When the pointer is destroyed, it releases the handle.
 template <class Handle, auto Release>
 using Owned = std::unique_ptr<std::remove_pointer_t<Handle>, Released<Release>>;
 
@@ -66,7 +67,7 @@ inline std::string text(WGPUStringView view) {
 }
 inline WGPUStringView view(std::string_view text) { return {text.data(), text.size()}; }
 
-/// The result and the message that a callback receives.
+/// The result and the message that a WebGPU callback receives.
 template <class Result>
 struct Answer {
     bool is_there = false;  // whether the callback has run
@@ -78,7 +79,7 @@ struct Answer {
         message = text(m);
         is_there = true;
     }
-    /// Waits until the callback has given the answer; runs all callbacks that become due meanwhile.
+    /// Waits until the callback has run. Other callbacks that become due meanwhile run, too.
     void wait(WGPUInstance instance) {
         wgpuInstanceProcessEvents(instance);
         while (!is_there) {
@@ -88,8 +89,8 @@ struct Answer {
     }
 };
 
-/// The WebGPU handles of a device, and the messages of its errors. Callbacks may run until the last handle is released.
-/// Those for errors may run on any thread.
+/// The WebGPU handles of a device, and the messages of the errors that the device has reported. Callbacks may run until
+/// the last handle is released; the callbacks for errors may run on any thread.
 class DeviceState {
 public:
     explicit DeviceState(const DeviceOptions& options) {
@@ -106,8 +107,9 @@ public:
     DeviceState(const DeviceState&) = delete;
     DeviceState& operator=(const DeviceState&) = delete;
 
-    /// Reports errors.
-    /// \throws device_error  if the device was lost, or has refused a command since the last call of this function
+    /// Throws if the device has reported an error.
+    /// \throws device_error  if the device was lost, or if it has refused a command since the last call of this
+    ///                       function
     void check() {
         wgpuInstanceProcessEvents(instance.get());
         const std::lock_guard lock(mutex_);
@@ -116,7 +118,8 @@ public:
     }
 
 private:
-    // These are declared before the handles, so that callbacks can use them until the last handle is released.
+    // mutex_, lost_ and refused_ are declared before the handles, so that they are destroyed later: callbacks use them
+    // until the last handle is released.
     std::mutex mutex_;
     std::optional<std::string> lost_, refused_;
 
@@ -192,7 +195,8 @@ private:
             throw device_error(sentence("The GPU ", name, " gives no device: ", answer.message));
     }
 
-    /// Stores the message in the member `what`, unless an earlier one is there: later errors may follow from the first.
+    /// Stores the message in the member to which `what` points, unless this member already contains a message. The
+    /// first message is kept, because the first error may be the cause of later errors.
     void keep(std::optional<std::string> DeviceState::* what, WGPUStringView message) {
         const std::lock_guard lock(mutex_);
         if (!(this->*what)) this->*what = text(message);
@@ -203,27 +207,28 @@ private:
 
 /// A GPU, or a software driver that acts as one.
 ///
-/// Copies of a Device share the same device, which is released when the last copy and the last Simulation on it are
-/// destroyed. Only one thread at a time may use the device.
+/// Copies of a Device share one WebGPU device. The WebGPU device is released when all copies, and all Simulations made
+/// with them, are destroyed. Only one thread at a time may use the WebGPU device.
 class Device {
 public:
     /// Chooses a GPU and requests a device from it.
-    /// \throws device_error  if there is no usable GPU, or it provides no device; the message tells why
+    /// \throws device_error  if there is no usable GPU, or if the GPU provides no device; the message tells why
     explicit Device(const DeviceOptions& options = {}) : state_(std::make_shared<detail::DeviceState>(options)) {}
 
     /// Returns the name of the GPU.
     const std::string& name() const { return state_->name; }
-    /// Returns the limits of the device. Pass them to wgsl::make_inputs(), which checks that the program fits.
+    /// Returns the limits of the device. Pass them to wgsl::make_inputs(), which throws if the program exceeds them.
     const wgsl::Limits& limits() const { return state_->limits; }
-    /// Checks whether the device has reported an error. A Simulation does so whenever it uses the device.
-    /// \throws device_error  if the device was lost, or has refused a command since the last check
+    /// Throws if the device has reported an error. A Simulation calls this function whenever it uses the device.
+    /// \throws device_error  if the device was lost, or if it has refused a command since the last call of this
+    ///                       function
     void check() const { state_->check(); }
 
     /// \name Handles
     /// @{
 
-    /// Returns the handle in webgpu.h, for other work on the device, such as drawing the particles in a simulation's
-    /// buffers. The handle stays owned by the Device.
+    /// Returns the handle of webgpu.h, for other work on the device, such as drawing the particles in a simulation's
+    /// buffers. The Device owns the handle: do not release it.
     WGPUDevice handle() const { return state_->device.get(); }
     WGPUQueue queue() const { return state_->queue.get(); }
     WGPUInstance instance() const { return state_->instance.get(); }
@@ -235,8 +240,8 @@ private:
 
 namespace detail {
 
-/// Runs `create`, which must not throw. Returns the first error message that the device reports for it, or nullopt if
-/// there is none.
+/// Calls create(), and returns the first error message that the device reports for the commands in `create`. Returns
+/// nullopt if there is no error. `create` must not throw.
 template <class F>
 std::optional<std::string> objection(const Device& device, const F& create) {
     constexpr WGPUErrorFilter filters[] = {WGPUErrorFilter_Validation, WGPUErrorFilter_OutOfMemory,
@@ -261,7 +266,7 @@ std::optional<std::string> objection(const Device& device, const F& create) {
 }
 
 /// Returns a new buffer of `bytes` bytes.
-/// \param name  label of the buffer in messages
+/// \param name  label of the buffer in error messages
 /// \throws device_error  if the device cannot allocate the buffer
 inline OwnedBuffer make_buffer(const Device& device, const std::string& name, std::uint64_t bytes,
                                WGPUBufferUsage usage) {
@@ -283,9 +288,9 @@ inline void submit(const Device& device, const OwnedEncoder& encoder) {
     wgpuQueueSubmit(device.queue(), std::size(all), all);
 }
 
-/// Waits for all commands submitted so far. Then reads `count` numbers of type T from a buffer, beginning with the
-/// number at index `first`.
-/// \throws device_error  if the device was lost, has refused a command, or the buffer cannot be read
+/// Returns `count` numbers of type T from a buffer, the first one from index `first`. Waits for all commands that were
+/// submitted so far.
+/// \throws device_error  if the device was lost, if it has refused a command, or if the buffer cannot be read
 template <class T>
 std::vector<T> download(const Device& device, WGPUBuffer from, std::uint64_t first, std::size_t count) {
     device.check();

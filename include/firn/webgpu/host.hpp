@@ -24,25 +24,28 @@
 
 namespace firn::webgpu {
 
-/// The value of Status::particle if there is no error, or if the error does not concern a certain particle.
+/// The value of Status::particle that means "no particle": there is no error, or the error does not concern a single
+/// particle.
 inline constexpr std::uint32_t no_particle = 0xffffffff;
 
-/// The contents of the buffer "status": an error, and maxima and scales of the last step.
+/// The contents of the buffer "status": the error (if there is one), and the maxima and scales of the last step.
 struct Status {
-    std::uint32_t error;     ///< 0: no error; otherwise wgsl::error_sentences[error − 1] is the message
-    std::uint32_t particle;  ///< lowest index of a particle with an error, or no_particle
-    float signal_speed;      ///< largest signal speed of a particle [m/s]
-    float largest_momentum,  ///< largest FixedPointLoad::momentum of a particle [kg m/s]
-        largest_gradient;    ///< largest FixedPointLoad::gradient of a particle [kg m/s]
-    float largest_mass;      ///< largest mass of a particle [kg]
-    float most_particles;    ///< largest number of particles with the same base node
-    float momentum_scale;    ///< scale of the integer sums of momentum [quanta per kg m/s]
-    float mass_scale;        ///< scale of the integer sums of mass [quanta per kg]
+    std::uint32_t error;     ///< error number: 0 if there is none, else wgsl::error_sentences[error − 1] is the message
+    std::uint32_t particle;  ///< lowest index of a particle that causes the error, or no_particle
+    float signal_speed;      ///< largest signal speed (speed plus wave speed) of a particle [m/s]
+    float largest_momentum,  ///< largest q of all particles [kg m/s]; a particle adds at most N q + |∇N| g to each
+                             ///< momentum component of a node with weight N [1] and weight gradient ∇N [1/cell]
+        largest_gradient;  ///< largest g of all particles [kg m/s]; g is the factor of |∇N| in the bound N q + |∇N| g,
+                           ///< which largest_momentum explains
+    float largest_mass;    ///< largest mass of a particle [kg]
+    float most_particles;  ///< largest number of particles with the same base node (first node that they touch)
+    float momentum_scale;  ///< scale of the integer sums at nodes: integer units (quanta) of momentum per kg m/s
+    float mass_scale;      ///< scale of the integer sums at nodes: integer units (quanta) of mass per kg
 };
 
 namespace detail {
 
-/// The name of type T in WGSL; nullptr if buffers cannot have numbers of this type.
+/// The name of type T in WGSL; nullptr if a buffer cannot contain numbers of type T.
 template <class T>
 constexpr const char* wgsl_name = nullptr;
 template <>
@@ -54,20 +57,22 @@ inline constexpr const char* wgsl_name<std::uint32_t> = "u32";
 
 }  // namespace detail
 
-/// A compiled program and its buffers, ready to take steps.
+/// A compiled WGSL program and its buffers on a GPU, ready to take steps.
 ///
-/// In a buffer of particles, number c of particle i is at index c * capacity + i, where capacity is the uniform of this
-/// name in the inputs. Steps run asynchronously; functions that read from the device wait until all steps are done.
-/// Each function that uses the device throws device_error if the device was lost or has refused an earlier command.
+/// In a buffer with values of particles, the c-th number (from 0) of particle i is at index c * capacity + i, where
+/// capacity is the uniform of this name. Steps run asynchronously; functions that read from the device wait until all
+/// steps are done. Each function that uses the device throws device_error if the device was lost, or if it has refused
+/// an earlier command.
 class Simulation {
 public:
-    /// Compiles the program, makes its buffers, and writes the inputs into them. Call initialise() before the first
-    /// step.
+    /// Compiles the program, makes the buffers of the program, and writes the inputs into these buffers. Call
+    /// initialise() before the first step.
     /// \param device   GPU on which to run
-    /// \param program  the program, from wgsl::make_program(); a copy of it is kept
-    /// \param inputs   the inputs, from wgsl::make_inputs(), made for this program and device.limits()
-    /// \throws parameter_error  if the program does not fit on the device (see wgsl::check_fits())
-    /// \throws device_error     if the device refuses the code (the message has the line) or has not enough memory
+    /// \param program  the program, from wgsl::make_program(); the Simulation keeps a copy
+    /// \param inputs   the inputs, from wgsl::make_inputs(), made for this program and for device.limits()
+    /// \throws parameter_error  if the program exceeds a limit of the device (see wgsl::check_fits())
+    /// \throws device_error     if the device refuses the code (the message has the line), or if it has not enough
+    ///                          memory
     /// \throws usage_error      if the inputs were made for another program
     Simulation(const Device& device, const wgsl::Program& program, const wgsl::Inputs& inputs)
         : device_(device), program_(std::make_unique<wgsl::Program>(program)), uniforms_(*program_) {
@@ -86,27 +91,28 @@ public:
         clear_error();
     }
 
-    /// Returns the number of particles: that of the inputs, or the last one that was set for the uniform "particles".
+    /// Returns the number of particles. It is the value of the uniform "particles", which the inputs or the last call
+    /// of set("particles", …) determine.
     std::uint32_t particles() const { return particles_; }
-    /// Returns the number of steps for which step() has been called so far.
+    /// Returns the total number of steps that calls of step() have started so far.
     long steps() const { return steps_; }
-    /// Returns the handle of a buffer, for example to draw the particles in it. The handle stays owned by the
-    /// Simulation.
+    /// Returns the WebGPU handle of a buffer, for example to draw the particles in the buffer. The Simulation owns the
+    /// handle: do not release it.
     /// \throws usage_error  if the program has no buffer of this name
     WGPUBuffer buffer(const std::string& name) const { return buffers_.at(program_->buffer(name).binding).get(); }
 
-    /// Computes the stress [Pa] of each particle from its state, and clears the error. Call it before the first step,
-    /// and again after you have written states of particles.
+    /// Computes the stress [Pa] of each particle from the particle's state, and clears the error. Call initialise()
+    /// before the first step, and again after you have written states of particles.
     void initialise() {
         clear_error();
         run({"initialise"});
     }
 
-    /// Takes `count` steps. It may return before the steps are done, but after every 256 steps of a call it calls
-    /// check(), which waits.
+    /// Takes `count` steps. The function may return before the GPU has done the steps. But after every 256 steps of one
+    /// call, it calls check(), which waits until these steps are done and throws if a step has failed.
     /// \param count   number of steps
-    /// \param sorted  whether P2G sorts particles and adds up in workgroup memory. The results have the same bits
-    ///                either way.
+    /// \param sorted  whether P2G sorts the particles by block and adds them up in workgroup memory, instead of adding
+    ///                them directly to the grid. Both ways give the same bits.
     void step(int count = 1, bool sorted = false) {
         constexpr int in_one_submission = 16, between_checks = 256;
         const std::vector<std::string>& order = sorted ? wgsl::sorted_step_order : wgsl::step_order;
@@ -119,9 +125,9 @@ public:
         }
     }
 
-    /// Runs the entry points one after the other in the given order, and does so `times` times in total. Returns before
-    /// they are done.
-    /// \throws usage_error  if the program has no entry point of one of the names
+    /// Runs a sequence of entry points, given by their names, on the GPU. Runs the whole sequence `times` times. The
+    /// function returns before the GPU is done.
+    /// \throws usage_error  if one of the names is not the name of an entry point of the program
     void run(const std::vector<std::string>& entry_points, int times = 1) {
         device_.check();
         std::vector<const detail::Kernel*> kernels;
@@ -147,12 +153,14 @@ public:
         detail::submit(device_, encoder);
     }
 
-    /// Sets a uniform for the steps that follow. The units of all uniforms are in wgsl::Program::uniforms. Setting
-    /// "time_step" [s] also sets "place_per_velocity".
-    /// \param values  the components: one, or one for each axis
-    /// \throws usage_error      if the program has no uniform of this name, or the number of components differs
-    /// \throws parameter_error  if a value is not finite, does not fit the uniform's type or is not allowed; or if
-    ///                          "nodes", "capacity", "cells" or "cell_size" would change
+    /// Sets the value of a uniform for the steps that follow. The units of all uniforms are in wgsl::Program::uniforms.
+    /// Setting "time_step" [s] also sets "place_per_velocity".
+    /// \param values  the components of the value: one number, or one number for each axis
+    /// \throws usage_error      if the program has no uniform of this name, or if `values` has more or fewer components
+    ///                          than the uniform
+    /// \throws parameter_error  if a value is not finite, does not fit the uniform's type or is not allowed for this
+    ///                          uniform; or if the uniform is "nodes", "capacity", "cells" or "cell_size" and its value
+    ///                          would change
     void set(const std::string& name, const std::vector<double>& values) {
         require_allowed(program_->uniform(name), values);
         uniforms_.set(name, values);
@@ -161,12 +169,13 @@ public:
         uniforms_changed_ = true;
     }
 
-    /// Waits for all steps so far, and returns a component of all particles ("velocity", "mass", …). The units of all
-    /// components are in wgsl::Buffer::components. A position is the sum of the components "corner" and "place", in
-    /// cells from the domain's lower corner.
+    /// Returns the values of one component ("velocity", "mass", …) for all particles: all numbers of particle 0, then
+    /// all numbers of particle 1, … Waits for all steps so far. The units of all components are in
+    /// wgsl::Buffer::components. A position is the sum of the components "corner" and "place", in cells from the
+    /// domain's lower corner.
     /// \tparam T  float, std::int32_t or std::uint32_t, the type of the component's numbers
-    /// \returns all numbers of particle 0, then all numbers of particle 1, …
-    /// \throws usage_error  if particles have no component of this name, or its numbers have another type
+    /// \throws usage_error  if particles have no component of this name, or if the component's numbers are not of type
+    ///                      T
     template <class T = float>
     std::vector<T> read(const std::string& component) {
         std::string names;
@@ -181,9 +190,9 @@ public:
         throw usage_error("Particles have no component " + component + "; they have" + names + ".");
     }
 
-    /// Waits for all steps so far, and returns all numbers of a buffer, in their order on the device.
+    /// Returns all numbers of a buffer, in their order on the device. Waits for all steps so far.
     /// \tparam T  float, std::int32_t or std::uint32_t, the type of the buffer's numbers
-    /// \throws usage_error  if the program has no buffer of this name, or the buffer's numbers have another type
+    /// \throws usage_error  if the program has no buffer of this name, or if the buffer's numbers are not of type T
     template <class T = float>
     std::vector<T> read_buffer(const std::string& name) {
         const wgsl::Buffer& b = program_->buffer(name);
@@ -194,8 +203,8 @@ public:
     /// Replaces all numbers of a buffer.
     /// \tparam T      float, std::int32_t or std::uint32_t, the type of the buffer's numbers
     /// \param values  the numbers in their order on the device
-    /// \throws usage_error  if the program has no buffer of this name, or the buffer's numbers have another type or are
-    ///                      more or fewer
+    /// \throws usage_error  if the program has no buffer of this name, if the buffer's numbers are not of type T, or if
+    ///                      `values` has more or fewer numbers than the buffer
     template <class T>
     void write_buffer(const std::string& name, const std::vector<T>& values) {
         device_.check();
@@ -207,18 +216,18 @@ public:
         wgpuQueueWriteBuffer(device_.queue(), buffer(name), 0, values.data(), values.size() * sizeof(T));
     }
 
-    /// Waits for all steps so far, and returns the status after the last of them.
+    /// Returns the status after the last step. Waits for all steps so far.
     Status status() {
         const std::vector<std::uint32_t> words = read_buffer<std::uint32_t>("status");
         const auto number = [&](std::size_t k) { return std::bit_cast<float>(words.at(k)); };
         return {words.at(0), words.at(1), number(2), number(3), number(4), number(5), number(6), number(7), number(8)};
     }
 
-    /// Waits for all steps so far, and throws if one has failed; otherwise returns status(). After a failure, steps
-    /// change nothing until initialise() is called.
+    /// Throws if a step has failed; otherwise returns status(). Waits for all steps so far. After a step has failed,
+    /// further steps change nothing until initialise() is called.
     /// \throws overflow_error  if the sum at a node could exceed the range of the integers
     /// \throws particle_error  if a particle is not finite or has left the domain; the message has the particle's index
-    /// \throws device_error    if the program reports an error that firn does not know
+    /// \throws device_error    if the program reports an error number that firn does not know
     Status check() {
         const Status now = status();
         if (now.error == 0) return now;
@@ -262,7 +271,8 @@ private:
         wgsl::check_fits(*program_, capacity_, nodes_, device_.limits());
     }
 
-    /// Returns the number of items that `per` names (see wgsl::Buffer::per and wgsl::EntryPoint::per).
+    /// Returns the number of items of the kind `per`, such as "particle" or "node". \see wgsl::Buffer::per,
+    /// wgsl::EntryPoint::per
     std::uint64_t extent(const std::string& per) const {
         std::uint64_t all = 1, along = 0, blocks = 1;
         for (const std::uint32_t n : nodes_) {
@@ -342,7 +352,7 @@ private:
 
     Device device_;
     std::unique_ptr<const wgsl::Program> program_;
-    wgsl::Inputs uniforms_;  // refers to *program_
+    wgsl::Inputs uniforms_;  // contains a pointer to *program_
     bool uniforms_changed_ = true;
     std::uint32_t particles_ = 0, capacity_ = 0;
     std::vector<std::uint32_t> nodes_;

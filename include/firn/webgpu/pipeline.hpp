@@ -8,7 +8,7 @@
 
 namespace firn::webgpu::detail {
 
-/// Returns line `number` of the code. The first line is number 1.
+/// Returns the line of the code that has the given number. The first line has the number 1.
 inline std::string line_of(std::string_view code, std::uint64_t number) {
     for (; number > 1; --number) {
         const std::size_t end = code.find('\n');
@@ -18,7 +18,7 @@ inline std::string line_of(std::string_view code, std::uint64_t number) {
 }
 
 /// Compiles a program and returns its shader module.
-/// \throws device_error  if the compiler reports errors; for each, the message has the program's name, the number
+/// \throws device_error  if the compiler reports errors; for each error, the message has the program's name, the number
 ///                       and the text of the line, and the column
 inline OwnedModule compile(const Device& device, const wgsl::Program& program) {
     WGPUShaderSourceWGSL source{};
@@ -60,18 +60,19 @@ inline OwnedModule compile(const Device& device, const wgsl::Program& program) {
     return module;
 }
 
-/// What a dispatch of an entry point needs: the pipeline, the buffers (bind group) and the number of workgroups.
+/// An entry point that is ready to be dispatched (started on the GPU): its pipeline, its buffers (the bind group) and
+/// the number of workgroups.
 struct Kernel {
     OwnedPipeline pipeline;
     OwnedBindGroup bind_group;
     wgsl::Dispatch groups;
 };
 
-using Buffers = std::map<int, OwnedBuffer>;  // each with the number of its binding
+using Buffers = std::map<int, OwnedBuffer>;  // the key is the number of the buffer's binding
 
-/// Makes the pipeline and the bind group of entry point e.
-/// \param buffers  all buffers of the program; that at binding 0 contains the uniforms
-/// \param groups   size of a dispatch of the entry point
+/// Makes the pipeline and the bind group of entry point e, and returns them as a Kernel.
+/// \param buffers  all buffers of the program; the buffer at binding 0 contains the uniforms
+/// \param groups   number of workgroups with which the entry point will be dispatched
 /// \throws device_error  if the device refuses the entry point or its buffers; the message names the entry point
 inline Kernel make_kernel(const Device& device, const wgsl::Program& program, const OwnedModule& module,
                           const wgsl::EntryPoint& e, const Buffers& buffers, wgsl::Dispatch groups) {

@@ -1,4 +1,4 @@
-/// \file Writes a graph as the statements of a WGSL function.
+/// \file Writes the graph of a recorded function as the statements of a WGSL function.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -12,8 +12,8 @@ namespace firn::wgsl {
 
 /// Returns an f32 literal of WGSL that has exactly the bits of `value`.
 ///
-/// The literal ends in f, because WGSL computes with literals without an f in higher precision. For an infinity or NaN,
-/// which WGSL does not allow as constants, the result is a call of the program's function `from_bits`.
+/// The literal ends in f: with a literal without an f, WGSL would compute in higher precision. WGSL does not allow
+/// infinities and NaN as constants; for these values, the result is a call of the program's function `from_bits`.
 inline std::string literal(float value) {
     if (!std::isfinite(value)) {
         return "from_bits(" + std::to_string(std::bit_cast<std::uint32_t>(value)) + "u)";
@@ -25,15 +25,16 @@ inline std::string literal(float value) {
     return text + "f";
 }
 
-/// The WGSL statements that compute some nodes of a graph, the outputs.
+/// The WGSL statements that compute the outputs of a graph. (The outputs are the nodes whose values are needed as
+/// results.)
 ///
-/// A node that only one operation uses becomes part of that operation's expression; any other node becomes a named
-/// value. Nodes whose values matter only where a mask of Graph::guards is true are written inside an `if`. Loops stay
-/// loops.
+/// If only one operation uses the value of a node, the node is written inside the expression of this operation. Any
+/// other node becomes a named value. Nodes whose values are needed only if a mask of Graph::guards is true are written
+/// inside an `if`. A loop of the graph becomes a loop in WGSL.
 class Body {
 public:
     /// Writes the statements that compute `outputs`.
-    /// \param graph    the recorded operations; used until this object is destroyed
+    /// \param graph    the recorded operations; the graph must exist as long as this object
     /// \param outputs  numbers of the nodes to compute
     /// \param taken    names that are already in use in the WGSL function, such as those of its parameters
     Body(const Graph& graph, const std::vector<int>& outputs, std::vector<std::string> taken = {})
@@ -54,12 +55,15 @@ public:
 
     /// Returns the statements, one per line, indented by one level.
     const std::string& statements() const { return out_; }
-    /// Returns the WGSL expression of an output. The expression uses names that statements() defines.
+    /// Returns the WGSL expression of an output, given by the number of its node. The expression uses names that
+    /// statements() defines.
     std::string text(int node) const { return expression(node).text; }
 
 private:
     static constexpr std::size_t longest_expression = 72;
-    static constexpr int outside = -2;  // a user outside of the region: the end of a pass, or an output
+    // Stands for a use of a node's value outside of the loop that contains the node: at the end of a pass of this loop,
+    // or as an output.
+    static constexpr int outside = -2;
 
     const Node& node(int i) const { return graph_.nodes[std::size_t(i)]; }
     int region(int i) const { return graph_.region[std::size_t(i)]; }
@@ -75,11 +79,12 @@ private:
         }
     }
 
-    /// Returns the node in the same region as node k that stands for `user`, a user of k: `user` itself, or the loop
-    /// that contains `user`. Returns `outside` if the region of k contains neither.
+    /// Returns the node of the graph that uses node k within the region of k, the innermost loop around k. `user` is
+    /// any node that uses k. If `user` is in the region of k, the result is `user`; if it is in a loop inside this
+    /// region, the result is the node of that loop; otherwise the result is `outside`.
     int user_in_region(int user, int k) const {
         while (region(user) != region(k)) {
-            if (region(user) == nothing) return outside;  // the user is not in the loop that contains k
+            if (region(user) == nothing) return outside;  // `user` is not in the loop that contains k
             user = loop_node_[std::size_t(region(user))];
         }
         return user;
@@ -94,8 +99,8 @@ private:
         for (const int k : outputs) users_[std::size_t(k)].push_back(outside);
     }
 
-    /// Finds the runs. A run is a sequence of Op::select nodes with the same guard as mask, together with the nodes
-    /// whose values are used only if that guard is true. A run is written as one `if`.
+    /// Finds the runs. A run is a sequence of Op::select nodes that have the same mask, one of Graph::guards, together
+    /// with the nodes whose values are used only if this mask is true. A run is written as one `if`.
     void find_runs() {
         for (int i = 0; i < int(live_.size()); ++i) {
             const Node& n = node(i);
@@ -130,12 +135,14 @@ private:
         return std::binary_search(selection_of_run_.begin(), selection_of_run_.end(), i);
     }
 
-    /// Returns whether node i needs no statement, because its text is repeated at each use.
+    /// Returns whether node i of the graph is written without a statement: it is a constant, an input or a variable of
+    /// a loop, and its short expression is repeated wherever the value is used.
     bool is_atom(int i) const {
         const Op op = node(i).op;
         return op == Op::constant || op == Op::truth || op == Op::input || op == Op::loop_value;
     }
-    /// Returns whether node i is written as part of the expression of the only operation that uses node i.
+    /// Returns whether node i of the graph is used by only one operation and is written inside the expression of that
+    /// operation.
     bool is_inlined(int i) const {
         const std::vector<int>& users = users_[std::size_t(i)];
         if (users.size() != 1 || graph_.names.count(i) || is_selection_of_run(i) || node(i).op == Op::loop_result)
@@ -149,13 +156,13 @@ private:
         std::string text;
         int level;  // precedence: 0 comparison or logic, 1 sum, 2 product, 3 anything that binds more strongly
     };
-    /// Returns the expression's text, in brackets if the precedence of the expression is lower than `level`.
+    /// Returns the text of e, in brackets if the precedence of e is lower than `level`.
     static std::string within(const Expression& e, int level) { return e.level >= level ? e.text : "(" + e.text + ")"; }
     Expression expression(int i) const {
         if (!written_[std::size_t(i)].text.empty()) return written_[std::size_t(i)];
         const Node& n = node(i);
         const auto call = [&](const char* name) { return Expression{name + ("(" + expression(n.a).text + ")"), 3}; };
-        const auto two = [&](const char* sign, int level) {  // left-associative: b needs a higher precedence
+        const auto two = [&](const char* sign, int level) {  // b needs brackets in a − (b − c)
             return Expression{within(expression(n.a), level) + sign + within(expression(n.b), level + 1), level};
         };
         const auto relation = [&](const char* sign) {
@@ -225,9 +232,9 @@ private:
         return {"", 3};
     }
 
-    /// Returns whether nodes i and k are products a b and a c with a common factor a. Some compilers turn a b + a c
-    /// into a (b + c), which rounds differently from the CPU. They leave fma(a, c, a b), which is therefore written. A
-    /// device may compute this fma with one rounding less than the CPU's sum.
+    /// Returns whether nodes i and k of the graph are products a b and a c with a common factor a. Some GPU compilers
+    /// turn a b + a c into a (b + c), which rounds differently from the CPU. They do not change fma(a, c, a b), so the
+    /// sum is written in this form. A device may compute the fma with one rounding less than the CPU computes the sum.
     bool share_factor(int i, int k) const {
         const Node &a = node(i), &b = node(k);
         return a.op == Op::multiply && b.op == Op::multiply && (a.a == b.a || a.a == b.b || a.b == b.a || a.b == b.b);
@@ -237,8 +244,8 @@ private:
         return "loop" + std::to_string(loop) + "_" + std::to_string(value);
     }
     void line(int depth, const std::string& text) { out_ += std::string(std::size_t(4 * depth), ' ') + text + "\n"; }
-    /// Returns a new name for node i: the name that the definition gives to the node, followed by a number if that name
-    /// is already in use. For a node without a name the result is t1, t2, …
+    /// Returns a name for node i of the graph that is not yet in use. If the definition gives a name to the node, the
+    /// result is this name, followed by a number if the name is already in use. Otherwise the result is t1, t2, …
     std::string new_name(int i) {
         const auto found = graph_.names.find(i);
         if (found == graph_.names.end()) return "t" + std::to_string(++names_);
@@ -249,8 +256,9 @@ private:
         return name;
     }
 
-    /// Writes the statements of the nodes in one region (the number of a loop, or `nothing` outside of loops) and one
-    /// run. If `run` is `nothing`, writes the nodes that belong to no run, and all runs in the region.
+    /// Writes the statements of some nodes of the graph. The nodes are those whose innermost loop has the number
+    /// `in_region` (`nothing`: nodes outside of all loops) and that belong to the run with the index `run`. If `run` is
+    /// `nothing`, writes the nodes that belong to no run, and also all runs in the same loop.
     void write_block(int in_region, int run, int depth) {
         for (int i = 0; i < int(live_.size()); ++i) {
             if (!live_[std::size_t(i)] || region(i) != in_region) continue;
@@ -295,7 +303,7 @@ private:
         const std::string pass = "pass" + std::to_string(number);
         line(depth, "for (var " + pass + " = 0; " + pass + " < " + std::to_string(loop.passes) + "; " + pass + "++) {");
         write_block(number, nothing, depth + 1);
-        // The new values of all variables are computed before the first variable is assigned.
+        // The new values of all variables of the loop are computed before the first variable is assigned.
         std::vector<std::string> next;
         for (std::size_t k = 0; k < loop.next.size(); ++k) {
             next.push_back(expression(loop.next[k]).text);
@@ -316,11 +324,11 @@ private:
     const Graph& graph_;
     std::vector<bool> live_;
     std::vector<std::vector<int>> users_;
-    std::vector<int> run_;                // for each node: the run to which it belongs, or `nothing`
-    std::vector<std::vector<int>> runs_;  // for each run: its Op::select nodes
+    std::vector<int> run_;                // for each node: index of the run to which the node belongs, or `nothing`
+    std::vector<std::vector<int>> runs_;  // for each run: numbers of its Op::select nodes
     std::vector<int> selection_of_run_;
     std::vector<int> loop_node_;
-    std::vector<Expression> written_;  // for each node: its name or expression after it is written, else an empty text
+    std::vector<Expression> written_;  // for each node: name or expression; no text until the node is written
     std::vector<std::string> taken_;
     int names_ = 0;
     std::string out_;

@@ -1,4 +1,5 @@
-/// \file Records the functions that define a step (of the kernel, the transfer, the material, …) as functions of WGSL.
+/// \file Records the C++ functions that define a step (those of the kernel, the transfer, the material, …), and adds
+/// them to a WGSL module.
 #pragma once
 
 #include <firn/data/block_partition.hpp>
@@ -15,10 +16,11 @@ namespace firn::wgsl {
 
 namespace detail {
 
-/// Returns the recorded number that stands for the uniform `name`.
+/// Returns the recorded number that stands for the uniform with the given name. (A uniform is a value that the host
+/// sets.)
 inline recorded uniform(const std::string& name) { return recorded::of(Recording::current().input("params." + name)); }
 
-/// Returns the recorded number or vector that stands for the uniform `name`.
+/// Returns the recorded number or vector that stands for the uniform with the given name.
 template <class T>
 T uniform_of(const std::string& name) {
     T value{};
@@ -27,8 +29,8 @@ T uniform_of(const std::string& name) {
     return value;
 }
 
-/// Returns a recorded copy of the policy. The parameter NAME becomes the uniform PREFIX_NAME, other members become
-/// constants.
+/// Returns a copy of the policy that consists of recorded numbers. In the copy, a parameter NAME of the policy is the
+/// uniform PREFIX_NAME, where PREFIX is `prefix`. The other members are constants.
 template <class Policy>
 auto with_uniforms(const Policy& policy, const std::string& prefix) {
     auto lifted = lift<recorded>(policy);
@@ -41,7 +43,7 @@ auto with_uniforms(const Policy& policy, const std::string& prefix) {
     return lifted;
 }
 
-/// Adds the functions sum_axisA, …, which sum over nodes along an axis in G2P: one for axis A and each axis after it.
+/// Adds the functions of G2P that sum over the nodes along one axis: sum_axisA for axis A, and one for each later axis.
 template <class Kernel, int D, int A, bool Moments, bool Gradients>
 void add_axis_sums(Module& module) {
     if constexpr (A < D) {
@@ -67,7 +69,9 @@ inline recorded cell_size() { return uniform("cell_size"); }
 
 }  // namespace detail
 
-/// Adds the functions of the kernel: base node, weights and, if `with_gradients`, derivatives of the weights [1/cell].
+/// Adds the functions of the kernel to the module: base_node_of (coordinates of the first node that a particle
+/// touches), kernel_weights and, if `with_gradients` is true, kernel_gradients, the derivatives of the weights
+/// [1/cell].
 template <class Kernel, int D>
 void add_kernel(Module& module, bool with_gradients) {
     using R = recorded;
@@ -85,13 +89,13 @@ void add_kernel(Module& module, bool with_gradients) {
                            [](const R& f) { return Kernel::gradients(f); });
 }
 
-/// Adds the functions of P2G, and those that choose the scale of the integer sums. \see stage/p2g.hpp,
-/// stage/fixed_point.hpp
+/// Adds the functions of P2G to the module, and the functions that choose the scale (quanta per unit) of the integer
+/// sums at the nodes. \see stage/p2g.hpp, stage/fixed_point.hpp
 template <class Kernel, class Transfer, class Force, int D>
 void add_p2g(Module& module) {
     using R = recorded;
     using V = Vec<R, D>;
-    using OfNode = Vec<R, node_width>;  // momentum (padded with 0 in 2D), mass
+    using OfNode = Vec<R, node_width>;  // a node's momentum (in 2D followed by a 0) and mass
     constexpr bool gradients = Force::weight_gradients;
     const std::string of_transfer = std::string(Transfer::name) + ", ", of_force = std::string(Force::name) + ", ";
     module.function<P2GParticle<R, D>, V>(
@@ -141,7 +145,7 @@ void add_p2g(Module& module) {
             [&](const Line& line, const Offset& o, const R& weight) { return value_at(line, o, weight, o); });
     }
 
-    // Functions that choose the scale of the integer sums.
+    // Functions that choose the scale (quanta per unit) of the integer sums at the nodes.
     module.function<P2GRecord<R, D>>(
         "load_of", "firn/stage/fixed_point.hpp: what the fixed-point scale has to know of a particle", {"record"},
         [](const P2GRecord<R, D>& record) { return load_of<Kernel, Force>(record); });
@@ -154,7 +158,8 @@ void add_p2g(Module& module) {
         });
 }
 
-/// Adds velocity_of_node, the function of the grid update. \see stage/grid_update.hpp
+/// Adds the function of the grid update, velocity_of_node, to the module. It returns a node's new velocity. \see
+/// stage/grid_update.hpp
 template <int D, class Boundary, class Field>
 void add_grid_update(Module& module, const Boundary& boundary, const Field& field) {
     using R = recorded;
@@ -167,8 +172,8 @@ void add_grid_update(Module& module, const Boundary& boundary, const Field& fiel
         });
 }
 
-/// Adds the functions of G2P: the sums along each axis, the particle's new velocity and velocity gradient, and the
-/// particle's new position. \see stage/g2p.hpp
+/// Adds the functions of G2P to the module: sum_axis0, … (sums over the nodes along one axis), take_from_grid (a
+/// particle's new velocity and velocity gradient) and moved_by (a particle's new position). \see stage/g2p.hpp
 template <class Kernel, class Transfer, class Force, int D>
 void add_g2p(Module& module) {
     using R = recorded;
@@ -198,7 +203,8 @@ void add_g2p(Module& module) {
                              });
 }
 
-/// Adds the functions of the material: a particle's state after a step, Kirchhoff stress [Pa] and signal speed [m/s].
+/// Adds the functions of the material to the module. They return a particle's state after a step, its Kirchhoff stress
+/// [Pa] and its signal speed [m/s].
 template <int D, class Material>
 void add_material(Module& module, const Material& material) {
     using R = recorded;

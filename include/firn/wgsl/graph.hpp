@@ -1,7 +1,9 @@
-/// \file The graph of operations that results from recording a C++ function, a definition.
+/// \file The graph of a recorded C++ function (a definition): the operations that the function does, and the operands
+/// of each operation.
 ///
 /// An operation that equals an earlier one is not recorded again. A loop is recorded as a loop, with a single pass as
-/// its body. The graph also contains a list of the masks that decide whether work can be skipped.
+/// its body. The graph also contains a list of its guards, the masks (bool values) that decide whether work can be
+/// skipped.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -19,11 +21,12 @@
 
 namespace firn::wgsl {
 
-/// The operation of a node. a, b and c are the operands of the node.
+/// The kind of operation that a node of the graph does. a, b and c are the operands. For the last three kinds, a is the
+/// number of a loop and b the number of a variable of the loop.
 enum class Op : std::uint8_t {
-    constant,        ///< a number
-    truth,           ///< true or false
-    input,           ///< a parameter of the WGSL function, or a uniform
+    constant,        ///< a constant number
+    truth,           ///< a constant mask: true or false
+    input,           ///< a parameter of the WGSL function, or a uniform of the program
     add,             ///< a + b
     subtract,        ///< a − b
     multiply,        ///< a b
@@ -40,29 +43,33 @@ enum class Op : std::uint8_t {
     magnitude,       ///< |a|
     round_down,      ///< ⌊a⌋
     round_to_even,   ///< the integer nearest to a, ties to even
-    settled,         ///< a, a sum that compilers must not simplify
-    power_of_two,    ///< 2ᵃ for a whole number a, see firn::power_of_two()
-    exponent_of,     ///< e, where a = m 2ᵉ with 1 ≤ m \< 2
-    significand_of,  ///< m, where a = m 2ᵉ with 1 ≤ m \< 2
-    leading_half,    ///< a with only its leading 12 binary digits
+    settled,         ///< a, where a is a sum that compilers must not simplify
+    power_of_two,    ///< 2ᵃ, where a is a whole number, see firn::power_of_two()
+    exponent_of,     ///< the exponent e of a = m 2ᵉ with 1 ≤ m \< 2
+    significand_of,  ///< the factor m of a = m 2ᵉ with 1 ≤ m \< 2
+    leading_half,    ///< a with all binary digits after the leading 12 set to zero
     loop,            ///< all passes of the loop Graph::loops[a]
-    loop_value,      ///< variable b of loop a at the start of a pass
-    loop_result,     ///< variable b of loop a after the last pass
+    loop_value,      ///< value of variable b of loop a at the start of a pass
+    loop_result,     ///< value of variable b of loop a after the last pass
 };
 
-/// The number −1, which means "no node", "no loop" or, in class Body, "no run".
+/// The number −1, which means "no node" where the number of a node is expected, "no loop" for the number of a loop, and
+/// "no run" for that of a run (see Body).
 inline constexpr int nothing = -1;
 
-/// A node of the graph: an operation. The nodes of its operands have smaller numbers than the node itself.
+/// A node of the graph: one operation. The nodes that compute the operands have smaller numbers than the node that uses
+/// them.
 struct Node {
-    Op op;               ///< the operation
-    int a = nothing,     ///< node of the first operand; for Op::loop, loop_value and loop_result: number of the loop
-        b = nothing,     ///< node of the second operand; for Op::loop_value and loop_result: number of the variable
-        c = nothing;     ///< node of the third operand
-    float value = 0;     ///< value of a constant; 1 for true and 0 for false of Op::truth
-    std::string text{};  ///< WGSL text of an input
+    Op op;            ///< the operation
+    int a = nothing,  ///< node number of the first operand; for Op::loop, loop_value and loop_result: number of the
+                      ///< loop
+        b = nothing,  ///< node number of the second operand; for Op::loop_value and loop_result: number of the variable
+        c = nothing;  ///< node number of the third operand
+    float value = 0;  ///< for Op::constant: the number; for Op::truth: 1 if true, 0 if false
+    std::string text{};  ///< for Op::input: the WGSL expression of the input
 
-    /// Orders nodes by all members, so that a map finds an equal node. Constants are compared by bits: 0 and −0 differ.
+    /// Returns whether this node comes before `other` in an order that depends on all members, so that a std::map finds
+    /// a node that equals a given one. Constants are compared by bits: 0 and −0 differ.
     bool operator<(const Node& other) const {
         return std::tuple(op, a, b, c, std::bit_cast<std::uint32_t>(value), std::string_view(text)) <
                std::tuple(other.op, other.a, other.b, other.c, std::bit_cast<std::uint32_t>(other.value),
@@ -70,30 +77,35 @@ struct Node {
     }
 };
 
-/// A loop, which repeats variables = body(variables). It ends after `passes` passes, or after the first pass that makes
-/// the mask `go_on` false.
+/// A loop of the graph, which repeats variables = body(variables). One repetition is called a pass. The loop ends after
+/// `passes` passes, or earlier, after the first pass in which the mask `go_on` is false.
 struct Loop {
     int passes;                ///< the largest number of passes
     int parent;                ///< number of the loop that contains this one, or `nothing`
-    std::vector<int> initial;  ///< nodes of the variables before the loop
-    std::vector<int> inside;   ///< nodes of the variables at the start of a pass (Op::loop_value)
-    std::vector<int> next;     ///< nodes of the variables after a pass
-    int go_on = nothing;       ///< node of the mask that must be true for another pass; `nothing`: no mask is needed
+    std::vector<int> initial;  ///< for each variable, the graph's node of its value before the loop
+    std::vector<int> inside;   ///< for each variable, the node (Op::loop_value) of its value at the start of a pass
+    std::vector<int> next;     ///< for each variable, the graph's node of its value after a pass
+    int go_on = nothing;       ///< node of the mask that must be true for another pass; `nothing` if there is no mask
 };
 
-/// The operations of a recorded definition. Each is a node; nodes are numbered in the order in which they were added.
+/// The operations of a recorded definition (a C++ function). Each operation is a node; nodes are numbered in the order
+/// in which they were added.
 class Graph {
 public:
     std::vector<Node> nodes;  ///< all nodes
-    std::vector<int> region;  ///< for each node: number of the innermost loop on which it depends, or `nothing`
-    std::vector<Loop> loops;  ///< all loops, in the order of the calls of open_loop()
-    std::map<int, std::string> names;  ///< names that the definition gives to some nodes
-    std::vector<int> guards;           ///< nodes of masks passed to any(); work that only these select becomes a branch
+    /// For each node: number of the innermost loop on whose variables the node depends, or `nothing`.
+    std::vector<int> region;
+    std::vector<Loop> loops;           ///< all loops, in the order of the calls of open_loop()
+    std::map<int, std::string> names;  ///< names that the definition gives to nodes; the key is the node's number
+    /// Numbers of the nodes of all masks that were passed to any(). Operations whose results are used only if such a
+    /// mask is true become a branch of the WGSL program.
+    std::vector<int> guards;
 
     /// \name Operations
-    /// Each function returns the number of a node that has the operation's result. It adds that node, unless an equal
-    /// node exists or the result is simpler: most operations on constants become a constant; x · 1, x / 1, x + 0 and
-    /// x − 0 become x; x · 0 becomes 0. (This may change the sign of a zero; NaN · 0 and ∞ · 0 become 0, too.)
+    /// Each function returns the number of the node that has the operation's result. A new node is added only if the
+    /// graph has no equal node, and if the operation cannot be simplified. Simplifications are: most operations on
+    /// constants become a constant; x · 1, x / 1, x + 0 and x − 0 become x; x · 0 becomes 0. (A simplification may
+    /// change the sign of a zero; NaN · 0 and ∞ · 0 become 0, too.)
     /// @{
 
     /// Adds a constant number.
@@ -103,7 +115,7 @@ public:
     /// Adds an input: a parameter of the WGSL function or a uniform, whose WGSL expression is `text`.
     int input(std::string text) { return push({Op::input, nothing, nothing, nothing, 0, std::move(text)}); }
 
-    /// Adds an operation on the value of node a.
+    /// Adds an operation with one operand, the value of node a.
     int unary(Op op, int a) {
         if (is_constant(a)) {
             const float x = nodes[a].value;
@@ -127,7 +139,7 @@ public:
         return push({op, a});
     }
 
-    /// Adds an operation on the values of nodes a and b.
+    /// Adds an operation with two operands, the values of nodes a and b.
     int binary(Op op, int a, int b) {
         if (is_constant(a) && is_constant(b)) {
             const float x = nodes[a].value, y = nodes[b].value;
@@ -150,7 +162,7 @@ public:
                     break;
             }
         }
-        // Operations whose result is one of the operands.
+        // Operations whose result equals one of the operands.
         if (op == Op::multiply && (is(a, 0) || is(b, 1))) return a;
         if (op == Op::multiply && (is(b, 0) || is(a, 1))) return b;
         if (op == Op::divide && is(b, 1)) return a;
@@ -165,7 +177,8 @@ public:
         return push({op, a, b});
     }
 
-    /// Adds the choice of the value of node if_true or if_false, depending on the value of node mask.
+    /// Adds a choice: its result is the value of node `if_true` if the mask computed by node `mask` is true, otherwise
+    /// the value of node `if_false`.
     int select(int mask, int if_true, int if_false) {
         if (if_true == if_false) return if_true;
         if (nodes[mask].op == Op::truth) return nodes[mask].value != 0 ? if_true : if_false;
@@ -173,16 +186,17 @@ public:
     }
     /// @}
 
-    /// Returns true if node `mask` is the constant false. If the node is not a constant, it is added to the guards.
+    /// Returns whether node `mask` is the constant false. A node that is not a constant is added to `guards`.
     bool is_false(int mask) {
         if (nodes[mask].op == Op::truth) return nodes[mask].value == 0;
         guards.push_back(mask);
         return false;
     }
 
-    /// Starts a loop and returns its number. Operations added before the matching close_loop() form the loop's body.
+    /// Starts a loop and returns the loop's number. The operations that are added before the matching call of
+    /// close_loop() are the loop's body.
     /// \param passes   the largest number of passes
-    /// \param initial  nodes of the variables before the loop
+    /// \param initial  for each variable of the loop, the node of its value before the loop
     int open_loop(int passes, std::vector<int> initial) {
         const int loop = int(loops.size());
         loops.push_back({passes, open_.empty() ? nothing : open_.back(), std::move(initial), {}, {}});
@@ -191,9 +205,10 @@ public:
             loops.back().inside.push_back(push({Op::loop_value, loop, int(k)}));
         return loop;
     }
-    /// Ends the innermost loop that has been started. Returns the nodes of the loop's variables after the last pass.
-    /// \param next   nodes of the variables after a pass
-    /// \param go_on  node of the mask that must be true for another pass; `nothing`: no mask is needed
+    /// Ends the loop that was started last and has not ended yet. Returns, for each variable of the loop, the number of
+    /// the node that has the value after the last pass.
+    /// \param next   for each variable, the node of its value after a pass
+    /// \param go_on  node of the mask that must be true for another pass; `nothing` if there is no mask
     std::vector<int> close_loop(std::vector<int> next, int go_on = nothing) {
         const int loop = open_.back();
         open_.pop_back();
@@ -206,8 +221,8 @@ public:
         return results;
     }
 
-    /// Calls f(k) for the number k of every node on which node i depends directly. For Op::loop these are the nodes
-    /// that the loop has in `initial`, `next` and `go_on`.
+    /// Calls f(k) for the number k of every node whose value node i uses directly. If node i is a loop (Op::loop),
+    /// these are the nodes in Loop::initial, Loop::next and Loop::go_on.
     template <class F>
     void for_operands(int i, const F& f) const {
         const Node& node = nodes[i];
@@ -241,7 +256,7 @@ private:
 
     int push(Node node) {
         Node key = node;
-        switch (node.op) {  // a + b and b + a have the same bits
+        switch (node.op) {  // exchanging the operands does not change the bits: a + b = b + a
             case Op::add:
             case Op::multiply:
             case Op::equal:

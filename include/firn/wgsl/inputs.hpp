@@ -10,7 +10,8 @@
 
 namespace firn::wgsl {
 
-/// The values that a host writes into the uniforms and buffers of a program before the program runs.
+/// The values that a host (the software that starts a program) writes into the uniforms and buffers of the program
+/// before the program runs.
 class Inputs {
 public:
     /// Sets all uniforms to their default values. `program` must exist as long as this object exists.
@@ -19,13 +20,15 @@ public:
     }
 
     std::uint32_t particles = 0;       ///< number of particles
-    std::vector<std::uint32_t> nodes;  ///< number of nodes along each axis
+    std::vector<std::uint32_t> nodes;  ///< number of nodes along each axis of the grid
     /// The name and the contents of each buffer that the host must fill before the first step. The numbers have the
-    /// same order as on the device: in buffers of particles, number c of particle i is at index c * capacity + i.
+    /// same order as on the device: in a buffer with values of particles, the c-th number (from 0) of particle i is at
+    /// index c * capacity + i, where capacity is the uniform of this name.
     std::vector<std::pair<std::string, std::vector<float>>> buffers;
 
     /// Sets the components of a uniform.
-    /// \throws usage_error  if the program has no uniform of this name, or the number of components differs
+    /// \throws usage_error  if the program has no uniform of this name, or if `values` has more or fewer components
+    ///                      than the uniform
     void set(const std::string& name, const std::vector<double>& values) {
         const Uniform& u = program_->uniform(name);
         if (values.size() != u.values.size())
@@ -35,7 +38,7 @@ public:
     }
     /// Returns the components of the uniform Program::uniforms[k].
     const std::vector<double>& uniform(std::size_t k) const { return values_[k]; }
-    /// Returns the bytes to write into the buffer at binding 0, which contains all uniforms.
+    /// Returns the values of all uniforms as the bytes of the buffer at binding 0.
     std::vector<std::byte> uniform_bytes() const {
         std::vector<std::byte> bytes(program_->uniform_bytes);
         for (std::size_t k = 0; k < values_.size(); ++k) {
@@ -55,7 +58,7 @@ private:
     std::vector<std::vector<double>> values_;
 };
 
-/// Sets the uniforms "time_step" and "place_per_velocity", which is dt / h.
+/// Sets the uniform "time_step" to dt and the uniform "place_per_velocity" to dt / h.
 /// \param dt         time step [s]
 /// \param cell_size  cell size h of the domain [m]
 inline void set_time_step(Inputs& inputs, double dt, double cell_size) {
@@ -63,10 +66,11 @@ inline void set_time_step(Inputs& inputs, double dt, double cell_size) {
     inputs.set("place_per_velocity", {dt / cell_size});
 }
 
-/// Sets the uniforms of a policy to the policy's present parameters, for example after a boundary has moved.
+/// Sets the uniforms of a policy (a material, a boundary or an acceleration field) to the policy's present parameters,
+/// for example after a boundary has moved.
 /// \param policy  the policy, of the type for which the program was made
 /// \param prefix  which policy it is: "material", "boundary" or "field"
-/// \throws usage_error  if the program has no uniform for one of the parameters
+/// \throws usage_error  if the program has no uniform for one of the policy's parameters
 template <class Policy>
 void set_parameters(Inputs& inputs, const Policy& policy, const std::string& prefix) {
     for_parameters(
@@ -80,11 +84,13 @@ void set_parameters(Inputs& inputs, const Policy& policy, const std::string& pre
         prefix + "_");
 }
 
-/// Makes the inputs of a program from particles on the CPU. Particle i of the program is the i-th particle in the order
-/// of slots.
+/// Makes the inputs of a program from particles on the CPU. The program's particles have the order of the slots (the
+/// indices of particles in `particles`), but unused slots are left out: particle 0 of the program is the one with the
+/// lowest slot.
 /// \param dt      time step [s]
 /// \param limits  limits of the device on which the program will run
-/// \throws parameter_error  if the domain is periodic, or the buffers or entry points exceed the limits (check_fits())
+/// \throws parameter_error  if the domain is periodic, or if a buffer or an entry point exceeds the limits (see
+///                          check_fits())
 /// \throws particle_error   if a particle is lighter than 2^−86 kg
 template <int D, class State>
 Inputs make_inputs(const Program& program, const Domain<D>& domain, const Particles<float, D, State>& particles,

@@ -1,18 +1,21 @@
-/// \file The WGSL text that surrounds the definitions in a program: helper functions and entry points.
+/// \file The WGSL texts of a program's helper functions and entry points. They call the recorded functions.
 ///
-/// There is no physics in these texts. text.hpp replaces every ${NAME} in them.
+/// There is no physics in these texts. They contain placeholders ${NAME}, which text.hpp replaces.
 ///
-/// Buffers of particles are structures of arrays: number c of particle i is at index c * params.capacity + i. The
-/// position of a particle is stored as `corner`, the lower corner of a block of 4^D cells, and `place`, the position
-/// from that corner on [cells]. So positions have the same resolution everywhere in the domain. The grid is dense, with
-/// one block of ghost nodes below the domain: the node with lattice coordinate k has the index k + 4 along its axis.
+/// Buffers with values of particles are structures of arrays: the c-th number (from 0) of particle i is at index
+/// c * params.capacity + i. The position of a particle is stored as two vectors [cells]: `corner`, the lower corner of
+/// a block of 4^D cells, and `place`, the position relative to this corner. So positions have the same resolution
+/// everywhere in the domain. The grid is dense (all nodes are stored), with one block of ghost nodes below the domain.
+/// If the node at the domain's lower corner has the lattice coordinates 0, the node with lattice coordinate k along an
+/// axis has the index k + 4 along this axis.
 #pragma once
 
 #include <firn/core/requirements.hpp>
 
 namespace firn::wgsl::text {
 
-/// Helper functions for several entry points: access to the bits of floats, the status, and the indices of nodes.
+/// WGSL text of helper functions for several entry points. They access the bits of floats, report errors, and compute
+/// indices of nodes.
 inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale. Numbers are f32
 // bits: of positive ones the order is the same.
@@ -44,12 +47,13 @@ fn nodes_from(k: ${VEC}) -> ${IVEC} {
 fn kernel_weights_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_WEIGHTS}); }
 )";
 
-/// A function that returns the gradients of the weights, for programs whose G2P needs these gradients.
+/// WGSL text of a function that returns the gradients of the weights. It is used if G2P needs these gradients.
 inline constexpr const char* gradient_helpers = R"(
 fn kernel_gradients_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_GRADIENTS}); }
 )";
 
-/// The entry point clear. It sets the sums and counts at the nodes to zero, and resets the status words of a step.
+/// WGSL text of the entry point clear, which sets the sums and the particle counts of all nodes to zero, and resets
+/// those words of the buffer "status" that each step computes.
 inline constexpr const char* clear = R"(
 @compute @workgroup_size(${GROUP})
 fn clear(${INVOCATION}) {
@@ -65,8 +69,8 @@ fn clear(${INVOCATION}) {
 }
 )";
 
-/// The entry points measure, measure_counts and choose_scale. They choose the scale of the integer sums of P2G.
-/// \see stage/fixed_point.hpp
+/// WGSL text of the entry points measure, measure_counts and choose_scale. Together they choose the scale (quanta per
+/// unit) of the integer sums of P2G. \see stage/fixed_point.hpp
 inline constexpr const char* measure = R"(
 var<workgroup> largest: array<atomic<u32>, 3>;
 
@@ -123,8 +127,9 @@ fn nearest(x: vec4<f32>) -> vec4<i32> {
 }
 )";
 
-/// The function ${NAME}(i, scale, origin), which adds the momentum and mass of particle i to the sums at the nodes.
-/// ${TARGET} is the array of the sums, with four integers per node. `origin` is the first node in this array.
+/// WGSL text of the function ${NAME}(i, scale, origin), which adds the momentum and mass of particle i to the sums at
+/// the nodes. ${TARGET} is the array that contains the sums, four integers per node. `origin` is the first node in this
+/// array.
 inline constexpr const char* scatter = R"(
 fn ${NAME}(i: u32, scale: FixedPointScale, origin: ${IVEC}) {
     let place = load_place(i);
@@ -147,7 +152,7 @@ fn ${NAME}(i: u32, scale: FixedPointScale, origin: ${IVEC}) {
 }
 )";
 
-/// The entry point p2g. It adds the particles directly to the sums in the grid.
+/// WGSL text of the entry point p2g, which adds the particles directly to the sums in the grid.
 inline constexpr const char* p2g = R"(
 @compute @workgroup_size(${GROUP})
 fn p2g(${INVOCATION}) {
@@ -157,10 +162,11 @@ fn p2g(${INVOCATION}) {
 }
 )";
 
-/// The entry points of P2G through workgroup memory: clear_blocks, count_blocks, scan_blocks, order_particles and
-/// p2g_blocks. The first four sort the particles by the block of their base node. In p2g_blocks, each workgroup adds up
-/// the particles of one block in workgroup memory (the arena), then adds the arena to the grid. The sums are integers,
-/// so the order of the particles does not change them.
+/// WGSL text of the entry points of P2G through workgroup memory: clear_blocks, count_blocks, scan_blocks,
+/// order_particles and p2g_blocks. The first four entry points sort the particles by the block of 4^D nodes that
+/// contains the particle's base node (the first node that the particle touches). In p2g_blocks, each workgroup adds up
+/// the particles of one block in an array in workgroup memory, the arena; then it adds the sums in the arena to the
+/// grid. All sums are integers, so they do not depend on the order of the particles.
 inline constexpr const char* p2g_sorted = R"(
 fn block_count() -> u32 { return node_count() / ${BLOCK_NODES}u; }
 fn block_of(i: u32) -> u32 {
@@ -240,7 +246,8 @@ fn p2g_blocks(${INVOCATION}) {
 }
 )";
 
-/// The entry point grid_update. It replaces the sums of momentum and mass at each node by velocity and mass.
+/// WGSL text of the entry point grid_update, which replaces the sums of momentum and mass at each node by the velocity
+/// and mass of the node.
 inline constexpr const char* grid_update = R"(
 @compute @workgroup_size(${GROUP})
 fn grid_update(${INVOCATION}) {
@@ -261,8 +268,8 @@ fn grid_update(${INVOCATION}) {
 }
 )";
 
-/// The entry points g2p, which updates and moves the particles, and initialise, which computes the particles' stress
-/// before the first step.
+/// WGSL text of two entry points: g2p, which updates and moves the particles, and initialise, which computes the stress
+/// of the particles before the first step.
 inline constexpr const char* g2p = R"(
 fn velocity_at(node: u32) -> ${VEC} { return bitcast<vec4<f32>>(nodes[node]).${AXES}; }
 

@@ -16,48 +16,53 @@
 
 namespace firn::wgsl {
 
-/// A uniform: a number or vector that the host sets and all entry points of a program can read.
+/// A uniform of a program: a number or vector that the host (the software that runs the program) sets, and that all
+/// entry points can read.
 struct Uniform {
-    std::string name,            ///< name of the member in the WGSL struct of uniforms
+    std::string name,            ///< name of the uniform's member in the WGSL struct Params
         type,                    ///< type in WGSL: "f32", "u32", "vec3<f32>", …
-        unit,                    ///< unit such as "m/s"; "1" if it has none
-        what;                    ///< meaning of the uniform; empty for parameters of policies
-    std::size_t offset;          ///< position in the buffer at binding 0 [bytes]
-    std::vector<double> values;  ///< components of the default value
+        unit,                    ///< unit such as "m/s"; "1" if the uniform has no unit
+        what;                    ///< meaning of the uniform; empty if it is a parameter of a policy
+    std::size_t offset;          ///< position of the uniform in the buffer at binding 0 [bytes]
+    std::vector<double> values;  ///< components of the uniform's default value
 };
 
-/// A field of the particles, such as their velocity, within a buffer.
+/// A field of the particles, such as their velocity, that is stored in a buffer.
 struct Component {
-    std::string name;             ///< name of the field, such as "velocity"
-    int count;                    ///< how many numbers the field has per particle
-    std::string unit;             ///< unit such as "m/s"
-    std::vector<double> start{};  ///< for a field of a material's state: its numbers in a body at rest; otherwise empty
+    std::string name;  ///< name of the field, such as "velocity"
+    int count;         ///< how many numbers the field has for each particle
+    std::string unit;  ///< unit such as "m/s"
+    /// If the field belongs to a material's state: the numbers that the field has in a body at rest. Otherwise empty.
+    std::vector<double> start{};
 };
 
 /// A storage buffer of 32-bit numbers.
 struct Buffer {
-    std::string name,  ///< name in the program
-        type;          ///< type of its numbers: "f32", "i32" or "u32"
-    int binding;       ///< number of its binding in group 0
-    /// The item for which the buffer has `count` numbers: "particle", "node", "block" (of 4^D nodes), "axis_node" (a
-    /// node along one axis; first all along x, then y, then z) or "program" (only once).
+    std::string name,  ///< name of the buffer in the program
+        type;          ///< type of the numbers: "f32", "i32" or "u32"
+    int binding;       ///< number of the buffer's binding in group 0
+    /// The kind of item for which the buffer has `count` numbers: "particle", "node", "block" (of 4^D nodes),
+    /// "axis_node" (a node along one axis; first all nodes along x, then all along y, then all along z) or "program" (a
+    /// single item).
     std::string per;
     int count;                          ///< how many numbers the buffer has for each item
-    std::vector<Component> components;  ///< fields in the buffer, in this order; empty if `per` is not "particle"
+    std::vector<Component> components;  ///< fields in the buffer, in their order; empty if `per` is not "particle"
 };
 
-/// An entry point of a program, and how to dispatch it.
+/// An entry point of a program (a function that the host can start on the GPU), and how to dispatch (start) it.
 struct EntryPoint {
     std::string name;  ///< name of the function in the program
-    /// How much to dispatch: one invocation for each "particle" or "node", one workgroup for each block of 4^D nodes
-    /// ("block_workgroup"), or a single workgroup ("one_workgroup").
+    /// How much to dispatch. "particle", "node": one invocation for each particle or node. "block_workgroup": one
+    /// workgroup for each block of 4^D nodes. "one_workgroup": a single workgroup.
     std::string per;
-    int workgroup_size;  ///< invocations per workgroup
-    /// The number of each binding that the entry point uses, and whether the entry point may write to the buffer.
+    int workgroup_size;  ///< number of invocations per workgroup
+    /// For each binding that the entry point uses: the number of the binding, and whether the entry point may write to
+    /// the buffer at this binding.
     std::vector<std::pair<int, bool>> bindings;
 };
 
-/// A WGSL program, with everything that a host needs to run it.
+/// A WGSL program, with everything that a host (the software that starts the program on a GPU) needs to run the
+/// program.
 struct Program {
     std::string name;                      ///< the dimension and the names of the policies, joined by _
     int dimension;                         ///< dimension of space: 2 or 3
@@ -67,12 +72,12 @@ struct Program {
         material,                          ///< name of the material
         boundary,                          ///< name of the boundary
         field;                             ///< name of the acceleration field
-    int workgroup_size;                    ///< invocations per workgroup in most entry points
+    int workgroup_size;                    ///< number of invocations per workgroup in most entry points
     std::vector<Uniform> uniforms;         ///< members of the WGSL struct at binding 0
     std::size_t uniform_bytes = 0;         ///< size of the struct of uniforms, a multiple of 16 [bytes]
-    std::vector<Buffer> buffers;           ///< the storage buffers, at the other bindings
+    std::vector<Buffer> buffers;           ///< the storage buffers, at the bindings from 1 on
     std::vector<EntryPoint> entry_points;  ///< all entry points, not in the order of a step (see step_order)
-    std::string code;                      ///< the WGSL text
+    std::string code;                      ///< the WGSL text of the program
 
     /// Returns the buffer of a given name.
     /// \throws usage_error  if no buffer has this name
@@ -93,19 +98,19 @@ struct Program {
 /// The properties of the policies on which the text of a program depends.
 struct Facts {
     int dimension,           ///< dimension of space: 2 or 3
-        support,             ///< support of the kernel [nodes along an axis]
+        support,             ///< support of the kernel: number of nodes along an axis that a particle touches
         centre;              ///< index of the kernel's centre node along an axis, see firn::centre_node
     bool affine,             ///< whether particles carry the affine velocity field C
         weight_gradients;    ///< whether P2G needs gradients of the weights
-    bool sum_gradients;      ///< whether G2P needs gradients of the weights; always true if P2G does
+    bool sum_gradients;      ///< whether G2P needs gradients of the weights; always true if weight_gradients is true
     bool rate_dependent;     ///< whether the material's stress depends on the velocity gradient
     bool stress_with_state;  ///< whether the material returns its new state and its stress together
-    int workgroup_size;      ///< invocations per workgroup in most entry points
+    int workgroup_size;      ///< number of invocations per workgroup in most entry points
 };
 
 namespace detail {
 
-/// Adds uniforms to a program, with the offsets that the layout rules of WGSL prescribe.
+/// A helper that adds uniforms to a program, at the offsets that the layout rules of WGSL prescribe.
 class UniformLayout {
 public:
     UniformLayout(Program& program) : program_(program) {}
@@ -137,10 +142,10 @@ private:
     Program& program_;
 };
 
-/// The number of each binding: the uniforms (params), then the storage buffers.
+/// The binding numbers of a program: 0 for the uniforms (params), then those of the storage buffers.
 enum Binding { params, motion, affine, stress, state, constants, nodes, status, counts, coordinates, blocks, order };
 
-/// Returns the binding of the buffer that contains the fields of a given role.
+/// Returns the binding number of the buffer that contains the fields with the given role.
 inline Binding buffer_of(FieldRole role) {
     switch (role) {
         case FieldRole::motion:
@@ -158,8 +163,9 @@ inline Binding buffer_of(FieldRole role) {
     return constants;
 }
 
-/// Calls f(name, field) for every component of the buffer with binding `buffer`. The position of a particle is in two
-/// components [cells]: `corner`, the lower corner of the particle's block, and `place`, the position from there on.
+/// Calls f(name, field) for every component (stored field) of the buffer whose binding has the number `buffer`. `name`
+/// is the name of the component, `field` its description. The position of a particle consists of two components
+/// [cells]: `corner`, the lower corner of the particle's block, and `place`, the position relative to this corner.
 template <class F>
 void for_fields_in(int buffer, const FieldTable& table, const F& f) {
     for (const FieldInfo& field : table) {
@@ -170,7 +176,7 @@ void for_fields_in(int buffer, const FieldTable& table, const F& f) {
 }
 
 /// Adds the descriptions of all storage buffers to the program.
-/// \param table  the fields of the particles
+/// \param table  descriptions of all fields of the particles
 inline void add_buffers(Program& program, const Facts& facts, const FieldTable& table) {
     const auto add = [&](const char* name, const char* type, Binding binding, const char* per, int count,
                          std::vector<Component> components = {}) {
@@ -200,7 +206,8 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add("order", "u32", order, "particle", 1, {{"order", 1, "1"}});
 }
 
-/// Adds to the program the descriptions of the entry points in kernels.hpp, each with the bindings that it uses.
+/// Adds the descriptions of the entry points in kernels.hpp to the program. Each description lists the bindings that
+/// the entry point uses.
 inline void add_entry_points(Program& program, const Facts& facts) {
     using Bindings = std::vector<std::pair<int, bool>>;
     const auto add = [&](const char* name, const char* per, int size, Bindings bindings) {

@@ -1,4 +1,5 @@
-/// \file The limits of a device, and checks that a program stays within them.
+/// \file The limits of a WebGPU device (sizes of buffers, number of workgroups, …), and functions that check whether a
+/// program exceeds these limits.
 #pragma once
 
 #include <firn/wgsl/layout.hpp>
@@ -9,27 +10,31 @@ namespace firn::wgsl {
 
 /// The limits of a WebGPU device that matter to a program. Every device guarantees at least the default values.
 struct Limits {
-    /// The largest part of a buffer that one binding can have [bytes]: maxStorageBufferBindingSize.
+    /// Largest part of a storage buffer that an entry point can access through one binding [bytes]. WebGPU calls this
+    /// limit maxStorageBufferBindingSize.
     std::uint64_t storage_binding_bytes = 128ULL << 20;
-    /// The largest size of a buffer [bytes]: maxBufferSize.
+    /// Largest size of a buffer [bytes]. WebGPU calls this limit maxBufferSize.
     std::uint64_t buffer_bytes = 256ULL << 20;
-    /// The most workgroups of a dispatch along one axis: maxComputeWorkgroupsPerDimension.
+    /// Largest number of workgroups along one axis of a dispatch. WebGPU calls this limit
+    /// maxComputeWorkgroupsPerDimension.
     std::uint32_t groups_per_dimension = 65535;
-    /// The most storage buffers that one entry point can use: maxStorageBuffersPerShaderStage.
+    /// Largest number of storage buffers that one entry point can use. WebGPU calls this limit
+    /// maxStorageBuffersPerShaderStage.
     int storage_buffers_per_stage = 8;
 };
 
-/// The size of a dispatch, in workgroups.
+/// The size of a dispatch (one launch of an entry point on the device): the number of workgroups along x and along y.
 struct Dispatch {
-    std::uint32_t x,  ///< workgroups along x
-        y;            ///< workgroups along y; more than 1 only if x is at the device's limit
+    std::uint32_t x,  ///< number of workgroups along x
+        y;            ///< number of workgroups along y; more than 1 only if x is the device's limit
 };
 
-/// Returns the size of a dispatch that has at least `invocations` invocations. Its workgroups lie along x; if they
-/// exceed the device's limit along an axis, several rows of workgroups lie along y.
+/// Returns the size (x, y) of a dispatch that has at least `invocations` invocations. As long as the device's limit
+/// along one axis allows it, all workgroups lie along x, and y is 1. For more workgroups, x is this limit, and y is the
+/// smallest number that suffices.
 /// \param invocations     number of invocations that are needed
-/// \param workgroup_size  invocations per workgroup
-/// \throws parameter_error  if the workgroups along y exceed the limit, too
+/// \param workgroup_size  number of invocations per workgroup
+/// \throws parameter_error  if y would exceed the device's limit along one axis
 inline Dispatch dispatch(std::uint64_t invocations, int workgroup_size, const Limits& limits = {}) {
     const std::uint64_t groups =
         std::max<std::uint64_t>(1, (invocations + std::uint64_t(workgroup_size) - 1) / std::uint64_t(workgroup_size));
@@ -40,18 +45,19 @@ inline Dispatch dispatch(std::uint64_t invocations, int workgroup_size, const Li
     return {std::uint32_t(x), std::uint32_t(y)};
 }
 
-/// Returns the number of nodes along an axis of a program's dense grid, a multiple of 4. It counts the nodes of the
-/// domain, four ghost nodes (one block) below the domain, and at least three ghost nodes above it.
+/// Returns the number of nodes along one axis of a program's grid, a multiple of 4. The grid stores all nodes of the
+/// domain, four ghost nodes (one block) below the domain, and at least three ghost nodes above the domain.
 /// \param cells  number of cells of the domain along the axis
 inline std::uint32_t grid_nodes(int cells) {
     return std::uint32_t(block_size) * std::uint32_t((cells + block_size - 1) / block_size + 2);
 }
 
-/// Checks that the buffers and the entry points of a program stay within the limits of a device.
-/// \param particles  number of particles that the buffers are made for (their capacity)
-/// \param nodes      number of nodes along each axis
-/// \throws parameter_error  if a limit is exceeded; the message names the limit, and says how many particles or nodes
-///                          would fit into the buffer
+/// Throws if the buffers or the entry points of a program exceed a limit of a device.
+/// \param particles  capacity of the buffers: the number of particles for which they have memory
+/// \param nodes      number of nodes along each axis of the grid
+/// \throws parameter_error  if a buffer would be too large (the message says how many particles or nodes would fit), or
+///                          if an entry point uses too many storage buffers; the message names the limit that is
+///                          exceeded
 inline void check_fits(const Program& program, std::uint64_t particles, const std::vector<std::uint32_t>& nodes,
                        const Limits& limits = {}) {
     std::uint64_t all_nodes = 1;

@@ -1,4 +1,5 @@
-/// \file Writes the manifest of a program: a JSON text that tells a host how to run the program.
+/// \file Writes the manifest of a WGSL program: a JSON text that tells a host (the software that starts the program on
+/// a GPU) how to run the program.
 #pragma once
 
 #include <firn/core/json.hpp>
@@ -7,16 +8,18 @@
 
 namespace firn::wgsl {
 
-/// The entry points of a step in which P2G adds particles directly to the grid, in the order to run them.
+/// Names of the entry points of one step, in the order to run them. In this kind of step, P2G adds the particles
+/// directly to the grid.
 inline const std::vector<std::string> step_order{"clear",       "measure", "measure_counts", "choose_scale", "p2g",
                                                  "grid_update", "g2p"};
-/// The entry points of a step with P2G through workgroup memory, in the order to run them.
+/// Names of the entry points of one step, in the order to run them. In this kind of step, P2G first sorts the particles
+/// by block and adds them up in workgroup memory.
 inline const std::vector<std::string> sorted_step_order{
     "clear",       "measure",         "measure_counts", "choose_scale", "clear_blocks", "count_blocks",
     "scan_blocks", "order_particles", "p2g_blocks",     "grid_update",  "g2p"};
 
-/// The message of each error. If word 0 of the buffer "status" is e > 0, the message is error_sentences[e − 1]; e = 0
-/// means that there is no error.
+/// The messages of all errors that a program can report. Word 0 of the buffer "status" is the number e of the error: 0
+/// means that there is no error, otherwise error_sentences[e − 1] is the message.
 inline const std::vector<std::string> error_sentences{
     "The momentum that a node may receive is not finite: the simulation has blown up. Reduce the time step, or look at "
     "the initial state.",
@@ -29,33 +32,36 @@ inline const std::vector<std::string> error_sentences{
     "A particle has left the domain. Compare the time step with its bound, and look for a force or a stiffness that is "
     "too large."};
 
-/// Returns the manifest of a program, a JSON text that tells hosts in any language how to run the program.
+/// Returns the manifest of a program: a JSON text that tells hosts in any language how to run the program.
 ///
-/// All bindings are in group 0. Two variables of the program may share a binding (the same buffer as atomics and as
-/// vectors), but one entry point uses only one of them. Besides the names of the policies, the manifest has these
-/// entries:
+/// All bindings are in group 0. Two WGSL variables may have the same binding: one accesses the buffer as atomic
+/// integers, the other as vectors. Each entry point uses at most one of the two. Besides the names of the policies
+/// (kernel, transfer, material, …), the manifest has these entries:
 ///
-///     uniforms     binding; bytes: size of the buffer; fields: for each uniform its name, type, offset [bytes], unit,
-///                  what (its meaning) and default
-///     buffers      name, binding, type, per, count, components. A buffer has `count` 32-bit numbers for each item that
-///                  `per` names: "particle", "node", "block" (4^D nodes), "axis_node" (the nodes along x, then those
-///                  along y, then z) or "program" (only once). In buffers per particle, number c of particle i is at
-///                  index c * capacity + i; `components` lists the fields in these numbers: name, count and unit of
-///                  each. Fields of a material's state have a default, their value in a body at rest.
-///     kernels      entry: the entry point's name; workgroup_size; bindings: binding and access of each; per: how many
-///                  to dispatch. This is one invocation for each "particle" or "node", one workgroup for each block
-///                  ("block_workgroup"), or a single workgroup ("one_workgroup"). A dispatch of n workgroups has
-///                  x = min(n, 65535) and y = ceil(n / x).
+///     uniforms     binding: number of the binding; bytes: size of the buffer; fields: for each uniform its name, type,
+///                  offset [bytes], unit, meaning (`what`) and default value
+///     buffers      for each buffer its name, binding, type, per, count and components. The buffer has `count` 32-bit
+///                  numbers for each item of the kind `per`: "particle", "node", "block" (of 4^D nodes), "axis_node"
+///                  (a node along one axis: first all along x, then all along y, then all along z) or "program" (only
+///                  one item). If `per` is "particle", the c-th number (from 0) of particle i is at index
+///                  c * capacity + i; `components` lists the fields that consist of these numbers, with the name, count
+///                  of numbers and unit of each. A field of a material's state also has a default: its value in a body
+///                  at rest.
+///     kernels      for each entry point its name (`entry`); workgroup_size; bindings: the number and access of each
+///                  binding; per: how much to dispatch. This is one invocation for each "particle" or "node", one
+///                  workgroup for each block ("block_workgroup"), or a single workgroup ("one_workgroup"). A dispatch
+///                  of n workgroups has x = min(n, 65535) workgroups along x and y = ceil(n / x) along y.
 ///     initialise   the entry points to run once, after the buffers were written
 ///     step         the entry points of a step, in the order to run them
 ///     step_sorted  the entry points of a step with P2G through workgroup memory, in the order to run them
-///     status       the index of each 32-bit word in the buffer "status". The words error and particle are of type u32,
-///                  the others of type f32.
-///     errors       the message for each value e > 0 of the word error; after an error, steps change nothing
+///     status       for each status word its index in the buffer "status". The words error and particle are of type
+///                  u32, the others of type f32.
+///     errors       for each value e > 0 of the word error its message; after an error, steps change nothing
 ///
-/// The number of nodes along an axis is 4 (b + 2), where b = ceil(cells / 4). The node with lattice coordinate k has
-/// the index k + 4 along its axis; in buffers, the index along the last axis varies fastest. A particle's position is
-/// lower + h (corner + place) [m], where lower is the domain's lower corner and h the cell size.
+/// The number of nodes along an axis is 4 (b + 2), where b = ceil(cells / 4). Let the node at the domain's lower corner
+/// have the lattice coordinates 0. The node with lattice coordinate k along an axis has the index k + 4 along this
+/// axis; in buffers, the index along the last axis varies fastest. A particle's position is lower + h (corner + place)
+/// [m], where lower is the domain's lower corner, h the cell size, and corner and place are two fields of the particle.
 inline std::string manifest(const Program& program) {
     Json json;
     json.object([&] {

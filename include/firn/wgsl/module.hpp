@@ -1,4 +1,5 @@
-/// \file Collects the structs and functions of a WGSL module. The functions are recorded from C++ functions.
+/// \file Builds the text of a WGSL module. Its functions are recorded from C++ functions, its structs are translated
+/// from C++ structs.
 #pragma once
 
 #include <firn/wgsl/body.hpp>
@@ -6,17 +7,18 @@
 
 namespace firn::wgsl {
 
-/// A list of structs and functions that becomes the text of a WGSL module.
+/// A list of WGSL structs and functions, which together are a WGSL module.
 class Module {
 public:
-    /// Records a C++ function, the definition, and adds it as a WGSL function, together with the structs that it needs.
-    /// \tparam Arguments  types of the parameters, each with a shape
+    /// Adds a WGSL function that computes the same as a C++ function, called the definition. Also adds the structs that
+    /// the WGSL function needs. The operations of the definition are recorded in one call of it.
+    /// \tparam Arguments  types of the definition's parameters; for each there is a specialisation of wgsl::shape
     /// \param name        name of the WGSL function
     /// \param comment     what the definition is or in which header it is; written above the WGSL function
-    /// \param names       names of the parameters in WGSL
-    /// \param definition  the C++ function, called once with recorded arguments; the type of its result has a shape
-    /// \throws usage_error  if the definition reads a number that has no value, or its result has a number without a
-    ///                      value
+    /// \param names       names of the WGSL function's parameters
+    /// \param definition  the C++ function; there is a specialisation of wgsl::shape for the type of its result, too
+    /// \throws usage_error  if the definition reads a number that has no value, or if a number of the definition's
+    ///                      result has no value
     template <class... Arguments, class Definition>
     void function(const std::string& name, const std::string& comment, const std::vector<std::string>& names,
                   const Definition& definition) {
@@ -33,7 +35,7 @@ public:
             });
             return value;
         };
-        // Braces guarantee that `input` is called for the first argument first.
+        // The braces guarantee that `input` is called for the first argument first, then for the second, and so on.
         const std::tuple<Arguments...> arguments{input(std::type_identity<Arguments>{})...};
         Result result = std::apply(definition, arguments);
         declare<Result>();
@@ -51,7 +53,8 @@ public:
                       shape<Result>::build(result, [&](const recorded& x) { return body.text(x.node); }) + ";\n}\n\n";
     }
 
-    /// Adds the WGSL structs that type T needs, except those that the module already has.
+    /// Adds the WGSL structs that are needed for values of type T. Structs that the module already has are not added
+    /// again.
     template <class T>
     void declare() {
         shape<T>::declare([&](const std::string& name, const std::string& text) {

@@ -39,15 +39,16 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
 
 }  // namespace detail
 
-/// Makes the WGSL program of a simulation with these policies.
+/// Makes the WGSL program of a simulation with the given policies: kernel, transfer, force, material, boundary and
+/// acceleration field.
 ///
-/// The parameters of the policies become uniforms, which the host can change. Other members of the policies, such as
-/// the contact of a wall, become fixed parts of the program's text.
-/// \tparam Kernel          such as QuadraticBSpline
-/// \tparam Transfer        Pic or Apic
-/// \tparam Force           such as MlsForce
-/// \param workgroup_size   invocations per workgroup, except in entry points that need another number
-/// \throws parameter_error  if the boundary's parameters are not valid
+/// The parameters of the policies become uniforms of the program, which the host can change between steps. Other
+/// members of the policies, such as the contact of a wall, become fixed parts of the program's text.
+/// \tparam Kernel          the kernel, such as QuadraticBSpline
+/// \tparam Transfer        the transfer: Pic or Apic
+/// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
+/// \param workgroup_size   number of invocations per workgroup, except in entry points that need another number
+/// \throws parameter_error  if a parameter of `boundary` is not valid
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary,
           class Field = Gravity<float, D>>
 Program make_program(const Material& material, const Boundary& boundary, const Field& field = {},

@@ -1,4 +1,5 @@
-/// \file A scalar type that records operations: calling a C++ function with such scalars builds the function's graph.
+/// \file The scalar type `recorded`, which records operations instead of computing them. Calling a C++ function with
+/// such scalars produces the graph of the operations that the function does.
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -9,14 +10,16 @@
 
 namespace firn::wgsl {
 
-// Definitions call these functions without firn::. Here, argument-dependent lookup finds them for `recorded`.
+// Definitions (the C++ functions to record) call these functions without firn::. The using-declaration makes
+// argument-dependent lookup find the functions for arguments of type `recorded`.
 using firn::cos, firn::exp, firn::log, firn::max, firn::min, firn::pow, firn::sin;
 
-/// While a Recording exists, operations on `recorded` numbers in the thread that made it are added to its graph.
+/// An object that records operations. While a Recording exists, the operations on `recorded` numbers in the thread that
+/// constructed this Recording are added to the member `graph`.
 class Recording {
 public:
-    /// Starts recording in this thread.
-    /// \throws usage_error  if another Recording exists in this thread
+    /// Starts recording the operations of the calling thread.
+    /// \throws usage_error  if another Recording of this thread exists
     Recording() {
         if (current_) throw usage_error("This thread is recording a definition already: finish that first.");
         current_ = &graph;
@@ -25,8 +28,8 @@ public:
     Recording(const Recording&) = delete;
     Recording& operator=(const Recording&) = delete;
 
-    /// Returns the graph of the Recording that exists in this thread.
-    /// \throws usage_error  if no Recording exists in this thread
+    /// Returns the graph of the calling thread's Recording.
+    /// \throws usage_error  if no Recording of this thread exists
     static Graph& current() {
         if (!current_) throw usage_error("A recorded number was made outside of a firn::wgsl::Recording.");
         return *current_;
@@ -37,42 +40,46 @@ private:
     static inline thread_local Graph* current_ = nullptr;
 };
 
-/// A scalar that stands for an f32 value of a WGSL program. Operations on it add nodes to the graph of this thread's
-/// Recording. They throw usage_error if an operand has no value yet, or if this thread has no Recording.
+/// A scalar that stands for an f32 value of a WGSL program. Each operation on such scalars adds a node (one operation)
+/// to the graph of this thread's Recording. The operation throws usage_error if an operand has no value yet, or if this
+/// thread has no Recording.
 struct recorded {
-    /// The result of a comparison; stands for a bool value of a WGSL program.
+    /// The result of a comparison. It stands for a bool value of a WGSL program.
     struct mask {
-        int node;  ///< number of the node in the graph that computes the mask
+        int node;  ///< number of the graph's node (operation) that computes the mask
 
         /// \name Logic
         /// @{
 
-        /// Adds the operation to the graph.
+        /// Adds the logic operation to the graph and returns its result.
         friend mask operator&(mask a, mask b) { return {Recording::current().binary(Op::both, a.node, b.node)}; }
         friend mask operator|(mask a, mask b) { return {Recording::current().binary(Op::either, a.node, b.node)}; }
         friend mask operator!(mask a) { return {Recording::current().unary(Op::inverse, a.node)}; }
         /// @}
 
-        /// Returns false if the mask is the constant false, and true otherwise. Work that the caller does after `true`,
-        /// and whose results only select(m, …) uses, becomes a branch of the WGSL program.
+        /// Returns false if m is the constant false. Otherwise returns true, because the value of m is not known while
+        /// recording. Operations whose results are used only in calls of select(m, …) become a branch, `if (m)`, of the
+        /// WGSL program.
         friend bool any(mask m) { return !Recording::current().is_false(m.node); }
 
-        /// Does not compile: a definition cannot use a mask in `if`, because its value is not known while recording.
+        /// Does not compile: a definition (a C++ function to record) cannot use a mask in `if`, because the value of
+        /// the mask is not known while recording.
         template <class M = mask>
         explicit constexpr operator bool() const {
             return firn::detail::refuse_to_branch<M>();
         }
     };
 
-    int node = nothing;  ///< number of the node that computes this number; `nothing` before it has a value
+    int node =
+        nothing;  ///< number of the graph's node that computes the scalar; `nothing` before the scalar has a value
 
-    /// Makes a number that has no value yet.
+    /// Makes a scalar that has no value yet.
     constexpr recorded() = default;
-    /// Adds a constant, rounded to float, to the graph.
+    /// Makes a scalar that stands for a constant, `value` rounded to float. Adds the constant to the graph.
     template <class U>
         requires std::is_arithmetic_v<U>
     recorded(U value) : node(constant(float(value))) {}
-    /// Returns the recorded number that node `number` of the graph computes.
+    /// Returns the scalar that stands for the result of the graph's node with the given number.
     static recorded of(int number) {
         recorded r;
         r.node = number;
@@ -82,7 +89,7 @@ struct recorded {
     /// \name Arithmetic
     /// @{
 
-    /// Adds the operation to the graph and returns its result.
+    /// Adds the arithmetic operation to the graph and returns its result.
     friend recorded operator+(recorded a, recorded b) { return binary(Op::add, a, b); }
     friend recorded operator-(recorded a, recorded b) { return binary(Op::subtract, a, b); }
     friend recorded operator*(recorded a, recorded b) { return binary(Op::multiply, a, b); }
@@ -104,11 +111,11 @@ struct recorded {
     friend mask operator==(recorded a, recorded b) { return {binary(Op::equal, a, b).node}; }
     /// @}
 
-    /// Adds m ? a : b to the graph and returns the result.
+    /// Adds the choice m ? a : b to the graph and returns its result.
     [[gnu::noinline]] friend recorded select(mask m, recorded a, recorded b) {
         return of(Recording::current().select(m.node, checked(a), checked(b)));
     }
-    /// Gives the value a this name in the WGSL program, unless a already has a name. Returns a.
+    /// Returns a. In the WGSL program the value of a gets the given name, unless this value already has a name.
     friend recorded named(const char* name, recorded a) {
         Recording::current().names.try_emplace(checked(a), name);
         return a;
@@ -121,11 +128,12 @@ struct recorded {
     friend recorded sqrt(recorded a) { return unary(Op::square_root, a); }
     friend recorded abs(recorded a) { return unary(Op::magnitude, a); }
     friend recorded floor(recorded a) { return unary(Op::round_down, a); }
-    /// Returns a, written as max(a, −3e38) in WGSL, where a is always larger than −3e38. Mark a sum with it whose
-    /// rounding matters: drivers replace (x + c) − c by x, but not settled(x + c) − c.
+    /// Returns a, and keeps GPU drivers from simplifying a. Call settled() for a sum whose rounding matters: drivers
+    /// replace (x + c) − c by x, but not settled(x + c) − c. In WGSL the call becomes max(a, −3e38), which equals a
+    /// because a must be larger than −3e38.
     friend recorded settled(recorded a) { return unary(Op::settled, a); }
-    /// Returns the integer nearest to a, ties to even. In WGSL it is the built-in round(), because compilers would
-    /// replace (x + c) − c, which firn uses on the CPU, by x.
+    /// Returns the integer nearest to a, ties to even. In WGSL the call becomes the built-in function round(). On the
+    /// CPU, firn rounds x by (x + c) − c with a large constant c, but GPU compilers would replace this by x.
     friend recorded nearest_whole(recorded a) { return unary(Op::round_to_even, a); }
     friend recorded power_of_two(recorded a) { return unary(Op::power_of_two, a); }
     friend recorded exponent_of(recorded a) { return unary(Op::exponent_of, a); }
@@ -135,7 +143,7 @@ struct recorded {
 
 private:
     [[gnu::noinline]] static int constant(float value) { return Recording::current().constant(value); }
-    // These are not inlined, although definitions are: one compiled copy of each is enough.
+    // The following functions are not inlined, although definitions are: one compiled copy of each function is enough.
     [[gnu::noinline]] static int checked(recorded a) {
         if (a.node == nothing) throw usage_error("A definition reads a number that has no value yet.");
         return a.node;
@@ -148,7 +156,7 @@ private:
     }
 };
 
-/// Translates a recorded number to f32.
+/// Translates a recorded number to the WGSL type f32.
 template <>
 struct shape<recorded> : detail::plain_shape<recorded> {
     /// \name Interface of shape
@@ -167,14 +175,16 @@ struct shape<recorded> : detail::plain_shape<recorded> {
     /// @}
 };
 
-/// Records a loop. repeat() and repeat_while() of core/repeat.hpp call this function if the state consists of recorded
-/// numbers; they find it by argument-dependent lookup.
+/// Records a loop and returns the state after the last pass. (A pass is one run of the loop's body.) repeat() and
+/// repeat_while() of core/repeat.hpp call record_repeat() if the state consists of recorded numbers; argument-dependent
+/// lookup finds it.
 /// \tparam N      the largest number of passes
-/// \tparam State  a type with a shape; its recorded numbers are the variables of the loop
+/// \tparam State  a type for which there is a specialisation of wgsl::shape; the variables of the loop are the recorded
+///                numbers in a State
 /// \param state   the state before the loop
-/// \param body    called once, for a single pass. Either it returns the next state; or it takes the state by reference,
-///                changes it and returns a mask, and the loop ends after the first pass whose mask is false.
-/// \returns the state after the last pass
+/// \param body    the loop's body, a function that is called once, to record a single pass. Either the function returns
+///                the next state; or it takes the state by reference, changes the state and returns a mask. In the
+///                second case the loop ends after the first pass whose mask is false.
 template <int N, class State, class Body>
 State record_repeat(State state, const Body& body) {
     Graph& graph = Recording::current();
@@ -202,12 +212,12 @@ State record_repeat(State state, const Body& body) {
 
 namespace firn {
 
-/// Describes `recorded` to firn's templates: it stands for one float.
+/// Describes the scalar type `recorded` to firn's templates: a `recorded` stands for one float.
 template <>
 struct scalar_traits<wgsl::recorded> {
-    using value_type = float;                  ///< the type of number for which it stands
-    static constexpr int lanes = 1;            ///< number of particles whose values it contains
-    static constexpr bool has_friends = true;  ///< its functions are friends, see firn::has_friends
+    using value_type = float;                  ///< type of the number for which a `recorded` stands
+    static constexpr int lanes = 1;            ///< number of particles whose values a `recorded` contains
+    static constexpr bool has_friends = true;  ///< its functions (sqrt, …) are friends, see firn::has_friends
 };
 
 }  // namespace firn

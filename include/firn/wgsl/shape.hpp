@@ -11,18 +11,21 @@
 
 namespace firn::wgsl {
 
-/// Translates a type T, which consists of recorded numbers, to WGSL. Each specialisation has these functions:
+/// Translates a type T to WGSL. The values of T consist of recorded numbers, the components. Each specialisation has
+/// these functions:
 ///     type()                  returns the name of the type in WGSL
-///     declare(add)            calls add(name, text) for every WGSL struct that the type needs; text is the
-///                             declaration. A struct comes before those that contain it.
-///     visit(value, text, f)   calls f(component, expression) for every number of the value. `text` is the WGSL
-///                             expression of the value, `expression` that of the component, such as "v.x" for text "v".
-///     build(value, f)         returns the WGSL expression that constructs the value; f(component) returns the
-///                             expression of each of its numbers
+///     declare(add)            calls add(name, text) for every WGSL struct that values of type T need. `text` is the
+///                             declaration of the struct. A struct comes before the structs that contain it.
+///     visit(value, text, f)   calls f(component, expression) for every component of the value. `text` is the WGSL
+///                             expression of the whole value, `expression` that of the component. If `text` is "v", the
+///                             first component of a vector has the expression "v.x".
+///     build(value, f)         returns the WGSL expression that constructs the value from its components; f(component)
+///                             returns the expression of a component
 template <class T>
 struct shape;
 
-/// Calls f(component) for every recorded number of a value, in the order in which shape\<T> visits them.
+/// Calls f(component) for every component (recorded number) of a value, in the order in which the function `visit` of
+/// shape\<T> visits them.
 template <class T, class F>
 void for_components(T& value, const F& f) {
     shape<T>::visit(value, "", [&](auto& component, const std::string&) { f(component); });
@@ -44,7 +47,7 @@ struct plain_shape {
 
 }  // namespace detail
 
-/// Translates a vector to vecN\<f32>.
+/// Translates a vector of N numbers to the WGSL type vecN\<f32>.
 template <class S, int N>
 struct shape<Vec<S, N>> : detail::plain_shape<S> {
     /// \name Interface of shape
@@ -65,7 +68,7 @@ struct shape<Vec<S, N>> : detail::plain_shape<S> {
     /// @}
 };
 
-/// Translates a matrix to matDxD\<f32>; its components are visited column by column.
+/// Translates a D × D matrix to the WGSL type matDxD\<f32>. visit() visits the components column by column.
 template <class S, int D>
 struct shape<Mat<S, D>> : detail::plain_shape<S> {
     /// \name Interface of shape
@@ -89,7 +92,7 @@ struct shape<Mat<S, D>> : detail::plain_shape<S> {
     /// @}
 };
 
-/// Translates an array of a single number to f32.
+/// Translates an array of one number to the WGSL type f32.
 template <class T>
     requires scalar<T>
 struct shape<std::array<T, 1>> : detail::plain_shape<T> {
@@ -109,10 +112,11 @@ struct shape<std::array<T, 1>> : detail::plain_shape<T> {
     /// @}
 };
 
-/// Translates an array of N numbers to vecN\<f32>, and an array of N values of another type to a WGSL array.
+/// Translates an array of N elements to WGSL: to the type vecN\<f32> if the elements are numbers, otherwise to an
+/// array.
 template <class T, std::size_t N>
 struct shape<std::array<T, N>> {
-    static constexpr bool numbers = scalar<T>;  ///< whether the elements are numbers, not structs or vectors
+    static constexpr bool numbers = scalar<T>;  ///< whether the elements are numbers (not structs or vectors)
 
     /// \name Interface of shape
     /// @{
@@ -145,13 +149,13 @@ struct shape<std::array<T, N>> {
     /// @}
 };
 
-/// Describes a member of a struct: the name in WGSL, and a pointer to the member of the C++ struct.
+/// Describes a member of a struct by its name in WGSL and by a pointer to the member of the C++ struct.
 template <class Owner, class Member>
 struct member {
     const char* name;         ///< name of the member in WGSL
-    Member Owner::* pointer;  ///< pointer to the member in C++
+    Member Owner::* pointer;  ///< pointer to the member of the C++ struct
 };
-/// Deduces Owner and Member from the pointer to the member.
+/// Deduces Owner (the struct) and Member (the type of the member) from the pointer.
 template <class Owner, class Member>
 member(const char*, Member Owner::*) -> member<Owner, Member>;
 
@@ -162,15 +166,16 @@ template <class T>
 inline constexpr bool is_empty_array<std::array<T, 0>> = true;
 }  // namespace detail
 
-/// Translates a C++ struct T to a struct of WGSL. A specialisation of shape can derive from this class.
-/// \tparam Derived  that specialisation. name() returns the name of the struct in WGSL, and members() returns a tuple
-///                  of member{…}. Members that are empty arrays are left out.
+/// Translates a C++ struct T to a WGSL struct. It is a base class for specialisations of wgsl::shape.
+/// \tparam Derived  the class that derives from struct_shape. Derived::name() returns the name of the struct in WGSL.
+///                  Derived::members() returns a tuple with a member{…} for each member of the struct; members that are
+///                  empty arrays are left out of the WGSL struct.
 template <class T, class Derived>
 struct struct_shape {
     /// Returns the name of the struct in WGSL.
     static std::string type() { return Derived::name(); }
-    /// Calls add(name, text) for every WGSL struct that the members need, then for this struct. text is the
-    /// declaration.
+    /// Calls add(name, text) for every WGSL struct that the members of T need, then for the WGSL struct of T. `name` is
+    /// the name of the struct, `text` its declaration.
     template <class Add>
     static void declare(const Add& add) {
         std::string text = "struct " + type() + " {\n";
@@ -181,8 +186,8 @@ struct struct_shape {
         });
         add(type(), text + "}\n");
     }
-    /// Calls f(component, expression) for every number of the members. `text` is the WGSL expression of `value`,
-    /// `expression` that of the component.
+    /// Calls f(component, expression) for every component (recorded number) in the members of `value`. `text` is the
+    /// WGSL expression of `value`, `expression` that of the component.
     template <class F>
     static void visit(T& value, const std::string& text, const F& f) {
         for_members([&](const char* name, auto pointer) {
@@ -190,7 +195,7 @@ struct struct_shape {
             shape<std::remove_cvref_t<decltype(part)>>::visit(part, text + "." + name, f);
         });
     }
-    /// Returns the WGSL expression that constructs the struct; f(component) returns the expression of each number.
+    /// Returns the WGSL expression that constructs `value`. f(component) must return the expression of a component.
     template <class F>
     static std::string build(const T& value, const F& f) {
         std::vector<std::string> parts;

@@ -1,4 +1,4 @@
-/// \file Translates the structs that P2G and G2P use, and the states of materials, to structs of WGSL.
+/// \file Translates C++ structs to WGSL structs: those that P2G and G2P use, and the states of materials.
 #pragma once
 
 #include <firn/material/concept.hpp>
@@ -9,14 +9,14 @@
 
 namespace firn::wgsl {
 
-/// Translates P2GParticle to a struct of WGSL.
+/// Translates P2GParticle (the values of a particle that P2G reads) to a WGSL struct.
 template <class S, int D>
 struct shape<P2GParticle<S, D>> : struct_shape<P2GParticle<S, D>, shape<P2GParticle<S, D>>> {
-    using T = P2GParticle<S, D>;  ///< the struct in C++
+    using T = P2GParticle<S, D>;  ///< the C++ struct
     /// \name Interface of struct_shape
     /// @{
 
-    /// name() returns the struct's name in WGSL, members() its members, as struct_shape needs them.
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "P2GParticle"; }
     static constexpr auto members() {
         return std::tuple{member{"mass", &T::mass}, member{"volume", &T::volume}, member{"velocity", &T::velocity},
@@ -25,14 +25,14 @@ struct shape<P2GParticle<S, D>> : struct_shape<P2GParticle<S, D>, shape<P2GParti
     /// @}
 };
 
-/// Translates P2GRecord to a struct of WGSL.
+/// Translates P2GRecord (the values from which a particle's contributions to nodes are computed) to a WGSL struct.
 template <class S, int D>
 struct shape<P2GRecord<S, D>> : struct_shape<P2GRecord<S, D>, shape<P2GRecord<S, D>>> {
-    using T = P2GRecord<S, D>;  ///< the struct in C++
+    using T = P2GRecord<S, D>;  ///< the C++ struct
     /// \name Interface of struct_shape
     /// @{
 
-    /// name() returns the struct's name in WGSL, members() its members, as struct_shape needs them.
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "P2GRecord"; }
     static constexpr auto members() {
         return std::tuple{member{"mass", &T::mass}, member{"momentum", &T::momentum}, member{"affine", &T::affine},
@@ -41,15 +41,16 @@ struct shape<P2GRecord<S, D>> : struct_shape<P2GRecord<S, D>, shape<P2GRecord<S,
     /// @}
 };
 
-/// Translates OpenRecord to a struct of WGSL.
+/// Translates OpenRecord (a particle's contribution to a node while the node's offset is chosen axis by axis) to a WGSL
+/// struct.
 template <class V, int Open, bool Gradients>
 struct shape<OpenRecord<V, Open, Gradients>>
     : struct_shape<OpenRecord<V, Open, Gradients>, shape<OpenRecord<V, Open, Gradients>>> {
-    using T = OpenRecord<V, Open, Gradients>;  ///< the struct in C++
+    using T = OpenRecord<V, Open, Gradients>;  ///< the C++ struct
     /// \name Interface of struct_shape
     /// @{
 
-    /// name() returns the struct's name in WGSL, members() its members, as struct_shape needs them.
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "OpenRecord" + std::to_string(Open); }
     static constexpr auto members() {
         return std::tuple{member{"value", &T::value}, member{"column", &T::column}, member{"gradient", &T::gradient}};
@@ -57,15 +58,15 @@ struct shape<OpenRecord<V, Open, Gradients>>
     /// @}
 };
 
-/// Translates PartialSums to a struct of WGSL.
+/// Translates PartialSums (sums over the nodes along some axes) to a WGSL struct.
 template <class V, int Closed, bool Moments, bool Gradients>
 struct shape<PartialSums<V, Closed, Moments, Gradients>>
     : struct_shape<PartialSums<V, Closed, Moments, Gradients>, shape<PartialSums<V, Closed, Moments, Gradients>>> {
-    using T = PartialSums<V, Closed, Moments, Gradients>;  ///< the struct in C++
+    using T = PartialSums<V, Closed, Moments, Gradients>;  ///< the C++ struct
     /// \name Interface of struct_shape
     /// @{
 
-    /// name() returns the struct's name in WGSL, members() its members, as struct_shape needs them.
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "Sums" + std::to_string(Closed); }
     static constexpr auto members() {
         return std::tuple{member{"value", &T::value}, member{"moment", &T::moment}, member{"gradient", &T::gradient}};
@@ -73,14 +74,14 @@ struct shape<PartialSums<V, Closed, Moments, Gradients>>
     /// @}
 };
 
-/// Translates G2PResult to a struct of WGSL.
+/// Translates G2PResult (the values of a particle that G2P computes from the grid) to a WGSL struct.
 template <class S, int D>
 struct shape<G2PResult<S, D>> : struct_shape<G2PResult<S, D>, shape<G2PResult<S, D>>> {
-    using T = G2PResult<S, D>;  ///< the struct in C++
+    using T = G2PResult<S, D>;  ///< the C++ struct
     /// \name Interface of struct_shape
     /// @{
 
-    /// name() returns the struct's name in WGSL, members() its members, as struct_shape needs them.
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "G2PResult"; }
     static constexpr auto members() {
         return std::tuple{member{"velocity", &T::velocity}, member{"affine", &T::affine},
@@ -89,28 +90,28 @@ struct shape<G2PResult<S, D>> : struct_shape<G2PResult<S, D>, shape<G2PResult<S,
     /// @}
 };
 
-/// Translates StateAndStress to a struct of WGSL.
+/// Translates StateAndStress (a material's state and the stress in this state) to a WGSL struct.
 template <class State, class S, int D>
 struct shape<StateAndStress<State, S, D>>
     : struct_shape<StateAndStress<State, S, D>, shape<StateAndStress<State, S, D>>> {
-    using T = StateAndStress<State, S, D>;  ///< the struct in C++
+    using T = StateAndStress<State, S, D>;  ///< the C++ struct
     /// \name Interface of struct_shape
     /// @{
 
-    /// name() returns the struct's name in WGSL, members() its members, as struct_shape needs them.
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "StateAndStress"; }
     static constexpr auto members() { return std::tuple{member{"state", &T::state}, member{"stress", &T::stress}}; }
     /// @}
 };
 
-/// Translates G2PMove to a struct of WGSL.
+/// Translates G2PMove (the new position of a particle) to a WGSL struct.
 template <class S, int D>
 struct shape<G2PMove<S, D>> : struct_shape<G2PMove<S, D>, shape<G2PMove<S, D>>> {
-    using T = G2PMove<S, D>;  ///< the struct in C++
+    using T = G2PMove<S, D>;  ///< the C++ struct
     /// \name Interface of struct_shape
     /// @{
 
-    /// name() returns the struct's name in WGSL, members() its members, as struct_shape needs them.
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "G2PMove"; }
     static constexpr auto members() {
         return std::tuple{member{"position", &T::position}, member{"outside", &T::outside}};
@@ -118,14 +119,15 @@ struct shape<G2PMove<S, D>> : struct_shape<G2PMove<S, D>, shape<G2PMove<S, D>>> 
     /// @}
 };
 
-/// Translates FixedPointLoad to a struct of WGSL.
+/// Translates FixedPointLoad (maxima over the particles from which the bounds of the sums at nodes follow) to a WGSL
+/// struct.
 template <class S>
 struct shape<FixedPointLoad<S>> : struct_shape<FixedPointLoad<S>, shape<FixedPointLoad<S>>> {
-    using T = FixedPointLoad<S>;  ///< the struct in C++
+    using T = FixedPointLoad<S>;  ///< the C++ struct
     /// \name Interface of struct_shape
     /// @{
 
-    /// name() returns the struct's name in WGSL, members() its members, as struct_shape needs them.
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "FixedPointLoad"; }
     static constexpr auto members() {
         return std::tuple{member{"momentum", &T::momentum}, member{"gradient", &T::gradient}, member{"mass", &T::mass},
@@ -134,14 +136,14 @@ struct shape<FixedPointLoad<S>> : struct_shape<FixedPointLoad<S>, shape<FixedPoi
     /// @}
 };
 
-/// Translates FixedPointBound to a struct of WGSL.
+/// Translates FixedPointBound (upper bounds of the sums at a node) to a WGSL struct.
 template <class S>
 struct shape<FixedPointBound<S>> : struct_shape<FixedPointBound<S>, shape<FixedPointBound<S>>> {
-    using T = FixedPointBound<S>;  ///< the struct in C++
+    using T = FixedPointBound<S>;  ///< the C++ struct
     /// \name Interface of struct_shape
     /// @{
 
-    /// name() returns the struct's name in WGSL, members() its members, as struct_shape needs them.
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "FixedPointBound"; }
     static constexpr auto members() {
         return std::tuple{member{"momentum", &T::momentum}, member{"mass", &T::mass},
@@ -150,27 +152,28 @@ struct shape<FixedPointBound<S>> : struct_shape<FixedPointBound<S>, shape<FixedP
     /// @}
 };
 
-/// Translates FixedPointScale to a struct of WGSL.
+/// Translates FixedPointScale (how many quanta make one unit of momentum or mass) to a WGSL struct.
 template <class S>
 struct shape<FixedPointScale<S>> : struct_shape<FixedPointScale<S>, shape<FixedPointScale<S>>> {
-    using T = FixedPointScale<S>;  ///< the struct in C++
+    using T = FixedPointScale<S>;  ///< the C++ struct
     /// \name Interface of struct_shape
     /// @{
 
-    /// name() returns the struct's name in WGSL, members() its members, as struct_shape needs them.
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "FixedPointScale"; }
     static constexpr auto members() { return std::tuple{member{"momentum", &T::momentum}, member{"mass", &T::mass}}; }
     /// @}
 };
 
-/// Translates the state of a material, a type with fields(), to the WGSL struct State. \see material/concept.hpp
+/// Translates the state of a material to the WGSL struct State. T is a state if it has a function fields(); see
+/// material/concept.hpp
 template <class T>
     requires requires { T::fields(); }
 struct shape<T> : struct_shape<T, shape<T>> {
     /// \name Interface of struct_shape
     /// @{
 
-    /// name() returns the struct's name in WGSL, members() its members, as struct_shape needs them.
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "State"; }
     static constexpr auto members() {
         return std::apply([](const auto&... field) { return std::tuple{member{field.name, field.member}...}; },

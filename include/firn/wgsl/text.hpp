@@ -1,5 +1,5 @@
-/// \file Writes the part of a WGSL program that surrounds the recorded definitions: declarations, functions that load
-/// and store particles, and the texts of kernels.hpp.
+/// \file Writes the part of a WGSL program that surrounds the recorded functions: declarations, functions that load and
+/// store particles, and the helper functions and entry points of kernels.hpp.
 #pragma once
 
 #include <firn/stage/fixed_point.hpp>
@@ -11,11 +11,12 @@ namespace firn::wgsl {
 
 namespace detail {
 
-/// Pairs of a NAME and the text that replaces ${NAME}.
+/// A list of replacements: pairs of a NAME and the text that replaces ${NAME}.
 using Names = std::vector<std::pair<std::string, std::string>>;
 
-/// Returns `text` with every ${NAME} replaced by the text that `names` has for NAME. A ${…} within such a text stays.
-/// \throws usage_error  if NAME is not in `names`, or its closing brace is missing
+/// Returns a copy of `text` in which every ${NAME} is replaced by the text that `names` has for NAME. The replacements
+/// are not searched for further ${…}.
+/// \throws usage_error  if `names` has no text for a NAME, or if the closing brace of a ${NAME} is missing
 inline std::string replaced(std::string_view text, const Names& names) {
     std::string out;
     for (std::size_t at = 0, next; at < text.size(); at = next) {
@@ -33,7 +34,7 @@ inline std::string replaced(std::string_view text, const Names& names) {
     return out;
 }
 
-/// Returns the texts f(0), …, f(count − 1), joined with `between`.
+/// Returns one text: the texts f(0), …, f(count − 1), separated by `between`.
 template <class F>
 std::string listed(int count, const F& f, const char* between = ", ") {
     std::vector<std::string> parts;
@@ -44,12 +45,13 @@ std::string listed(int count, const F& f, const char* between = ", ") {
 /// Returns the WGSL expression of a D × D matrix of zeros.
 inline std::string no_matrix(int D) { return "mat" + std::to_string(D) + "x" + std::to_string(D) + "<f32>()"; }
 
-/// Returns the WGSL function load_NAME(i), which reads a value of particle i from a buffer. In such a buffer, number c
-/// of particle i is at index c * capacity + i.
-/// \tparam T      type of the value, with a shape
-/// \param stores  whether to write store_NAME(i, value), too
-/// \param first   the index c of the first number of the value
-/// \param number  component k of the value, in the order of its shape, has the index c = first + number(k)
+/// Returns the text of the WGSL function load_NAME(i), which reads a value of particle i from a buffer. NAME is `name`.
+/// In such a buffer, the c-th number (from 0) of particle i is at index c * capacity + i.
+/// \tparam T      type of the value; there is a specialisation of wgsl::shape for it
+/// \param stores  whether the result also contains the function store_NAME(i, value), which writes a value
+/// \param first   the index c of the value's first number
+/// \param number  function that tells which c belongs to component k of the value: c = first + number(k); the
+///                components have the order of shape\<T>::visit()
 template <class T, class Number>
 std::string accessors(const std::string& name, const std::string& buffer, bool stores, int first,
                       const Number& number) {
@@ -60,7 +62,7 @@ std::string accessors(const std::string& name, const std::string& buffer, bool s
                                             : std::to_string(c) + "u * params.capacity + ";
         return buffer + "[" + offset + "i]";
     };
-    Recording recording;  // without a Recording, the unused numbers of `value` could not be made
+    Recording recording;  // needed only because `value` cannot be made without a Recording
     T value{};
     int k = 0, s = 0;
     std::string text = "fn load_" + name + "(i: u32) -> " + shape<T>::type() + " {\n    return " +
@@ -72,7 +74,8 @@ std::string accessors(const std::string& name, const std::string& buffer, bool s
     return text + "}\n";
 }
 
-/// Makes WGSL from the texts in kernels.hpp: fills in what depends on the dimension and the policies.
+/// Completes the texts in kernels.hpp for one program: replaces every ${NAME} by WGSL text that depends on the
+/// dimension and the policies.
 class KernelText {
 public:
     explicit KernelText(const Facts& facts) : facts_(facts), D_(facts.dimension) {}
@@ -90,7 +93,7 @@ public:
 
 private:
     static std::string axis(int a) { return std::string(1, "xyz"[a]); }
-    // Returns the name of the counter of the loop along axis a. The counter along the last axis is k in P2G and in G2P.
+    // Returns the name of the counter of a loop along axis a. For the last axis, P2G and G2P use the name k instead.
     static std::string counter(int a) { return std::string(1, "abc"[a]); }
     std::string vec(const char* of) const { return "vec" + std::to_string(D_) + "<" + of + ">"; }
     static std::string indented(int depth) { return "\n" + std::string(std::size_t(4 * depth), ' '); }
@@ -98,9 +101,9 @@ private:
         return "for (var " + name + " = 0; " + name + " < " + std::to_string(count) + "; " + name + "++) {";
     }
 
-    // These two convert between the coordinates of an entry and its index in a D-dimensional array that has n(a)
-    // entries along axis a, the last axis being the fastest. flat() returns the WGSL expression of the index of the
-    // entry with coordinates `at`; entry_at() returns the expression of the coordinates of the entry with index i.
+    // flat() and entry_at() are for a D-dimensional array with n(a) entries along axis a, in which the index along the
+    // last axis varies fastest. flat() returns the WGSL expression of the index of the entry with coordinates `at`.
+    // entry_at() returns the WGSL expression of the coordinates of the entry with index i.
     template <class Along>
     std::string flat(const std::string& at, const Along& n) const {
         std::string text = at + ".x";
@@ -121,11 +124,13 @@ private:
     std::string arena_along(int) const { return std::to_string(arena_size()); }
     int power(int x) const { return D_ == 2 ? x * x : x * x * x; }
 
-    /// Returns the expression of a node's coordinates: `first` plus the counters of the loops.
+    /// Returns the WGSL expression of the coordinates of a node in the loops over nodes: the variable named `first`
+    /// plus the counters of the loops.
     std::string node_from(const char* first) const {
         return first + (" + " + vec("i32")) + "(" + listed(D_ - 1, counter) + ", k)";
     }
-    /// Returns the expression of one value for each axis but the last: f(0) in 2D, a vec2 of f(0) and f(1) in 3D.
+    /// Returns the WGSL expression of a vector with one component for each axis except the last: a vec2 of f(0) and
+    /// f(1) in 3D, the number f(0) in 2D.
     template <class F>
     std::string leading(const F& f) const {
         return D_ == 2 ? f(0) : "vec2<f32>(" + listed(D_ - 1, f) + ")";
@@ -133,11 +138,12 @@ private:
     static std::string of_axis(const char* table, int a) {
         return table + ("[" + std::to_string(a) + "][" + counter(a) + "]");
     }
-    /// Returns the expression of the product of the weights along all axes but the last, in the CPU's order.
+    /// Returns the WGSL expression of the product of the weights along all axes except the last. The factors have the
+    /// same order as on the CPU.
     std::string weight() const {
         return listed(D_ - 1, [](int a) { return of_axis("w", a); }, " * ");
     }
-    /// Returns the product of weight() with the gradient along axis a instead of the weight along axis a.
+    /// Returns the same product as weight(), but with the gradient along axis a in place of the weight along axis a.
     std::string weight_with_gradient(int a) const {
         return of_axis("g", a) + (D_ == 3 ? " * " + of_axis("w", 1 - a) : "");
     }
@@ -158,8 +164,8 @@ private:
                "fn arena_node(at: " + vec("i32") + ") -> u32 { return u32(" + flat("at", along) + "); }\n";
     }
 
-    /// Returns the loops of G2P over the nodes. The loop along axis 0 is the innermost, that along the last axis the
-    /// outermost.
+    /// Returns the WGSL text of the nested loops in which G2P sums over nodes. The innermost loop is along axis 0, the
+    /// outermost along the last axis.
     std::string gather() const {
         const auto counter_of = [&](int a) { return a == D_ - 1 ? std::string("k") : counter(a); };
         std::string text;
@@ -182,7 +188,8 @@ private:
         return text;
     }
 
-    /// Returns the statements of G2P that compute `state` and `stress`, the particle's values after the step.
+    /// Returns the WGSL statements in which G2P computes `state` and `stress`, the particle's state and stress after
+    /// the step.
     std::string update() const {
         const std::string arguments = "(load_state(i), taken.velocity_gradient);";
         if (facts_.stress_with_state)
@@ -246,7 +253,8 @@ private:
     int D_;
 };
 
-/// Returns the WGSL declarations of the struct of the uniforms, and of the variables bound to each buffer.
+/// Returns the WGSL declarations of a program: the struct Params of the uniforms, and the variables that are bound to
+/// the buffers.
 inline std::string declarations(const Program& program) {
     std::string text = "struct Params {\n";
     for (const Uniform& u : program.uniforms)
@@ -275,8 +283,9 @@ inline std::string declarations(const Program& program) {
     return text;
 }
 
-/// Returns the WGSL functions that load and store a field with values of shape `of`. The other parameters
-/// are those of accessors().
+/// Returns the text of the WGSL functions that load a field of a particle and, if `stores` is true, store the field.
+/// `of` tells whether the field's values are scalars, vectors or matrices. The other parameters are those of
+/// accessors().
 template <int D>
 std::string field_accessors(FieldShape of, const std::string& name, const std::string& buffer, bool stores, int first) {
     const auto in_order = [](int k) { return k; };
@@ -294,8 +303,9 @@ std::string field_accessors(FieldShape of, const std::string& name, const std::s
     return accessors<Mat<recorded, D>>(name, buffer, stores, first, of_symmetric);
 }
 
-/// Returns the WGSL functions that load and store particles: a pair of functions for each field in `table`, one pair
-/// for the material's whole state, and load_particle(i). Constant fields are only loaded.
+/// Returns the text of the WGSL functions that load and store values of particles. There are a pair of functions for
+/// each field in `table` that is not part of the material's state (fields in the buffer `constants` are only loaded), a
+/// pair for the whole state of the material, and load_particle(i), which returns the values that P2G reads.
 template <int D, class State>
 std::string particle_accessors(const Program& program, const FieldTable& table, bool affine_fields) {
     std::string text;
