@@ -164,7 +164,8 @@ using TransferSums =
 /// group is spray (few particles in sparse blocks, see BlockGroup::is_spray). For spray, they are read from the grid,
 /// node by node.
 /// \tparam Layers  number of layers of the grid (arrays of node values) from which the group gathers. Layer 0 is the
-///                 array of the nodes' present values; the others are stored copies. \see SparseGrid::layer
+///                 array of the nodes' present values; the other layers hold values that were stored earlier. \see
+///                 SparseGrid::layer
 template <class Kernel, std::floating_point S, int D, int Layers>
 class NodesOfGroup {
     using P = native_pack<S>;

@@ -127,8 +127,8 @@ void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
                             static_cast<Reactions<D>*>(nullptr));
 }
 
-/// Computes the velocity of every node after a step, as the grid_update() without reactions does, with the same bits.
-/// Sums the impulses that the boundary exerts on matter, too.
+/// Computes the velocity of every node after a step, and sums the impulses that the boundary exerts on matter. The
+/// velocities have the same bits as those of the grid_update() without reactions.
 /// \param reactions  receives the impulse and the angular impulse of each part of the boundary. \see Reactions
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
