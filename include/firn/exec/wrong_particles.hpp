@@ -1,5 +1,5 @@
 /// \file Finds and describes wrong particles: those that have a value that is not finite, or that have left the domain.
-/// This code runs only after a step has reported that there are such particles.
+/// The search runs only after a step has reported that there are such particles.
 ///
 /// A template collects the facts about a particle. The code that writes sentences is not a template, so it is compiled
 /// only once.
@@ -30,7 +30,7 @@ struct ParticleFacts {
     double undeformed_speed = 0;  ///< wave speed in undeformed matter of the particle's density [m/s]
     std::string not_finite{};     ///< for example "not finite: its velocity, its stress"; empty if all is finite
     bool at_face = false;         ///< whether the particle lies on a face of the domain, where G2P has stopped it
-    bool has_passed = false;      ///< whether its velocity would have moved it beyond that face by more than a cell
+    bool has_passed = false;      ///< whether the particle would have moved beyond that face by more than a cell
 
     double speed() const {  ///< Returns |v| [m/s].
         double square = 0;

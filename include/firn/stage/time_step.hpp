@@ -1,4 +1,4 @@
-/// \file The bound of the time step.
+/// \file The bound of the time step: the largest stable step.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -9,7 +9,8 @@
 
 namespace firn {
 
-/// The largest safe time step, divided by h / (|v| + c). h is the cell size, v the velocity, c the wave speed.
+/// The factor f of the largest safe time step, f h / (|v| + c), with the cell size h, the velocity v and the wave speed
+/// c of a particle.
 ///
 /// In matter without gaps, symplectic Euler is stable for steps up to courant_limit × h/c; this is 1.63 h/c for
 /// quadratic B-splines. Unevenly spaced particles and MLS forces need smaller steps. For a single particle, the squared
@@ -19,8 +20,8 @@ namespace firn {
 template <class Kernel>
 inline constexpr double time_step_safety = 0.6 * (Kernel::courant_limit / 1.6329931618554521);
 
-/// Returns the signal speed of a particle [m/s]: |v| + c, with velocity v and wave speed c, plus 2 d/h if the material
-/// has a diffusivity d [m²/s], with cell size h. Returns 0 for a particle without mass.
+/// Returns the signal speed of a particle [m/s]: |v| + c, with the velocity v and the wave speed c. If the material has
+/// a diffusivity d [m²/s], 2 d/h is added, with the cell size h. Returns 0 for a particle without mass.
 ///
 /// Why 2 d/h: on a grid of lumped masses, viscosity damps a wave at the rate λ = s d/h², where s is the symbol of the
 /// Laplacian. With many particles, the maximum of s over all waves is 1.5 for quadratic B-splines and weight gradients,
@@ -40,7 +41,7 @@ FIRN_INLINE S signal_speed(const Material& material, const Vec<S, D>& velocity, 
 
 namespace detail {
 /// Checks a time step.
-/// \throws parameter_error  unless the time step [s] is finite and not negative
+/// \throws parameter_error  if `dt` [s] is negative or not finite
 inline void check_step(double dt) {
     if (!(dt >= 0) || !std::isfinite(dt))
         throw parameter_error(sentence("The time step is ", dt, " s; it must be finite and not negative."));
