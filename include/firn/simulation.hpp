@@ -80,7 +80,7 @@ public:
     using scalar_type = detail::precision_of_t<List>;
     using material_type = Material;    ///< The type of the material, or `Materials<…>`.
     using kernel_type = Kernel;        ///< The type of the kernel.
-    using S = scalar_type;             ///< float or double.
+    using S = scalar_type;             ///< The scalar type: float or double.
     using Sets = typename Make::type;  ///< A tuple with one MaterialSet for each material.
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.

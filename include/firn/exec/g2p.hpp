@@ -17,7 +17,7 @@
 
 namespace firn {
 
-/// What G2P reports about all particles.
+/// The report of G2P about all particles.
 struct G2PReport {
     double signal_speed = 0;   ///< largest signal speed of a particle, |v| + c [m/s], which limits the next time step
     bool sort_needed = false;  ///< true if a particle may be too far from its block: sort particles before the next P2G

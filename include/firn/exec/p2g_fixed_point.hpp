@@ -22,7 +22,7 @@ template <class Kernel, class Force, class Integer, std::floating_point S>
 struct MeasuredSums : IntegerSums<Integer, S> {
     using P = native_pack<S>;
 
-    /// The measurements of one thread.
+    /// The measurements of the particles whose contributions one thread adds.
     struct alignas(64) Seen {
         FixedPointLoad<P> load;
         P largest = P(0);  ///< largest contribution of the present pack [quanta]

@@ -210,8 +210,8 @@ consteval bool require_same_precision() {
 template <class View>
 class GroupPlaces {
 public:
-    using S = typename View::scalar_type;      ///< float or double.
-    static constexpr int D = View::dimension;  ///< 2 or 3.
+    using S = typename View::scalar_type;      ///< The scalar type: float or double.
+    static constexpr int D = View::dimension;  ///< The dimension: 2 or 3.
 
     /// Finds the blocks of the group's slots. `view` and `positions` must exist as long as this object, which refers to
     /// them.
@@ -334,11 +334,12 @@ struct PackWeights {
     using P = native_pack<S>;                  ///< A SIMD register.
     using Index = typename P::integer;         ///< An integer of the same size as S.
 
-    alignas(64) S leading[D - 1][K][pack_size];                           ///< Weights along the leading axes.
-    alignas(64) S leading_gradient[Gradients ? D - 1 : 1][K][pack_size];  ///< Gradients of `leading` [1/cell].
-    alignas(64) S last[pack_size * 4];                                    ///< Weights along the last axis.
-    alignas(64) S last_gradient[Gradients ? pack_size * 4 : 4];           ///< Gradients of `last` [1/cell].
-    alignas(64) Index corner[pack_size];  ///< Index, in the arena, of the first value of each base node.
+    alignas(64) S leading[D - 1][K][pack_size];  ///< Weights along the leading axes.
+    alignas(64) S
+        leading_gradient[Gradients ? D - 1 : 1][K][pack_size];   ///< Gradients of the weights in `leading` [1/cell].
+    alignas(64) S last[pack_size * 4];                           ///< Weights along the last axis.
+    alignas(64) S last_gradient[Gradients ? pack_size * 4 : 4];  ///< Gradients of the weights in `last` [1/cell].
+    alignas(64) Index corner[pack_size];  ///< Index, in Arena::node, of the first value of each particle's base node.
 
     /// Computes the weights and `corner` for one register of particles.
     /// \param lane   the register's first lane in the pack

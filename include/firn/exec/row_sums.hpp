@@ -44,7 +44,7 @@ struct FloatSums : Unmeasured {
     FIRN_INLINE const Record& operator()(const Record& record) const {
         return record;
     }
-    /// Reads the sums of a row of nodes from memory.
+    /// Returns the sums of a row of nodes, read from memory.
     template <class Row>
     FIRN_INLINE static Row load(const S* from) {
         return Row::load(from);
@@ -81,7 +81,7 @@ struct IntegerSums : Unmeasured {
     FIRN_INLINE P2GRecord<P, D> operator()(const P2GRecord<P, D>& record) const {
         return in_quanta(record, FixedPointScale<P>{P(scale.momentum), P(scale.mass)});
     }
-    /// Reads the sums of a row of nodes from memory.
+    /// Returns the sums of a row of nodes, read from memory.
     template <class Row>
     FIRN_INLINE static sum<Row> load(const Integer* from) {
         return sum<Row>::load(from);
@@ -133,7 +133,7 @@ public:
     /// \param corner  index, among all values of the arena, of the first value of the particle's base node
     FIRN_INLINE ArenaRows(typename Sums::number* arena, std::ptrdiff_t n, std::ptrdiff_t corner)
         : first_(arena + corner), n_(n) {}
-    /// Reads the sums of row `line`.
+    /// Returns the sums of row `line`, read from memory.
     FIRN_INLINE Sum load(int line) const {
         return Sums::template load<Row>(first_ + line_begin<Kernel, D>(line, n_) * node_width);
     }
@@ -142,7 +142,7 @@ public:
     FIRN_INLINE static Sum plus(const Sum& sum, const Row&... row) {
         return Sums::plus(sum, row...);
     }
-    /// Writes the sums of row `line`.
+    /// Writes the sums of row `line` to memory.
     FIRN_INLINE void store(int line, const Sum& sum) const {
         Sums::store(first_ + line_begin<Kernel, D>(line, n_) * node_width, sum);
     }
@@ -173,7 +173,7 @@ public:
             node_[i] = nodes + ArenaNodes<Kernel, D>::in_grid(neighbours, corner, i / K, i % K) * node_width;
         });
     }
-    /// Reads the sums of row `line`.
+    /// Returns the sums of row `line`, read from memory.
     FIRN_INLINE Sum load(int line) const {
         return Sum::of_nodes([&](auto k) FIRN_LAMBDA {
             return Sums::template load<portable_row<S, 1>>(node_[line * K + k]).template node<0>();
@@ -184,7 +184,7 @@ public:
     FIRN_INLINE static Sum plus(const Sum& sum, const Row&... row) {
         return Sums::plus(sum, row...);
     }
-    /// Writes the sums of row `line`.
+    /// Writes the sums of row `line` to memory.
     FIRN_INLINE void store(int line, const Sum& sum) const {
         unroll<K>([&](auto k) FIRN_LAMBDA { Sums::store(node_[line * K + k], Node{sum.template node<k>(), {}}); });
     }

@@ -10,8 +10,8 @@ namespace firn {
 template <class View>
 class ParticleReader {
 public:
-    using S = typename View::scalar_type;      ///< float or double.
-    static constexpr int D = View::dimension;  ///< 2 or 3.
+    using S = typename View::scalar_type;      ///< The scalar type: float or double.
+    static constexpr int D = View::dimension;  ///< The dimension: 2 or 3.
 
     /// Reads from `view`, for a time step of `dt` [s]. `view` must exist as long as the reader.
     ParticleReader(const View& view, const Domain<D>& domain, double dt)
@@ -55,7 +55,7 @@ struct PackRecords {
     using P = native_pack<S>;                                   ///< A SIMD register.
 
     PackWeights<Kernel, S, D, gradients> weights;  ///< Weights of the nodes along each axis.
-    alignas(64) S value[quads][pack_size * 4];     ///< value[i] holds vector i of all records.
+    alignas(64) S value[quads][pack_size * 4];     ///< value[i]: vector i of each record, four numbers a particle.
     alignas(64) S product[lines][pack_size];       ///< For each row: product of the weights along the leading axes.
     /// For each row and each leading axis (all but the last): `product`, but with the kernel's gradient in place of its
     /// weight along this axis.

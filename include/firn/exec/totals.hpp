@@ -17,7 +17,7 @@ namespace firn {
 template <int D>
 struct Totals {
     std::size_t particles = 0;            ///< number of particles
-    double mass = 0;                      ///< [kg]
+    double mass = 0;                      ///< Σ m [kg]
     Vec<double, D> momentum{};            ///< Σ m v [kg m/s]
     Axial<double, D> angular_momentum{};  ///< Σ m x × v, plus that of the affine fields C [kg m²/s]
     Vec<double, D> first_moment{};        ///< Σ m x [kg m]; divided by `mass`, the centre of mass

@@ -91,7 +91,7 @@ constexpr std::size_t named_material() {
 /// The set of particles of one material, with their blocks, bodies, sources, sinks and forces.
 template <int D, class Material>
 struct MaterialSet {
-    using S = material_scalar_t<Material>;  ///< float or double.
+    using S = material_scalar_t<Material>;  ///< The scalar type: float or double.
 
     Material material;                                         ///< The constitutive model.
     Particles<S, D, material_state_t<Material, D>> particles;  ///< The particles.

@@ -18,7 +18,7 @@ public:
         changed,   ///< the positions must be checked: the program may have changed particles
         inside,    ///< all positions lie in the domain
         prepared,  ///< the particles are sorted into blocks; stresses and report are up to date
-        sorted     ///< no step was taken since the particles were sorted
+        sorted     ///< prepared, and no step was taken since the particles were sorted
     };
 
     /// Returns whether the set is at this level or above.

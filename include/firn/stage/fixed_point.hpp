@@ -25,8 +25,8 @@ namespace firn {
 /// node with weight N. \see firn/stage/fixed_point.hpp
 template <class S>
 struct FixedPointLoad {
-    S momentum = S(0);   ///< largest q: N q is the part of a particle's contribution with its weight N [kg m/s]
-    S gradient = S(0);   ///< largest g: |∇N| g is the part with the gradient of the weight [kg m/s]
+    S momentum = S(0);   ///< largest q of a particle [kg m/s], for the contributions proportional to N
+    S gradient = S(0);   ///< largest g of a particle [kg m/s], for the contributions proportional to ∇N
     S mass = S(0);       ///< largest mass of a particle [kg]
     S particles = S(0);  ///< largest number of particles with the same base node
 };

@@ -55,7 +55,7 @@ FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<
 template <class S, int D>
 struct G2PMove {
     Vec<S, D> position;  ///< the new position, limited to a box
-    S outside;           ///< largest distance from the box along an axis, before limiting; ≤ 0 if inside
+    S outside;           ///< distance from the box before limiting, largest over the axes; ≤ 0 if inside
 };
 /// Returns the position of a particle after a step: moved by the particle's velocity, then limited to the box between
 /// two corners.

@@ -41,7 +41,8 @@ FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& posit
 /// The velocity is zero for a node without mass, and for a node whose mass is below the smallest normal floating-point
 /// number, because 1 / mass would not be finite. The acceleration is added to the velocity and not to the momentum,
 /// because this is more accurate for nodes with very little mass.
-/// \param momentum  [kg m/s];  \param mass  [kg];  \param position  [m];  \param dt  time step [s]
+/// \param momentum  momentum of the node [kg m/s];  \param mass  mass of the node [kg]
+/// \param position  position of the node [m];  \param dt  time step [s]
 /// \param acceleration  a vector or a field. \see acceleration_at
 /// \param boundary      a boundary policy
 template <scalar S, int D, class Acceleration = Vec<S, D>, class Boundary>

@@ -13,9 +13,9 @@ namespace firn {
 /// The values of a particle that P2G reads.
 template <class S, int D>
 struct P2GParticle {
-    S mass;              ///< m [kg]
+    S mass;              ///< mass m [kg]
     S volume;            ///< initial volume V0 [m^D]
-    Vec<S, D> velocity;  ///< v [m/s]
+    Vec<S, D> velocity;  ///< velocity v [m/s]
     Mat<S, D> affine;    ///< affine field C [1/s]; used by affine transfers only
     Mat<S, D> stress;    ///< Kirchhoff stress τ [Pa]
 };
@@ -24,7 +24,7 @@ struct P2GParticle {
 /// the centre node receives the momentum N (p + A o) + G ∇N and the mass N m. \see firn/stage/p2g.hpp
 template <class S, int D>
 struct P2GRecord {
-    S mass;              ///< m [kg]
+    S mass;              ///< mass m [kg]
     Vec<S, D> momentum;  ///< p: momentum, extrapolated to the centre node [kg m/s]
     Mat<S, D> affine;    ///< A: change of the momentum per cell [kg m/s]
     Mat<S, D> gradient;  ///< G: impulse that is multiplied by ∇N [kg m/s]; zero for MLS forces
