@@ -51,7 +51,7 @@ struct PackSums {
     /// The sums. value[i] holds vector i of each particle, as four numbers. \see quad_offset
     alignas(64) S value[quads][pack_size * 4];
 
-    /// Computes the sums of all particles of the pack over their nodes.
+    /// Computes the sums over nodes for all particles of the pack.
     /// \param row_of_line  row_of_line(l, i) returns the values of a row of nodes: row i of the nodes around the
     ///                     particle in lane l. \see line_begin
     template <class Weights, class RowOfLine>

@@ -128,7 +128,7 @@ public:
     using Row = RowOfArena;                        ///< Type of the contributions to a row.
     using Sum = typename Sums::template sum<Row>;  ///< Type of the sums of a row.
 
-    /// Makes the rows around the particle whose base node is at `corner`.
+    /// Gives access to the rows of nodes around the particle whose base node is at `corner`.
     /// \param n       number of nodes along each axis of the arena
     /// \param corner  index, among all values of the arena, of the first value of the particle's base node
     FIRN_INLINE ArenaRows(typename Sums::number* arena, std::ptrdiff_t n, std::ptrdiff_t corner)
@@ -163,7 +163,7 @@ public:
     using Row = portable_row<S, K>;                ///< Type of the contributions to a row.
     using Sum = typename Sums::template sum<Row>;  ///< Type of the sums of a row.
 
-    /// Makes the rows around the particle whose base node is at `corner`.
+    /// Gives access to the rows of nodes around the particle whose base node is at `corner`.
     /// \param nodes       the sums of all nodes of the grid
     /// \param neighbours  grid indices of the particle's block and of the blocks around it. \see SparseGrid::neighbours
     /// \param corner      index of the first value of the particle's base node, among all values in the arena of the

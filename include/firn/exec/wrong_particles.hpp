@@ -24,7 +24,7 @@ struct ParticleFacts {
     bool has_position = false;  ///< whether `position` is known; not if it is stored in cells and no domain is given
     double position[3] = {};    ///< [m]
     double velocity[3] = {};    ///< [m/s]
-    double volume_ratio = 0;    ///< J, the determinant of the first matrix of the state
+    double volume_ratio = 0;    ///< J: determinant of the first matrix in the particle's state
     bool has_volume_ratio = false;
     double signal_speed = 0;      ///< |v| + c [m/s]. \see firn::signal_speed
     double undeformed_speed = 0;  ///< wave speed in undeformed matter of the particle's density [m/s]

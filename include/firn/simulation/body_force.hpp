@@ -137,8 +137,8 @@ public:
 
     void forget() override { is_read_ = false; }
 
-    /// Applies the forces one after the other, in the order in which they were added. Each force uses the velocities
-    /// that the forces before it have changed.
+    /// Applies the forces one after the other, in the order in which they were added. Each force acts on velocities
+    /// that the previous forces have already changed.
     void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) override {
         if (!is_read_) read(particles, threads);
         for (BodyForce<S, D>& force : forces_) {

@@ -87,9 +87,9 @@ struct PartialSums {
     std::array<V, std::size_t(Gradients ? Closed : 0)> gradient;  ///< Σ (∂N/∂x_a) v for each summed axis a
 };
 
-/// Returns the sums over the nodes along one more axis, from the sums over the axes before.
+/// Returns the sums over the nodes along one more axis, from the sums over the previous axes.
 /// \tparam Centre  the index of the centre node in `parts`
-/// \param parts  for each node k along this axis, the sums over the axes before; the offset of node k from the centre
+/// \param parts  for each node k along this axis, the sums over the previous axes; the offset of node k from the centre
 ///               node is k − Centre
 /// \param w      the kernel's weight at each node k;  \param g  the kernel's gradient at each node k [1/cell]
 template <int Centre, class V, int Closed, bool Moments, bool Gradients, class W, std::size_t K>
