@@ -22,15 +22,15 @@ struct ParticleFacts {
     std::uint32_t id = 0;
     int dimension = 0;
     bool has_position = false;  ///< whether `position` is known; not if it is stored in cells and no domain is given
-    double position[3] = {};    ///< [m]
-    double velocity[3] = {};    ///< [m/s]
+    double position[3] = {};    ///< position x [m]
+    double velocity[3] = {};    ///< velocity v [m/s]
     double volume_ratio = 0;    ///< J: determinant of the first matrix in the particle's state
     bool has_volume_ratio = false;
     double signal_speed = 0;      ///< |v| + c [m/s]. \see firn::signal_speed
     double undeformed_speed = 0;  ///< wave speed in undeformed matter of the particle's density [m/s]
     std::string not_finite{};     ///< for example "not finite: its velocity, its stress"; empty if all is finite
     bool at_face = false;         ///< whether the particle lies on a face of the domain, where G2P has stopped it
-    bool has_passed = false;      ///< whether the particle would have moved beyond that face by more than a cell
+    bool has_passed = false;      ///< whether the particle would have moved more than a cell out of the domain
 
     double speed() const {  ///< Returns |v| [m/s].
         double square = 0;
