@@ -43,8 +43,8 @@ namespace firn {
 ///
 ///     firn::Simulation simulation(domain, material, firn::Together(walls, collider), firn::Flip{});
 ///
-/// A step calls the stages of exec/ (P2G, grid update, G2P) one after the other. A program may also call these stages
-/// itself, without this class.
+/// A step calls the stages P2G, grid update and G2P (functions in the folder exec/) one after the other. A program may
+/// also call these functions itself, without this class.
 /// \see SimulationWith, which names the type of a simulation
 /// \tparam D          2 or 3
 /// \tparam Material   a constitutive model, whose scalar type (float or double) is the precision of the simulation; or
@@ -73,29 +73,29 @@ public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
     static_assert(require_kernel<Kernel>());
     static_assert(transfer<Transfer> && force<Force>);
-    /// Always true: if the boundary has another precision or dimension than the simulation, the compiler stops with a
+    /// Always true. If the boundary has another precision or dimension than the simulation, the compiler stops with a
     /// message.
     static constexpr bool boundary_fits = detail::require_fitting_boundary<Boundary, detail::precision_of_t<List>, D>();
 
     using scalar_type = detail::precision_of_t<List>;
     using material_type = Material;    ///< The type of the material, or `Materials<…>`.
     using kernel_type = Kernel;        ///< The type of the kernel.
-    using S = scalar_type;             ///< float or double.
+    using S = scalar_type;             ///< The scalar type: float or double.
     using Sets = typename Make::type;  ///< A tuple with one MaterialSet for each material.
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
-    static constexpr std::size_t unnamed = detail::unnamed_material;        ///< In `set<I>()`: the only material.
+    static constexpr std::size_t unnamed = detail::unnamed_material;        ///< `set<unnamed>()`: the only material.
 
     /// Makes a simulation without particles. If `Boundary` is Walls, walls are put on all faces of the domain, except
     /// those of periodic axes. Matter can separate from these walls (Contact::separate). Any other boundary is
     /// default-constructed.
     /// \param how  the execution: how P2G sums, and with how many threads
-    /// \throws parameter_error  if the domain is empty, not finite, or has too many or too few cells; or if a parameter
-    ///                          of the material is out of range. \see check_material
+    /// \throws parameter_error  if the domain is empty, is not finite, or has too many or too few cells; or if a
+    ///                          parameter of the material is out of range. \see check_material
     explicit Simulation(const Domain<D>& domain, const Material& material = {},
                         const std::type_identity_t<Execution>& how = {})
         : Simulation(domain, material, how, detail::default_boundary<Boundary, S>(domain)) {}
-    /// Makes a simulation without particles, with this boundary.
+    /// Makes a simulation without particles, with the boundary `walls`.
     /// \param how    the execution: how P2G sums, and with how many threads
     /// \param walls  the boundary: walls, colliders or both
     /// \throws parameter_error  if the domain or a parameter of the material is out of range
@@ -105,7 +105,7 @@ public:
         for_sets([](const auto& set) { check_material<D>(set.material); });
     }
 
-    /// Makes a simulation without particles, with these policies in any order. The type of each policy must be a
+    /// Makes a simulation without particles, with the given policies, in any order. The type of each policy must be a
     /// template argument of the simulation. A policy that is not given is default-constructed. If the boundary is not
     /// given and its type is Walls, walls are put on all faces of the domain, except those of periodic axes.
     /// \throws parameter_error  if the domain or a parameter of the material is out of range
@@ -125,7 +125,7 @@ public:
         transfer = detail::one_of<Transfer>([] { return Transfer{}; }, first, rest...);
     }
 
-    /// Does not compile, and prints a message: the domain has another dimension than the simulation.
+    /// Does not compile: the compiler prints a message that the domain has another dimension than the simulation.
     template <int N, class... Rest>
         requires(N != D)
     explicit Simulation(const Domain<N>&, const Rest&...) : Simulation(Domain<D>{}) {
@@ -133,9 +133,9 @@ public:
     }
 
     using Stepper<D>::gravity;
-    /// A function that receives the text of each warning. Each is given once:
-    /// - the fixed time step is above stable_time_step() (this warning is given again whenever their ratio has grown by
-    ///   a fifth);
+    /// A function that receives the text of each warning. Each of these warnings is given once:
+    /// - the fixed time step is above stable_time_step() (this warning is given again whenever the ratio of the two has
+    ///   grown by a fifth);
     /// - stable_time_step() has fallen below 1/1000 of its largest value, or is below 10⁻⁶ s;
     /// - the particles of a body lie further apart than a cell, two bodies overlap, or a body lies inside a solid of
     ///   the boundary;
@@ -144,15 +144,16 @@ public:
     ///
     /// By default, warnings are printed to stderr. If the function is empty, no warnings are given.
     using Stepper<D>::warn;
-    Boundary boundary;    ///< The walls and colliders. Steps move those that have a velocity.
-    Execution execution;  ///< How P2G sums, and the number of threads of all stages.
+    Boundary boundary;    ///< The walls and colliders. A step moves those that have a velocity.
+    Execution execution;  ///< How P2G sums contributions, and the number of threads of all stages.
     Transfer transfer{};  ///< The transfer policy, with its parameters.
-    /// If this holds a value, every step stores in it the impulse and the angular impulse that each part of the
-    /// boundary exerts on matter.
+    /// The impulse and the angular impulse that each part of the boundary exerted on matter in the last step. They are
+    /// computed only if `reactions` holds a value when the step begins: call `simulation.reactions.emplace()`.
     std::optional<Reactions<D>> reactions{};
     double fixed_time_step = 0;  ///< The time step [s]; 0: every step takes stable_time_step().
-    /// If this is not 0, particles are also sorted whenever the number of steps taken is a multiple of it. In any case
-    /// they are sorted when one of them may be too far from the block into which it was sorted.
+    /// The largest number of steps between two sorts of the particles; 0: no such limit. If this number is not 0,
+    /// particles are sorted whenever the number of steps taken is a multiple of it. In any case, they are sorted when a
+    /// particle may be too far from the block into which it was sorted.
     std::uint64_t most_steps_between_sorts = 0;
 
     const Domain<D>& domain() const { return grid_.domain(); }  ///< The domain.
@@ -161,9 +162,9 @@ public:
     /// \name Sets of particles
     /// @{
 
-    /// Returns a handle to the set of particles of one material: `set<Snow<float>>().add(…)`. If the list contains a
-    /// material twice, give its index in the list instead, counted from 0: `set<1>()`. A simulation with one material
-    /// has the functions of a handle itself.
+    /// Returns a handle to the set of particles of one material: `set<Snow<float>>().add(…)`. If the list of materials
+    /// contains a material twice, give the index of the material in the list instead, counted from 0: `set<1>()`. A
+    /// simulation with one material has the functions of a handle itself: `simulation.add(…)`.
     template <std::size_t I = unnamed>
     SetHandle<Simulation, at<I>> set() {
         return SetHandle<Simulation, at<I>>(*this);
@@ -199,14 +200,14 @@ public:
 
     /// Takes one step under gravity. Its length is `fixed_time_step`, or stable_time_step() if `fixed_time_step` is 0.
     /// \throws parameter_error  if the fixed time step, gravity or a parameter of a policy is out of range
-    /// \throws particle_error   if a particle has a value that is not finite, or has left the domain, before or after
-    ///                          the step
+    /// \throws particle_error   if, before or after the step, a particle has a value that is not finite or has left the
+    ///                          domain
     /// \throws overflow_error   if fixed-point sums could overflow
     void step();
 
     /// Takes one step with this acceleration in place of `gravity`.
-    /// \param acceleration  a vector [m/s²], or a field a(x) [m/s²]: a callable of Vec<P, D> [m] for any scalar P.
-    ///                      \see acceleration_at
+    /// \param acceleration  a vector [m/s²], or a field a(x) [m/s²]: a callable that takes a position Vec<P, D> [m],
+    ///                      for any scalar type P. \see acceleration_at
     /// \throws parameter_error, particle_error, overflow_error  in the same cases as step()
     template <class Acceleration>
     void step(const Acceleration& acceleration) {
@@ -231,11 +232,12 @@ public:
     /// Replaces the particles of a material by stored ones, and sets the time and the step number to those of `moment`.
     /// With several materials, call it once for each material.
     ///
-    /// If the stored set was prepared for a step (Readiness::prepared), its order in memory, its partition and its
-    /// report are kept: the continued run has the same bits as a run without a break.
+    /// If the stored set was prepared for a step (Readiness::prepared), the order of the particles in memory, the
+    /// partition into blocks and the report of the last G2P are kept, too. The continued run then has the same bits as
+    /// a run without a break.
     /// \param set     the stored particles. \see Restart
     /// \param moment  the time and the step number at which the particles were stored
-    /// \throws io_error  if another material was restored to a different moment, and no step was taken in between
+    /// \throws io_error  if another material was restored to a different moment, and no step was taken since then
     template <std::size_t I = unnamed>
     void restore(std::tuple_element_t<at<I>, Sets>&& set, const Moment& moment) {
         for_sets([&](const auto& other) {
@@ -279,8 +281,8 @@ private:
 
     int workers() const { return thread_count(requested_threads(execution)); }
 
-    /// Takes steps until the time is `end` [s] or the number of steps since the start is `last_step`. The last step is
-    /// shortened to end at `end`.
+    /// Takes steps until the time is `end` [s], or until the number of steps taken since the start is `last_step`. The
+    /// last step is shortened to end at `end`.
     template <class Acceleration>
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
         if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, warn);
@@ -297,14 +299,15 @@ private:
             });
     }
 
-    /// Returns whether dt is the bound of the time step, and not a step that the program chose.
+    /// Returns whether the time step dt is the bound of the time step, rather than a step that the program chose.
     bool is_the_bound(double dt) const { return fixed_time_step == 0 && bound_ > 0 && !(dt < bound_); }
     [[gnu::cold]] std::string reason_of_bound() {
         return detail::reason_of_bound<Kernel>(sets_, domain(), detail::speed_of_boundary<S>(boundary, domain()),
                                                detail::force_bound(sets_, now_.time, workers()));
     }
 
-    /// Returns the next time step [s]: the fixed one, or the bound.
+    /// Returns the next time step [s]: the fixed time step if the program has set one, otherwise the bound of the time
+    /// step.
     /// \param warning  receives a text if the program must be warned before the step; otherwise unchanged
     double next_time_step(std::string& warning) {
         const double bound = bound_ = stable_time_step();
@@ -382,7 +385,8 @@ private:
         after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, sets...);
     }
 
-    /// Prepares the sets that changed since the last step: checks and sorts their particles, and computes stresses.
+    /// Prepares the sets of particles that changed since the last step: checks and sorts the particles, and computes
+    /// their stresses.
     /// \throws particle_error  if a step failed half-way, or if a particle has a value that is not finite or lies
     ///                         outside the domain
     void prepare();
@@ -453,8 +457,8 @@ Simulation(const Domain<D>&, const Material&, const Policies&...)
                   typename detail::chosen<D, Material, Policies...>::execution,
                   typename detail::chosen<D, Material, Policies...>::boundary>;
 
-// Functions that take long to compile are defined outside of the class, so they are not inline. If the files of a
-// program declare the simulation `extern template class`, they do not compile these functions again.
+// Functions that take long to compile are defined outside of the class, so that they are not inline. A file that
+// declares the simulation as `extern template class` does not compile these functions again.
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
 void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::step() {

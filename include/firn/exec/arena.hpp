@@ -1,4 +1,4 @@
-/// \file Arenas: contiguous memory for the values of the nodes around a block or a cube of blocks.
+/// \file Arenas: contiguous memory for the values of the nodes around a block, or around a cube of 2^D blocks.
 #pragma once
 
 #include <firn/data/sparse_grid.hpp>
@@ -8,19 +8,21 @@
 
 namespace firn {
 
-/// The smallest box of nodes, within an arena, that contains all nodes in the kernel supports of a group's particles.
+/// A box of nodes in an arena: the smallest one that contains every node to which a particle of the group contributes.
 template <int D>
 struct ArenaBox {
-    int first[D],         ///< Index of the first node along each axis.
-        last[D];          ///< Index of the last node along each axis, included.
-    bool strays = false;  ///< Whether a particle is too far from its block: the arena lacks some of its nodes.
+    int first[D],  ///< Index, in the arena, of the box's first node along each axis.
+        last[D];   ///< Index, in the arena, of the box's last node along each axis.
+    /// Whether a particle of the group is so far from its block that the arena lacks some of the particle's nodes.
+    bool strays = false;
 };
 
-/// The indices, in the grid, of the blocks in and around the block or the cube of a group.
+/// Grid indices of the blocks that the arena of a group covers: the block or the cube of blocks of the group, and the
+/// blocks around it.
 template <int D>
 class BlocksAround {
 public:
-    /// Looks up the blocks around each range of the group.
+    /// Looks up the blocks in the grid's table of neighbours, for each range of the group (the particles of one block).
     template <class Grid>
     BlocksAround(const Grid& grid, const BlockPartition<D>& partition, const BlockGroup& group) {
         if (!group.sparse) {
@@ -39,8 +41,8 @@ public:
         }
     }
     BlocksAround(const BlocksAround&) = delete;
-    /// Returns the index of each block in the grid, last axis fastest; no_block for a block that is not active in the
-    /// grid. For a block, the list has 3 blocks along each axis; for a cube, cube_blocks + 2.
+    /// Returns the list of grid indices of the arena's blocks, last axis fastest; an inactive block has no_block. The
+    /// list covers 3 blocks along each axis if the arena belongs to one block, cube_blocks + 2 if it belongs to a cube.
     const std::uint32_t* data() const { return blocks_; }
 
 private:
@@ -56,25 +58,27 @@ constexpr int arena_nodes(int n) {
 }
 
 /// Contiguous memory for the nodes to which the particles of a group can contribute: the nodes of the group's block or
-/// cube of blocks, and of its surroundings. Nodes are stored with the last axis fastest. A line is all nodes along the
-/// last axis.
+/// cube of blocks, and some nodes around it. Nodes are stored with the last axis fastest. A line is a row of nodes
+/// through the whole arena along the last axis.
 ///
-/// The size of the arena is a run-time value, so that blocks and cubes share the same code. Two versions with sizes
-/// known at compile time are not faster, and take twice as long to compile.
+/// The number of nodes along each axis, n, is a run-time value, so that the arenas of blocks and of cubes share the
+/// same code. Two versions of the code, with n known at compile time, are not faster, and take twice as long to
+/// compile.
 /// \tparam Number  type of the values: a floating-point number, or an integer for fixed-point sums
 /// \tparam Width   number of values per node
 template <class Kernel, class Number, int D, int Width = node_width>
 struct Arena {
-    static constexpr int n_of_block = arena_size<Kernel>,  ///< Nodes along an axis, for a block.
-        n_of_cube = arena_size<Kernel, cube_blocks>;       ///< Nodes along an axis, for a cube of blocks.
+    static constexpr int n_of_block = arena_size<Kernel>,  ///< Number of nodes along each axis in a block's arena.
+        n_of_cube = arena_size<Kernel, cube_blocks>;       ///< Number of nodes along each axis in a cube's arena.
     static_assert(n_of_block <= colours_along_axis<Kernel> * block_size && n_of_cube <= 2 * cube_blocks * block_size,
                   "firn: two groups of one colour never touch one node");
 
-    int n;  ///< nodes along an axis
-    /// The values of the nodes. There is memory for 4 more nodes, because registers may extend beyond the last node.
+    int n;  ///< number of nodes along each axis: n_of_block or n_of_cube
+    /// The values of the nodes, `Width` values for each node. There is memory for 4 more nodes, because a SIMD register
+    /// that is read or written may extend beyond the last node.
     alignas(64) Number node[(arena_nodes<D>(n_of_cube) + 4) * Width];
 
-    /// Sets `n` for a group, and sets to zero all nodes on lines that cross `box`.
+    /// Sets `n` to the size of the group's arena, and sets the nodes of all lines that cross `box` to zero.
     FIRN_INLINE void clear(const BlockGroup& group, const ArenaBox<D>& box) {
         n = group.sparse ? n_of_cube : n_of_block;
         if (group.sparse)
@@ -84,10 +88,10 @@ struct Arena {
         std::fill_n(node + arena_nodes<D>(n) * Width, 4 * Width, Number(0));
     }
 
-    /// Calls f(index, values, count) for runs of nodes that are contiguous both in the arena and in the grid. All runs
-    /// together cover the box, except for blocks that are not active in the grid. `index` is the index in `node` of the
-    /// first value of the run, `values` points to the same value in the grid, and `count` is the number of nodes of the
-    /// run, a compile-time constant.
+    /// Calls f(index, values, count) for each run of nodes in `box`. A run is a sequence of nodes that are next to each
+    /// other both in the arena and in the grid. The runs together contain all nodes of the box, except for those of
+    /// inactive blocks. `index` is the index in `node` of the first value of the run, `values` points to the same value
+    /// in the grid, and `count` is the number of nodes of the run, a compile-time constant.
     /// \param nodes  the values of all nodes of the grid
     template <class N, class F>
     FIRN_INLINE void for_runs(N* nodes, const BlocksAround<D>& around, const ArenaBox<D>& box, const F& f) const {
@@ -98,7 +102,7 @@ struct Arena {
     }
 
 private:
-    static constexpr int before = block_size - allowed_drift;  // index in the first block of the arena's first node
+    static constexpr int before = block_size - allowed_drift;  // index of the arena's first node within its block
 
     template <int Blocks>
     FIRN_INLINE void clear_lines(const ArenaBox<D>& box) {
@@ -107,8 +111,9 @@ private:
             box, [&](int line, int, int) FIRN_LAMBDA { std::fill_n(node + line * numbers, numbers, Number(0)); });
     }
 
-    /// Does the work of for_runs(), for the arena of a block (Blocks = 1) or of a cube of blocks.
-    /// \param of_block  indices of the blocks in and around it. \see BlocksAround::data
+    /// Does the work of for_runs(), for the arena of one block (Blocks = 1) or of a cube of blocks (Blocks =
+    /// cube_blocks).
+    /// \param of_block  grid indices of the blocks that the arena covers. \see BlocksAround::data
     template <int Blocks, class N, class F>
     FIRN_INLINE static void for_runs_of(N* nodes, const std::uint32_t* of_block, const ArenaBox<D>& box, const F& f) {
         constexpr int size = arena_size<Kernel, Blocks>, blocks = Blocks + 2;
@@ -117,7 +122,7 @@ private:
             unroll<blocks>([&](auto b) FIRN_LAMBDA {
                 constexpr int first = b == 0 ? before : 0;
                 constexpr int last = std::min(block_size, before + size - b * block_size);
-                constexpr int place = b * block_size + first - before;  // index of the first node in the line
+                constexpr int place = b * block_size + first - before;  // index of the run's first node within its line
                 const std::uint32_t block = of_block[outer_block * blocks + b];
                 if (place > box.last[D - 1] || place + last - first <= box.first[D - 1] || block == no_block) return;
                 N* run = nodes +
@@ -127,9 +132,9 @@ private:
         });
     }
 
-    /// Calls f(line, block, node) for the lines of a box. `line` is the index of the line in the arena. `block` is the
-    /// index of its block among the blocks around, and `node` the index of its node in this block, both along the
-    /// leading axes.
+    /// Calls f(line, block, node) for each line that crosses the box. `line` is the index of the line in the arena. The
+    /// other two arguments tell where the line lies along the leading axes (all but the last): `block` is the index of
+    /// the row of blocks that the line crosses, and `node` is the index of the line within these blocks.
     template <int Blocks, class F>
     FIRN_INLINE static void for_lines(const ArenaBox<D>& box, const F& f) {
         for (int i = box.first[0]; i <= box.last[0]; ++i) {
@@ -144,26 +149,28 @@ private:
     }
 };
 
-/// Number of lines (of nodes along the last axis) that contain nodes of a particle's support. In each line they form
-/// one row of Kernel::support nodes.
+/// Number of lines of an arena that contain nodes of one particle's support. In each of these lines, the nodes of the
+/// support form one row of Kernel::support nodes. A line is all nodes of the arena along the last axis.
 template <class Kernel, int D>
 inline constexpr int lines_of_particle = D == 2 ? Kernel::support : Kernel::support * Kernel::support;
 
-/// Returns the index of the first node of row `line` around a particle, counted in nodes from the particle's base node.
-/// The arena has n nodes along each axis.
+/// Returns where row `line` of the nodes around a particle begins in an arena: the number of nodes from the particle's
+/// base node to the first node of this row.
+/// \param line  index of the row: 0 to lines_of_particle − 1;  \param n  number of nodes along each axis of the arena
 template <class Kernel, int D>
 FIRN_INLINE constexpr std::ptrdiff_t line_begin(int line, std::ptrdiff_t n) {
     constexpr int K = Kernel::support;
     return (D == 2 ? line : line / K * n + line % K) * n;
 }
 
-/// Finds the index in the grid of each node of a block's arena. The arena itself need not exist.
+/// Maps each node in the arena of one block to the node's index in the grid. No Arena object is needed.
 template <class Kernel, int D>
 class ArenaNodes {
 public:
-    /// Returns the index, among all nodes of the grid, of node k in row `line` around a particle.
-    /// \param neighbours  indices of the blocks around the particle's block. \see SparseGrid::neighbours
-    /// \param corner      index in the arena of the first value of the particle's base node
+    /// Returns the index, among all nodes of the grid, of a node near a particle: node k in row `line` of the nodes
+    /// around the particle.
+    /// \param neighbours  grid indices of the particle's block and of the blocks around it. \see SparseGrid::neighbours
+    /// \param corner      index, among all values of the arena, of the first value of the particle's base node
     FIRN_INLINE static std::size_t in_grid(const std::uint32_t* neighbours, std::ptrdiff_t corner, int line, int k) {
         const Place place = places[std::size_t(corner / node_width + line_begin<Kernel, D>(line, n) + k)];
         return std::size_t(neighbours[place.neighbour]) * std::size_t(block_nodes<D>) + place.node;

@@ -1,4 +1,4 @@
-/// \file The executions of P2G: how P2G sums the contributions to a node, and with how many threads.
+/// \file The execution policies of P2G: how P2G sums the contributions to a node, and with how many threads.
 #pragma once
 
 #include <concepts>
@@ -7,33 +7,35 @@
 
 namespace firn {
 
-/// One thread adds particle after particle to the grid.
+/// Execution of P2G by one thread, which adds the contributions of one particle after the other to the grid.
 struct Serial {
     static constexpr const char* name = "serial";
 };
 
-/// Blocks have colours such that no two blocks of one colour contribute to the same node. Threads work on the blocks of
-/// one colour after the other. Sums are in floating point, without atomics, and have the same bits for any number of
-/// threads.
+/// Execution of P2G by several threads, without atomics. Each block has a colour, such that no two blocks of the same
+/// colour contribute to the same node. Threads share the blocks of one colour, and go on to the next colour when all of
+/// them are done. Sums are in floating point, and have the same bits for any number of threads.
 struct Coloured {
     static constexpr const char* name = "coloured";
     int threads = 0;  ///< number of threads; 0: thread_count() chooses it
 };
 
-/// How threads add integers to a node. Both ways give the same bits, because integer sums do not depend on the order.
+/// How threads add integers to a node. Both ways give the same bits, because integer sums do not depend on the order of
+/// the additions.
 enum class Adding {
-    atomic,   ///< all threads add to the grid with atomics, as WebGPU requires on a GPU
-    coloured  ///< threads work on blocks of one colour at a time, as with Coloured, without atomics
+    atomic,   ///< all threads add to the grid at the same time, with atomics, as WebGPU requires on a GPU
+    coloured  ///< threads work on blocks of one colour at a time, without atomics. \see Coloured
 };
 
-/// P2G sums in integers (fixed point). The sums have the same bits for any number of threads and any order of the
-/// particles.
+/// Execution of P2G with sums in integers (fixed point). The sums have the same bits for any number of threads and any
+/// order of the particles.
 ///
-/// If a scale is not given, P2G takes the largest scale with which no sum can overflow. If a sum could overflow with a
-/// given scale, P2G throws an overflow_error.
+/// A scale is the number of integer steps (quanta) per unit of momentum or mass. If a scale is not given, P2G takes the
+/// largest scale with which no sum can overflow. If a sum could overflow with a given scale, P2G throws an
+/// overflow_error.
 /// \tparam Integer  std::int32_t, as on a GPU, or std::int64_t, whose rounding error is negligible compared with that
 ///                  of float
-/// \tparam How      how threads add
+/// \tparam How      how threads add: with atomics, or colour by colour
 template <class Integer = std::int32_t, Adding How = Adding::atomic>
     requires std::same_as<Integer, std::int32_t> || std::same_as<Integer, std::int64_t>
 struct FixedPoint {
@@ -44,11 +46,11 @@ struct FixedPoint {
     std::optional<double> momentum_scale{},  ///< Quanta per kg m/s, a power of two; if not given, the largest safe one.
         mass_scale{};                        ///< Quanta per kg, a power of two; if not given, the largest safe one.
 };
-/// P2G sums in integers, without atomics: threads work on blocks of one colour at a time.
+/// Execution of P2G with sums in integers, without atomics: threads work on blocks of one colour at a time.
 template <class Integer = std::int32_t>
 using ColouredFixedPoint = FixedPoint<Integer, Adding::coloured>;
 
-/// An execution policy: Serial, or a type with a member `threads`.
+/// Satisfied by execution policies of P2G: Serial, and any type with a member `threads` (the number of threads).
 template <class E>
 concept execution_policy = std::same_as<E, Serial> || requires(const E e) {
     { e.threads } -> std::convertible_to<int>;
@@ -56,7 +58,7 @@ concept execution_policy = std::same_as<E, Serial> || requires(const E e) {
 
 /// Returns 1: Serial uses one thread.
 inline int requested_threads(const Serial&) { return 1; }
-/// Returns the number of threads that an execution asks for; 0: thread_count() chooses it.
+/// Returns the number of threads that an execution policy asks for; 0 if thread_count() is to choose it.
 template <class Execution>
 int requested_threads(const Execution& execution) {
     return execution.threads;

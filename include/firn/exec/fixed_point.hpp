@@ -1,4 +1,4 @@
-/// \file The scale of a fixed-point P2G: either computed, or given by the program and checked.
+/// \file The scale (quanta per unit) of a fixed-point P2G. It is computed, or it is given by the program and checked.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -26,10 +26,11 @@ S chosen_scale(std::optional<double> given, S largest, const char* what, const c
     return S(*given);
 }
 
-/// Checks that the largest possible sums have enough quanta: very light particles may need a scale that S cannot
-/// represent. A coarse momentum is accepted if one quantum changes the velocity of the heaviest particle by a
-/// negligible amount, as in matter at rest.
-/// \throws overflow_error  if sums have too few quanta
+/// Checks that the largest possible sums at a node have enough quanta (integer steps) to be accurate. They can have too
+/// few if particles are very light, because the scale (quanta per unit) that these particles need is larger than S can
+/// represent. Too few quanta of momentum are accepted in matter at rest: if one quantum changes the velocity of the
+/// heaviest particle by a negligible amount.
+/// \throws overflow_error  if the largest possible sum of mass or of momentum has too few quanta
 template <class S>
 void check_resolution(const FixedPointLoad<S>& load, const FixedPointBound<S>& bound, const FixedPointScale<S>& scale) {
     constexpr double fewest_quanta = 0x1p24, unseen_velocity = 1e-20;  // [m/s]
@@ -46,12 +47,14 @@ void check_resolution(const FixedPointLoad<S>& load, const FixedPointBound<S>& b
 }
 }  // namespace detail
 
-/// Returns the scale of fixed-point sums: the given one, or the largest with which no sum can overflow.
-/// \param momentum  quanta per kg m/s, if given;  \param mass  quanta per kg, if given
+/// Returns the two scales of fixed-point sums, in quanta (integer steps) per unit of momentum and of mass. Each scale
+/// is the one that the program has given, or, if none is given, the largest with which no sum can overflow.
+/// \param momentum  given scale of momentum [quanta per kg m/s];  \param mass  given scale of mass [quanta per kg]
 /// \tparam Integer  std::int32_t or std::int64_t
 /// \throws parameter_error  if a given scale is not a power of two
-/// \throws overflow_error   if sums could overflow with the given scale, or with every scale; or if the largest scale
-///                          that S can represent (2^120 quanta per unit in float) leaves a sum too few quanta
+/// \throws overflow_error   if a sum could overflow with the given scale; if a sum could overflow with every scale; or
+///                          if a sum has too few quanta even with the largest scale that S can represent (2^120 quanta
+///                          per unit in float)
 template <class Kernel, int D, class Integer, std::floating_point S>
 FixedPointScale<S> fixed_point_scale(const FixedPointLoad<S>& load, std::optional<double> momentum,
                                      std::optional<double> mass) {

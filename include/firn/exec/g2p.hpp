@@ -1,4 +1,5 @@
-/// \file G2P over all particles: velocity, C, position, the material's state and its stress.
+/// \file G2P of all particles: computes the velocity, affine field C, position, material state and stress of each
+/// particle.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -16,15 +17,16 @@
 
 namespace firn {
 
-/// What G2P reports about all particles.
+/// The report of G2P about all particles.
 struct G2PReport {
-    double signal_speed = 0;   ///< largest signal speed |v| + c [m/s], which limits the next time step
-    bool sort_needed = false;  ///< a particle may be too far from its block: sort or partition before the next P2G
+    double signal_speed = 0;   ///< largest signal speed of a particle, |v| + c [m/s], which limits the next time step
+    bool sort_needed = false;  ///< true if a particle may be too far from its block: sort particles before the next P2G
 };
 
 namespace detail {
 
-/// The report of a pass over the particles, and whether all values are finite and all particles in the domain.
+/// The report of a pass over all particles. `right` tells whether all values are finite and all particles lie in the
+/// domain.
 struct PassReport {
     G2PReport report;
     bool right = true;
@@ -34,9 +36,9 @@ struct PassReport {
     throw particle_error(wrong.text() + " " + cause);
 }
 
-/// Returns a sum of components of the stress that is not finite if the stress, or the state from which it was computed,
-/// is not finite. The trace is enough: it is not finite if F is not finite. If the stress depends on the strain rate,
-/// the components below the diagonal are added, too.
+/// Returns a number that is not finite if the stress, or the state from which the stress was computed, is not finite.
+/// The number is the trace of the stress: it is not finite if the deformation gradient F is not finite. If the stress
+/// depends on the strain rate, its components below the diagonal are added to the trace.
 template <class Material, class P, int D>
 FIRN_INLINE P sum_of_stress(const Mat<P, D>& stress) {
     P sum = trace(stress);
@@ -45,14 +47,14 @@ FIRN_INLINE P sum_of_stress(const Mat<P, D>& stress) {
     return sum;
 }
 
-/// The report of one thread about its particles. \see PassReport
+/// The report of one thread about the particles that the thread has updated, with the members of PassReport.
 struct alignas(64) G2PThreadReport {
     double signal_speed = 0;
     bool sort_needed = false, right = true;
 };
 
-/// G2P of a group of particles. For each pack, sums over nodes are computed row by row; then the particles are updated
-/// in SIMD lanes.
+/// G2P of a group of particles, one pack (sixteen particles) after the other. First, the sums over the nodes around
+/// each particle are computed, row by row. Then the particles of the pack are updated, one particle in each SIMD lane.
 template <class Kernel, class Transfer, class Force, class Material, class View>
 class GroupUpdate {
     using S = typename View::scalar_type;
@@ -100,7 +102,7 @@ public:
 
 private:
     static constexpr bool blended = blends_velocities<Transfer>;
-    /// Takes the place of PackSums for transfers that do not blend velocities. Its velocities are not used.
+    /// Replaces PackSums if the transfer does not blend velocities. The velocities that lanes() returns are not used.
     struct NoSums {
         struct Lanes {
             Vec<P, D> velocity;
@@ -110,23 +112,24 @@ private:
 
     struct Seen {
         P speed = P(0);
-        P rightness = P(0);  // 0 as long as all values were finite, then NaN
+        P rightness = P(0);  // 0 while all values are finite; NaN after a value was not finite
         mask_t<P> stray = P(1) < P(0);
     };
 
-    /// Prefetches the pack that begins at `slot` into the cache, including values that are only written.
+    /// Prefetches the values of the pack that begins at `slot` into the cache, including values that are only written.
     FIRN_INLINE void prefetch(std::size_t slot) const {
         view_.template prefetch<Transfer::affine>(slot);
         view_.prefetch_state(slot);
     }
 
     /// Updates the particles of one SIMD register.
-    /// \param block   lower corners of the particles' blocks [cells]
+    /// \param block   lower corners of the particles' blocks [cells from the domain's lower corner]
     /// \param offset  positions of the particles relative to their centre nodes [cells]
-    /// \param before  Σ N v_i with the node velocities before forces acted; only for transfers that blend velocities
+    /// \param before  Σ N_i v_i, with the weights N_i of the nodes, and the node velocities v_i before forces acted;
+    ///                used only by transfers that blend velocities
     FIRN_INLINE void update(const Slots& slots, const Vec<P, D>& block, const Vec<P, D>& offset,
                             const G2PSums<P, D>& sums, const Vec<P, D>& before, Seen& seen) const {
-        const View view = view_;  // a local copy: the compiler computes addresses only once
+        const View view = view_;  // a local copy, so that the compiler computes addresses only once
         const auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_));
         const P mass = view.mass.template load_or_zero<P>(slots, 0);
         const auto real = mass > P(0);
@@ -144,8 +147,8 @@ private:
         if constexpr (Transfer::affine)
             unroll<D * D>([&](auto k) FIRN_LAMBDA { view.affine.store(slots, k, taken.affine.m[k]); });
 
-        // The sum is not finite if one of its terms is not finite. If it overflows, some terms are so large that they
-        // are wrong, too.
+        // `sum` is not finite if one of its terms is not finite. If all terms are finite, `sum` can still overflow;
+        // some of the terms are then so large that they must be wrong.
         const Vec<P, D> lowest = positions_.lowest(block), highest = positions_.highest(block);
         const Vec<P, D> position = load_vector<P, D>(view.position, slots);
         const auto v = velocities(view, slots, taken, before);
@@ -162,8 +165,8 @@ private:
         const P speed = signal_speed(material_, v.velocity, mass, volume, state, P(h_));
         seen.speed = max(seen.speed, speed);
 
-        // The stress is computed last: it is a long chain of operations, and no other operation has to wait for its
-        // result here.
+        // The stress takes a long chain of operations. It is computed last, so that the operations above need not wait
+        // for its result.
         if constexpr (!has_returned_with_stress<Lifted, D>)
             stress = stress_of(material_, state, taken.velocity_gradient);
         store_symmetric(view.stress, slots, stress);
@@ -171,7 +174,8 @@ private:
         seen.rightness = seen.rightness + select(real, sum * P(0), P(0));
     }
 
-    /// Returns the velocity that the particles store (`velocity`), and the velocity by which they are moved (`motion`).
+    /// Returns two velocities: the one that the particles store (`velocity`), and the one by which the particles are
+    /// moved (`motion`).
     FIRN_INLINE auto velocities(const View& view, const Slots& slots, const G2PResult<P, D>& taken,
                                 const Vec<P, D>& before) const {
         struct Taken {
@@ -193,7 +197,8 @@ private:
     S h_, dt_, per_velocity_;
 };
 
-/// Does the work of g2p(). If a particle is wrong, sets PassReport::right to false instead of throwing.
+/// Does the work of g2p(), except that it does not throw a particle_error: if a particle has a value that is not finite
+/// or has left the domain, it returns a report with `right` = false.
 template <class Kernel, class Transfer, class Force, class Execution, class Material, std::floating_point S, int D,
           class Field, class State>
 PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
@@ -222,7 +227,7 @@ PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, 
     return pass;
 }
 
-/// Returns the sum of all values of a state. It is not finite if one of them is not finite.
+/// Returns the sum of all values of a state. The sum is not finite if one of the values is not finite.
 template <class P, class State>
 FIRN_INLINE P sum_of_state(State state) {
     constexpr auto members = State::fields();
@@ -236,7 +241,8 @@ FIRN_INLINE P sum_of_state(State state) {
     return sum;
 }
 
-/// Does the work of update_stress(). If a particle is wrong, sets PassReport::right to false instead of throwing.
+/// Does the work of update_stress(), except that it does not throw a particle_error: if a particle has a value that is
+/// not finite, it returns a report with `right` = false.
 template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
 PassReport update_stress_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
                               const BlockPartition<D>& partition, const Material& material, double cell_size) {
@@ -290,11 +296,12 @@ PassReport update_stress_pass(const Execution& execution, const ParticleView<S, 
 
 }  // namespace detail
 
-/// Grid to particles: interpolates velocities, moves the particles, and updates the material's state and stress.
-/// Particles are kept inside the domain. If the transfer blends velocities, before_p2g() must be called before p2g().
+/// Grid to particles: interpolates node velocities to the particles, moves the particles, and updates the material
+/// state and the stress of each particle. Particles are kept inside the domain. If the transfer blends velocities,
+/// before_p2g() must be called before p2g().
 /// \see exec/transfer_passes.hpp
 /// \param dt  time step [s]
-/// \throws parameter_error  if dt is negative or not finite, or a parameter of the material is out of range
+/// \throws parameter_error  if `dt` is negative or not finite, or if a parameter of the material is out of range
 /// \throws usage_error      if the grid was not activated for this partition
 /// \throws particle_error   if a particle has a value that is not finite, or would have moved more than a cell out of
 ///                          the domain. The message gives the number of such particles, and describes the one with the
@@ -321,9 +328,9 @@ G2PReport g2p(const Execution& execution, const View& view, const BlockPartition
 }
 
 /// Computes stresses and signal speeds from the particles' states. Call it before the first step, and after the program
-/// has changed a state. If the stress depends on the strain rate, the velocity gradient is taken to be the particle's
-/// C, or zero if the view has no C.
-/// \param cell_size  h of the grid [m]
+/// has changed a state. If the stress depends on the strain rate, the affine field C of the particle is used as its
+/// velocity gradient, or zero if the view has no affine field.
+/// \param cell_size  cell size h of the grid [m]
 /// \throws parameter_error  if a parameter of the material is out of range
 /// \throws particle_error   if a particle has a value that is not finite. The message gives the number of such
 ///                          particles, and describes the one with the lowest id.

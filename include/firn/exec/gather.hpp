@@ -1,4 +1,4 @@
-/// \file Gather: sums over the rows of nodes around each particle of a pack.
+/// \file Gather: sums of node values over the rows of nodes around each particle of a pack (sixteen particles).
 #pragma once
 
 #include <firn/exec/places.hpp>
@@ -6,26 +6,30 @@
 
 namespace firn {
 
-/// Weights and positions of the particles of a pack, relative to the nodes around them. All sums of the pack use them.
+/// For each particle of a pack: the weights of the nodes around the particle, and the particle's position relative to
+/// its centre node. All sums over nodes use these values.
+/// \tparam gradients  whether the gradients of the weights are needed, too
 template <class Kernel, bool gradients, std::floating_point S, int D>
 struct PackPlaces {
     using P = native_pack<S>;  ///< A SIMD register.
 
-    PackWeights<Kernel, S, D, gradients> weights;  ///< Weights of the nodes.
-    alignas(64) S from_centre_node[D][pack_size];  ///< Positions relative to the centre nodes [cells].
+    PackWeights<Kernel, S, D, gradients> weights;  ///< Weights of the nodes, and their gradients if needed.
+    alignas(64) S from_centre_node[D][pack_size];  ///< Position of each particle relative to its centre node [cells].
 
-    /// Computes the values for one register of particles, which begins at lane `lane` of the pack.
-    /// \param position  positions from the lower corners of the particles' blocks [cells]
-    /// \param block     lower corners of the particles' blocks in the arena [cells]
-    /// \param n         nodes along an axis of the arena
+    /// Computes `weights` and `from_centre_node` for one register of particles, the first of which is in lane `lane` of
+    /// the pack.
+    /// \param position  position of each particle, from the lower corner of the particle's block [cells]
+    /// \param block     lower corner of each particle's block, from the lower corner of the group's block or cube of
+    ///                  blocks [cells]
+    /// \param n         number of nodes along each axis of the arena
     FIRN_INLINE void locate(int lane, const Vec<P, D>& position, const Vec<P, D>& block, int n) {
         const Place<P, D> place = firn::locate<Kernel>(position);
         weights.fill(lane, place, block, n);
         const Vec<P, D> offset = from_centre<Kernel>(place.fraction);
         unroll<D>([&](auto a) FIRN_LAMBDA { offset.v[a].store(from_centre_node[a] + lane); });
     }
-    /// Returns the positions relative to the centre nodes [cells], for one register of particles that begins at lane
-    /// `lane`.
+    /// Returns the positions of one register of particles relative to their centre nodes [cells]. The first of these
+    /// particles is in lane `lane` of the pack.
     FIRN_INLINE Vec<P, D> offset(int lane) const {
         Vec<P, D> r;
         unroll<D>([&](auto a) FIRN_LAMBDA { r.v[a] = P::load(from_centre_node[a] + lane); });
@@ -33,24 +37,28 @@ struct PackPlaces {
     }
 };
 
-/// The sums over nodes for each particle of a pack: Σ N v, and two further sums if needed. \see G2PSums
-/// \tparam moments    whether to compute Σ N v oᵀ
+/// For each particle of a pack, sums over the nodes around the particle: Σ N v, and two further sums if needed. N is
+/// the weight and v the velocity of a node. \see G2PSums
+/// \tparam moments    whether to compute Σ N v oᵀ, with the offset o of a node from the centre node [cells]
 /// \tparam gradients  whether to compute Σ v ∇Nᵀ
 template <class Kernel, bool moments, bool gradients, std::floating_point S, int D>
 struct PackSums {
     /// Number of vectors per particle: Σ N v, then the columns of Σ N v oᵀ, then the columns of Σ v ∇Nᵀ.
     static constexpr int quads = 1 + (moments ? D : 0) + (gradients ? D : 0);
-    static constexpr int K = Kernel::support;  ///< Nodes of the kernel's support along an axis.
+    static constexpr int K = Kernel::support;  ///< Number of nodes of the kernel's support along each axis.
     using P = native_pack<S>;                  ///< A SIMD register.
 
-    alignas(64) S value[quads][pack_size * 4];  ///< The sums: for each vector, four numbers per particle.
+    /// The sums. value[i] holds vector i of each particle, as four numbers. \see quad_offset
+    alignas(64) S value[quads][pack_size * 4];
 
-    /// Computes the sums of all particles of the pack over their nodes.
-    /// \param row_of_line  row_of_line(l, i) returns row i of the nodes around the particle of lane l. \see line_begin
+    /// Computes the sums over nodes for all particles of the pack.
+    /// \param row_of_line  row_of_line(l, i) returns the values of a row of nodes: row i of the nodes around the
+    ///                     particle in lane l. \see line_begin
     template <class Weights, class RowOfLine>
     FIRN_INLINE void gather(const Weights& weights, const RowOfLine& row_of_line) {
         using Row = std::remove_cvref_t<decltype(row_of_line(0, std::integral_constant<int, 0>{}))>;
-        // The quads (groups of four numbers) of particles that are processed together are next to each other.
+        // Particles that are processed together have their quads (groups of four numbers) next to each other in
+        // `value`.
         constexpr int abreast = rows_abreast<Row>;
         static_assert(abreast == 1 || quad_offset<P>(pack_size / abreast) == quad_offset<P>(0) + 4);
         for (int l = 0; l < pack_size / abreast; ++l) {
@@ -63,7 +71,7 @@ struct PackSums {
         }
     }
 
-    /// Returns the sums of one register of particles, which begins at lane `lane`.
+    /// Returns the sums of one register of particles, the first of which is in lane `lane` of the pack.
     FIRN_INLINE G2PSums<P, D> lanes(int lane) const {
         G2PSums<P, D> sums;
         P r[4];
@@ -83,7 +91,8 @@ struct PackSums {
     }
 
 private:
-    /// Returns the sums over all axes except the last, for the particle of lane l: a row of nodes.
+    /// Sums the weighted node values of the particle in lane l over all axes except the last. The result is one row of
+    /// values, one for each node along the last axis.
     template <class Weights, class RowOfLine>
     FIRN_INLINE static auto leading_sums(const Weights& weights, int l, const RowOfLine& row_of_line) {
         using Row = std::remove_cvref_t<decltype(row_of_line(std::integral_constant<int, 0>{}))>;
@@ -95,7 +104,8 @@ private:
             unroll<K>([&](auto k) FIRN_LAMBDA {
                 constexpr std::integral_constant<int, line + (D == 3 && a == 0 ? K : 1) * k> next{};
                 if constexpr (a == 0)
-                    parts[k].value = k + 1 < K ? row_of_line(next) : row_of_line(next).held();  // used twice
+                    parts[k].value =
+                        k + 1 < K ? row_of_line(next) : row_of_line(next).held();  // the last row is used twice
                 else
                     parts[k] = self(std::integral_constant<int, a - 1>{}, next, self);
                 w[k] = Number::fill(&weights.leading[a][k][l]);
@@ -106,7 +116,9 @@ private:
         return close(std::integral_constant<int, D - 2>{}, std::integral_constant<int, 0>{}, close);
     }
 
-    /// Splits rows into nodes, sums over the last axis, and stores the sums at index q of each vector's numbers.
+    /// Sums each given row over its nodes along the last axis, and stores the sums in `value`.
+    /// \param q     index, in each value[i], of the first number to write
+    /// \param rows  for each of N particles: the sums over all axes except the last
     template <class Weights, class Row, std::size_t N>
     FIRN_INLINE void close_rows(const Weights& weights, int q,
                                 const std::array<PartialSums<Row, D - 1, moments, gradients>, N>& rows) {
@@ -143,21 +155,23 @@ private:
     }
 };
 
-/// The sums of a pack that a transfer and a force form need.
+/// The type of PackSums with those sums that a transfer policy and a force policy need.
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D>
 using TransferSums =
     PackSums<Kernel, g2p_needs_moment<Kernel, Transfer>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
 
-/// The nodes from which a group of particles gathers. They are copied to an arena, unless the group is spray
-/// (BlockGroup::is_spray). For spray, they are read from the grid, node by node.
-/// \tparam Layers  number of layers of the grid from which the group gathers, counting the nodes' own values as layer
-///                 0. \see SparseGrid::layer
+/// The node values from which a group of particles gathers. They are copied to an arena (contiguous memory), unless the
+/// group is spray (few particles in sparse blocks, see BlockGroup::is_spray). For spray, they are read from the grid,
+/// node by node.
+/// \tparam Layers  number of layers of the grid (arrays of node values) from which the group gathers. Layer 0 is the
+///                 array of the nodes' present values; the other layers hold values that were stored earlier. \see
+///                 SparseGrid::layer
 template <class Kernel, std::floating_point S, int D, int Layers>
 class NodesOfGroup {
     using P = native_pack<S>;
 
 public:
-    /// Copies the nodes to an arena, unless the group is spray.
+    /// Copies the node values to an arena, unless the group is spray.
     template <class View>
     FIRN_INLINE NodesOfGroup(const SparseGrid<S, D>& grid, const BlockPartition<D>& partition, const BlockGroup& group,
                              const GroupPlaces<View>& places)
@@ -174,14 +188,16 @@ public:
         }
     }
 
-    /// Computes `pack` for the particles of the pack that begins at `slot`, counted from the group's first slot.
+    /// Computes the weights and positions of the particles of one pack, and stores them in `pack`.
+    /// \param slot  first slot of the pack, counted from the group's first slot
     template <class Pack, class View>
     FIRN_INLINE void locate(Pack& pack, const GroupPlaces<View>& places, std::size_t slot) const {
         const int n = is_spray_ ? arena_size<Kernel> : arena_[0].n;
         for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes, slot += scalar_traits<P>::lanes)
             pack.locate(lane, places.template position<P>(slot), places.template block_in_arena<Kernel, P>(slot, n), n);
     }
-    /// Computes the sums of a pack over the values of a layer. Call locate() for this pack first.
+    /// Computes the sums over nodes for a pack, with the node values of one layer of the grid. Call locate() for the
+    /// pack first.
     template <int layer, class Pack, class Sums, class View>
     FIRN_INLINE void gather(const Pack& pack, Sums& sums, const GroupPlaces<View>& places, std::size_t slot) const {
         if (is_spray_)

@@ -16,8 +16,8 @@ namespace firn {
 
 namespace detail {
 
-/// Returns the acceleration for a register of nodes. A field with parameters is converted by lift(); anything else is
-/// returned unchanged.
+/// Returns the acceleration in a form that can be evaluated for a register of nodes. An acceleration field with
+/// parameters is converted by lift(); any other acceleration is returned unchanged.
 template <class P, class Acceleration>
 FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
     if constexpr (has_parameters<Acceleration>)
@@ -26,10 +26,11 @@ FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
         return acceleration;
 }
 
-/// Updates the nodes of one block, one SIMD register of nodes at a time. Not inlined, so that the compiler can use all
-/// registers in each instance.
+/// Updates the nodes of one block, one SIMD register of nodes at a time. The function is not inlined, so that the
+/// compiler can use all registers in each instance of it.
 /// \param first      position of the first node [m];  \param h  cell size [m];  \param dt  time step [s]
-/// \param reactions  array to which the impulse of each part of the boundary on matter is added; nullptr if not wanted
+/// \param reactions  array with one Reaction for each part of the boundary, to which the impulse of this part on matter
+///                   is added; nullptr if reactions are not wanted
 template <std::floating_point S, int D, class Acceleration, class Boundary, class OfParts>
 [[gnu::noinline]] void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
                                     const Boundary& boundary, OfParts reactions) {
@@ -63,7 +64,7 @@ template <std::floating_point S, int D, class Acceleration, class Boundary, clas
 }
 
 /// Does the work of grid_update(), with or without reactions.
-/// \param reactions  nullptr if reactions are not wanted
+/// \param reactions  receives the impulses of the boundary on matter; nullptr if they are not wanted
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary, Reactions<D>* reactions) {
@@ -110,13 +111,14 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
 
 }  // namespace detail
 
-/// Turns the momentum of every node into its velocity after a step.
+/// Computes the velocity of every node after a step: divides the momentum by the mass, adds acceleration × dt, and
+/// applies the boundary. The velocity replaces the momentum in the grid.
 /// \param dt            time step [s]
 /// \param acceleration  a constant vector, of type Vec<S, D> or of Eigen [m/s²]; or a callable field(position) or
-///                      field(position, velocity, dt) that takes and returns Vec<P, D> for any scalar type P; or a
-///                      field of folder field/ with scalar type S
+///                      field(position, velocity, dt) that takes and returns Vec<P, D> for any scalar type P; or an
+///                      acceleration field from the folder field/, with scalar type S
 /// \param boundary      a boundary policy with scalar type S
-/// \throws parameter_error  if dt is negative or not finite, or a parameter of a policy is out of range
+/// \throws parameter_error  if `dt` is negative or not finite, or if a parameter of a policy is out of range
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary) {
@@ -125,8 +127,8 @@ void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
                             static_cast<Reactions<D>*>(nullptr));
 }
 
-/// Turns the momentum of every node into its velocity after a step, and sums the impulses of the boundary on matter.
-/// The velocities have the same bits as without reactions.
+/// Computes the velocity of every node after a step, and sums the impulses that the boundary exerts on matter. The
+/// velocities have the same bits as those of the grid_update() without reactions.
 /// \param reactions  receives the impulse and the angular impulse of each part of the boundary. \see Reactions
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,

@@ -16,8 +16,8 @@
 
 namespace firn {
 
-/// Calls body(group, thread) for all groups, one phase after the other. The groups of one phase share no node, and are
-/// distributed to several threads.
+/// Calls body(group, thread) for every group of particles, one phase after the other. A phase is a list of groups that
+/// share no node, so that several threads can work on them at the same time.
 template <int D, class Body>
 void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const Body& body) {
     const std::vector<std::size_t>& ends = partition.phase_ends;
@@ -30,9 +30,10 @@ void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const 
 
 namespace detail {
 
-/// Calls body(records, slot, used) for every pack of the group. `slot` is the first slot of the pack, counted from the
-/// group's first slot. Lanes 0 to used − 1 of `records` hold particles.
-/// \param n  nodes along an axis of the arena
+/// Calls body(records, slot, used) for every pack of the group. `records` are the P2G records of the pack's particles.
+/// `slot` is the first slot of the pack, counted from the group's first slot. Lanes 0 to used − 1 of `records` hold
+/// particles.
+/// \param n  number of nodes along each axis of the arena
 template <class Kernel, class Transfer, class Force, class View, class Sums, class Body>
 FIRN_INLINE void for_packs(const ParticleReader<View>& reader, const GroupPlaces<View>& places, const BlockGroup& group,
                            int n, Sums& sums, const Body& body) {
@@ -44,7 +45,7 @@ FIRN_INLINE void for_packs(const ParticleReader<View>& reader, const GroupPlaces
     }
 }
 
-/// Adds the contributions of a group directly to the nodes of the grid. Like the other scatter functions, it is not
+/// Adds the contributions of a group's particles directly to the nodes of the grid. The three scatter functions are not
 /// inlined, so that the compiler can use all registers in each of them.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 [[gnu::noinline]] void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
@@ -73,8 +74,8 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
         });
 }
 
-/// Adds the contributions of a group to an arena of the nodes around its block or cube of blocks. Then adds the arena
-/// to the grid.
+/// Adds the contributions of a group's particles to an arena (contiguous memory for the nodes around the group). Then
+/// adds the values of the arena to the nodes of the grid.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 [[gnu::noinline]] void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
                                         const BlockPartition<D>& partition, const BlockGroup& group,
@@ -86,7 +87,7 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
     if (box.strays) throw_strays();
     GroupArena arena;
     arena.clear(group, box);
-    const int n = arena.n;  // a copy, which writing integers to the arena cannot change
+    const int n = arena.n;  // a local copy: the compiler knows that writing to the arena does not change it
     typename Sums::template Counts<Kernel, D> counts(group, box);
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, n, sums, [&](const auto& records, std::size_t, int used) FIRN_LAMBDA {
@@ -105,8 +106,9 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
     });
 }
 
-/// Adds the contributions of a spray group to an arena. Then adds the arena to the grid. So each node receives one sum
-/// from the group, whose rounding does not depend on what other groups have added to the node.
+/// Adds the contributions of a spray group (few particles in sparse blocks) to an arena. Then adds the values of the
+/// arena to the nodes of the grid. So each node receives one sum from the group. The rounding of this sum does not
+/// depend on the contributions of other groups to the node.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 [[gnu::noinline]] void scatter_spray(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
                                      const BlockPartition<D>& partition, const BlockGroup& group,
@@ -124,8 +126,8 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
     arena.add_to_grid(nodes, BlocksAround<D>(grid, partition, group));
 }
 
-/// Adds the contributions of all groups, one phase after the other. No two threads add to one node at the same time,
-/// and the order of additions to a node is always the same.
+/// Adds the contributions of all groups of a set, one phase after the other (a phase is a list of groups that share no
+/// node). No two threads add to one node at the same time, and the order of additions to a node is always the same.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, double dt, int threads,
                       const Sums& sums, typename Sums::number* nodes) {
@@ -143,7 +145,8 @@ void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid
     });
 }
 
-/// Adds the contributions of one group directly to the nodes of the grid. For a single thread, or for atomic sums.
+/// Adds the contributions of one group directly to the nodes of the grid. If several threads do this at the same time,
+/// the sums must be atomic.
 template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
 void scatter_group(const ParticleSet<View>& set, const BlockGroup& group, const SparseGrid<S, D>& grid, double dt,
                    const Sums& sums, typename Sums::number* nodes) {
@@ -154,8 +157,8 @@ void scatter_group(const ParticleSet<View>& set, const BlockGroup& group, const 
 }
 
 /// Checks the arguments of p2g().
-/// \throws parameter_error  if dt [s] is negative or not finite
-/// \throws usage_error      if the grid was not activated for all sets
+/// \throws parameter_error  if `dt` [s] is negative or not finite
+/// \throws usage_error      if the grid was not activated for the partitions of all sets
 template <std::floating_point S, int D, class... Views>
 void check_p2g(const SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     check_step(dt);
@@ -165,7 +168,7 @@ void check_p2g(const SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>
 /// Sets `per_node` values of type T to zero for each node of the grid.
 template <class T, std::floating_point S, int D>
 void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
-    // Large pieces: memset then writes cache lines without reading them first.
+    // The pieces are large, because memset writes a large piece to memory without reading its cache lines first.
     const std::size_t count = grid.block_count() * std::size_t(block_nodes<D> * per_node), together = 1 << 14;
     const auto clear_some = [&](std::size_t i, int) {
         const std::size_t begin = i * together;
@@ -176,17 +179,17 @@ void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
 
 }  // namespace detail
 
-/// Particles to grid: clears the grid, then adds mass and momentum of all particles, including the impulse of the
-/// stress over dt.
+/// Particles to grid: sets all nodes to zero, then adds the masses and the momenta of all particles to the nodes around
+/// them. The momenta include the impulses of the stresses over the time step.
 ///
 /// The grid must be activated for the partitions of all sets. The base node of each particle may lie at most
 /// `allowed_drift` cells outside the block into which the particle was sorted. The contributions of the sets are added
 /// one set after the other. The sums have the same bits for any number of threads.
 /// \param dt    time step [s]
 /// \param sets  the sets of particles, each with its partition
-/// \throws parameter_error  if dt is negative or not finite
-/// \throws usage_error      if the grid was not activated, or a particle is further from its block than allowed; the
-///                          values of the grid are then undefined
+/// \throws parameter_error  if `dt` is negative or not finite
+/// \throws usage_error      if the grid was not activated; or if a particle is further from its block than allowed, in
+///                          which case the values of the grid are undefined
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
 void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
@@ -198,7 +201,7 @@ void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const Par
     });
 }
 
-/// Particles to grid in one thread. The requirements and errors are those of p2g() with Coloured.
+/// Particles to grid in one thread. The requirements and errors are those of the p2g() with Coloured.
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
 void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
@@ -212,7 +215,7 @@ void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, const ParticleSet<Vie
 
 /// Particles to grid for one set of particles, with any execution.
 /// \param dt  time step [s]
-/// \throws parameter_error, usage_error, overflow_error  in the same cases as p2g() of several sets
+/// \throws parameter_error, usage_error, overflow_error  in the same cases as the p2g() of several sets
 template <class Kernel, class Transfer, class Force, class Execution, class View, int N, std::floating_point S, int D>
 void p2g(const Execution& execution, const View& view, const BlockPartition<N>& partition, SparseGrid<S, D>& grid,
          double dt) {

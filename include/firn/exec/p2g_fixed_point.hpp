@@ -11,16 +11,18 @@ namespace firn {
 
 namespace detail {
 
-/// Sums in integers that also measure the particles while their contributions are added.
+/// Sums in integers that also measure the particles whose contributions are added: their largest momentum, mass and so
+/// on, as in FixedPointLoad.
 ///
-/// The right scale depends on all particles, and is mostly the same as in the last step. So P2G first uses the scale of
-/// the last step. If this was the right scale, the particles are read only once. If it was not, or if a contribution
-/// did not fit into an integer, P2G discards the sums and adds all contributions again.
+/// The right scale (quanta per unit) is known only after all particles were measured, but it is mostly the same as in
+/// the last step. So P2G first uses the scale of the last step. If this scale turns out to be right, the particles are
+/// read only once. If it turns out to be wrong, or if a contribution did not fit into an integer, P2G discards the sums
+/// and adds all contributions again.
 template <class Kernel, class Force, class Integer, std::floating_point S>
 struct MeasuredSums : IntegerSums<Integer, S> {
     using P = native_pack<S>;
 
-    /// The measurements of one thread.
+    /// The measurements of the particles whose contributions one thread adds.
     struct alignas(64) Seen {
         FixedPointLoad<P> load;
         P largest = P(0);  ///< largest contribution of the present pack [quanta]
@@ -28,8 +30,9 @@ struct MeasuredSums : IntegerSums<Integer, S> {
         bool all_fitted = true;
     };
 
-    /// Counts the particles of a group that have the same base node. The numbers are first kept in an arena, which fits
-    /// into the cache, and then added to the grid.
+    /// For each node in the arena of a group: the number of the group's particles whose base node it is. The numbers
+    /// are first collected in an arena, which fits into the cache, and then added to the numbers for all nodes of the
+    /// grid.
     template <class K, int D>
     class Counts {
     public:
@@ -52,7 +55,7 @@ struct MeasuredSums : IntegerSums<Integer, S> {
 
     Seen* seen;
     std::uint32_t* counts;  ///< for each node, the number of particles whose base node it is
-    bool scatters;          ///< whether contributions are added; if not, particles are only measured
+    bool scatters;          ///< whether contributions are added; false: particles are only measured
 
     MeasuredSums(const FixedPointScale<S>& quanta_per_unit, Seen* of_threads, std::uint32_t* particles_by_node,
                  bool scatter)
@@ -68,18 +71,19 @@ struct MeasuredSums : IntegerSums<Integer, S> {
         seen->largest = max(seen->largest, max(momentum * P(this->scale.momentum), load.mass * P(this->scale.mass)));
         return IntegerSums<Integer, S>::operator()(record);
     }
-    /// Returns whether the contributions of the last measured pack may be added.
+    /// Returns whether the contributions of the last measured pack may be added to the sums. Then gets ready to measure
+    /// the next pack.
     FIRN_INLINE bool fits() {
         const bool fit = scatters && !any(seen->largest > P(S(std::numeric_limits<Integer>::max() / 2)));
         seen->all_fitted = seen->all_fitted && fit;
         seen->largest = P(0);
         return fit;
     }
-    /// Adds a number of particles whose base node is this node of the grid.
+    /// Adds `particles` to the number of particles whose base node is `node`, a node of the grid.
     FIRN_INLINE void count(std::size_t node, int particles) { counts[node] += std::uint32_t(particles); }
 };
 
-/// Memory for the sums of all nodes, and for the number of particles that have each node as their base node.
+/// Memory for the sums of all nodes, and, for each node, the number of particles whose base node it is.
 template <class Integer>
 struct GridIntegers {
     Integer* sums;
@@ -87,8 +91,8 @@ struct GridIntegers {
 };
 
 /// Returns memory for the integers of all nodes. If Integer has the size of S, the sums use the memory of the nodes'
-/// floating-point values; otherwise they use scratch memory. Integers are cleared, read and written as bytes, so they
-/// may lie in memory of floating-point type.
+/// floating-point values; otherwise they use scratch memory. This is allowed because the integers are cleared, read and
+/// written as bytes.
 template <class Integer, std::floating_point S, int D>
 GridIntegers<Integer> integers_of(SparseGrid<S, D>& grid) {
     if constexpr (sizeof(Integer) == sizeof(S)) {
@@ -101,7 +105,8 @@ GridIntegers<Integer> integers_of(SparseGrid<S, D>& grid) {
     }
 }
 
-/// Returns the maxima over all particles, from the measurements of all threads.
+/// Returns the maxima over all particles, which determine the scale, from the measurements of all threads.
+/// \param counts  for each node of the grid, the number of particles whose base node it is
 template <class Seen, std::floating_point S, int D>
 FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* counts, const SparseGrid<S, D>& grid) {
     constexpr std::size_t per_block = std::size_t(block_nodes<D>);
@@ -120,7 +125,7 @@ FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* c
 }
 
 /// Converts sums in quanta to the momentum [kg m/s] and the mass [kg] of the nodes. `sums` may lie in the memory of the
-/// nodes. Nodes with too few quanta of mass become empty. \see fewest_mass_quanta
+/// nodes. Nodes with less mass than fewest_mass_quanta are set to zero.
 template <class Integer, std::floating_point S, int D>
 void to_nodes(const Integer* sums, const FixedPointScale<S>& scale, SparseGrid<S, D>& grid, int threads) {
     constexpr int together = 4 * node_width, m = node_mass;
@@ -199,7 +204,8 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Spar
 
 }  // namespace detail
 
-/// Particles to grid in fixed point. The requirements and errors of p2g() with Coloured apply, too.
+/// Particles to grid, with sums in integers (fixed point). The requirements and errors of the p2g() with Coloured
+/// apply, too.
 /// \throws overflow_error  if a sum could leave the range of Integer; all nodes are set to zero in this case
 template <class Kernel, class Transfer, class Force, class Integer, Adding How, std::floating_point S, int D,
           class... Views>

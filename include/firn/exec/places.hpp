@@ -18,7 +18,7 @@ namespace firn {
 template <std::floating_point S, int D>
 class BlocksOfSlots {
 public:
-    /// Reads the ranges of a group.
+    /// Finds the blocks of all slots of a group, from the ranges of the group. A range is the particles of one block.
     BlocksOfSlots(const BlockPartition<D>& partition, const BlockGroup& group)
         : mask_(group.sparse ? most_slots - 1 : pack_size - 1) {
         std::size_t slot = 0;
@@ -37,42 +37,45 @@ public:
         }
     }
 
-    /// Returns the lower corners of the blocks of one register of slots [cells from the domain's lower corner]. `slot`
-    /// is the first of these slots, counted from the group's first slot.
+    /// Returns the lower corners of the blocks to which a register of slots belongs [cells from the domain's lower
+    /// corner].
+    /// \param slot  first slot of the register, counted from the group's first slot
     template <class P>
     FIRN_INLINE Vec<P, D> lower(std::size_t slot) const {
         Vec<P, D> r;
         unroll<D>([&](auto a) FIRN_LAMBDA { r.v[a] = P::load(lower_[a] + (slot & mask_)); });
         return r;
     }
-    /// Returns the lower corners of the blocks of one register of slots, in cells from the lower corner of the group's
-    /// cube of blocks: 0 or block_size along each axis. `slot` is counted from the group's first slot.
+    /// Returns the lower corners of the blocks to which a register of slots belongs, in cells from the lower corner of
+    /// the group's cube of blocks: 0 or block_size along each axis.
+    /// \param slot  first slot of the register, counted from the group's first slot
     template <class P>
     FIRN_INLINE Vec<P, D> in_cube(std::size_t slot) const {
         return lower<P>(slot) - cast<P>(origin_);
     }
-    std::uint32_t range(std::size_t slot) const { return range_[slot & mask_]; }  ///< Index of a slot's range.
+    /// Returns the index (in BlockPartition::ranges) of the range to which a slot of the group belongs.
+    std::uint32_t range(std::size_t slot) const { return range_[slot & mask_]; }
 
 private:
     static constexpr std::size_t most_slots = 256;
     static_assert((sparse_particles << D) + pack_size <= most_slots);
 
-    std::size_t mask_;  // stored slot = slot & mask_; a dense group has one block, so one pack is stored for all
+    std::size_t mask_;  // slot & mask_: index in the arrays. A dense group has one block: one pack is stored for all
     Vec<S, D> origin_;
     alignas(64) S lower_[D][most_slots];
     std::uint32_t range_[most_slots];
 };
 
-/// Converts stored positions. firn's particles store positions in cells from the lower corner of the particle's block,
-/// so that the resolution is the same everywhere in the domain. The arrays of a foreign program hold positions in
-/// metres.
+/// Converts positions from the form in which they are stored. firn's particle store has positions in cells, measured
+/// from the lower corner of the particle's block, so that the resolution is the same everywhere in the domain. The
+/// arrays of the calling program have positions in metres.
 template <class View>
 class Positions {
     using S = typename View::scalar_type;
     static constexpr int D = View::dimension;
 
 public:
-    /// Whether positions are stored in cells.
+    /// Whether positions are stored in cells; if not, in metres.
     static constexpr bool in_cells = std::same_as<decltype(View::position), BlockedSpan<S>>;
 
     /// Makes a converter for positions in this domain.
@@ -80,7 +83,7 @@ public:
         for (int a = 0; a < D; ++a) {
             lower_[a] = in_cells ? S(0) : S(domain.lower[a]);
             upper_[a] = in_cells ? extent_in_cells<S>(domain, a) : S(domain.upper[a]);
-            if (domain.periodic[std::size_t(a)]) {  // in a step, a particle may leave the domain by one extent
+            if (domain.periodic[std::size_t(a)]) {  // a step may move particles out of the domain by up to one extent
                 lower_[a] = -upper_[a];
                 upper_[a] = 2 * upper_[a];
             }
@@ -88,7 +91,8 @@ public:
         cell_ = in_cells ? S(1) : S(domain.cell_size);
     }
 
-    /// Returns stored positions, converted to cells from the lower corners of the particles' blocks.
+    /// Returns positions in cells from the lower corners of the particles' blocks.
+    /// \param position  positions as they are stored
     /// \param block  lower corners of the blocks [cells from the domain's lower corner]
     template <class P>
     FIRN_INLINE Vec<P, D> in_block(const Vec<P, D>& position, const Vec<P, D>& block) const {
@@ -101,23 +105,23 @@ public:
             return r;
         }
     }
-    /// Returns the lowest positions that particles may take, in the form in which positions are stored: the lower
-    /// corner of the domain; along a periodic axis, one extent of the domain below it.
+    /// Returns the lowest allowed positions of particles, in the form in which positions are stored: the lower corner
+    /// of the domain, but along a periodic axis one extent of the domain lower.
     /// \param block  lower corners of the particles' blocks [cells from the domain's lower corner]
     template <class P>
     FIRN_INLINE Vec<P, D> lowest(const Vec<P, D>& block) const {
         return in_cells ? cast<P>(lower_) - block : cast<P>(lower_);
     }
-    /// Returns the highest positions that particles may take, in the form in which positions are stored: the upper
-    /// corner of the domain; along a periodic axis, one extent of the domain above it.
+    /// Returns the highest allowed positions of particles, in the form in which positions are stored: the upper corner
+    /// of the domain, but along a periodic axis one extent of the domain higher.
     /// \param block  lower corners of the particles' blocks [cells from the domain's lower corner]
     template <class P>
     FIRN_INLINE Vec<P, D> highest(const Vec<P, D>& block) const {
         return in_cells ? cast<P>(upper_) - block : cast<P>(upper_);
     }
-    S cell() const { return cell_; }  ///< The cell size, in the unit of stored positions.
-    /// Returns the displacement during a step divided by the velocity [m/s], for displacements in the unit of stored
-    /// positions.
+    S cell() const { return cell_; }  ///< Returns the cell size, in the unit of stored positions.
+    /// Returns the factor that turns a velocity [m/s] into the displacement in one step, in the unit of stored
+    /// positions: dt / h if they are in cells, dt if they are in metres.
     /// \param dt  time step [s];  \param h  cell size [m]
     S per_velocity(double dt, double h) const { return S(in_cells ? dt / h : dt); }
 
@@ -133,8 +137,8 @@ struct Place {
     Vec<P, D> fraction;  ///< position relative to the base node [cells]: f = x/h − base
 };
 
-/// Returns the base nodes of particles, and the positions relative to them. For a particle that is too far from its
-/// block, the nearest allowed base node is returned.
+/// Returns the base nodes of particles, and the positions of the particles relative to their base nodes. For a particle
+/// that is too far from its block, the nearest allowed base node is returned.
 /// \param position  positions from the lower corners of the particles' blocks [cells]
 template <class Kernel, class P, int D>
 FIRN_INLINE Place<P, D> locate(const Vec<P, D>& position) {
@@ -142,14 +146,16 @@ FIRN_INLINE Place<P, D> locate(const Vec<P, D>& position) {
     Place<P, D> place;
     unroll<D>([&](auto a) FIRN_LAMBDA {
         const P node = base_node<Kernel>(position.v[a]) + P(allowed_drift);
-        // The node is limited to the arena, also for NaN, so that memory outside of the arena is never accessed.
+        // The base node is limited to the arena, also if the position is NaN, so that memory outside of the arena is
+        // never accessed.
         place.node.v[a] = select(node > P(0), select(node < P(last), node, P(last)), P(0));
         place.fraction.v[a] = position.v[a] - (place.node.v[a] - P(allowed_drift));
     });
     return place;
 }
 
-/// Returns the index of the first value of a node in an arena with n nodes along each axis.
+/// Returns the index of the first value of a node, among all values of an arena.
+/// \param node  index of the node along each axis of the arena;  \param n  number of nodes along each axis of the arena
 template <class P, int D>
 FIRN_INLINE P first_number(const Vec<P, D>& node, int n) {
     P number = node.v[0];
@@ -170,7 +176,7 @@ FIRN_INLINE mask_t<P> strays(const Vec<P, D>& position) {
 }
 
 namespace detail {
-/// Always true: if particles, partition and grid differ in precision or dimension, the compiler stops with a message.
+/// Returns true. If particles, partition and grid differ in precision or dimension, the compiler stops with a message.
 template <class View, int N, class S, int D>
 consteval bool require_same_kind() {
     constexpr bool same = View::dimension == D && N == D && std::same_as<typename View::scalar_type, S>;
@@ -180,7 +186,7 @@ consteval bool require_same_kind() {
     return same;
 }
 
-/// Always true: if the material has another precision than the particles, the compiler stops with a message.
+/// Returns true. If the material has another precision than the particles, the compiler stops with a message.
 template <class Material, class S>
 consteval bool require_same_precision() {
     constexpr bool same = std::same_as<material_scalar_t<Material>, S>;
@@ -204,11 +210,11 @@ consteval bool require_same_precision() {
 template <class View>
 class GroupPlaces {
 public:
-    using S = typename View::scalar_type;      ///< float or double.
-    static constexpr int D = View::dimension;  ///< 2 or 3.
+    using S = typename View::scalar_type;      ///< The scalar type: float or double.
+    static constexpr int D = View::dimension;  ///< The dimension: 2 or 3.
 
-    /// Makes the object for the particles of a group. It refers to `view` and `positions`, which must exist as long as
-    /// it does.
+    /// Finds the blocks of the group's slots. `view` and `positions` must exist as long as this object, which refers to
+    /// them.
     GroupPlaces(const View& view, const BlockPartition<D>& partition, const BlockGroup& group,
                 const Positions<View>& positions)
         : view_(view),
@@ -217,24 +223,29 @@ public:
           first_(group.first_slot),
           order_(partition.order.data()) {}
 
-    const BlocksOfSlots<S, D>& blocks() const { return blocks_; }  ///< The blocks of the slots.
-    /// Returns one register of slots. `slot` is the first of them, counted from the group's first slot.
+    const BlocksOfSlots<S, D>& blocks() const { return blocks_; }  ///< The block of each slot.
+    /// Returns the slots of one register of particles.
+    /// \param slot  first of these slots, counted from the group's first slot
     FIRN_INLINE Slots slots(std::size_t slot) const { return {first_ + slot, order_ + first_ + slot}; }
 
-    /// Returns the positions of one register of particles, in cells from the lower corners of their blocks.
+    /// Returns the positions of one register of particles, in cells from the lower corners of the particles' blocks.
+    /// \param slot  slot of the first of these particles, counted from the group's first slot
     template <class P>
     FIRN_INLINE Vec<P, D> position(std::size_t slot) const {
         return positions_.in_block(load_vector<P, D>(view_.position, slots(slot)), blocks_.template lower<P>(slot));
     }
 
-    /// Returns the lower corners of the particles' blocks, relative to the group's block or cube of blocks [cells].
-    /// \param n  nodes along an axis of the group's arena
+    /// Returns the lower corners of the blocks of one register of particles [cells]. They are measured from the lower
+    /// corner of the group's block, or of its cube of blocks.
+    /// \param slot  slot of the first of these particles, counted from the group's first slot
+    /// \param n     number of nodes along each axis of the group's arena
     template <class Kernel, class P>
     FIRN_INLINE Vec<P, D> block_in_arena(std::size_t slot, int n) const {
         return n == arena_size<Kernel> ? Vec<P, D>::zero() : blocks_.template in_cube<P>(slot);
     }
 
-    /// Returns the box of nodes in the group's arena that contains all nodes of the particles' supports.
+    /// Returns the smallest box of nodes in the group's arena that contains every node to which a particle of the group
+    /// contributes.
     template <class Kernel>
     FIRN_INLINE ArenaBox<D> box(const BlockGroup& group) const {
         using P = native_pack<S>;
@@ -245,12 +256,12 @@ public:
         const auto see = [&](std::size_t slot, bool look) FIRN_LAMBDA {
             Vec<P, D> x = position<P>(slot);
             if (look) stray = stray | (strays<Kernel>(x) & is_used(group, slot));
-            // If the group has one block, positions are compared: the outermost particles have the outermost nodes. If
-            // it has several blocks, nodes are compared, because adding the corner of a block to a position could round
-            // the position to the next cell.
+            // If the group has one block, positions are compared, because the outermost particles have the outermost
+            // nodes. If the group has several blocks, base nodes are compared, because adding the corner of a block to
+            // a position could round the position to the next cell.
             if (group.sparse) x = locate<Kernel>(x).node + blocks_.template in_cube<P>(slot);
             unroll<D>([&](auto a) FIRN_LAMBDA {
-                low.v[a] = min(low.v[a], x.v[a]);  // ignores NaN: such a particle has wrong nodes in any case
+                low.v[a] = min(low.v[a], x.v[a]);  // min() ignores NaN: such a particle has wrong nodes in any case
                 high.v[a] = max(high.v[a], x.v[a]);
             });
         };
@@ -284,9 +295,9 @@ public:
         return any(stray);
     }
 
-    /// Calls f(corner) for each particle of a spray group. `corner` is the index in the arena of the first value of the
-    /// particle's base node.
-    /// \param n  nodes along an axis of the arena
+    /// Calls f(corner) for each particle of a spray group (few particles in sparse blocks). `corner` is the index,
+    /// among all values of the arena, of the first value of the particle's base node.
+    /// \param n  number of nodes along each axis of the arena
     template <class Kernel, class F>
     FIRN_INLINE void for_corners(const BlockGroup& spray, int n, const F& f) const {
         using P = native_pack<S>;
@@ -314,25 +325,27 @@ private:
     const std::uint32_t* order_;
 };
 
-/// Weights of a pack of particles, in the order in which rows of nodes need them. For the leading axes (all but the
-/// last), there is one number for each axis, node and particle. For the last axis, there are four numbers for each
-/// particle: the weights of its nodes along this axis, then zeros.
+/// Weights of the nodes around the particles of a pack, in the order in which sums over rows of nodes read them. For
+/// the leading axes (all but the last), there is one number for each axis, node and particle. For the last axis, there
+/// are four numbers for each particle: the weights of the particle's nodes along this axis, then zeros.
 template <class Kernel, std::floating_point S, int D, bool Gradients>
 struct PackWeights {
-    static constexpr int K = Kernel::support;  ///< Nodes of the kernel's support along an axis.
+    static constexpr int K = Kernel::support;  ///< Number of nodes of the kernel's support along each axis.
     using P = native_pack<S>;                  ///< A SIMD register.
     using Index = typename P::integer;         ///< An integer of the same size as S.
 
-    alignas(64) S leading[D - 1][K][pack_size];                           ///< Weights along the leading axes.
-    alignas(64) S leading_gradient[Gradients ? D - 1 : 1][K][pack_size];  ///< Gradients of `leading` [1/cell].
-    alignas(64) S last[pack_size * 4];                                    ///< Weights along the last axis.
-    alignas(64) S last_gradient[Gradients ? pack_size * 4 : 4];           ///< Gradients of `last` [1/cell].
-    alignas(64) Index corner[pack_size];  ///< Index in the arena of the base node's first value.
+    alignas(64) S leading[D - 1][K][pack_size];  ///< Weights along the leading axes.
+    alignas(64) S
+        leading_gradient[Gradients ? D - 1 : 1][K][pack_size];   ///< Gradients of the weights in `leading` [1/cell].
+    alignas(64) S last[pack_size * 4];                           ///< Weights along the last axis.
+    alignas(64) S last_gradient[Gradients ? pack_size * 4 : 4];  ///< Gradients of the weights in `last` [1/cell].
+    alignas(64) Index corner[pack_size];  ///< Index, in Arena::node, of the first value of each particle's base node.
 
-    /// Computes the weights for one register of particles.
+    /// Computes the weights and `corner` for one register of particles.
     /// \param lane   the register's first lane in the pack
-    /// \param block  lower corners of the particles' blocks in the arena [cells];  \param n  nodes along an axis of the
-    ///               arena
+    /// \param block  lower corners of the particles' blocks, from the lower corner of the group's block or cube of
+    ///               blocks [cells]
+    /// \param n      number of nodes along each axis of the arena
     FIRN_INLINE void fill(int lane, const Place<P, D>& place, const Vec<P, D>& block, int n) {
         const Vec<P, D> node = place.node + block;
         first_number(node, n).store(corner + lane);
@@ -358,7 +371,8 @@ private:
     }
 };
 
-/// Returns the index of the first of the four numbers of lane l's particle, in an array of 4 pack_size numbers.
+/// Returns where the four numbers of the particle in lane l begin, in an array of four numbers for each particle of a
+/// pack.
 template <class P>
 FIRN_INLINE constexpr int quad_offset(int l) {
     constexpr unsigned lanes = scalar_traits<P>::lanes;

@@ -11,8 +11,9 @@
 namespace firn {
 
 /// The impulse and the angular impulse of one part of a boundary on matter in a step, summed over the nodes: Σ m Δv and
-/// Σ (x − about) × m Δv. m is the mass and x the position of a node, and Δv the change of its velocity by the part.
-/// Matter exerts the opposite impulse on the part: the mean force during a step of dt is −impulse / dt.
+/// Σ (x − about) × m Δv. m is the mass and x the position of a node, and Δv is the change of the node's velocity by
+/// this part. Matter exerts the opposite impulse on the part: the mean force on the part during a step of dt is
+/// −impulse / dt.
 template <int D>
 struct Reaction {
     Vec<double, D> about = Vec<double, D>::zero();          ///< the point about which angular impulses are taken [m]
@@ -31,15 +32,16 @@ struct Reaction {
 /// The reactions are summed in double, block after block, and have the same bits for any number of threads.
 template <int D>
 struct Reactions {
-    /// The point about which angular impulses are taken [m]. If not given, it is the position of each part, or the
-    /// origin for a part without a position.
+    /// The point about which angular impulses are taken [m]. If it is not given, the point of each part is the position
+    /// of the part, or the origin if the part has no position.
     std::optional<Vec<double, D>> about{};
     std::vector<Reaction<D>> parts{};  ///< One reaction for each part, in the order of the parts.
 };
 
 namespace detail {
 
-/// A boundary with the velocities of another boundary. It also sums the impulses of the parts of that boundary.
+/// A boundary that changes velocities as `boundary` does. It also adds the impulse of each part of `boundary` on matter
+/// to `parts`.
 template <scalar P, int D, class Boundary>
 struct Watched {
     const Boundary& boundary;

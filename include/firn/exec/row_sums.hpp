@@ -1,5 +1,5 @@
-/// \file Sums of rows of nodes: their type and how to add to them (FloatSums, IntegerSums, AtomicSums), and where they
-/// are stored (ArenaRows, GridRows).
+/// \file Sums of the contributions to rows of nodes. FloatSums, IntegerSums and AtomicSums define the type of the sums
+/// and how to add to them; ArenaRows and GridRows define where the sums are stored.
 #pragma once
 
 #include <firn/exec/fixed_point.hpp>
@@ -11,12 +11,12 @@
 
 namespace firn {
 
-/// The base class of sums that do not measure the particles. \see MeasuredSums
+/// The base class of sums that do not measure the particles whose contributions they add. \see detail::MeasuredSums
 struct Unmeasured {
     FIRN_INLINE static constexpr bool fits() { return true; }  ///< Returns true: all contributions may be added.
     FIRN_INLINE static void count(std::size_t, int) {}         ///< Does nothing.
 
-    /// Takes the place of MeasuredSums::Counts, and counts nothing.
+    /// Replaces detail::MeasuredSums::Counts, but counts nothing.
     template <class Kernel, int D>
     struct Counts {
         FIRN_INLINE Counts(const BlockGroup&, const ArenaBox<D>&) {}  ///< Does nothing.
@@ -27,24 +27,24 @@ struct Unmeasured {
     };
 };
 
-/// Sums in floating point, for memory to which only one thread at a time adds.
+/// Sums of contributions in floating point, in memory to which only one thread at a time adds.
 template <std::floating_point S>
 struct FloatSums : Unmeasured {
     using number = S;  ///< Type of one value of the sums.
     /// Type of the sums of a row of nodes.
     template <class Row>
     using sum = Row;
-    /// Whether adding to memory is expensive. If it is, the contributions of consecutive particles with the same base
-    /// node are summed in registers first.
+    /// Whether adding to memory is expensive. If so, the contributions of consecutive particles with the same base node
+    /// are summed in registers first.
     static constexpr bool costly = false;
 
     const FloatSums& of_thread(int) const { return *this; }  ///< Returns the object that a thread uses.
-    /// Returns the record in the unit of the sums: unchanged.
+    /// Returns the P2G record of a particle in the unit of the sums: here, the unchanged record.
     template <class Record>
     FIRN_INLINE const Record& operator()(const Record& record) const {
         return record;
     }
-    /// Reads the sums of a row of nodes from memory.
+    /// Returns the sums of a row of nodes, read from memory.
     template <class Row>
     FIRN_INLINE static Row load(const S* from) {
         return Row::load(from);
@@ -62,7 +62,7 @@ struct FloatSums : Unmeasured {
     }
 };
 
-/// Sums in integers, for memory to which only one thread at a time adds.
+/// Sums of contributions in integers, in memory to which only one thread at a time adds.
 template <class Integer, std::floating_point S>
 struct IntegerSums : Unmeasured {
     using number = Integer;  ///< Type of one value of the sums.
@@ -70,18 +70,18 @@ struct IntegerSums : Unmeasured {
     template <class Row>
     using sum = typename Row::template of<Integer>;
     static constexpr bool costly = false;  ///< Adding to memory is not expensive.
-    FixedPointScale<S> scale;              ///< Quanta per kg m/s and per kg.
+    FixedPointScale<S> scale;              ///< Quanta (integer steps) per kg m/s and per kg.
 
     /// Makes an object that adds in quanta of this scale.
     explicit IntegerSums(const FixedPointScale<S>& quanta_per_unit) : scale(quanta_per_unit) {}
     const IntegerSums& of_thread(int) const { return *this; }  ///< Returns the object that a thread uses.
 
-    /// Returns the record in quanta.
+    /// Returns the P2G record of a particle in quanta.
     template <class P, int D>
     FIRN_INLINE P2GRecord<P, D> operator()(const P2GRecord<P, D>& record) const {
         return in_quanta(record, FixedPointScale<P>{P(scale.momentum), P(scale.mass)});
     }
-    /// Reads the sums of a row of nodes from memory.
+    /// Returns the sums of a row of nodes, read from memory.
     template <class Row>
     FIRN_INLINE static sum<Row> load(const Integer* from) {
         return sum<Row>::load(from);
@@ -99,13 +99,13 @@ struct IntegerSums : Unmeasured {
     }
 };
 
-/// Sums in integers, for memory to which all threads add with atomics at the same time.
+/// Sums of contributions in integers, in memory to which all threads add at the same time, with atomics.
 template <class Integer, std::floating_point S>
 struct AtomicSums : IntegerSums<Integer, S> {
     static constexpr bool costly = true;  ///< Adding to memory is expensive.
     using IntegerSums<Integer, S>::IntegerSums;
 
-    /// Returns a row of zeros, and does not read memory, because store() adds to the sums in memory.
+    /// Returns a row of zeros without reading memory, because store() adds its row to the sums in memory.
     template <class Row>
     FIRN_INLINE static auto load(const Integer*) {
         return typename Row::template of<Integer>{};
@@ -120,7 +120,7 @@ struct AtomicSums : IntegerSums<Integer, S> {
     }
 };
 
-/// The rows of nodes around one particle, in an arena.
+/// Reads and writes the sums of the rows of nodes around one particle, in an arena.
 /// \tparam RowOfArena  type of a row of nodes, in SIMD registers of the target
 template <class Sums, class Kernel, std::floating_point S, int D, class RowOfArena = row<S, Kernel::support>>
 class ArenaRows {
@@ -128,12 +128,12 @@ public:
     using Row = RowOfArena;                        ///< Type of the contributions to a row.
     using Sum = typename Sums::template sum<Row>;  ///< Type of the sums of a row.
 
-    /// Makes the rows around the particle whose base node is at `corner`.
-    /// \param n       nodes along an axis of the arena
-    /// \param corner  index in the arena of the first value of the particle's base node
+    /// Gives access to the rows of nodes around the particle whose base node is at `corner`.
+    /// \param n       number of nodes along each axis of the arena
+    /// \param corner  index, among all values of the arena, of the first value of the particle's base node
     FIRN_INLINE ArenaRows(typename Sums::number* arena, std::ptrdiff_t n, std::ptrdiff_t corner)
         : first_(arena + corner), n_(n) {}
-    /// Reads the sums of row `line`.
+    /// Returns the sums of row `line`, read from memory.
     FIRN_INLINE Sum load(int line) const {
         return Sums::template load<Row>(first_ + line_begin<Kernel, D>(line, n_) * node_width);
     }
@@ -142,7 +142,7 @@ public:
     FIRN_INLINE static Sum plus(const Sum& sum, const Row&... row) {
         return Sums::plus(sum, row...);
     }
-    /// Writes the sums of row `line`.
+    /// Writes the sums of row `line` to memory.
     FIRN_INLINE void store(int line, const Sum& sum) const {
         Sums::store(first_ + line_begin<Kernel, D>(line, n_) * node_width, sum);
     }
@@ -152,7 +152,8 @@ private:
     std::ptrdiff_t n_;
 };
 
-/// The rows of nodes around one particle, in the grid. Each node is read and written separately.
+/// Reads and writes the sums of the rows of nodes around one particle, in the grid. Each node is read and written
+/// separately.
 template <class Sums, class Kernel, std::floating_point S, int D>
 class GridRows {
     static constexpr int K = Kernel::support, lines = lines_of_particle<Kernel, D>;
@@ -162,16 +163,17 @@ public:
     using Row = portable_row<S, K>;                ///< Type of the contributions to a row.
     using Sum = typename Sums::template sum<Row>;  ///< Type of the sums of a row.
 
-    /// Makes the rows around the particle whose base node is at `corner`.
+    /// Gives access to the rows of nodes around the particle whose base node is at `corner`.
     /// \param nodes       the sums of all nodes of the grid
-    /// \param neighbours  indices of the blocks around the particle's block. \see SparseGrid::neighbours
-    /// \param corner      index in the block's arena of the first value of the particle's base node
+    /// \param neighbours  grid indices of the particle's block and of the blocks around it. \see SparseGrid::neighbours
+    /// \param corner      index of the first value of the particle's base node, among all values in the arena of the
+    ///                    particle's block
     FIRN_INLINE GridRows(typename Sums::number* nodes, const std::uint32_t* neighbours, std::ptrdiff_t corner) {
         unroll<lines * K>([&](auto i) FIRN_LAMBDA {
             node_[i] = nodes + ArenaNodes<Kernel, D>::in_grid(neighbours, corner, i / K, i % K) * node_width;
         });
     }
-    /// Reads the sums of row `line`.
+    /// Returns the sums of row `line`, read from memory.
     FIRN_INLINE Sum load(int line) const {
         return Sum::of_nodes([&](auto k) FIRN_LAMBDA {
             return Sums::template load<portable_row<S, 1>>(node_[line * K + k]).template node<0>();
@@ -182,7 +184,7 @@ public:
     FIRN_INLINE static Sum plus(const Sum& sum, const Row&... row) {
         return Sums::plus(sum, row...);
     }
-    /// Writes the sums of row `line`.
+    /// Writes the sums of row `line` to memory.
     FIRN_INLINE void store(int line, const Sum& sum) const {
         unroll<K>([&](auto k) FIRN_LAMBDA { Sums::store(node_[line * K + k], Node{sum.template node<k>(), {}}); });
     }

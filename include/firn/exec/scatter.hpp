@@ -6,12 +6,12 @@
 
 namespace firn {
 
-/// Reads particles, and makes their records for P2G.
+/// Reads particles, and computes their P2G records: the values from which contributions to nodes are computed.
 template <class View>
 class ParticleReader {
 public:
-    using S = typename View::scalar_type;      ///< float or double.
-    static constexpr int D = View::dimension;  ///< 2 or 3.
+    using S = typename View::scalar_type;      ///< The scalar type: float or double.
+    static constexpr int D = View::dimension;  ///< The dimension: 2 or 3.
 
     /// Reads from `view`, for a time step of `dt` [s]. `view` must exist as long as the reader.
     ParticleReader(const View& view, const Domain<D>& domain, double dt)
@@ -31,7 +31,7 @@ public:
         return make_record<Kernel, Transfer, Force>(particle, from_centre<Kernel>(fraction), P(h_), P(dt_));
     }
 
-    /// Prefetches the pack that begins at `slot` into the cache: all values that record() reads.
+    /// Prefetches into the cache all values that record() reads, for the pack that begins at `slot`.
     template <class Transfer>
     FIRN_INLINE void prefetch(std::size_t slot) const {
         view_.template prefetch<Transfer::affine>(slot);
@@ -42,26 +42,28 @@ private:
     S h_, dt_;
 };
 
-/// The records of a pack of particles, with the weights of their nodes. A record is a list of vectors of four numbers:
-/// p and the mass, then the columns of A, then the columns of G (if any). \see P2GRecord
+/// The P2G records of the particles of a pack, with the weights of the nodes around the particles. A record is stored
+/// as vectors of four numbers. The first vector is the momentum p and the mass; the columns of the matrix A follow,
+/// then, if the force policy uses weight gradients, the columns of the matrix G. \see P2GRecord
 template <class Kernel, class Force, std::floating_point S, int D>
 struct PackRecords {
-    static constexpr bool gradients = Force::weight_gradients;  ///< Whether records have G.
+    static constexpr bool gradients = Force::weight_gradients;  ///< Whether records have a matrix G.
     static constexpr int quads = 1 + D + (gradients ? D : 0);   ///< Number of vectors in a record.
-    static constexpr int K = Kernel::support,                   ///< Nodes of the kernel's support along an axis.
-        centre = centre_node<Kernel>;  ///< Index of the centre node, counted from the base node.
+    static constexpr int K = Kernel::support,  ///< Number of nodes of the kernel's support along each axis.
+        centre = centre_node<Kernel>;          ///< Index of the centre node, counted from the base node.
     static constexpr int lines = lines_of_particle<Kernel, D>;  ///< Number of rows of nodes around a particle.
     using P = native_pack<S>;                                   ///< A SIMD register.
 
-    PackWeights<Kernel, S, D, gradients> weights;  ///< Weights along each axis.
-    alignas(64) S value[quads][pack_size * 4];     ///< The records, vector by vector.
-    alignas(64) S product[lines][pack_size];       ///< Products of the weights along the leading axes, for each row.
-    /// Products like `product`, but with the kernel's gradient along one leading axis in place of its weight.
+    PackWeights<Kernel, S, D, gradients> weights;  ///< Weights of the nodes along each axis.
+    alignas(64) S value[quads][pack_size * 4];     ///< value[i]: vector i of each record, four numbers a particle.
+    alignas(64) S product[lines][pack_size];       ///< For each row: product of the weights along the leading axes.
+    /// For each row and each leading axis (all but the last): `product`, but with the kernel's gradient in place of its
+    /// weight along this axis.
     alignas(64) S gradient_product[gradients ? lines : 1][D - 1][pack_size];
 
     /// Computes the records and weights of one pack of particles.
     /// \param slot  the first slot of the pack, counted from the group's first slot
-    /// \param n     nodes along an axis of the arena
+    /// \param n     number of nodes along each axis of the arena
     /// \param unit  unit(record) returns the record in the unit of the sums
     template <class Transfer, class Reader, class Places, class Unit>
     FIRN_INLINE void fill(const Reader& reader, const Places& places, std::size_t slot, int n, Unit&& unit) {
@@ -88,10 +90,10 @@ struct PackRecords {
         }
     }
 
-    /// Adds the contributions of the particles of lanes [first, last) to the rows of nodes around them.
+    /// Adds the contributions of the particles in lanes [first, last) of the pack to the rows of nodes around them.
     /// \param rows_at  rows_at(corner) returns the rows around a base node. \see ArenaRows, GridRows
-    /// \param count    called as count(corner, particles): a base node, and the number of particles with this base node
-    ///                 whose contributions were just added
+    /// \param count    called as count(corner, particles) after the contributions of consecutive particles with the
+    ///                 same base node were added: the base node, and the number of these particles
     /// \tparam Held  whether sums stay in registers while consecutive particles have the same base node. The additions
     ///               and their order are the same either way.
     template <bool Held, class RowsAt, class Count>
@@ -117,17 +119,19 @@ struct PackRecords {
             count(corner, l - begin);
         }
     }
-    /// Calls count(corner, 1) for each particle of lanes [first, last). Adds no contributions.
+    /// Calls count(corner, 1) for each particle in lanes [first, last) of the pack; `corner` is the particle's base
+    /// node. Adds no contributions.
     template <class Count>
     FIRN_INLINE void count(int first, int last, const Count& count) const {
         for (int l = first; l < last; ++l) count(weights.corner[l], 1);
     }
 
 private:
-    /// Returns the index of row `line` along the leading axis a: 0 to K − 1.
+    /// Returns the index of a row of nodes along the leading axis a: 0 to K − 1. `line` is the index among all rows.
     FIRN_INLINE static constexpr int along(int a, int line) { return D == 3 && a == 0 ? line / K : line % K; }
 
-    /// Computes the products of row `line` for one register of particles, which begins at lane `lane`.
+    /// Computes `product` and `gradient_product` of row `line` for one register of particles, the first of which is in
+    /// lane `lane` of the pack.
     FIRN_INLINE void fill_products(int line, int lane) {
         const auto factor = [&](const auto& table, int a)
                                 FIRN_LAMBDA { return P::load(table[a][along(a, line)] + lane); };
@@ -142,8 +146,9 @@ private:
             });
     }
 
-    /// Calls f(line, record, weight, gradients) for each row of nodes around lane l's particle. `record` was moved to
-    /// the row with OpenRecord::moved(). `weight` and `gradients` are the arguments for OpenRecord::weighted().
+    /// Calls f(line, record, weight, gradients) for each row of nodes around the particle in lane l. `record` is the
+    /// particle's record, moved to the row with OpenRecord::moved(). `weight` and `gradients` are the arguments for
+    /// OpenRecord::weighted().
     template <class Row, class F>
     FIRN_INLINE void for_rows(int l, const F& f) const {
         using Number = typename Row::Number;
@@ -176,7 +181,7 @@ private:
         go(std::integral_constant<int, D - 2>{}, std::integral_constant<int, 0>{}, row, go);
     }
 
-    /// The offset of each node of a row from the centre node. Each offset is repeated four times.
+    /// The offset of each node of a row from the centre node, in cells. Each offset is repeated four times.
     alignas(64) static constexpr std::array<S, 16> row_offsets = [] {
         std::array<S, 16> r{};
         for (int i = 0; i < 16; ++i) r[std::size_t(i)] = S(i / 4 - centre);

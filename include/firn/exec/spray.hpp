@@ -9,23 +9,24 @@
 
 namespace firn {
 
-/// The nodes around a cube of blocks, of which the particles of a spray group need only some. The arena records which
-/// runs of nodes are used. A line is all nodes along the last axis; a run is the part of a line in one block.
+/// The arena of a spray group (few particles in sparse blocks): memory for the nodes around a cube of blocks, of which
+/// the particles need only some. The arena records which runs of nodes are used. A line is a row of nodes through the
+/// whole arena along the last axis; a run is the part of a line in one block.
 template <class Kernel, std::floating_point S, int D>
 class SprayArena {
     static constexpr int K = Kernel::support;
 
 public:
-    static constexpr int n = arena_size<Kernel, cube_blocks>;  ///< nodes along an axis
+    static constexpr int n = arena_size<Kernel, cube_blocks>;  ///< number of nodes along each axis
 
-    /// Sets the runs to zero that contain nodes of a particle's support, and marks them as used. Call it for all
-    /// particles of the group before the first contribution is added.
-    /// \param corner  index in the arena of the first value of the particle's base node
+    /// Marks the runs that contain nodes of a particle's support as used, and sets the values of their nodes to zero.
+    /// Call reach() for all particles of the group before the first contribution is added.
+    /// \param corner  index, among all values of the arena, of the first value of the particle's base node
     FIRN_INLINE void reach(std::size_t corner) {
         const unsigned base = unsigned(corner) / node_width, line = base / n, k = base % n;
         const unsigned first = (k + before) / block_size, last = (k + before + K - 1) / block_size;
         // Two runs have at most 2 block_size nodes. Some nodes of other runs may be set to zero, too: this is harmless,
-        // because nothing was added to them yet.
+        // because nothing was added to these nodes yet.
         const unsigned begin = line * n + unsigned(std::max(int(first * block_size) - before, 0));
         S* const run = node + begin * node_width;
         unroll<lines_of_particle<Kernel, D>>([&](auto l) FIRN_LAMBDA {
@@ -38,11 +39,11 @@ public:
         }
     }
 
-    /// Adds the used runs to the nodes of the grid.
+    /// Adds the values of the used runs to the nodes of the grid.
     FIRN_INLINE void add_to_grid(S* nodes, const BlocksAround<D>& around) const {
         unroll<blocks>([&](auto b) FIRN_LAMBDA {
             constexpr int begin = b == 0 ? before : 0, end = std::min(block_size, before + n - b * block_size);
-            constexpr int place = b * block_size + begin - before;  // index of the first node in the line
+            constexpr int place = b * block_size + begin - before;  // index of the run's first node within its line
             using Run = exact_row<S, end - begin>;
             for (int word = 0; word < words; ++word)
                 for (std::uint64_t left = reached_[b][word]; left != 0; left &= left - 1) {
@@ -61,7 +62,7 @@ public:
     alignas(64) S node[(arena_nodes<D>(n) + 2 * block_size) * node_width];
 
 private:
-    static constexpr int before = block_size - allowed_drift;  // index in the first block of the arena's first node
+    static constexpr int before = block_size - allowed_drift;  // index of the arena's first node within its block
     static constexpr int blocks = cube_blocks + 2, line_count = arena_nodes<D>(n) / n;
     static constexpr int words = line_count <= 64 ? 1 : line_count / 64 + 2;
 
@@ -73,8 +74,8 @@ private:
         return bits;
     }();
 
-    /// The indices of a line's block among the blocks around, and of its node in this block, both along the leading
-    /// axes.
+    /// Where a line lies along the leading axes (all but the last): `block` is the index of the row of blocks that the
+    /// line crosses, and `node` is the index of the line within these blocks.
     struct Line {
         std::uint8_t block, node;
     };
@@ -89,7 +90,7 @@ private:
         return all;
     }();
 
-    std::uint64_t reached_[blocks][words] = {};  // for each block along the last axis: one bit for each line
+    std::uint64_t reached_[blocks][words] = {};  // reached_[b]: one bit per line; set if its run in block b is used
 };
 
 }  // namespace firn

@@ -12,14 +12,14 @@
 
 namespace firn {
 
-/// Sums over particles, in double. For each particle: mass m, velocity v, position x, initial volume V0, affine field
-/// C, energy density ψ. h is the cell size.
+/// Sums over the particles of a set, in double. The symbols in the formulas are the mass m, velocity v, position x,
+/// initial volume V0, affine field C and energy density ψ of a particle, and the cell size h.
 template <int D>
 struct Totals {
     std::size_t particles = 0;            ///< number of particles
-    double mass = 0;                      ///< [kg]
+    double mass = 0;                      ///< Σ m [kg]
     Vec<double, D> momentum{};            ///< Σ m v [kg m/s]
-    Axial<double, D> angular_momentum{};  ///< Σ m x × v, plus that of the affine fields [kg m²/s]
+    Axial<double, D> angular_momentum{};  ///< Σ m x × v, plus that of the affine fields C [kg m²/s]
     Vec<double, D> first_moment{};        ///< Σ m x [kg m]; divided by `mass`, the centre of mass
     double kinetic_energy = 0;            ///< Σ ½ m (|v|² + h²/inverse_inertia ‖C‖²) [J]
     double elastic_energy = 0;            ///< Σ V0 ψ [J]; NaN if the material has no energy_density
@@ -41,7 +41,7 @@ struct Totals {
 
 namespace detail {
 
-/// Returns the curl of a velocity field with the gradient C: twice its angular velocity.
+/// Returns the curl of a velocity field with the gradient C, which is twice the angular velocity of the field.
 template <int D>
 Axial<double, D> curl(const Mat<double, D>& C) {
     if constexpr (D == 2)
@@ -50,7 +50,7 @@ Axial<double, D> curl(const Mat<double, D>& C) {
         return {{C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1)}};
 }
 
-/// Returns a state with the same values in double.
+/// Returns a particle's material state with its values converted to double.
 template <class To, class From>
 To state_in_double(const From& state) {
     To exact;
@@ -68,8 +68,8 @@ To state_in_double(const From& state) {
 
 }  // namespace detail
 
-/// Returns the totals of a set of particles. They are summed in the order of ids, and have the same bits for any number
-/// of threads and any order of the particles in memory.
+/// Returns the totals of a set of particles. The sums are taken in the order of the particles' ids. They have the same
+/// bits for any number of threads and any order of the particles in memory.
 ///
 /// An affine field C has angular momentum and kinetic energy, like a body whose inertia per mass is h²/inverse_inertia
 /// (Jiang, Schroeder and Teran 2017). If the kernel's inertia is not constant, C is not counted.

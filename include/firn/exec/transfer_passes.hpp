@@ -19,7 +19,7 @@
 
 namespace firn {
 
-/// Memory that after_p2g() uses again in every step, so that it does not allocate it each time.
+/// Memory for after_p2g(). Pass the same object in every step, so that memory is not allocated again.
 template <std::floating_point S>
 struct TransferMemory {
     std::vector<aligned_vector<S>> velocities;  ///< Velocities of the particles, one array for each set.
@@ -27,7 +27,8 @@ struct TransferMemory {
 
 namespace detail {
 
-/// Returns a field in `memory` that has a vector for each particle, in the same layout as the velocities of the view.
+/// Returns access to an array of vectors in `memory`, one for each slot of a set, in the same layout as the velocities
+/// of the view. Enlarges `memory` if it is too small.
 template <class View>
 auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memory, std::size_t slots, int workers) {
     using S = typename View::scalar_type;
@@ -39,7 +40,8 @@ auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memor
         return StridedSpan<S>::template vectors<D>(memory.data());
 }
 
-/// Computes Σ N v_i, the velocity of the grid, at every particle of a set, and writes it to `velocity`.
+/// Interpolates the node velocities to every particle of a set: writes Σ N_i v_i to `velocity`, with the weights N_i
+/// and the velocities v_i of the nodes around the particle.
 template <class Kernel, class View, class Field, std::floating_point S, int D>
 void gather_velocities(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, const Field& velocity) {
     const Positions<View> positions(grid.domain());
@@ -61,7 +63,7 @@ void gather_velocities(const ParticleSet<View>& set, const SparseGrid<S, D>& gri
     });
 }
 
-/// Computes the velocities of the nodes from the particles' velocities, without any force.
+/// Transfers the particles' velocities to the nodes, without any force. Each node then holds its velocity.
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
 void transfer_velocities(const Execution& execution, SparseGrid<S, D>& grid, const ParticleSet<Views>&... sets) {
     p2g<Kernel, Transfer, NoForce>(execution, grid, 0.0, sets...);
@@ -69,7 +71,7 @@ void transfer_velocities(const Execution& execution, SparseGrid<S, D>& grid, con
 }
 
 /// Calls f(values, index) for every SIMD register of nodes. `values` points to the values of these nodes in the grid,
-/// and `index` is the index of the first of these values among those of all nodes.
+/// and `index` is the index of the first of these values among the values of all nodes.
 template <std::floating_point S, int D, class F>
 void for_nodes(SparseGrid<S, D>& grid, int threads, const F& f) {
     constexpr std::size_t per_block = std::size_t(block_nodes<D> * node_width);
@@ -95,14 +97,14 @@ FIRN_INLINE void store_node_vectors(const Vec<P, D>& v, P (&r)[4], value_type_t<
     store_quads(r, to);
 }
 
-/// Does the work of after_p2g() for a transfer of order 2 or more.
+/// Does the work of after_p2g() for a transfer of order 2 or more. v_j is velocity j = 1, 2, … in the series of FMPM.
 template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>
 void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer,
                     TransferMemory<S>& memory, int threads, const ParticleSet<Views>&... sets) {
     using P = native_pack<S>;
     memory.velocities.resize(std::max(memory.velocities.size(), sizeof...(Views)));
 
-    grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // the nodes hold v_1
+    grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // the nodes then hold v_1
     grid.exchange(1, threads);
     for_nodes(grid, threads, [v_1 = grid.layer(1)](S* node, std::size_t i) {
         std::copy_n(v_1 + i, scalar_traits<P>::lanes * node_width, node);
@@ -116,7 +118,7 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
                 return taken;
             };
             const std::tuple<ParticleSet<Views>...> taken{as_taken(sets, I)...};
-            grid.exchange(2, threads);  // layer 2 holds v_j
+            grid.exchange(2, threads);  // layer 2 then holds v_j
             transfer_velocities<Kernel, Transfer>(execution, grid, std::get<I>(taken)...);
         };
         there_and_back(std::index_sequence_for<Views...>{});
@@ -135,7 +137,7 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
 }  // namespace detail
 
 /// Computes the velocities of the nodes before forces act, and stores them in layer 1 of the grid. Only transfers that
-/// blend with these velocities need this function; for other transfers it does nothing.
+/// blend particle velocities with these node velocities need this function; for other transfers it does nothing.
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
 void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const ParticleSet<Views>&... sets) {
     if constexpr (blends_velocities<Transfer>) {

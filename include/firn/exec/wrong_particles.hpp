@@ -1,5 +1,5 @@
-/// \file Finds particles that have values that are not finite or have left the domain, and describes them. Used only
-/// after a step has reported that there are such particles.
+/// \file Finds and describes wrong particles: those that have a value that is not finite, or that have left the domain.
+/// The search runs only after a step has reported that there are such particles.
 ///
 /// A template collects the facts about a particle. The code that writes sentences is not a template, so it is compiled
 /// only once.
@@ -17,20 +17,20 @@
 
 namespace firn::detail {
 
-/// The facts about one particle that a sentence can mention.
+/// Facts about one particle, for use in messages.
 struct ParticleFacts {
     std::uint32_t id = 0;
     int dimension = 0;
-    bool has_position = false;  ///< false: not known, because positions are in cells and no domain is given
-    double position[3] = {};    ///< [m]
-    double velocity[3] = {};    ///< [m/s]
-    double volume_ratio = 0;    ///< J, the determinant of the first matrix of the state
+    bool has_position = false;  ///< whether `position` is known; not if it is stored in cells and no domain is given
+    double position[3] = {};    ///< position x [m]
+    double velocity[3] = {};    ///< velocity v [m/s]
+    double volume_ratio = 0;    ///< J: determinant of the first matrix in the particle's state
     bool has_volume_ratio = false;
     double signal_speed = 0;      ///< |v| + c [m/s]. \see firn::signal_speed
     double undeformed_speed = 0;  ///< wave speed in undeformed matter of the particle's density [m/s]
-    std::string not_finite{};     ///< for example "not finite: its velocity, its stress"; else empty
-    bool at_face = false;         ///< whether it lies on a face of the domain, where G2P has stopped it
-    bool has_passed = false;      ///< whether its velocity would have moved it more than a cell beyond the face
+    std::string not_finite{};     ///< for example "not finite: its velocity, its stress"; empty if all is finite
+    bool at_face = false;         ///< whether the particle lies on a face of the domain, where G2P has stopped it
+    bool has_passed = false;      ///< whether the particle would have moved more than a cell out of the domain
 
     double speed() const {  ///< Returns |v| [m/s].
         double square = 0;
@@ -61,11 +61,12 @@ protected:
     ~FactsReader() = default;
 };
 
-/// Collects the particles that have values that are not finite, or would have moved more than a cell out of the domain.
+/// Collects wrong particles: those that have a value that is not finite, or that would have moved more than a cell out
+/// of the domain.
 struct WrongParticles final : FactsReader {
     std::size_t count = 0,    ///< number of wrong particles
         of = 0;               ///< number of all particles
-    bool by_velocity = true;  ///< true: finds what not_finite or has_passed tell; false: all that are at_face
+    bool by_velocity = true;  ///< true: particles are wrong by not_finite or has_passed; false: by at_face
 
     [[gnu::cold]] void see(ParticleFacts& one) override {
         if (by_velocity ? one.not_finite.empty() && !one.has_passed : !one.at_face) return;
@@ -76,7 +77,8 @@ struct WrongParticles final : FactsReader {
         lowest_[place] = one.id;
         if (place == 0) first_ = std::move(one);
     }
-    /// Returns a sentence like "3 of 100 particles …". The caller should add the cause.
+    /// Returns sentences like "3 of 100 particles are not finite, or left the domain. The first is …". The caller adds
+    /// the cause.
     [[gnu::cold]] std::string text() const {
         const std::string total = sentence(of, of == 1 ? " particle" : " particles");
         if (count == 0) return sentence("One of ", total, " is not finite, or has left the domain.");
@@ -94,8 +96,8 @@ private:
     ParticleFacts first_;
 };
 
-/// Computes the signal speed and the undeformed wave speed of a particle. Models are always used in SIMD registers, so
-/// all lanes hold the same particle.
+/// Computes the signal speed and the undeformed wave speed of a particle. Material models work on SIMD registers, all
+/// lanes of which hold this one particle here.
 template <class View, class Material>
 [[gnu::cold]] void find_speeds(const View& view, const Slots& slots, double cell_size, const Material& material,
                                ParticleFacts& facts) {
@@ -180,7 +182,7 @@ template <int D, class View, class Material>
         }
 }
 
-/// Returns the wrong particles of a set.
+/// Returns the wrong particles of a set. \see WrongParticles
 /// \param domain  nullptr if the domain is not known
 /// \param dt      time step that moved the particles [s]; 0 if no step moved them, but the program set their values
 template <int D, class View, class Material>

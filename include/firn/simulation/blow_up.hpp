@@ -75,7 +75,7 @@ template <std::floating_point S, int D, class Acceleration>
 
 /// Returns a sentence about the likely cause of a failed step: the acceleration, a time step above the bound, or the
 /// state of the particles.
-/// \param bound  the bound of the time step, as computed before the step [s]
+/// \param bound  the bound of the time step (the largest stable step), as computed before the step [s]
 template <std::floating_point S, int D, class Acceleration>
 [[gnu::cold]] std::string likely_cause(const SparseGrid<S, D>& grid, double dt, double bound,
                                        const Acceleration& acceleration) {
@@ -92,11 +92,11 @@ template <std::floating_point S, int D, class Acceleration>
 /// Finds the particle with the largest signal speed, which sets the bound of the time step.
 struct FastestParticle final : FactsReader {
     [[gnu::cold]] void see(ParticleFacts& one) override {
-        if (one.signal_speed <= fastest_) return;  // false if the speed is NaN: it counts as the fastest
+        if (one.signal_speed <= fastest_) return;  // a speed of NaN counts as the fastest
         fastest_ = one.signal_speed;
         facts_ = std::move(one);
     }
-    /// Returns sentences about this particle and the likely cause of its speed; an empty string if there are no
+    /// Returns sentences about the fastest particle and the likely cause of its speed; an empty string if there are no
     /// particles.
     [[gnu::cold]] std::string text() const {
         if (fastest_ < 0) return {};
@@ -132,7 +132,7 @@ template <class Sets, int D>
 }
 
 /// Throws a particle_error about the particles that have values that are not finite, or have left the domain. The
-/// message describes those of the first set that has such particles.
+/// message describes the particles of the first set in which such particles were found.
 /// \param sets   a tuple of MaterialSet
 /// \param when   beginning of the message;  \param cause  end of the message
 /// \param dt     time step that moved the particles [s]; 0 if no step moved them, but the program set their values

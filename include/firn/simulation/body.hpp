@@ -6,14 +6,14 @@
 
 namespace firn {
 
-/// A body: the particles that one call of Simulation::add has added. Their ids, counted for each material from 0, are
-/// first, first + 1, …, first + count − 1.
+/// A body: the particles that one call of Simulation::add has added. The ids of these particles are first, first + 1,
+/// …, first + count − 1. Ids are counted from 0 for each material.
 struct Body {
     std::uint32_t first = 0,  ///< Id of the first particle.
         count = 0;            ///< Number of ids. Some of the particles with these ids may have been removed.
     double end = std::numeric_limits<double>::infinity();  ///< Time at which the body's particles are removed [s].
 
-    /// Returns whether this is the id of a particle of the body.
+    /// Returns whether `id` is the id of a particle of this body.
     bool holds(std::uint32_t id) const { return id - first < count; }  // if id < first, the difference is very large
 };
 

@@ -12,9 +12,9 @@
 
 namespace firn::detail {
 
-/// Copies of the particles of a body, as points between which forces act. Point i is the particle with id first + i.
-/// All forces of the body use the same points. The points are read once per step, in the order of the particles in
-/// memory.
+/// Copies of the particles of a body: the points between which forces act. The particle of point i has the id
+/// body().first + i. All forces between the particles of this body use the same points. The points are read once per
+/// step, in the order of the particles in memory.
 template <std::floating_point S, int D>
 class JoinedPoints {
 public:
@@ -24,7 +24,7 @@ public:
     PointView<S, D> view(double time) const { return {position_, velocity_, mass_, radius_, time}; }
     std::size_t size() const { return position_.size(); }
 
-    /// Copies the particles of the body to the points, and stores the particles' slots.
+    /// Copies the particles of the body to the points, and stores the slot (place in memory) of each particle.
     void read(const ParticleStore<S, D>& particles, int threads) {
         renew(position_, body_.count, threads);
         renew(velocity_, body_.count, threads);
@@ -33,7 +33,7 @@ public:
         renew(slot_, body_.count, threads);
         for_chunks(body_.count, threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
-                position_[i] = velocity_[i] = Vec<S, D>::zero();  // remains for particles that were removed
+                position_[i] = velocity_[i] = Vec<S, D>::zero();  // the point keeps this if its particle was removed
                 radius_[i] = mass_[i] = 0;
                 slot_[i] = no_particle;
             }
@@ -67,9 +67,10 @@ public:
         });
     }
 
-    /// Number of points whose particles were removed.
+    /// Number of the body's points that have lost their particle because it was removed.
     std::size_t lost() const { return lost_; }
-    /// Returns for each point its own index, or no_particle if its particle was removed.
+    /// Returns a list with one entry for each point: the index of the point, or no_particle if the particle of the
+    /// point was removed.
     std::vector<std::uint32_t> places() const {
         std::vector<std::uint32_t> places(size());
         for (std::size_t i = 0; i < size(); ++i) places[i] = slot_[i] == no_particle ? no_particle : std::uint32_t(i);
@@ -88,15 +89,16 @@ private:
 ///
 /// The impulse dt f_p of the force f_p on particle p is added to its momentum m_p v_p. P2G then gives node i the
 /// momentum Σ_p w_ip (m_p v_p + dt f_p), with weights w_ip, as for a Lagrangian mesh (Jiang, Schroeder, Selle, Teran,
-/// Stomakhin 2015, §9). With the grid, the frequencies of the mesh are not higher than without it, because nodes are
-/// heavier than particles. So a time step that is stable for the mesh without a grid is stable here, too.
+/// Stomakhin 2015, §9). With the grid, the frequencies of the mesh are not higher than without the grid, because nodes
+/// are heavier than particles. So a time step that is stable for the mesh without a grid is stable here, too.
 template <std::floating_point S, int D>
 struct BodyForce {
     std::size_t points;  ///< index of the JoinedPoints on which the force acts
     AnyForce<S, D> between;
-    std::size_t lost = 0;  ///< number of removed points when the force was last renumbered
+    std::size_t lost = 0;  ///< number of points that had lost their particle when drop_lost() was last called
 
-    /// Removes springs and elements that have a point whose particle was removed.
+    /// Removes the springs and elements that have a point whose particle was removed.
+    /// \param of  the points on which the force acts
     void drop_lost(const JoinedPoints<S, D>& of) {
         if (lost != of.lost()) between.renumber(of.places());
         lost = of.lost();
@@ -122,8 +124,8 @@ public:
         return forces_.back().between;
     }
 
-    /// Returns the largest stable time step for these forces [s]. Reads the points first, because they have moved since
-    /// the last step.
+    /// Returns the largest stable time step for these forces [s]. Reads the points from the particles first, because
+    /// the particles have moved since the last step.
     double largest_step(const ParticleStore<S, D>& particles, double time, int threads) override {
         read(particles, threads);
         double bound = std::numeric_limits<double>::infinity();
@@ -135,8 +137,8 @@ public:
 
     void forget() override { is_read_ = false; }
 
-    /// Applies the forces one after the other, in the order in which they were added. Each force uses the velocities
-    /// that the forces before it have changed.
+    /// Applies the forces one after the other, in the order in which they were added. Each force acts on velocities
+    /// that the previous forces have already changed.
     void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) override {
         if (!is_read_) read(particles, threads);
         for (BodyForce<S, D>& force : forces_) {

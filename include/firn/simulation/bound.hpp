@@ -1,5 +1,5 @@
-/// \file The bound of the time step, from the signal speeds of particles, the motion of the boundary, and forces
-/// between particles.
+/// \file The bound of the time step (the largest stable step), from the signal speeds of particles, the motion of the
+/// boundary, and forces between particles.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -14,12 +14,12 @@
 
 namespace firn::detail {
 
-/// A time step is at most this fraction of the largest stable step for the forces between particles. The fraction is
-/// less than 1 because the stiffness of these forces changes with strain.
+/// The largest allowed time step, as a fraction of the largest stable step for the forces between particles. The
+/// fraction is less than 1 because the stiffness of these forces changes with strain.
 inline constexpr double force_safety = 0.5;
 
-/// Returns the largest signal speed |v| + c of all particles [m/s], from the reports of all sets. A report with NaN is
-/// ignored.
+/// Returns the largest signal speed |v| + c of all particles [m/s], from the reports of all sets. A signal speed of NaN
+/// is ignored.
 template <class Sets>
 double fastest_signal(const Sets& sets) {
     double fastest = 0;
@@ -35,7 +35,7 @@ double speed_of_boundary(const Boundary& boundary, const Domain<D>& domain) {
     return 0;
 }
 
-/// Returns the bound of the time step for the forces between particles [s]; infinite if there are no such forces.
+/// Returns the bound of the time step that the forces between particles set [s]; infinite if there are no such forces.
 template <class Sets>
 double force_bound(Sets& sets, double time, int threads) {
     double bound = std::numeric_limits<double>::infinity();
@@ -47,8 +47,8 @@ double force_bound(Sets& sets, double time, int threads) {
 }
 
 /// Returns a sentence about what sets the bound of the time step.
-/// \param of_boundary  the largest speed of the boundary [m/s]
-/// \param of_forces    the bound for the forces between particles [s]
+/// \param of_boundary  the largest speed that the boundary gives to nodes [m/s]
+/// \param of_forces    the bound that the forces between particles set [s]
 template <class Kernel, class Sets, int D>
 [[gnu::cold]] std::string reason_of_bound(Sets& sets, const Domain<D>& domain, double of_boundary, double of_forces) {
     const double fastest = fastest_signal(sets);

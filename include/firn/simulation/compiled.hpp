@@ -20,9 +20,9 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::add_
 }  // namespace firn
 
 #ifdef FIRN_COMPILED
-/// Instantiates the templates of the library firn::compiled, or declares them `extern`: the common simulations, the
-/// sampling of shapes, and templates that other simulations also use. A source file of the library defines
-/// FIRN_COMPILES as the dimension for which it instantiates them. All other files declare them `extern`.
+/// The templates of the library firn::compiled: the common simulations, the sampling of shapes, and templates that
+/// other simulations also use. A source file of the library instantiates them; it defines FIRN_COMPILES as the
+/// dimension. All other files declare the templates `extern`.
 #define FIRN_TEMPLATES(where, D)                                                                                 \
     namespace firn {                                                                                             \
     where template class ParticleStore<float, D>;                                                                \
@@ -39,8 +39,9 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::add_
                                                                    double, std::uint64_t, double, int);          \
     }
 namespace firn::detail {
-/// Makes the linker report a program that was compiled for another target than the library (other -march or OpenMP
-/// options): the library defines this function only for its own target. Compile both with the same options.
+/// A function that makes the linker report different options: if the program was compiled with other -march or OpenMP
+/// options than the library, this function is not defined, because the library defines it only for the options of the
+/// library. Compile the program and the library with the same options.
 template <std::size_t register_bytes, bool openmp>
 void firn_compiled_has_the_same_march_and_openmp();
 #ifdef _OPENMP

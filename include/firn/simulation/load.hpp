@@ -11,8 +11,8 @@
 
 namespace firn {
 
-/// A force on every particle of a body. For a traction t [Pa] on a face of area A with n particles, the force on each
-/// of these particles is t A / n.
+/// A force on every particle of a body. To apply a traction t [Pa] to a face of area A [m²] that has n particles, let
+/// the force on each of these particles be t A / n.
 template <int D>
 struct Load {
     Body body;  ///< The body on whose particles the force acts.

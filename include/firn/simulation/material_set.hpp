@@ -55,7 +55,7 @@ struct precision_of<Materials<First, Rest...>> {
 template <class Material>
 using precision_of_t = typename precision_of<typename listed<Material>::type>::type;
 
-/// Always true: if a simulation cannot have these materials, the compiler stops with a message.
+/// Returns true. If a simulation cannot have these materials, the compiler stops with a message.
 template <int D, class First, class... Rest>
 consteval bool require_materials(std::type_identity<Materials<First, Rest...>>) {
     if constexpr ((require_material<First, D>() && ... && require_material<Rest, D>())) {
@@ -67,8 +67,8 @@ consteval bool require_materials(std::type_identity<Materials<First, Rest...>>) 
         return false;
     }
 }
-/// The list of materials. If it is not valid, a valid list takes its place, so that the compiler prints only one
-/// message.
+/// The type of the list of materials, `Materials<…>`. If the given list is not valid, this is a valid list instead, so
+/// that the compiler prints only one message.
 template <class Material, int D>
 using material_list = std::conditional_t<require_materials<D>(std::type_identity<typename listed<Material>::type>{}),
                                          typename listed<Material>::type, Materials<NoStress<float>>>;
@@ -77,8 +77,8 @@ using material_list = std::conditional_t<require_materials<D>(std::type_identity
 namespace detail {
 inline constexpr std::size_t unnamed_material = std::size_t(-1);
 
-/// Returns the index in the list of the material that the program named; 0 if it named none. If the list has several
-/// materials, the program must name one.
+/// Returns the index I of the material that the program named, in the list of materials; 0 if the program named none.
+/// If the list has several materials, the program must name one.
 template <std::size_t I, std::size_t Count>
 constexpr std::size_t named_material() {
     static_assert(I != unnamed_material || Count == 1,
@@ -91,7 +91,7 @@ constexpr std::size_t named_material() {
 /// The set of particles of one material, with their blocks, bodies, sources, sinks and forces.
 template <int D, class Material>
 struct MaterialSet {
-    using S = material_scalar_t<Material>;  ///< float or double.
+    using S = material_scalar_t<Material>;  ///< The scalar type: float or double.
 
     Material material;                                         ///< The constitutive model.
     Particles<S, D, material_state_t<Material, D>> particles;  ///< The particles.
@@ -99,18 +99,18 @@ struct MaterialSet {
     std::vector<Body> bodies{};                                ///< The bodies, in the order of their ids.
     G2PReport report{};                                        ///< Report of the last G2P.
     Readiness readiness{};                                     ///< Which preparations for a step are done.
-    std::optional<Moment> restored{};                          ///< Moment of the restored state; empty after a step.
-    std::vector<Source<D>> sources{};                          ///< The sources.
-    std::vector<Sink<D>> sinks{};                              ///< The sinks.
-    detail::MaybePush<S, D> loads{},                           ///< Loads on bodies.
-        forces{};                                              ///< Forces between the particles of bodies.
-    std::vector<Facet<D>> facets{};                            ///< Facets of the nets; corners are ids of particles.
+    std::optional<Moment> restored{};  ///< Moment to which the set was restored; empty after a step.
+    std::vector<Source<D>> sources{};  ///< The sources.
+    std::vector<Sink<D>> sinks{};      ///< The sinks.
+    detail::MaybePush<S, D> loads{},   ///< Loads on bodies.
+        forces{};                      ///< Forces between the particles of bodies.
+    std::vector<Facet<D>> facets{};    ///< Facets of the nets. Their corners are ids of particles.
 
-    /// Adds a body of uniform density and velocity.
-    /// \param density   [kg/m³; kg/m² in 2D]
-    /// \param velocity  [m/s]
+    /// Adds a body of uniform density and velocity, with one particle for each sample.
+    /// \param density   density of the body [kg/m³; kg/m² in 2D]
+    /// \param velocity  velocity of the body [m/s]
     /// \param threads   number of threads that will use the particles. \see Particles::reserve
-    /// \throws parameter_error  if the density, the volume or the velocity is out of range
+    /// \throws parameter_error  if the density, the volume of a particle or the velocity is out of range
     /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads) {
         if (!(density > 0) || !std::isfinite(density))
@@ -157,14 +157,15 @@ struct MaterialSet {
         return body;
     }
 
-    /// Adds a source. If steps were already taken, bursts that were due up to `now` are skipped.
+    /// Adds a source. If steps were already taken, bursts that were due at or before `now` are skipped.
     /// \see SetAccess::add_source
     void add(Source<D> source, const Moment& now) {
         if (now.steps > 0) source.skip(now.time);
         sources.push_back(std::move(source));
     }
     /// Adds a load. \see SetAccess::add_load
-    /// \throws parameter_error  if the load's force is an empty function, or this set has no such body
+    /// \throws parameter_error  if the load's force is an empty function, or if `load.body` is not one of the bodies of
+    ///                          this set
     void add(Load<D> load) {
         if (!load.force) throw parameter_error("A load is an empty function; give one that returns a force.");
         check_body(load.body);
@@ -172,7 +173,7 @@ struct MaterialSet {
     }
     /// Adds a force between the particles of a body. \see SetAccess::add_force
     /// \return a reference to the stored force
-    /// \throws parameter_error  if this set has no such body
+    /// \throws parameter_error  if `body` is not one of the bodies of this set
     template <class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
         check_body(body);
@@ -181,8 +182,8 @@ struct MaterialSet {
             .template as<BetweenPoints>();
     }
 
-    /// Returns the index (in `bodies`) of the body to which the particle with this id belongs; bodies.size() if there
-    /// is none.
+    /// Returns the index, in `bodies`, of the body to which the particle with the given id belongs; bodies.size() if no
+    /// body has this id.
     std::size_t body_of(std::uint32_t id) const {
         const auto next = std::upper_bound(bodies.begin(), bodies.end(), id,
                                            [](std::uint32_t wanted, const Body& body) { return wanted < body.first; });
@@ -190,7 +191,7 @@ struct MaterialSet {
     }
 
     /// Checks that a body belongs to this set.
-    /// \throws parameter_error  if the body has ids that were not yet given to particles of this set
+    /// \throws parameter_error  if `body` has ids that were not yet given to particles of this set
     void check_body(const Body& body) const {
         if (std::uint64_t(body.first) + body.count > particles.next_id())
             throw parameter_error(sentence("There is no body of the particles ", body.first, " to ",
@@ -200,7 +201,7 @@ struct MaterialSet {
     }
 
     /// Replaces the particles and bodies by those of `stored`. The sources, sinks, loads, forces and facets of this set
-    /// stay. Sources skip the bursts that were due up to `moment`.
+    /// stay. Sources skip the bursts that were due at or before `moment`.
     void restore(MaterialSet&& stored, const Moment& moment) {
         stored.sources = std::move(sources);
         stored.sinks = std::move(sinks);
@@ -225,9 +226,9 @@ struct MaterialSet {
         readiness.check();
     }
 
-    /// Calls change(position [m], state) for each particle of the body; it may change `state`. The next step computes
-    /// the stresses from the new states.
-    /// \throws parameter_error  if this set has no such body
+    /// Calls change(position [m], state) for each particle of the body. `change` may modify `state`. The next step
+    /// computes the stresses from the new states.
+    /// \throws parameter_error  if `body` is not one of the bodies of this set
     template <class Change>
     void change_states(const Body& body, const Change& change) {
         check_body(body);
@@ -266,7 +267,7 @@ struct MaterialSet {
             }
         }
     }
-    /// Removes the particles that lie in a sink, and those of bodies whose `end` is not after `time` [s].
+    /// Removes the particles that lie in a sink, and the particles of bodies whose `end` is at or before `time` [s].
     void take(double time) {
         if (!sinks.empty())
             remove_if([&](const Vec<double, D>& x, std::uint32_t) {
@@ -290,7 +291,8 @@ struct MaterialSet {
     }
 
     /// Adds the impulses of loads and forces over a step of `dt` [s] to the particles' velocities.
-    /// \throws particle_error  if a velocity is not finite afterwards; the message names the first such particle
+    /// \throws particle_error  if a velocity is not finite afterwards; the message gives the lowest id of such a
+    ///                         particle
     void push(const Moment& now, double dt, int threads) {
         if (!loads && !forces) return;
         readiness.spoil();  // the particles cannot be used until the step has ended
@@ -320,7 +322,7 @@ private:
 };
 
 namespace detail {
-/// `type` is a std::tuple with one MaterialSet for each material of the list.
+/// Has the member `type`: a std::tuple with one MaterialSet for each material of the list.
 template <int D, class List>
 struct material_sets;
 template <int D, class... M>
@@ -339,7 +341,7 @@ struct material_sets<D, Materials<M...>> {
             },
             materials.models);
     }
-    /// Returns the index of the material Wanted in the list, counted from 0.
+    /// Returns the index of the material `Wanted` in the list of materials, counted from 0.
     template <class Wanted>
     static constexpr std::size_t place() {
         static_assert(

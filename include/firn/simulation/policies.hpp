@@ -36,7 +36,7 @@ struct is_execution : std::bool_constant<execution_policy<P>> {};
 template <class P>
 struct is_boundary : std::bool_constant<says_where<P, 2> || says_where<P, 3>> {};
 
-/// `type` is the first policy that is of this kind; `Default` if there is none.
+/// Has the member `type`: the first of `Policies` that is a policy of this kind; `Default` if there is none.
 template <template <class> class Kind, class Default, class... Policies>
 struct first_of_kind : std::type_identity<Default> {};
 template <template <class> class Kind, class Default, class First, class... Rest>
@@ -46,7 +46,7 @@ struct first_of_kind<Kind, Default, First, Rest...>
 template <template <class> class Kind, class... Policies>
 inline constexpr int how_many = (0 + ... + int(Kind<Policies>::value));
 
-/// Always true: if a type is not a policy, or two policies are of the same kind, the compiler stops with a message.
+/// Returns true. If a type is not a policy, or if two policies are of the same kind, the compiler stops with a message.
 template <class... Policies>
 consteval bool require_policies() {
     constexpr bool known = ((is_transfer<Policies>::value || is_force<Policies>::value || is_kernel<Policies>::value ||
@@ -67,7 +67,8 @@ consteval bool require_policies() {
     return known && once && one_boundary;
 }
 
-/// The policies of a simulation: those that are given, and the defaults of Simulation for the other kinds.
+/// The policies of a simulation: those that are given, and, for the other kinds of policies, the defaults of
+/// Simulation.
 /// \tparam Policies  the given policies, in any order
 template <int D, class Material, class... Policies>
 struct chosen {
@@ -80,7 +81,7 @@ struct chosen {
     using simulation = Simulation<D, Material, transfer, force, kernel, execution, boundary>;
 };
 
-/// `are_all<Policies...>` tells whether each of the policies is one of the types `All`.
+/// Has the member `are_all<Policies...>`: whether each of the given policies is one of the types `All`.
 template <class... All>
 struct among {
     template <class One>
@@ -89,7 +90,7 @@ struct among {
     static constexpr bool are_all = (is_one<Policies> && ...);
 };
 
-/// Returns the argument that has type Wanted; the result of otherwise() if no argument has.
+/// Returns the argument that has type `Wanted`; the result of otherwise() if no argument has this type.
 template <class Wanted, class Otherwise, class... Given>
 Wanted one_of(const Otherwise& otherwise, const Given&... given) {
     const Wanted* found = nullptr;
@@ -100,8 +101,9 @@ Wanted one_of(const Otherwise& otherwise, const Given&... given) {
     return found ? *found : otherwise();
 }
 
-/// Returns the default boundary of a simulation. If Boundary is Walls: walls on all faces of the domain, from which
-/// matter can separate, but no walls on the faces of periodic axes. Any other boundary is default-constructed.
+/// Returns the default boundary of a simulation. If `Boundary` is Walls, the result has walls on all faces of the
+/// domain except those of periodic axes; matter can separate from these walls. Any other boundary is
+/// default-constructed.
 /// \throws parameter_error  if the domain is not valid. \see check
 template <class Boundary, class S, int D>
 Boundary default_boundary(const Domain<D>& domain) {
@@ -118,8 +120,8 @@ Boundary default_boundary(const Domain<D>& domain) {
 
 }  // namespace detail
 
-/// The type of a simulation with these policies, given in any order. For kinds of policies that are not given, it has
-/// the defaults of Simulation:
+/// The type of a simulation with the given policies, in any order. If a kind of policy is not given, the simulation has
+/// the default of Simulation. Examples:
 ///
 ///     firn::SimulationWith<3, Snow<float>, Together<Walls<float, 3>, Collider<Sphere<float, 3>>>>
 ///     firn::SimulationWith<2, Sand<double>, CubicBSpline, WeightGradientForce>

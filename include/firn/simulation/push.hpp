@@ -1,7 +1,8 @@
 /// \file The base class of loads and of forces between particles, which change the velocities of a set's particles in
 /// every step.
 ///
-/// The object is created when the first load or force is added. If a program adds none, their code is not compiled.
+/// An object of a derived class is created when the first load or force is added. If a program adds neither, the code
+/// of loads and forces is not compiled.
 #pragma once
 
 #include <firn/core/stepper.hpp>
@@ -12,7 +13,7 @@
 
 namespace firn::detail {
 
-/// Collects ids that several threads report: the lowest of them, and their number.
+/// The lowest of the particle ids that several threads report, and the number of these ids.
 class LowestId {
 public:
     void see(std::uint32_t id) {
@@ -21,7 +22,7 @@ public:
         }
     }
     /// Throws if an id was reported.
-    /// \throws particle_error  if an id was reported; the message gives the lowest one, and their number
+    /// \throws particle_error  if an id was reported; the message gives the lowest id and the number of ids
     void refuse(const char* what, const Moment& now, double dt) const {
         if (count_ > 0)
             throw particle_error(sentence("At step ", now.steps, ", at ", now.time, " s, ", what, " gives ", count_,
@@ -35,7 +36,8 @@ private:
     std::atomic<std::size_t> count_ = 0;
 };
 
-/// The base class of two kinds of objects: all loads of a particle set, and all forces between its particles.
+/// The base class of Loads (all loads on the particles of a set) and BodyForces (all forces between the particles of a
+/// set).
 template <std::floating_point S, int D>
 class Push {
 public:
@@ -47,16 +49,17 @@ public:
     virtual double largest_step(const ParticleStore<S, D>&, double /* time */, int /* threads */) {
         return std::numeric_limits<double>::infinity();
     }
-    /// Discards the copies of particles. Must be called when particles were moved to other slots, or when other code
-    /// has changed their velocities.
+    /// Discards the copies of particles. Call it when particles were moved to other slots, or when other code has
+    /// changed the velocities of particles.
     virtual void forget() {}
-    /// Changes the particles' velocities by the impulses of a step of dt [s]. P2G then transfers the velocities to the
-    /// nodes.
-    /// \throws particle_error  if a velocity is not finite afterwards; the message names the first such particle
+    /// Changes the velocities of the particles by the impulses of the loads or forces over a step of dt [s]. P2G then
+    /// transfers the velocities to the nodes.
+    /// \throws particle_error  if a velocity is not finite afterwards; the message gives the lowest id of such a
+    ///                         particle
     virtual void push(ParticleStore<S, D>& particles, const Moment& now, double dt, int threads) = 0;
 };
 
-/// Owns one Push or none. A copy owns a copy of the Push.
+/// Owns one Push object or none. A copy of a MaybePush owns a copy of the Push object.
 template <std::floating_point S, int D>
 class MaybePush {
 public:
@@ -70,8 +73,8 @@ public:
 
     explicit operator bool() const { return held_ != nullptr; }
     Push<S, D>* operator->() const { return held_.get(); }
-    /// Returns the Push. Creates it first if there is none.
-    /// \tparam Which  the class of the Push; it must be the same in each call
+    /// Returns the Push object. Creates it first if there is none.
+    /// \tparam Which  the class of the Push object; give the same class in each call
     template <class Which>
     Which& made() {
         if (!held_) held_ = std::make_unique<Which>();

@@ -1,4 +1,4 @@
-/// \file Readiness: which preparations for a step a set of particles has had.
+/// \file Readiness: which preparations for a step were done for a set of particles.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -8,7 +8,8 @@
 
 namespace firn {
 
-/// Records which preparations for a step a set of particles has had: checked positions, sorting, stresses.
+/// The level of readiness of a set of particles for a step: whether positions were checked, particles sorted and
+/// stresses computed.
 class Readiness {
 public:
     /// The levels of readiness, in ascending order. A set at one level also meets the requirements of all lower levels.
@@ -17,26 +18,31 @@ public:
         changed,   ///< the positions must be checked: the program may have changed particles
         inside,    ///< all positions lie in the domain
         prepared,  ///< the particles are sorted into blocks; stresses and report are up to date
-        sorted     ///< no step was taken since the particles were sorted
+        sorted     ///< prepared, and no step was taken since the particles were sorted
     };
 
     /// Returns whether the set is at this level or above.
     bool is(Value at_least) const { return value_ >= at_least; }
 
-    void edit() { value_ = std::min(value_, changed); }  ///< Call when the program may change any field.
-    /// Call after particles with checked positions were added, after particles were removed, or if nothing in the set
-    /// can move yet.
+    /// Lowers the level to `changed`, if it is higher. Call when the program may change any field of the particles.
+    void edit() { value_ = std::min(value_, changed); }
+    /// Lowers the level to `inside`, if it is higher. Call after particles with checked positions were added, after
+    /// particles were removed, or if nothing in the set can move yet.
     void unprepare() { value_ = std::min(value_, inside); }
-    void check() { value_ = std::max(value_, inside); }  ///< Call after all positions were found to lie in the domain.
-    void prepare() { value_ = sorted; }  ///< Call after sorting the particles and computing their stresses.
+    /// Raises the level to `inside`, if it is lower. Call after all positions were found to lie in the domain.
+    void check() { value_ = std::max(value_, inside); }
+    /// Sets the level to `sorted`. Call after sorting the particles and computing their stresses.
+    void prepare() { value_ = sorted; }
 
-    void begin_step() { edit(); }  ///< Call when a step begins: the set is not prepared until the step ends.
-    /// Call before a step changes particles: if the step fails, they cannot be used.
+    /// Lowers the level to `changed`, if it is higher. Call when a step begins: the set is not prepared until the step
+    /// ends.
+    void begin_step() { edit(); }
+    /// Sets the level to `spoiled`. Call before a step changes particles: if the step fails, they cannot be used.
     void spoil() { value_ = spoiled; }
-    void end_step() { value_ = prepared; }  ///< Call after a step without error.
+    void end_step() { value_ = prepared; }  ///< Sets the level to `prepared`. Call after a step without error.
 
-    /// Call after the particles were replaced by stored ones.
-    /// \param in_order  whether the partition and the report were stored, too
+    /// Sets the level to `prepared` or `changed`. Call after the particles were replaced by stored ones.
+    /// \param in_order  whether the partition and the report were stored, too; then the level is `prepared`
     void restore(bool in_order) { value_ = in_order ? prepared : changed; }
 
 private:

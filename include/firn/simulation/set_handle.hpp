@@ -32,32 +32,33 @@ public:
                                     requested_threads(simulation.execution));
     }
 
-    /// Returns the particles so that the program can change them, for example the velocities of a body. The next step
+    /// Returns the particles, which the program may then change, for example the velocities of a body. The next step
     /// checks and sorts the particles again, and computes their stresses.
     auto& edit_particles() {
         auto& set = self().mine();
         set.readiness.edit();
         return set.particles;
     }
-    /// Changes the states of a body's particles. The next step computes their stress from the new states.
-    /// \param change  called as change(position [m], state) for each particle of the body; may change `state`
-    /// \throws parameter_error  if the material has no such body
+    /// Changes the material states of a body's particles. The next step computes the stresses from the new states.
+    /// \param change  called as change(position [m], state) for each particle of the body; it may modify `state`
+    /// \throws parameter_error  if `body` is not one of the bodies of this particle set
     template <class Change>
     void set_states(const Body& body, const Change& change) {
         self().mine().change_states(body, change);
     }
 
-    /// Adds a body of uniform density and velocity. \see sample_box, sample_mesh
+    /// Adds a body of uniform density and velocity, with one particle for each sample. \see sample_box, sample_mesh
     /// \param samples   positions of the particles [m], and the volume of each particle [m^D]
-    /// \param density   [kg/m³; kg/m² in 2D]
-    /// \param velocity  [m/s]
+    /// \param density   density of the body [kg/m³; kg/m² in 2D]
+    /// \param velocity  velocity of the body [m/s]
     /// \return the body, which holds the ids of its particles
-    /// \throws parameter_error  if the density, the volume or the velocity is out of range
+    /// \throws parameter_error  if the density, the volume of a particle or the velocity is out of range
     /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
         return self().simulation().add_to(self().number_of_mine(), samples, density, velocity);
     }
-    /// Does not compile, and prints a message: the samples or the velocity have another dimension than the simulation.
+    /// Does not compile: the compiler prints a message that the samples or the velocity have another dimension than the
+    /// simulation.
     template <int N, int M = D>
         requires(N != D || M != D)
     Body add(const Samples<N>&, double, const Vec<double, M>& = {}) {
@@ -68,7 +69,7 @@ public:
     /// Adds the points of a net as particles that have mass and no volume. The material must be NoStress.
     /// \param masses    mass of each point [kg]
     /// \param velocity  velocity of all points [m/s]
-    /// \return the body, which holds the ids of its particles; they are in the order of the points
+    /// \return the body, which holds the ids of its particles; the ids are in the order of the net's points
     /// \throws parameter_error  if a mass, the velocity or a corner of a facet is out of range
     /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
@@ -78,11 +79,11 @@ public:
     /// Adds a force between the particles of a body, which acts in every following step: springs, membranes, wind.
     ///
     /// The force acts between points. The points are the particles of the body, numbered from 0 in the order in which
-    /// they were added. Their radius is 0, and their positions have the precision of the simulation. The stiffness of
-    /// the force limits the time step. If a particle is removed, the springs and elements at this particle are removed,
-    /// too.
+    /// the particles were added. The radius of each point is 0, and the positions have the precision of the simulation.
+    /// The stiffness of the force limits the time step. If a particle is removed, the springs and elements at this
+    /// particle are removed, too.
     /// \return a reference to the stored force, through which its parameters may be changed
-    /// \throws parameter_error  if the material has no such body
+    /// \throws parameter_error  if `body` is not one of the bodies of this particle set
     /// \see element_forces.hpp
     template <class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
@@ -96,7 +97,7 @@ public:
         self().mine().add(source, self().simulation().moment());
     }
     /// Adds a sink, which removes the particles in its box at the end of every step.
-    /// \throws parameter_error  if upper is below lower
+    /// \throws parameter_error  if `upper` is below `lower` along an axis
     void add_sink(const Sink<D>& sink) {
         sink.check();
         self().mine().sinks.push_back(sink);
@@ -104,7 +105,8 @@ public:
     /// Adds a load: a force on each particle of a body, in every following step.
     /// \param force  force(position [m], time [s]) returns the force on one particle [N]. Several threads call this
     ///               function at the same time.
-    /// \throws parameter_error  if the material has no such body, or the force is an empty function
+    /// \throws parameter_error  if `body` is not one of the bodies of this particle set, or if the force is an empty
+    ///                          function
     template <class OfParticle>
     void add_load(const Body& body, const OfParticle& force) {
         static_assert(
@@ -120,15 +122,15 @@ public:
         return self().mine().remove_if(wanted);
     }
 
-    /// Returns the blocks into which the particles are sorted. First prepares the particles for a step, if they are not
-    /// prepared.
+    /// Returns the blocks into which the particles are sorted. If the particles are not prepared for a step, sorts them
+    /// and computes their stresses first.
     /// \throws particle_error  in the same cases as Simulation::stable_time_step()
     const BlockPartition<D>& partition() {
         self().simulation().prepare();
         return self().mine().partition;
     }
-    /// Returns the report of the last G2P, from which the bound of the next time step is computed. First prepares the
-    /// particles for a step, if they are not prepared.
+    /// Returns the report of the last G2P, from which the bound of the next time step is computed. If the particles are
+    /// not prepared for a step, sorts them and computes their stresses and the report first.
     /// \throws particle_error  in the same cases as Simulation::stable_time_step()
     const G2PReport& report() {
         self().simulation().prepare();

@@ -11,9 +11,9 @@
 
 namespace firn {
 
-/// A source adds particles in bursts. Burst k = 0, 1, … is due at the time start + k / rate, if this time is not after
-/// `end`. A burst that is due during a step is added at the end of the step. Its particles are then moved by their
-/// velocity times the time that has passed since the burst was due.
+/// A source of particles, which adds them in bursts. Burst k = 0, 1, … is due at the time start + k / rate, if this
+/// time is not after `end`. A burst that is due during a step is added at the end of the step. The particles of the
+/// burst are then moved by their velocity times the time that has passed since the burst was due.
 template <int D>
 struct Source {
     Samples<D> samples;                                         ///< the particles of one burst
@@ -25,13 +25,14 @@ struct Source {
     double lifespan = std::numeric_limits<double>::infinity();  ///< age at which a particle is removed [s]
     std::uint64_t bursts = 0;                                   ///< number of bursts added so far
 
-    /// Returns the source of a jet without gaps. Each burst is a layer of particles. The layers follow each other at
-    /// the distance `spacing` along the velocity.
-    /// \param layer     particles that fill a layer perpendicular to the velocity, whose thickness is `spacing`
-    /// \param spacing   distance of the layers, and of the particles in a layer [m]
-    /// \param density   [kg/m³; kg/m² in 2D]
-    /// \param velocity  [m/s]
-    /// \throws parameter_error  if the speed or the spacing is not positive and finite, or if check() throws it
+    /// Returns a source whose bursts form a jet without gaps. Each burst is a layer of particles. The distance between
+    /// two layers, along the velocity, is `spacing`.
+    /// \param layer     particles that fill a layer of thickness `spacing`, perpendicular to the velocity
+    /// \param spacing   distance between two layers, and between neighbouring particles in a layer [m]
+    /// \param density   density of the particles [kg/m³; kg/m² in 2D]
+    /// \param velocity  velocity of the particles [m/s]
+    /// \throws parameter_error  if the speed or the spacing is not positive and finite, or if a parameter of the source
+    ///                          is out of range
     static Source jet(Samples<D> layer, double spacing, double density, const Vec<double, D>& velocity) {
         const double speed = norm(velocity);
         if (!(spacing > 0) || !std::isfinite(spacing) || !(speed > 0) || !std::isfinite(speed))
@@ -63,16 +64,17 @@ struct Source {
     void require_ids(double time, std::uint32_t left) const {
         recurrence().require_ids(bursts, time, double(samples.positions.size()), left);
     }
-    bool is_due(double time) const { return recurrence().is_due(bursts, time); }  ///< Returns whether a burst is due.
-    /// Skips the bursts that were due at `time` [s] or before: they were already added, or were due before the source
-    /// existed.
+    /// Returns whether a burst that was not yet added is due at `time` [s].
+    bool is_due(double time) const { return recurrence().is_due(bursts, time); }
+    /// Skips the bursts that were due at `time` [s] or before: these bursts were already added, or they were due before
+    /// the source existed.
     void skip(double time) { bursts = recurrence().first_after(bursts, time); }
 
 private:
     detail::Recurrence recurrence() const { return {"A source", "bursts", rate, start, end}; }
 };
 
-/// A sink removes every particle that lies in its box at the end of a step.
+/// A sink: a box. Every particle that lies in the box at the end of a step is removed.
 template <int D>
 struct Sink {
     Vec<double, D> lower{},  ///< Lower corner of the box [m].
@@ -85,7 +87,8 @@ struct Sink {
         return inside;
     }
     /// Checks the box.
-    /// \throws parameter_error  unless lower ≤ upper along each axis (infinite corners are allowed)
+    /// \throws parameter_error  if, along an axis, `upper` is below `lower` or one of the two is NaN (infinite corners
+    ///                          are allowed)
     void check() const {
         for (int a = 0; a < D; ++a)
             if (!(lower[a] <= upper[a]))

@@ -71,10 +71,10 @@ void for_sets(const Sets& sets, const F& f) {
     std::apply([&](const auto&... set) { (f(set), ...); }, sets);
 }
 
-/// The values of a body's particle that the warnings need.
+/// The values of one particle that the warnings need. The particle belongs to a body.
 template <int D>
 struct ParticleOfBody {
-    std::size_t body;  ///< index of its body, counted over the bodies of all sets
+    std::size_t body;  ///< index of the particle's body, counted over the bodies of all sets
     std::uint32_t id;
     double volume;       ///< volume of the particle [m^D]
     Vec<double, D> x{};  ///< position [m]
@@ -130,21 +130,21 @@ template <int D>
 struct BodyPoints {
     std::size_t material;
     Body body;
-    double spacing = 0;  ///< distance between its particles [m]
+    double spacing = 0;  ///< distance between the body's particles [m]
     Vec<double, D> lower = Vec<double, D>::filled(std::numeric_limits<double>::infinity());
     Vec<double, D> upper = Vec<double, D>::filled(-std::numeric_limits<double>::infinity());
     bool has_neighbours = false;
-    std::vector<Vec<double, D>> points{};  ///< positions of its particles [m]; empty if has_neighbours is false
+    std::vector<Vec<double, D>> points{};  ///< positions of the body's particles [m]; empty if !has_neighbours
 
     bool meets(const BodyPoints& other) const {
         bool meets = spacing > 0 && other.spacing > 0;
         for (int a = 0; a < D; ++a) meets = meets && lower[a] < other.upper[a] && other.lower[a] < upper[a];
         return meets;
     }
-    double edge() const { return 4 * spacing; }  ///< edge of the cubes in which bodies are compared [m]
+    double edge() const { return 4 * spacing; }  ///< edge length of the cubes in which bodies are compared [m]
 
-    /// Divides this body's bounding box into cubes, and returns the keys of those cubes of which the points of body
-    /// `of` fill at least 60 %. The keys are in ascending order.
+    /// Returns the keys of the cubes in this body's bounding box that the points of body `of` fill to at least 60 %, in
+    /// ascending order. The bounding box is divided into cubes of the edge length edge().
     [[gnu::cold]] std::vector<std::uint64_t> cubes_filled_by(const BodyPoints& of) const {
         RadixSort<std::uint64_t> cubes;
         for (const Vec<double, D>& x : of.points) {
@@ -165,8 +165,9 @@ struct BodyPoints {
         }
         return filled;
     }
-    /// Returns whether both bodies fill the same cube of this body's bounding box. Bodies that only touch do not.
-    /// \param where  receives a position in the first such cube [m]; unchanged if there is none
+    /// Returns whether there is a cube in this body's bounding box that both bodies fill. Bodies that only touch do not
+    /// fill a common cube. \see cubes_filled_by
+    /// \param where  receives a position in the first such cube [m]; unchanged if there is no such cube
     bool overlaps(const BodyPoints& other, Vec<double, D>& where) const {
         const std::vector<std::uint64_t> mine = cubes_filled_by(*this), its = cubes_filled_by(other);
         for (std::size_t i = 0, j = 0; i < mine.size() && j < its.size(); (mine[i] < its[j] ? i : j) += 1)
@@ -218,7 +219,7 @@ template <int D, class Sets>
     return {};
 }
 
-/// Returns whether every face of the domain has a wall, not counting the faces of periodic axes.
+/// Returns whether every face of the domain has a wall. The faces of periodic axes need no wall.
 template <class Boundary, int D>
 bool has_all_walls(const Boundary& boundary, const Domain<D>& domain) {
     bool has = false;
@@ -233,8 +234,8 @@ bool has_all_walls(const Boundary& boundary, const Domain<D>& domain) {
     return has;
 }
 
-/// Returns a sentence about the first particle that has reached a face of the domain; an empty string if no particle
-/// has. Faces of periodic axes do not count.
+/// Returns a sentence about the first particle that has reached a face of the domain; an empty string if there is no
+/// such particle. Faces of periodic axes do not count.
 template <class Sets, int D>
 [[gnu::cold]] std::string matter_at_the_end(const Sets& sets, const Domain<D>& domain) {
     std::string text;
@@ -258,7 +259,7 @@ class Warnings {
 public:
     /// Returns a warning if the bound of the time step [s] has fallen below 1/1000 of its largest value, or is below
     /// 10⁻⁶ s; otherwise an empty string.
-    /// \param reason  reason() returns a sentence about what sets the bound
+    /// \param reason  a function without arguments that returns a sentence about what sets the bound
     template <class Reason>
     std::string of_bound(double bound, std::uint64_t step, double time, const Reason& reason) {
         largest_ = std::max(largest_, bound);
@@ -286,7 +287,7 @@ public:
         end_said_ = !text.empty();
         return text;
     }
-    /// Warns if samples that are added are further apart than the cell size.
+    /// Gives a warning if the samples of a new body are further apart than the cell size.
     /// \param warn  a function that receives the warning; may be empty
     template <int D, class Warn>
     void of_spacing(const Samples<D>& samples, const Domain<D>& domain, const Warn& warn) {
@@ -295,8 +296,8 @@ public:
         spacing_said_ = !text.empty();
         if (!text.empty()) warn(text);
     }
-    /// Warns before the first step if walls do not coincide with the faces of the domain, particles lie in solids, or
-    /// bodies overlap.
+    /// Gives warnings before the first step: if walls do not coincide with the faces of the domain, if particles lie
+    /// inside solids of the boundary, or if bodies overlap.
     template <class Sets, int D, class Boundary, class Warn>
     void of_start(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, const Warn& warn) {
         if (!warn || started_) return;

@@ -1,11 +1,11 @@
 /// \file The scale (quanta per unit) of fixed-point sums, from an upper bound of the sums of any node.
 ///
-/// Let m, p, A and G be the members of a particle's P2GRecord, N_i the weight of node i, and o the node's offset from
-/// the particle's centre node. The particle adds at most N_i q + |∇N_i| g to component a of the momentum of node i,
-/// with q = |p_a| + (max |o|) Σ_b |A_ab| and g = Σ_b |G_ab|. Let n be the largest number of particles with the same
-/// base node, D the dimension, K the kernel's support (nodes along an axis), γ the kernel's largest gradient, and W the
-/// sum, over the K nodes, of the largest weight of each. Then the mass of a node is at most Wᴰ n max m, and each
-/// component of its momentum at most
+/// Let m, p, A and G be the mass, momentum, affine matrix and gradient matrix of a particle's P2GRecord, N_i the weight
+/// of node i, and o the node's offset from the particle's centre node. The particle adds at most N_i q + |∇N_i| g to
+/// component a of the momentum of node i, with q = |p_a| + (max |o|) Σ_b |A_ab| and g = Σ_b |G_ab|. Let n be the
+/// largest number of particles with the same base node, D the dimension, K the kernel's support (nodes along an axis),
+/// γ the kernel's largest gradient, and W the sum of the largest weights that the K nodes can have. Then the mass of a
+/// node is at most Wᴰ n max m, and each component of its momentum at most
 ///     Wᴰ n max q  +  D K γ Wᴰ⁻¹ n max g
 /// At most Kᴰ n particles contribute to a node. If B is one of these two bounds and I the largest integer, every sum of
 /// rounded contributions fits into the integers with the scale 2^⌊log2((I − Kᴰ n)/B)⌋.
@@ -20,17 +20,18 @@
 
 namespace firn {
 
-/// The maxima over all particles from which the bound is computed. They do not depend on the order of the particles.
-/// The symbols q, g, m and n are explained in the description of this file.
+/// The maxima over all particles from which the upper bounds of the sums are computed. They do not depend on the order
+/// of the particles. q and g are defined as follows: a particle adds at most N q + |∇N| g to a momentum component of a
+/// node with weight N. \see firn/stage/fixed_point.hpp
 template <class S>
 struct FixedPointLoad {
-    S momentum = S(0);   ///< max q [kg m/s]
-    S gradient = S(0);   ///< max g [kg m/s]
-    S mass = S(0);       ///< max m [kg]
-    S particles = S(0);  ///< n, the largest number of particles with the same base node
+    S momentum = S(0);   ///< largest q of a particle [kg m/s], for the contributions proportional to N
+    S gradient = S(0);   ///< largest g of a particle [kg m/s], for the contributions proportional to ∇N
+    S mass = S(0);       ///< largest mass of a particle [kg]
+    S particles = S(0);  ///< largest number of particles with the same base node
 };
 
-/// Returns the larger of a and b, member by member.
+/// Returns a load each member of which is the larger of the two members of a and b.
 template <class S>
 FIRN_INLINE FixedPointLoad<S> larger(const FixedPointLoad<S>& a, const FixedPointLoad<S>& b) {
     return {max(a.momentum, b.momentum), max(a.gradient, b.gradient), max(a.mass, b.mass),
@@ -42,19 +43,20 @@ template <class S>
 struct FixedPointBound {
     S momentum;       ///< largest absolute value of a momentum component [kg m/s]
     S mass;           ///< largest mass [kg]
-    S contributions;  ///< largest number of contributions: Kᴰ n; each is rounded
+    S contributions;  ///< largest number of contributions to a node, each of which is rounded
 };
 
 /// A node with less mass than this number of quanta counts as empty, because rounding errors would dominate its
 /// velocity.
 inline constexpr int fewest_mass_quanta = 64;
 
-/// The largest |o|: the distance along an axis from the centre node to the farthest node of the support [cells].
+/// The distance along an axis from the centre node to the farthest node of the kernel's support [cells].
 template <class Kernel>
 inline constexpr int largest_offset = Kernel::support - 1 - centre_node<Kernel>;
 
-/// Returns q and g of one particle, each the largest over the axes, and its mass m. For a particle without mass, q and
-/// g are zero. NaN becomes infinite. `particles` is not set.
+/// Returns the load of one particle: its mass m and the factors q and g, where N q + |∇N| g is the most that the
+/// particle adds to any momentum component of a node with weight N. For a particle without mass, q and g are zero. A
+/// value that is NaN is returned as infinity. `particles` is not set.
 template <class Kernel, class Force, scalar S, int D>
 FIRN_INLINE FixedPointLoad<S> load_of(const P2GRecord<S, D>& record) {
     const auto real = !(record.mass <= S(0));
@@ -84,8 +86,8 @@ FIRN_INLINE FixedPointLoad<S> load_of(const P2GRecord<S, D>& record) {
     return load;
 }
 
-/// Returns the record in quanta. Scales are powers of two, so scaling the record gives the same bits as scaling the
-/// contribution of the record to a node.
+/// Returns a particle's P2G record in quanta (integer steps) instead of kg and kg m/s. Scales are powers of two, so
+/// scaling the record gives the same bits as scaling the contributions of the record to nodes.
 template <scalar S, int D>
 FIRN_INLINE P2GRecord<S, D> in_quanta(const P2GRecord<S, D>& record, const FixedPointScale<S>& scale) {
     return {record.mass * scale.mass, record.momentum * scale.momentum, record.affine * scale.momentum,
@@ -112,7 +114,8 @@ FIRN_INLINE FixedPointBound<S> fixed_point_bound(const FixedPointLoad<S>& load) 
 }
 
 /// Returns the largest powers of two (quanta per unit of momentum and of mass) with which no sum exceeds `integer_max`.
-/// A scale is 1 if its bound is zero. The bounds must be finite.
+/// The scale is 1 for a bound that is zero. Both bounds must be finite.
+/// \param integer_max  largest allowed sum [quanta]
 template <scalar S>
 FIRN_INLINE FixedPointScale<S> largest_scale(const FixedPointBound<S>& bound, double integer_max) {
     const S room = S(integer_max) - bound.contributions;

@@ -26,13 +26,13 @@ template <class S, int D>
 struct G2PResult {
     Vec<S, D> velocity;           ///< new velocity v [m/s]
     Mat<S, D> affine;             ///< affine field C [1/s]
-    Mat<S, D> velocity_gradient;  ///< ∇v, by which F is updated [1/s]
+    Mat<S, D> velocity_gradient;  ///< ∇v, with which the deformation gradient F is updated [1/s]
 };
 
 /// Returns a particle's velocity, affine field C and velocity gradient, from its sums over nodes. With an affine
 /// transfer and MLS forces, the velocity gradient is C, because MLS forces are dual to C (Hu et al. 2018, §4).
-/// Otherwise the velocity gradient is Σ v_i ⊗ ∇N_i.
-/// \param d  the particle's position from its centre node, in cells;  \param h  cell size [m]
+/// Otherwise the velocity gradient is Σ v_i ⊗ ∇N_i, with the velocities v_i and the weights N_i of the nodes.
+/// \param d  the particle's position relative to its centre node [cells];  \param h  cell size [m]
 template <class Kernel, class Transfer, class Force, scalar S, int D>
 FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<S, D>& d, const S& h) {
     G2PResult<S, D> result;
@@ -54,12 +54,13 @@ FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<
 /// The new position of a particle. \see moved_by
 template <class S, int D>
 struct G2PMove {
-    Vec<S, D> position;  ///< the new position, limited to the box between the corners
-    S outside;           ///< largest distance from the box along an axis, before limiting; ≤ 0 if inside
+    Vec<S, D> position;  ///< the new position, limited to a box
+    S outside;           ///< distance from the box before limiting, largest over the axes; ≤ 0 if inside
 };
-/// Moves a particle by its velocity, and limits its position to the box between two corners.
-/// \param per_velocity  displacement per velocity: the time step if positions are in metres, dt / h if they are in
-///                      cells
+/// Returns the position of a particle after a step: moved by the particle's velocity, then limited to the box between
+/// two corners.
+/// \param per_velocity  factor that turns a velocity [m/s] into a displacement: the time step dt if positions are in
+///                      metres, dt / h if they are in cells
 /// \param lowest, highest  lower and upper corner of the box, in the unit of `position`
 template <scalar S, int D>
 FIRN_INLINE G2PMove<S, D> moved_by(const Vec<S, D>& velocity, const S& per_velocity, const Vec<S, D>& position,
@@ -74,30 +75,31 @@ FIRN_INLINE G2PMove<S, D> moved_by(const Vec<S, D>& velocity, const S& per_veloc
     return move;
 }
 
-/// Sums over the nodes along the first `Closed` axes, with the weight N, velocity v and offset o of a node. G2P sums
-/// over one axis after the other. \see sum_axis
+/// Sums over the nodes along the first `Closed` axes: an intermediate result of G2P, which sums over one axis after the
+/// other. N is the weight, v the velocity and o the offset of a node. \see sum_axis
 /// \tparam V       type of v: the velocity of a node, or the velocities of a row of nodes
 /// \tparam Closed  the number of axes over which the sums were taken
-/// \tparam Moments, Gradients  whether there are sums with o, and with gradients of N
+/// \tparam Moments, Gradients  whether there are sums with o, and whether there are sums with gradients of N
 template <class V, int Closed, bool Moments, bool Gradients>
 struct PartialSums {
     V value;                                                      ///< Σ N v
-    std::array<V, std::size_t(Moments ? Closed : 0)> moment;      ///< Σ N v o_a for each of these axes a
-    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient;  ///< Σ (∂N/∂x_a) v for each of these axes a
+    std::array<V, std::size_t(Moments ? Closed : 0)> moment;      ///< Σ N v o_a for each summed axis a
+    std::array<V, std::size_t(Gradients ? Closed : 0)> gradient;  ///< Σ (∂N/∂x_a) v for each summed axis a
 };
 
-/// Returns the sums over one more axis.
+/// Returns the sums over the nodes along one more axis, from the sums over the previous axes.
 /// \tparam Centre  the index of the centre node in `parts`
-/// \param parts  for each node k along this axis, the sums over the axes before; node k has the offset k − Centre
+/// \param parts  for each node k along this axis, the sums over the previous axes; the offset of node k from the centre
+///               node is k − Centre
 /// \param w      the kernel's weight at each node k;  \param g  the kernel's gradient at each node k [1/cell]
 template <int Centre, class V, int Closed, bool Moments, bool Gradients, class W, std::size_t K>
 FIRN_INLINE PartialSums<V, Closed + 1, Moments, Gradients> sum_axis(
     const std::array<PartialSums<V, Closed, Moments, Gradients>, K>& parts, const std::array<W, K>& w,
     const std::array<W, K>& g) {
     PartialSums<V, Closed + 1, Moments, Gradients> sums;
-    // Some products of value and weight are needed twice, for the value and for the moment along this axis: they are
-    // computed once. The product at offset 1 is not shared, because targets that multiply and add in one operation get
-    // it without cost.
+    // Some products of value and weight are needed twice, for the value and for the moment along this axis. These
+    // products are computed only once. The product at offset 1 is computed twice, because processors with fused
+    // multiply-add compute it without extra cost.
     constexpr auto is_shared = [](int k) { return k == 0 || (Moments && (k < Centre || k > Centre + 1)); };
     std::array<V, K> weighted;
     unroll<int(K)>([&](auto k) FIRN_LAMBDA {

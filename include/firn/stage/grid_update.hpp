@@ -8,7 +8,7 @@
 namespace firn {
 
 namespace detail {
-/// Converts a constant vector of another library to firn's Vec. Anything else is returned unchanged.
+/// Returns the acceleration as firn's Vec if it is a constant vector of another library; otherwise unchanged.
 template <int D, class Acceleration>
 decltype(auto) own_acceleration(const Acceleration& acceleration) {
     if constexpr (holds_numbers<Acceleration, D, 1>)
@@ -19,9 +19,9 @@ decltype(auto) own_acceleration(const Acceleration& acceleration) {
 }  // namespace detail
 
 /// Returns the acceleration of a node [m/s²].
-/// \param field     a constant vector; or a callable field(position) or field(position, velocity, dt) for any scalar
-///                  type
-/// \param position  position of the node [m];  \param velocity  its velocity before the step [m/s]
+/// \param field     a constant vector [m/s²]; or a callable field(position) or field(position, velocity, dt), for any
+///                  scalar type
+/// \param position  position of the node [m];  \param velocity  velocity of the node before the step [m/s]
 /// \param dt        time step [s]
 template <scalar S, int D, class Field>
 FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& position, const Vec<S, D>& velocity,
@@ -35,13 +35,14 @@ FIRN_INLINE Vec<S, D> acceleration_at(const Field& field, const Vec<S, D>& posit
         return cast<S>(field);
 }
 
-/// Returns the new velocity of a node: momentum divided by mass, plus acceleration times dt, then changed by the
-/// boundary.
+/// Returns the velocity of a node after a step: momentum divided by mass, plus acceleration times dt, then changed by
+/// the boundary.
 ///
 /// The velocity is zero for a node without mass, and for a node whose mass is below the smallest normal floating-point
 /// number, because 1 / mass would not be finite. The acceleration is added to the velocity and not to the momentum,
 /// because this is more accurate for nodes with very little mass.
-/// \param momentum  [kg m/s];  \param mass  [kg];  \param position  [m];  \param dt  time step [s]
+/// \param momentum  momentum of the node [kg m/s];  \param mass  mass of the node [kg]
+/// \param position  position of the node [m];  \param dt  time step [s]
 /// \param acceleration  a vector or a field. \see acceleration_at
 /// \param boundary      a boundary policy
 template <scalar S, int D, class Acceleration = Vec<S, D>, class Boundary>

@@ -14,8 +14,8 @@ FIRN_INLINE Vec<S, D> from_centre(const Vec<S, D>& fraction) {
     return fraction - Vec<S, D>::filled(S(centre_node<Kernel>));
 }
 
-/// Always true: if the force form needs a kernel of constant inertia and this kernel's inertia is not constant, the
-/// compiler stops with a message.
+/// Returns true. If the force policy needs a kernel of constant inertia, and the inertia of this kernel is not
+/// constant, the compiler stops with a message.
 template <class Kernel, class Force>
 consteval bool require_inertia() {
     static_assert(
@@ -25,7 +25,8 @@ consteval bool require_inertia() {
     return true;
 }
 
-/// Returns D⁻¹ of APIC and MLS [1/m²]: Kernel::inverse_inertia / h²; 0 if the kernel's inertia is not constant.
+/// Returns the inverse inertia D⁻¹ of APIC and of MLS forces [1/m²]: Kernel::inverse_inertia / h², or 0 if the kernel's
+/// inertia is not constant.
 /// \see kernel/concept.hpp
 /// \param h  cell size [m]
 template <class Kernel, class S>
@@ -36,12 +37,12 @@ FIRN_INLINE S inverse_inertia(const S& h) {
         return S(0);
 }
 
-/// Returns a + b o.
+/// Returns a + b × o, where o is an offset or a weight.
 template <class V, class O>
 FIRN_INLINE V plus_times(const V& a, const V& b, const O& o) {
     return a + b * o;
 }
-/// Returns a + b o for an offset o known at compile time, without a multiplication.
+/// Returns a + b × o for an offset o that is known at compile time, without a multiplication.
 template <class V, int o>
 FIRN_INLINE V plus_times(const V& a, const V& b, std::integral_constant<int, o>) {
     if constexpr (o == 0)
@@ -54,7 +55,7 @@ FIRN_INLINE V plus_times(const V& a, const V& b, std::integral_constant<int, o>)
         return a + (b + b);  // o = 2, which only the cubic kernel has
 }
 
-/// Returns b w − a.
+/// Returns b × w − a, where w is a weight.
 template <class V, class W>
 FIRN_INLINE V times_minus(const V& b, const W& w, const V& a) {
     return b * w - a;

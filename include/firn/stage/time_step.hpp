@@ -1,4 +1,4 @@
-/// \file The bound of the time step.
+/// \file The bound of the time step: the largest stable step.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -9,25 +9,28 @@
 
 namespace firn {
 
-/// The largest safe time step, divided by h / (|v| + c). h is the cell size, v the velocity, c the wave speed.
+/// The factor f for which f h / (|v| + c) is the largest safe time step. h is the cell size, v the velocity and c the
+/// wave speed of a particle.
 ///
 /// In matter without gaps, symplectic Euler is stable for steps up to courant_limit × h/c; this is 1.63 h/c for
 /// quadratic B-splines. Unevenly spaced particles and MLS forces need smaller steps. For a single particle, the squared
-/// angular frequency ω² is at most (c²/h²) max Σ N'²/N, with the sum over nodes, weights N and their derivatives N'.
-/// More particles do not raise this value. The limit 2/ω of the time step is then 0.82 h/c for the quadratic and 1.13
-/// h/c for the cubic spline. So the same fraction of the courant_limit is safe for both splines.
+/// angular frequency ω² is at most (c²/h²) max Σ N'²/N. The sum is taken over the nodes, with their weights N and the
+/// derivatives N' of the weights; the maximum is taken over the positions of the particle. More particles do not raise
+/// this value. The limit 2/ω of the time step is then 0.82 h/c for the quadratic and 1.13 h/c for the cubic spline. So
+/// the same fraction of the courant_limit is safe for both splines.
 template <class Kernel>
 inline constexpr double time_step_safety = 0.6 * (Kernel::courant_limit / 1.6329931618554521);
 
-/// Returns the signal speed of a particle [m/s]: |v| + c, with velocity v and wave speed c, plus 2 d/h if the material
-/// has a diffusivity d [m²/s], with cell size h. Returns 0 for a particle without mass.
+/// Returns the signal speed of a particle [m/s]: |v| + c, with the velocity v and the wave speed c. If the material has
+/// a diffusivity d [m²/s], 2 d/h is added, with the cell size h. Returns 0 for a particle without mass.
 ///
-/// Why 2 d/h: on a grid of lumped masses, viscosity damps a wave at the rate λ = s d/h², where s is the symbol of the
-/// Laplacian. With many particles, the maximum of s over all waves is 1.5 for quadratic B-splines and weight gradients,
-/// and 1.94 for MLS forces. With two or more particles per cell along each axis, s is at most 2. In two and three
-/// dimensions s is not larger, because the weights along the other axes only lower it. Symplectic Euler with stiffness
-/// ω² = s c²/h² and damping λ is stable for (ω dt)² + 2 λ dt < 4 (both roots of z² − (2 − ω²dt² − λdt) z + 1 − λdt lie
-/// in the unit circle). With a step of 0.6 h / (c + 2 d/h) the left side is at most 1.2.
+/// Why 2 d/h: on a grid of lumped masses, viscosity damps a wave at the rate λ = s d/h², where the number s depends on
+/// the wave (the symbol of the discrete Laplacian). With many particles per cell, the maximum of s over all waves is
+/// 1.5 for quadratic B-splines and weight gradients, and 1.94 for MLS forces. With two or more particles per cell along
+/// each axis, s is at most 2. In two and three dimensions s is not larger, because the weights along the other axes
+/// only lower it. Symplectic Euler with stiffness ω² = s c²/h² and damping λ is stable for (ω dt)² + 2 λ dt < 4 (then,
+/// both roots of z² − (2 − ω²dt² − λdt) z + 1 − λdt lie in the unit circle). With a step of 0.6 h / (c + 2 d/h) the
+/// left side is at most 1.2.
 template <class Material, scalar S, int D, class State>
 FIRN_INLINE S signal_speed(const Material& material, const Vec<S, D>& velocity, const S& mass, const S& volume,
                            const State& state, [[maybe_unused]] const S& cell_size) {
@@ -40,7 +43,7 @@ FIRN_INLINE S signal_speed(const Material& material, const Vec<S, D>& velocity, 
 
 namespace detail {
 /// Checks a time step.
-/// \throws parameter_error  unless the time step [s] is finite and not negative
+/// \throws parameter_error  if `dt` [s] is negative or not finite
 inline void check_step(double dt) {
     if (!(dt >= 0) || !std::isfinite(dt))
         throw parameter_error(sentence("The time step is ", dt, " s; it must be finite and not negative."));
