@@ -6,7 +6,7 @@
 ///     Vec velocity(x, v)                 the velocity [m/s] of a node at x [m] after the boundary has acted; v [m/s]
 ///                                        is the node's velocity before
 ///     bool reaches(lower, upper)         true if the boundary may change nodes in the box [lower, upper] [m]; if the
-///                                        result is false, the boundary is not called for these nodes
+///                                        result is false, firn may skip all nodes in the box
 ///
 /// and may have
 ///
@@ -33,7 +33,7 @@ concept changes_velocity = requires(const B b, const Vec<S, D> v) {
     { detail::in_own_terms(b.velocity(v, v)) } -> std::same_as<Vec<S, D>>;  ///< velocity(position, velocity)
 };
 /// Whether B has a function `reaches(lower, upper)`. The function returns true if the boundary may change nodes in the
-/// box [lower, upper] [m]. If it returns false, the boundary is not called for the nodes in this box.
+/// box [lower, upper] [m]. If the result is false, firn may skip all nodes in the box.
 template <class B, int D>
 concept says_where = requires(const B b, const Vec<double, D> x) {
     { b.reaches(x, x) } -> std::same_as<bool>;

@@ -157,8 +157,9 @@ struct Nacc {
     ///     ρ0 c² = μ J^{−2/D} (σ_max² + (1 + 2/D) tr b/D) + κ/2 (J² + 1)
     ///
     /// Here b = FFᵀ, J = det F, κ is bulk(), and σ_max is the largest principal stretch. The bound follows from the
-    /// acoustic tensor. For the unit direction n, this tensor is μ J^{−2/D} [(n·bn) I − 2/D (bn ⊗ n + n ⊗ bn) + (1 +
-    /// 2/D)(tr b/D) n ⊗ n] + κ/2 (J² + 1) n ⊗ n.
+    /// acoustic tensor. For the unit direction n, this tensor is
+    ///
+    ///     μ J^{−2/D} [(n·bn) I − 2/D (bn ⊗ n + n ⊗ bn) + (1 + 2/D)(tr b/D) n ⊗ n] + κ/2 (J² + 1) n ⊗ n
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& clay) const {
         const S J = determinant(clay.F);
