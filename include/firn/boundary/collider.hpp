@@ -209,7 +209,7 @@ struct Collider {
         const Vec<double, D> middle = (lower + upper) * 0.5, half = (upper - lower) * 0.5;
         const Vec<double, D> local = transpose(R) * (middle - position);
         const double distance = exact.signed_distance(local);
-        double farthest = norm(half);  // upper bound of |distance at a point of the box − distance at the middle|
+        double farthest = norm(half);  // upper bound of |signed distance at a point of the box − `distance`|
         if constexpr (is_flat<Shape>) {
             const Vec<double, D> normal = R * normal_of(exact, local);
             farthest = 0;

@@ -10,8 +10,8 @@ namespace firn {
 /// Measurable properties of sand. Sand::from_properties() makes the material from these properties.
 ///
 /// The sand of Klár et al. 2016 has a friction angle of 35° − 10° = 25° before any plastic flow. The angle grows by 9°
-/// per unit of plastic strain, and this growth decays at the rate 0.2: `{.friction_angle = degrees(35), .hardening =
-/// degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)}`.
+/// per unit of plastic strain, and this growth decays at the rate 0.2:
+/// `{.friction_angle = degrees(35), .hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)}`.
 struct SandProperties {
     double young = 3.537e5;              ///< Young's modulus [Pa]
     double poisson = 0.3;                ///< Poisson's ratio [1]

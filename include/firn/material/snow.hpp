@@ -40,10 +40,10 @@ template <scalar S = float>
 struct Snow {
     S mu = S(1.4e5 / 2.4);              ///< shear modulus before hardening, μ0 [Pa]
     S lambda = S(2.8e4 / (1.2 * 0.6));  ///< first Lamé parameter before hardening, λ0 [Pa]
-    S lowest_stretch = S(1 - 2.5e-2);   ///< smallest elastic stretch, 1 − θc [1]
-    S highest_stretch = S(1 + 7.5e-3);  ///< largest elastic stretch, 1 + θs [1]
+    S lowest_stretch = S(1 - 2.5e-2);   ///< smallest elastic stretch, 1 − θc; θc: critical compression [1]
+    S highest_stretch = S(1 + 7.5e-3);  ///< largest elastic stretch, 1 + θs; θs: critical stretch [1]
     S hardening = S(10);                ///< ξ: how fast snow stiffens as it is compacted [1]
-    S largest_exponent = S(4);          ///< upper bound of ξ (1 − J_P) [1]
+    S largest_exponent = S(4);          ///< upper bound of the exponent ξ (1 − J_P) in μ and λ [1]
 
     static constexpr const char* name = "snow";
     static constexpr auto parameters() {
