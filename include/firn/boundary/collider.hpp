@@ -56,14 +56,14 @@ struct Collider {
     template <class T>
     using with_scalar = Collider<with_scalar_t<Shape, T>>;
 
-    Shape shape{};                                   ///< The shape, in the shape's coordinates.
-    Contact contact = Contact::separate;             ///< How matter may move at the surface.
-    P friction = P(0);                               ///< Coulomb's friction coefficient μ [1]
-    P thickness = P(0);                              ///< thickness of the layer [m], in addition to thickness_in_cells
-    P thickness_in_cells = P(1.5);                   ///< thickness of the layer in cells of the grid [1]
-    Vec<P, D> position = Vec<P, D>::zero();          ///< c: position of the shape's origin [m]
-    Rotor<P, D> rotation = no_rotation<P, D>();      ///< turns the shape's axes to the axes of space; see rotor()
-    Vec<P, D> linear_velocity = Vec<P, D>::zero();   ///< V: velocity of the shape's origin [m/s]
+    Shape shape{};                                  ///< The shape, in the shape's coordinates.
+    Contact contact = Contact::separate;            ///< How matter may move at the surface.
+    P friction = P(0);                              ///< Coulomb's friction coefficient μ [1]
+    P thickness = P(0);                             ///< thickness of the layer [m], in addition to thickness_in_cells
+    P thickness_in_cells = P(1.5);                  ///< thickness of the layer in cells [1], in addition to `thickness`
+    Vec<P, D> position = Vec<P, D>::zero();         ///< c: position of the shape's origin [m]
+    Rotor<P, D> rotation = no_rotation<P, D>();     ///< turns the shape's axes to the axes of space; see rotor()
+    Vec<P, D> linear_velocity = Vec<P, D>::zero();  ///< V: velocity of the shape's origin [m/s]
     Axial<P, D> angular_velocity = no_spin<P, D>();  ///< ω: about the shape's origin [rad/s]; in 2D counter-clockwise
     P cell_size = P(0);                              ///< cell size of the grid [m], set by on_grid()
 

@@ -146,8 +146,8 @@ struct Together {
         });
         return v;
     }
-    /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. k counts parts
-    /// from 0, as part_count() does. \see firn::part_centre
+    /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. k is the number
+    /// of a part, from 0 to part_count() − 1. \see firn::part_centre
     template <int D>
     Vec<double, D> centre_of_part(int k) const {
         Vec<double, D> centre = Vec<double, D>::zero();

@@ -21,8 +21,8 @@ template <class F>
 concept has_gradient_flag = requires {
     { F::weight_gradients } -> std::convertible_to<bool>;
 };
-/// Whether F has a constant `needs_inertia`. This constant is true if the force form F needs a kernel with a function
-/// `inverse_inertia`.
+/// Whether F has a constant `needs_inertia`. This constant is true if the force form F needs a kernel that has the
+/// constant `inverse_inertia`.
 template <class F>
 concept has_inertia_flag = requires {
     { F::needs_inertia } -> std::convertible_to<bool>;

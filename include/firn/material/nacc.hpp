@@ -168,11 +168,13 @@ struct Nacc {
     }
 
     /// Returns the state after the plastic return mapping. The pressure p and the shear stress q of the trial state are
-    /// compared with the yield ellipse, which lies between the pressures −β p₀ and p₀. There are three cases:
+    /// compared with the yield ellipse, which lies between the pressures −β p₀ and p₀ (β: cohesion, p₀: consolidation
+    /// pressure). There are three cases:
     ///
-    ///     p > p₀               the new pressure is p₀, without shear stress
-    ///     p < −β p₀            the new pressure is −β p₀, without shear stress
-    ///     else, if it yields   the shear stress is reduced until the state lies on the ellipse; J stays the same
+    ///     p > p₀                      the new pressure is p₀, without shear stress
+    ///     p < −β p₀                   the new pressure is −β p₀, without shear stress
+    ///     else, outside the ellipse   the shear stress is reduced until the state lies on the ellipse; J stays the
+    ///     same
     ///
     /// α, the logarithm of the plastic volume ratio, changes by ln J − ln J×, where J = det F of the trial state. In
     /// the first two cases J× is the J that belongs to the new pressure. In the third case J× is the J that belongs to

@@ -32,8 +32,8 @@ struct OfParticle {
 };
 }  // namespace detail
 
-/// A model in which the parameters listed in Names vary from particle to particle: `PerParticle<Snow<float>, "mu",
-/// "lambda">`.
+/// A model in which the parameters listed in Names vary from particle to particle:
+/// `PerParticle<Snow<float>, "mu", "lambda">`.
 ///
 /// Each named parameter becomes a field of the particle's state, with the parameter's unit. The field costs memory and
 /// is written to files with the state. The field starts with the value that the model has for the parameter. To change
