@@ -30,7 +30,7 @@ struct FluidProperties {
 /// With tension = 0 the particles of a spray do not attract each other: the pressure is zero for J > 1. J is still
 /// updated, so the pressure is positive again as soon as J < 1.
 ///
-/// Use it for every liquid. The bulk modulus K sets the time step; FluidProperties says how low K may be.
+/// Use Fluid for every liquid. The bulk modulus K sets the time step; FluidProperties says how low K may be.
 ///
 /// The equation for the pressure is Tait's, in the form of Murnaghan: Murnaghan 1944, "The compressibility of media
 /// under extreme pressures"; Monaghan 1994, "Simulating free surface flows with SPH".
@@ -60,7 +60,7 @@ struct Fluid {
     };
 
     /// Makes the material from measurable properties.
-    /// \throws parameter_error unless K > 0, 1 ≤ γ ≤ 15, μ ≥ 0, tension ≥ 0, and all are finite
+    /// \throws parameter_error unless bulk > 0, 1 ≤ gamma ≤ 15, viscosity ≥ 0, tension ≥ 0, and all four are finite
     static Fluid from_properties(const FluidProperties& fluid) {
         if (!(fluid.bulk > 0) || !std::isfinite(double(value_type_t<S>(fluid.bulk))))
             throw parameter_error(
@@ -78,7 +78,7 @@ struct Fluid {
     }
 
     /// Checks the parameters.
-    /// \throws parameter_error unless K > 0, 1 ≤ γ ≤ 15, μ ≥ 0, tension ≥ 0, and all are finite
+    /// \throws parameter_error unless bulk > 0, 1 ≤ gamma ≤ 15, viscosity ≥ 0, tension ≥ 0, and all four are finite
     void check() const
         requires std::floating_point<S>
     {

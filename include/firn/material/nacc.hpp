@@ -25,8 +25,10 @@ struct NaccProperties {
 ///     τ = μ dev b̂ + κ/2 (J² − 1) I                       [Pa]
 ///
 /// Here J = det F, b̂ = J^{−2/D} FFᵀ, μ and λ are the Lamé parameters, and κ = λ + 2μ/D is the bulk modulus. In 2D this
-/// is plane strain if strains are small. The clay yields outside of an ellipse in the plane of the pressure p = −κ/2
-/// (J² − 1) and the shear stress q = √((6 − D)/2) ‖μ dev b̂‖:
+/// is plane strain if strains are small.
+///
+/// The clay yields outside of an ellipse in the plane of the pressure p = −κ/2 (J² − 1) and the shear stress
+/// q = √((6 − D)/2) ‖μ dev b̂‖:
 ///
 ///     (1 + 2β) q² + M² (p + β p₀)(p − p₀) > 0,      p₀ = κ (1e-5 + sinh(ξ max(−α, 0)))
 ///

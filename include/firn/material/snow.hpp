@@ -24,9 +24,11 @@ struct SnowProperties {
 ///
 ///     μ = μ0 e^{ξ (1 − J_P)}         λ = λ0 e^{ξ (1 − J_P)}       [Pa]
 ///
-/// ξ is the parameter `hardening`. The singular values of the elastic F are clamped to [1 − θc, 1 + θs], where θc and
-/// θs are the critical compression and stretch; the rest of the deformation is plastic and changes J_P. In 2D there are
-/// two singular values; this is plane strain.
+/// ξ is the parameter `hardening`.
+///
+/// The singular values of the elastic F are clamped to [1 − θc, 1 + θs], where θc and θs are the critical compression
+/// and stretch; the rest of the deformation is plastic and changes J_P. In 2D there are two singular values; this is
+/// plane strain.
 ///
 /// The exponent ξ (1 − J_P) is at most `largest_exponent`, by default 4, at which snow is 55 times as stiff as before
 /// hardening. The paper sets no such bound. Without the bound, moduli and wave speed can grow without limit, and the
