@@ -18,8 +18,8 @@ namespace firn {
 /// v_i, as in PIC; order 1 is PIC. A higher order damps less of the motion that the grid can represent, and still
 /// removes noise that the grid cannot represent. The boundary acts on the sum of the series.
 ///
-/// Use order 2 to 8 for low damping without the noise of FLIP. Compared with order 1, each higher order costs one more
-/// transfer of velocities from the nodes to the particles and back.
+/// Use order 2 to 8 for low damping without the noise of FLIP. Raising the order by one costs one more transfer of
+/// velocities in each step, from the nodes to the particles and back.
 ///
 /// The series raises the highest frequencies of the nodes. With quadratic splines, in matter without gaps, symplectic
 /// Euler is stable for time steps up to 1.63 h/c for order 1, and up to 1.24, 0.96, 0.77, 0.67 h/c for orders 2, 4, 8,
