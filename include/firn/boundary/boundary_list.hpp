@@ -17,13 +17,14 @@ struct named_list {
 };
 }  // namespace detail
 
-/// Any number of boundaries of one type, as one boundary: `BoundaryList<Collider<Sphere<float, 3>>>`.
+/// A list of boundaries of one type, which together act as one boundary: `BoundaryList<Collider<Sphere<float, 3>>>`.
 ///
-/// The boundaries act on a node one after another, in the order of `all`: where two of them change a node, the later
-/// one decides its velocity. Where another boundary covers a face, the face has no effect; Collider explains this.
+/// The boundaries act on a node one after another, in the order of `all`: if two boundaries change the same node, the
+/// later boundary decides the node's velocity. A face that another boundary covers has no effect, such as the lower
+/// face of a box on a floor; Collider explains this.
 ///
-/// Use it for many colliders of one shape, or where the number of colliders is known only at run time. It works on the
-/// CPU only; on a GPU, use Together.
+/// Use a BoundaryList for many colliders of one shape, or where the number of colliders is known only at run time. A
+/// BoundaryList works on the CPU only; on a GPU, use Together.
 /// \tparam B  the type of each boundary
 template <class B>
 struct BoundaryList {
@@ -35,9 +36,9 @@ struct BoundaryList {
 
     static constexpr const char* name = detail::joined_names<B, detail::named_list>::text;
 
-    /// Returns the list with every boundary converted to scalar type T. A simulation calls it once a step, before any
-    /// node changes.
-    /// \throws what check() throws
+    /// Returns the list with every boundary converted to scalar type T. A simulation calls this function once per step,
+    /// before any node changes.
+    /// \throws parameter_error if check() of a boundary throws it
     template <class T>
     with_scalar<T> lifted() const {
         static_assert(has_lanes<T>,
@@ -50,12 +51,12 @@ struct BoundaryList {
     }
 
     /// Checks each boundary.
-    /// \throws what check() of a boundary throws
+    /// \throws parameter_error if check() of a boundary throws it
     void check() const {
         for (const B& one : all) check_boundary(one);
     }
 
-    /// Returns the list with every boundary as it is dt [s] later.
+    /// Returns the list at a time dt [s] later: every boundary is replaced by firn::advanced(boundary, dt).
     BoundaryList advanced(double dt) const {
         BoundaryList later;
         later.all.reserve(all.size());
@@ -85,14 +86,14 @@ struct BoundaryList {
         for (const B& one : all) one.surfaces(x, seen);
     }
 
-    /// Returns true if one of the boundaries may change nodes in the box [lower, upper] [m].
+    /// Returns true if at least one of the boundaries may change nodes in the box [lower, upper] [m].
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
         const auto part = [&](int k, const auto& f) { f(all[std::size_t(k)]); };
         return reach_together(int(all.size()), part, lower, upper);
     }
-    /// Returns the largest distance [m] at which another solid can change the effect of one of the boundaries. \see
-    /// firn::looks_around
+    /// Returns the largest distance [m] from a node at which another solid can change how one of the boundaries acts on
+    /// the node. \see firn::looks_around
     double looks_around() const {
         double farthest = 0;
         for (const B& one : all) farthest = std::max(farthest, firn::looks_around(one));
@@ -108,14 +109,16 @@ struct BoundaryList {
         return largest;
     }
 
-    /// Returns the number of parts: one for each boundary in the list, or as many as that boundary has itself.
+    /// Returns the number of parts of all boundaries in the list. A boundary that is not divided into parts counts as
+    /// one part.
     int part_count() const {
         int count = 0;
         for (const B& one : all) count += firn::part_count(one);
         return count;
     }
-    /// Returns what velocity() returns, but also takes the surfaces of other solids into account. Calls `seen` with a
-    /// node's velocity before and after each boundary acted. \see firn::velocity_among
+    /// Returns the velocity [m/s] of a node at x [m] after all boundaries have acted; v [m/s] is the node's velocity
+    /// before. Unlike velocity(), this function takes the surfaces of other solids (`others`) into account, and calls
+    /// `seen` with the node's velocity before and after each part acted. \see firn::velocity_among
     template <class S, int D, class Others, class Seen>
     FIRN_INLINE Vec<S, D> velocity_among(const Vec<S, D>& x, Vec<S, D> v, const Others& others, const Seen& seen,
                                          int first) const {
@@ -131,8 +134,8 @@ struct BoundaryList {
         }
         return v;
     }
-    /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. Parts are
-    /// counted as in part_count(). \see firn::part_centre
+    /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. k counts the
+    /// parts of all boundaries in the list, from 0. \see firn::part_centre
     template <int D>
     Vec<double, D> centre_of_part(int k) const {
         for (const B& one : all) {

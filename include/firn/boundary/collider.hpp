@@ -22,15 +22,15 @@ struct named_collider {
 
 /// A rigid solid with a given motion: a floor, a ball, a wheel, a shovel, a container.
 ///
-/// Nodes in the solid, and in a layer around it, get the velocity that velocity_after_contact() gives relative to the
-/// velocity of the solid at the node's position x,
+/// A node in the solid, or in a layer around the solid, gets a new velocity from velocity_after_contact(). In this
+/// function, velocities are relative to the velocity of the solid at the node's position x,
 ///
 ///     V + ω × (x − c)       [m/s]
 ///
-/// V is the linear velocity, ω the angular velocity, c the position. Matter does not push the solid: its motion is the
-/// given one. In every step, a simulation calls advanced(), which returns the collider at the end of the step.
-/// Simulation::reactions returns the forces on the solid. To move matter at a chosen velocity, use a collider with
-/// contact `stick`.
+/// V is the linear velocity, ω the angular velocity, c the position of the solid. Matter does not push the solid: the
+/// solid always moves as given. In every step, a simulation calls advanced(), which returns the collider at the end of
+/// the step. Simulation::reactions returns the forces of the matter on the solid. To move matter at a chosen velocity,
+/// use a collider with contact `stick`.
 ///
 /// The layer keeps matter out of the solid. A particle on the surface takes its velocity from nodes up to 1.5 cells
 /// away, the radius of the quadratic spline. If the contact acts on all these nodes, the particle does not enter the
@@ -38,9 +38,10 @@ struct named_collider {
 /// With the default layer, matter comes to rest up to one cell before the surface.
 ///
 /// Other solids (in a Together or a BoundaryList) can cover a face of this solid, as a floor covers the lower face of a
-/// box that stands on the floor. If nodes near the covered face took the normal of this face, the box would push matter
-/// up and down and let matter through sideways. Therefore a node inside another solid, or within two cells of it, takes
-/// the normal at a point moved out of the other solid, to two cells outside of it.
+/// box that stands on the floor. If contact near the covered face used the normal of this face, the box would push
+/// matter up and down and let matter through sideways. Therefore, for a node inside another solid or within two cells
+/// of that solid, contact uses the normal at a different point: the node's position, moved to two cells outside of the
+/// other solid.
 ///
 /// Position, rotation and velocities are stored in double, so that the small motions of single steps are not lost by
 /// rounding. The contact is that of Stomakhin et al. 2013, §8; see velocity_after_contact().
@@ -55,14 +56,14 @@ struct Collider {
     template <class T>
     using with_scalar = Collider<with_scalar_t<Shape, T>>;
 
-    Shape shape{};                                   ///< The shape, in its own coordinates.
-    Contact contact = Contact::separate;             ///< How matter meets the surface.
-    P friction = P(0);                               ///< Coulomb's coefficient μ [1]
-    P thickness = P(0);                              ///< thickness of the layer [m], added to thickness_in_cells
-    P thickness_in_cells = P(1.5);                   ///< thickness of the layer in cells of the grid [1]
-    Vec<P, D> position = Vec<P, D>::zero();          ///< c: the shape's origin in space [m]
-    Rotor<P, D> rotation = no_rotation<P, D>();      ///< from the shape's axes to the axes of space; see rotor()
-    Vec<P, D> linear_velocity = Vec<P, D>::zero();   ///< V: velocity of the origin [m/s]
+    Shape shape{};                                  ///< The shape, in the shape's coordinates.
+    Contact contact = Contact::separate;            ///< How matter may move at the surface.
+    P friction = P(0);                              ///< Coulomb's friction coefficient μ [1]
+    P thickness = P(0);                             ///< thickness of the layer [m], in addition to thickness_in_cells
+    P thickness_in_cells = P(1.5);                  ///< thickness of the layer in cells [1], in addition to `thickness`
+    Vec<P, D> position = Vec<P, D>::zero();         ///< c: position of the shape's origin [m]
+    Rotor<P, D> rotation = no_rotation<P, D>();     ///< turns the shape's axes to the axes of space; see rotor()
+    Vec<P, D> linear_velocity = Vec<P, D>::zero();  ///< V: velocity of the shape's origin [m/s]
     Axial<P, D> angular_velocity = no_spin<P, D>();  ///< ω: about the shape's origin [rad/s]; in 2D counter-clockwise
     P cell_size = P(0);                              ///< cell size of the grid [m], set by on_grid()
 
@@ -80,8 +81,8 @@ struct Collider {
 
     /// Checks the parameters of the collider and of its shape.
     /// \throws parameter_error if the position or a velocity is not finite, if the length of `rotation` differs from 1
-    /// by 1e-6 or more, or if the friction or a thickness is negative or not finite. Throws also what the shape's
-    /// check() throws.
+    /// by 1e-6 or more, or if the friction or a thickness is negative or not finite. If check() of the shape throws an
+    /// exception, this function passes the exception on.
     void check() const
         requires std::floating_point<S>
     {
@@ -105,7 +106,8 @@ struct Collider {
             refuse("rotation", sentence("a quaternion of length ", length), "of length 1: make it with rotor()");
     }
 
-    /// Returns the collider converted to scalar type T. A simulation calls it once a step, before any node changes.
+    /// Returns the collider converted to scalar type T. A simulation calls this function once per step, before any node
+    /// changes.
     /// \throws parameter_error if check() throws it
     template <class T>
     with_scalar<T> lifted() const {
@@ -132,8 +134,8 @@ struct Collider {
     /// The thickness of the layer around the solid [m].
     FIRN_INLINE P layer() const { return thickness + thickness_in_cells * cell_size; }
 
-    /// Returns the collider dt [s] later, moved and turned by its velocities. For constant velocities the result is
-    /// exact, except for rounding in double.
+    /// Returns the collider at a time dt [s] later, moved and turned by its velocities. For constant velocities the
+    /// result is exact, except for rounding in double.
     Collider advanced(double dt) const
         requires std::floating_point<S>
     {
@@ -143,13 +145,13 @@ struct Collider {
         return later;
     }
 
-    /// Returns an upper bound of the solid's speed [m/s] in the box [lower, upper] [m]; zero if the solid does not
-    /// change nodes there. \see firn::largest_speed
+    /// Returns an upper bound of the solid's speed [m/s] in the box [lower, upper] [m]; zero if the collider changes no
+    /// nodes in this box. \see firn::largest_speed
     double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const
         requires std::floating_point<S>
     {
         if (!reaches(lower, upper)) return 0;
-        Vec<double, D> arm{};  // to the farthest corner of the box
+        Vec<double, D> arm{};  // from the collider's position to the farthest corner of the box
         for (int a = 0; a < D; ++a)
             arm[a] = std::max(std::abs(lower[a] - position[a]), std::abs(upper[a] - position[a]));
         double radius = norm(arm);
@@ -157,7 +159,8 @@ struct Collider {
         return norm(linear_velocity) + std::sqrt(squared_norm(skew(angular_velocity)) / 2) * radius;
     }
 
-    /// The velocity of the solid at x [m]: V + ω × (x − c) [m/s].
+    /// The velocity of the solid at x [m]: V + ω × (x − c) [m/s], with the linear velocity V, the angular velocity ω
+    /// and the position c of the solid.
     FIRN_INLINE Vec<S, D> surface_velocity(const Vec<S, D>& x) const {
         return cast<S>(linear_velocity) + skew(cast_axial<S, D>(angular_velocity)) * (x - cast<S>(position));
     }
@@ -166,9 +169,10 @@ struct Collider {
     FIRN_INLINE Vec<S, D> velocity(const Vec<S, D>& x, const Vec<S, D>& v) const {
         return velocity_beside(NoOthers{}, x, v);
     }
-    /// Returns the velocity [m/s] of a node at x [m] after contact, if other solids may cover faces of this one; v
-    /// [m/s] is the node's velocity before.
-    /// \param others  others(x, seen) calls seen for each surface of the other solids, as surfaces() does
+    /// Returns the velocity [m/s] of a node at x [m] after contact; v [m/s] is the node's velocity before. Unlike
+    /// velocity(), this function takes into account that other solids may cover faces of this solid.
+    /// \param others  a function: others(x, seen) calls `seen` for each surface of the other solids, with the arguments
+    /// that surfaces() gives to `seen`
     template <class Others>
     FIRN_INLINE Vec<S, D> velocity_beside(const Others& others, const Vec<S, D>& x, const Vec<S, D>& v) const {
         const Mat<S, D> R = matrix_of(cast<S>(rotation));
@@ -205,21 +209,21 @@ struct Collider {
         const Vec<double, D> middle = (lower + upper) * 0.5, half = (upper - lower) * 0.5;
         const Vec<double, D> local = transpose(R) * (middle - position);
         const double distance = exact.signed_distance(local);
-        double farthest = norm(half);  // upper bound of |distance at a point of the box − distance at its middle|
+        double farthest = norm(half);  // upper bound of |signed distance at a point of the box − `distance`|
         if constexpr (is_flat<Shape>) {
             const Vec<double, D> normal = R * normal_of(exact, local);
             farthest = 0;
             for (int a = 0; a < D; ++a) farthest += std::abs(normal[a]) * half[a];
         }
         if constexpr (requires { exact.uncertainty(); }) farthest += exact.uncertainty();
-        // velocity() gets positions that are rounded to S.
+        // velocity() gets positions rounded to S, so a node may lie this much nearer to the solid.
         const double rounding = 32 * double(std::numeric_limits<S>::epsilon()) *
                                 (norm(middle) + norm(half) + norm(position) + std::abs(distance));
         return distance <= farthest + layer() + rounding;
     }
 
-    /// Returns the largest distance [m] between a node and another solid at which the other solid can change the node's
-    /// normal. \see firn::looks_around
+    /// Returns the largest distance [m] between a node and another solid at which the other solid can change the normal
+    /// that contact uses for this node. \see firn::looks_around
     double looks_around() const
         requires std::floating_point<S>
     {
@@ -230,14 +234,14 @@ struct Collider {
     std::string description() const { return sentence(name, ": ", firn::name_of(contact), ", friction ", friction); }
 
 private:
-    /// Distance to which way_out_of() moves a node out of another solid [cells].
+    /// Distance from another solid to which way_out_of() moves a node [cells].
     static constexpr double off_others = 2,
                             farthest_off = 4;  ///< Largest displacement of a node along each axis [cells].
-    /// Returns the largest length [cells] of way_out_of().
+    /// Returns the largest length [cells] of the displacement that way_out_of() returns.
     static double sight() { return farthest_off * std::sqrt(double(D)); }
 
-    /// Returns the displacement [m] from x to two cells outside of the other solids; at most `farthest_off` cells along
-    /// each axis.
+    /// Returns the displacement [m] that moves x to a point two cells outside of the other solids. The displacement is
+    /// at most `farthest_off` cells along each axis.
     template <class Others>
     FIRN_INLINE Vec<S, D> way_out_of(const Others& others, const Vec<S, D>& x) const {
         const S cell = S(cell_size), off = S(off_others) * cell, most = S(farthest_off) * cell;

@@ -1,16 +1,18 @@
-/// \file What a boundary is: a pure function from a node's position [m] and velocity [m/s] to its new velocity [m/s].
+/// \file The concept of a boundary: a pure function that returns a node's new velocity [m/s], from the node's position
+/// [m] and velocity [m/s].
 ///
 /// A boundary must have
 ///
-///     Vec velocity(x, v)                 the velocity [m/s] of a node at x [m] after the boundary has acted on v
-///     bool reaches(lower, upper)         true if the boundary may change nodes in this box [m]; where it is false,
-///                                        whole blocks of nodes are skipped
+///     Vec velocity(x, v)                 the velocity [m/s] of a node at x [m] after the boundary has acted; v [m/s]
+///                                        is the node's velocity before
+///     bool reaches(lower, upper)         true if the boundary may change nodes in the box [lower, upper] [m]; if the
+///                                        result is false, firn may skip all nodes in the box
 ///
 /// and may have
 ///
 ///     void check()                       throws parameter_error if a parameter is out of range
-///     advanced(dt)                       returns the boundary dt [s] later, if it moves
-///     on_grid(h)                         returns the boundary for cells of side h [m], if it depends on h
+///     advanced(dt)                       returns the boundary at a time dt [s] later; for boundaries that move
+///     on_grid(h)                         returns the boundary for cells of side h [m]; for boundaries that depend on h
 ///     double largest_speed(lower, upper) the largest speed [m/s] that the boundary gives to nodes in a box
 ///     void surfaces(x, seen)             calls seen(distance, normal, velocity, contact, friction) for each surface
 ///     std::string description()          a text that is written into files
@@ -24,19 +26,20 @@
 
 namespace firn {
 
-/// Has B `velocity(position, velocity)`? The function returns a node's velocity [m/s] after the boundary has acted.
+/// Whether B has a function `velocity(position, velocity)`. The function returns a node's velocity [m/s] after the
+/// boundary has acted.
 template <class B, class S, int D>
 concept changes_velocity = requires(const B b, const Vec<S, D> v) {
     { detail::in_own_terms(b.velocity(v, v)) } -> std::same_as<Vec<S, D>>;  ///< velocity(position, velocity)
 };
-/// Has B `reaches(lower, upper)`? The function returns true if the boundary may change nodes in this box [m]. Where it
-/// returns false, whole blocks of nodes are skipped.
+/// Whether B has a function `reaches(lower, upper)`. The function returns true if the boundary may change nodes in the
+/// box [lower, upper] [m]. If the result is false, firn may skip all nodes in the box.
 template <class B, int D>
 concept says_where = requires(const B b, const Vec<double, D> x) {
     { b.reaches(x, x) } -> std::same_as<bool>;
 };
 
-/// A boundary in D dimensions with scalar type S.
+/// Whether B is a boundary in D dimensions with scalar type S.
 template <class B, class S, int D>
 concept boundary = changes_velocity<B, S, D> && says_where<B, D>;
 
@@ -46,8 +49,8 @@ struct precision_and_dimension {
     using S = T;
     static constexpr int D = N;
 };
-/// The scalar type S and the dimension D for which a boundary type is made; empty if S and D cannot be read from the
-/// type.
+/// A struct with the scalar type S and the dimension D for which the boundary type B is made. The struct is empty if S
+/// and D cannot be read from the type B.
 template <class B>
 struct made_for {};
 template <template <class, int> class B, class S, int D>
@@ -59,7 +62,7 @@ template <class B>
     }
 struct made_for<B> : precision_and_dimension<typename B::S, B::D> {};
 template <class... B>
-struct made_for_first {};  // S and D of the first type from which they can be read
+struct made_for_first {};  // S and D of the first of the types from which S and D can be read
 template <class First, class... Rest>
 struct made_for_first<First, Rest...> : made_for_first<Rest...> {};
 template <class First, class... Rest>
@@ -70,7 +73,8 @@ template <template <class...> class All, class First, class... Rest>  // for Tog
         requires(All<First, Rest...> all) { all.parts; } || requires(All<First, Rest...> all) { all.all; })
 struct made_for<All<First, Rest...>> : made_for_first<First, Rest...> {};
 
-/// Is B made for nodes with scalar type S in D dimensions? True if S and D cannot be read from the type B.
+/// Whether B is made for nodes with scalar type S in D dimensions. The value is also true if S and D cannot be read
+/// from the type B.
 template <class B, class S, int D>
 struct boundary_fits : std::true_type {};
 template <class B, class S, int D>
@@ -82,8 +86,8 @@ template <template <class...> class All, class... B, class S, int D>
         (requires(All<B...> all) { all.parts; } || requires(All<B...> all) { all.all; }))
 struct boundary_fits<All<B...>, S, D> : std::conjunction<boundary_fits<B, S, D>...> {};
 
-/// Stops the compilation with a message if B is made for another scalar type than S or another dimension than D; else
-/// returns true.
+/// Returns true if B is made for nodes with scalar type S in D dimensions. If B is made for other nodes, the
+/// compilation stops with a message.
 template <class B, class S, int D>
 consteval bool require_fitting_boundary() {
     static_assert(boundary_fits<B, S, D>::value,
@@ -94,14 +98,14 @@ consteval bool require_fitting_boundary() {
 }  // namespace detail
 
 /// Calls the boundary's check(), if it has one.
-/// \throws what boundary.check() throws
+/// \throws parameter_error if boundary.check() throws it
 template <class B>
 void check_boundary(const B& boundary) {
     if constexpr (requires { boundary.check(); }) boundary.check();
 }
 
-/// Returns the boundary dt [s] later: boundary.advanced(dt) if the boundary has this function, else the boundary
-/// unchanged.
+/// Returns the boundary at a time dt [s] later: boundary.advanced(dt) if the boundary has this function, else the
+/// boundary unchanged.
 template <class B>
 B advanced(const B& boundary, double dt) {
     if constexpr (requires { boundary.advanced(dt); })
@@ -131,11 +135,12 @@ FIRN_INLINE B on_grid(const B& boundary, const H& h) {
 }
 
 // A boundary may have parts, which act one after another and whose reactions are recorded separately. Such a boundary
-// has part_count(), template centre_of_part<D>(k), and velocity_among(x, v, others, seen, first), which calls
-// seen(first + k, before, after) for each part in turn.
+// has part_count(), template centre_of_part<D>(k), and velocity_among(x, v, others, seen, first). The last function
+// calls seen(first + k, before, after) for each part k, with the node's velocities before and after this part acted.
 //
 // The effect of a part may depend on the surfaces of other solids. Such a part has velocity_beside(others, x, v), where
-// others(x, seen) calls seen for each surface of the other solids. The arguments of seen are explained at has_surfaces.
+// others(x, seen) calls `seen` for each surface of the other solids. The arguments of `seen` are explained at
+// has_surfaces.
 
 /// Returns the number of a boundary's parts; 1 for a boundary without part_count().
 template <class B>
@@ -158,7 +163,7 @@ Vec<double, D> part_centre(const B& boundary, int k) {
         return Vec<double, D>::zero();
 }
 
-/// Stands for the other solids of a boundary where there are none.
+/// A function object to pass as `others` to velocity_among() or velocity_beside() where there are no other solids.
 struct NoOthers {
     /// Does nothing: there is no surface for which to call `seen`.
     template <class X, class Seen>
@@ -168,9 +173,9 @@ struct NoOthers {
 /// Returns the velocity [m/s] of a node at x [m] after all parts of a boundary have acted, one after another.
 /// \param x       the node's position [m]
 /// \param v       the node's velocity before the boundary acts [m/s]
-/// \param others  others(x, seen) calls seen for each surface of the other solids
-/// \param seen    called as seen(first + k, before, after) for every part k, with the node's velocities [m/s] before
-/// and after this part acted
+/// \param others  a function: others(x, seen) calls `seen` for each surface of the other solids
+/// \param seen    a function, called as seen(first + k, before, after) for every part k, with the node's velocities
+/// [m/s] before and after this part acted
 /// \param first   the number that `seen` gets for part 0 of the boundary
 template <class B, class S, int D, class Others, class Seen>
 FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Others& others,
@@ -190,9 +195,9 @@ FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, cons
     }
 }
 
-/// Returns the largest distance [m] at which another solid can change the effect of a boundary. If another solid is so
-/// near, the boundary may change nodes up to this distance outside of the boxes for which reaches() is true. Returns
-/// zero for a boundary without looks_around().
+/// Returns the largest distance [m] from a node at which another solid can change how a boundary acts on the node. Near
+/// another solid, the boundary may also change nodes up to this distance outside of the boxes for which reaches() is
+/// true. Returns zero for a boundary without looks_around().
 template <class B>
 double looks_around(const B& boundary) {
     if constexpr (requires { boundary.looks_around(); })
@@ -201,9 +206,9 @@ double looks_around(const B& boundary) {
         return 0;
 }
 
-/// Returns true if one of `count` boundaries may change nodes in the box [lower, upper] [m], alone or because another
-/// of these boundaries is near. \see looks_around
-/// \param part  part(k, f) calls f with the k-th boundary
+/// Returns true if at least one of `count` boundaries may change nodes in the box [lower, upper] [m], either alone or
+/// because another of these boundaries is near. \see looks_around
+/// \param part  a function: part(k, f) calls f with boundary k, for k from 0 to count − 1
 template <int D, class Part>
 bool reach_together(int count, const Part& part, const Vec<double, D>& lower, const Vec<double, D>& upper) {
     bool reached = false;
@@ -229,13 +234,13 @@ struct AnySurface {
     constexpr void operator()(const Of&...) const {}
 };
 
-/// Has B `surfaces(x, seen)`? The function reports the surfaces of the boundary to a point x [m], which need not be a
-/// node. For each surface, it calls
+/// Whether B has a function `surfaces(x, seen)`. The function reports where the surfaces of the boundary are, seen from
+/// a point x [m], which need not be a node. For each surface, it calls
 ///
 ///     seen(distance, normal, velocity, contact, friction)
 ///
-/// with the distance of x from the surface [m], negative in the solid; the surface's unit normal into free space; the
-/// velocity of the solid at x [m/s]; a Contact; and Coulomb's coefficient [1].
+/// with the distance of x from the surface [m], negative in the solid; the surface's unit normal, which points into
+/// free space; the velocity of the solid at x [m/s]; the Contact; and Coulomb's friction coefficient [1].
 template <class B, class S, int D>
 concept has_surfaces = requires(const B b, const Vec<S, D> x) { b.surfaces(x, AnySurface{}); };
 

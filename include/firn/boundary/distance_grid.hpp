@@ -13,10 +13,10 @@
 
 namespace firn {
 
-/// Signed distances at the nodes of a regular grid, in the shape's own coordinates.
+/// Signed distances at the nodes of a regular grid, and the position of this grid in the shape's coordinates.
 template <class Number, int D>
 struct DistanceNumbers {
-    Vec<double, D> lower{};                   ///< position of the first node [m]
+    Vec<double, D> lower{};                   ///< position of the node with the lowest coordinates [m]
     double spacing = 0;                       ///< distance between neighbouring nodes [m]
     std::array<int, std::size_t(D)> nodes{};  ///< number of nodes along each axis, at least two
     /// Signed distances [m], one per node, negative inside. The index along the last axis runs fastest.
@@ -45,12 +45,13 @@ struct DistanceNumbers {
 
 /// A shape given by signed distances at the nodes of a grid.
 ///
-/// Inside the box of the grid, the distance is interpolated linearly along each axis. Outside of the box, the distance
-/// is the one at the nearest point of the box plus the distance from x to that point. The normal is the direction of
-/// the gradient of the interpolated distance; outside of the box, it points from the nearest point of the box to x.
+/// Inside the box of the grid, the distance is interpolated linearly along each axis. For a point x outside of the box,
+/// the signed distance is the value at the nearest point of the box plus the distance from that point to x. The normal
+/// is the direction of the gradient of the interpolated distance; outside of the box, the normal points from the
+/// nearest point of the box to x.
 ///
-/// Use it for solids without a formula: mesh_distance() computes the distances from a closed triangle mesh. The shape
-/// works on the CPU only. Copies of the shape share the stored distances.
+/// Use a DistanceGrid for solids without a formula: mesh_distance() computes the distances from a closed triangle mesh.
+/// The shape works on the CPU only. Copies of the shape share the stored distances.
 /// \tparam Number  type of the stored distances, float or double, independent of S
 template <scalar S, int D, class Number = float>
 struct DistanceGrid {
@@ -80,11 +81,12 @@ struct DistanceGrid {
                       "use a shape with a formula there.");
         return {numbers};
     }
-    /// Returns an upper bound of the error of the difference between two interpolated distances [m]: √D times the
-    /// spacing, since each of the two has an error of at most half of this.
+    /// Returns an upper bound [m] of the error of a difference between two interpolated distances: √D times the
+    /// spacing. Each of the two distances has an error of at most half of this bound.
     double uncertainty() const { return std::sqrt(double(D)) * numbers->spacing; }
 
-    /// Returns the distance [m] from the origin to the farthest corner of the grid. The solid lies inside the grid.
+    /// Returns the distance [m] from the origin to the farthest corner of the grid. No point of the solid is farther
+    /// away, since the solid lies inside the grid.
     double extent() const {
         Vec<double, D> farthest{};
         for (int a = 0; a < D; ++a) {
@@ -113,7 +115,7 @@ struct DistanceGrid {
 private:
     static constexpr int corners = 1 << D;
     struct Cell {
-        S at[corners];       ///< distances at the corners [m]; last axis fastest
+        S at[corners];       ///< signed distances at the corners of the cell [m], last axis fastest
         Vec<S, D> fraction;  ///< position in the cell along each axis, 0 to 1
         Vec<S, D> beyond;    ///< vector from the nearest point of the grid to the position [m]
     };
@@ -140,8 +142,9 @@ private:
         }
         return cell;
     }
-    /// Returns the distance interpolated along all axes. If `along` is an axis (not −1), the difference of the two
-    /// sides of the cell is taken along this axis instead of the interpolated value.
+    /// Returns the signed distance [m] in the cell. If `along` is −1, the distance is interpolated along all axes. If
+    /// `along` is an axis, the result is the difference between the two sides of the cell along this axis, interpolated
+    /// along the other axes.
     FIRN_INLINE S reduced(const Cell& cell, int along) const {
         S left[corners];
         for (int i = 0; i < corners; ++i) left[i] = cell.at[i];

@@ -1,16 +1,18 @@
-/// \file What a shape is: a signed distance in its own coordinates. A Collider gives it a position and a motion.
+/// \file The concept of a shape: a solid, given by the signed distance from its surface in the shape's own coordinates.
+/// A Collider gives the shape a position and a motion.
 ///
-/// A shape is a policy with a scalar S. For every position x [m] it must have
+/// A shape is a policy with a scalar type S. It must have
 ///
-///     S signed_distance(x)   [m], negative inside. It may be smaller than the true distance. Between two points it
-///                            must not change by more than |Δx|, the distance between the points: firn uses it to
-///                            skip whole blocks of nodes
+///     S signed_distance(x)   signed distance [m] of the position x [m] from the surface, negative inside. The result
+///                            may be smaller than the true distance. For two positions with a distance |Δx| between
+///                            them, the results must not differ by more than |Δx|, since firn skips blocks of nodes
+///                            that are far from the surface
 ///
 /// and it may have
 ///
-///     Vec normal(x)          outward unit normal, the gradient of the distance. Without this function, firn
-///                            differentiates the distance with dual numbers
-///     double uncertainty()   amount [m] by which the distance may change more than |Δx| between two points
+///     Vec normal(x)          outward unit normal, the gradient of the signed distance. Without this function, firn
+///                            differentiates the signed distance with dual numbers
+///     double uncertainty()   amount [m] by which the signed distances of two positions may differ more than |Δx|
 ///     double extent()        largest distance [m] of a point of the shape from the origin
 ///     flat = true            the normal is the same everywhere
 ///     void check()           throws parameter_error if a parameter is out of range
@@ -34,21 +36,23 @@ struct shape_facts<P<S, D>> {
     static constexpr int dimension = D;
 };
 
-/// Has Shape `signed_distance(x)`? The function returns the signed distance of x from the surface [m], negative inside.
+/// Whether Shape has a function `signed_distance(x)`. The function returns the signed distance of x from the surface
+/// [m], negative inside.
 template <class Shape, class S, int D>
 concept has_signed_distance = requires(const Shape shape, const Vec<S, D> x) {
     { shape.signed_distance(x) } -> std::same_as<S>;
 };
 
-/// Is the shape's normal the same everywhere? False if the shape does not declare `flat`.
+/// Whether the shape's normal is the same everywhere: false for a shape that does not declare `flat`.
 template <class Shape>
 inline constexpr bool is_flat = false;
-/// Is the shape's normal the same everywhere? The value is Shape::flat.
+/// Whether the shape's normal is the same everywhere: Shape::flat, for a shape that declares `flat`.
 template <class Shape>
     requires requires { Shape::flat; }
 inline constexpr bool is_flat<Shape> = Shape::flat;
 
-/// Returns v/‖v‖. If ‖v‖ ≤ 1e-15, as at the centre of a sphere, it returns the unit vector along the second axis.
+/// Returns the unit vector v/‖v‖; or the unit vector along the second axis if ‖v‖ ≤ 1e-15, as at the centre of a
+/// sphere.
 template <scalar S, int D>
 FIRN_INLINE Vec<S, D> direction_or_up(const Vec<S, D>& v) {
     Vec<S, D> up = Vec<S, D>::zero();
@@ -59,7 +63,7 @@ FIRN_INLINE Vec<S, D> direction_or_up(const Vec<S, D>& v) {
 }
 
 /// Returns the outward unit normal of a shape at x [m], in the shape's coordinates: shape.normal(x) if the shape has
-/// this function, else the direction of the gradient of its distance, computed with dual numbers.
+/// this function, else the direction of the gradient of the shape's signed distance, computed with dual numbers.
 template <class Shape, scalar S, int D>
 FIRN_INLINE Vec<S, D> normal_of(const Shape& shape, const Vec<S, D>& x) {
     if constexpr (requires { shape.normal(x); }) {

@@ -25,7 +25,8 @@ struct named_outside {
 
 }  // namespace detail
 
-/// All points on one side of a plane through the origin, the side opposite to `outward`: a floor, a slope, a wall.
+/// A half-space: all points on one side of a plane through the origin, for a floor, a slope or a wall. The vector
+/// `outward` points away from this side.
 template <scalar S, int D>
 struct HalfSpace {
     Vec<S, D> outward = up();  ///< unit vector out of the solid [1]; by default the second axis
@@ -187,11 +188,11 @@ private:
     }
 };
 
-/// All points outside of a shape: a container with matter inside.
+/// The outside of a shape: a solid with a hollow that has this shape, such as a container for matter.
 /// \tparam Shape  a shape, as in `Complement<Sphere<float, 3>>`
 template <class Shape>
 struct Complement {
-    Shape hollow{};  ///< The shape of the free space.
+    Shape hollow{};  ///< The shape of the free space (the hollow).
 
     using scalar_type = typename shape_facts<Shape>::scalar_type;
     static constexpr int dimension = shape_facts<Shape>::dimension;
@@ -200,7 +201,7 @@ struct Complement {
     using with_scalar = Complement<with_scalar_t<Shape, T>>;
 
     static constexpr const char* name = detail::joined_names<detail::named_outside, Shape>::text;
-    static constexpr bool flat = is_flat<Shape>;  ///< Is the normal the same everywhere?
+    static constexpr bool flat = is_flat<Shape>;  ///< True if the normal is the same everywhere.
     static constexpr auto parameters() { return std::tuple{parameter{"hollow", "", &Complement::hollow}}; }
     /// Returns this shape with scalar type T.
     template <class T>
@@ -209,14 +210,14 @@ struct Complement {
     }
 
     /// Checks the shape `hollow`.
-    /// \throws what hollow.check() throws
+    /// \throws parameter_error if hollow.check() throws it
     void check() const
         requires requires(const Shape s) { s.check(); }
     {
         hollow.check();
     }
-    /// Returns hollow.uncertainty(): the amount [m] by which the signed distance may change more than |Δx| between two
-    /// points at a distance |Δx|.
+    /// Returns hollow.uncertainty(): the amount [m] by which the signed distances of two points may differ more than
+    /// |Δx|, the distance between the two points.
     double uncertainty() const
         requires requires(const Shape s) { s.uncertainty(); }
     {

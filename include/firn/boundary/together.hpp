@@ -16,8 +16,8 @@ namespace detail {
 
 inline constexpr const char* numerals[] = {"0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11"};
 
-/// The entry of part I (counted from 0) in the parameters of a Together. The parameters of this part get the names
-/// I_NAME, for example 1_friction.
+/// The entry of part number I (counted from 0) in the list of parameters of a Together. The parameters of this part get
+/// the names I_NAME, for example 1_friction.
 template <std::size_t I>
 struct part_parameter {
     const char* name = numerals[I];
@@ -33,12 +33,13 @@ struct part_parameter {
 /// Several boundaries, combined into one: `Together(walls, ball)` is a
 /// `Together<Walls<float, 3>, Collider<Sphere<float, 3>>>`.
 ///
-/// The boundaries act on a node one after another, in order: where two of them change a node, the later one decides its
-/// velocity. Where another boundary covers a face, such as the lower face of a box on a floor, the face has no effect;
-/// Collider explains this.
+/// The boundaries act on a node one after another, in the order of `parts`: if two boundaries change the same node, the
+/// later boundary decides the node's velocity. A face that another boundary covers has no effect, such as the lower
+/// face of a box on a floor; Collider explains this.
 ///
-/// Use it for walls and colliders in one simulation. For many boundaries of one type, use a BoundaryList.
-/// \tparam B  the types of one to twelve boundaries with the same scalar type; one may be a Together or a BoundaryList
+/// Use a Together for walls and colliders in one simulation. For many boundaries of one type, use a BoundaryList.
+/// \tparam B  the types of one to twelve boundaries with the same scalar type; a boundary may itself be a Together or a
+/// BoundaryList
 template <class... B>
 struct Together {
     static_assert(sizeof...(B) > 0 && sizeof...(B) <= std::size(detail::numerals),
@@ -46,7 +47,7 @@ struct Together {
 
     std::tuple<B...> parts;  ///< The boundaries, in the order in which they act.
 
-    /// Makes each part with its default values.
+    /// Makes every part with the default values of its type.
     constexpr Together() = default;
     /// Combines the given boundaries.
     constexpr Together(const B&... each) : parts(each...) {}
@@ -62,21 +63,21 @@ struct Together {
         }(std::index_sequence_for<B...>{});
     }
 
-    /// Returns the Together with every part converted to scalar type T. A simulation calls it once a step, before any
-    /// node changes.
-    /// \throws what check() throws
+    /// Returns the Together with every part converted to scalar type T. A simulation calls this function once per step,
+    /// before any node changes.
+    /// \throws parameter_error if check() of a part throws it
     template <class T>
     with_scalar<T> lifted() const {
         return std::apply([](const auto&... part) { return with_scalar<T>(lift<T>(part)...); }, parts);
     }
 
     /// Checks each part.
-    /// \throws what check() of a part throws
+    /// \throws parameter_error if check() of a part throws it
     void check() const {
         std::apply([](const auto&... part) { (check_boundary(part), ...); }, parts);
     }
 
-    /// Returns the Together with every part as it is dt [s] later.
+    /// Returns the Together at a time dt [s] later: every part is replaced by firn::advanced(part, dt).
     Together advanced(double dt) const {
         return std::apply([&](const auto&... part) { return Together(firn::advanced(part, dt)...); }, parts);
     }
@@ -100,7 +101,7 @@ struct Together {
         unroll<int(sizeof...(B))>([&](auto i) FIRN_LAMBDA { std::get<i>(parts).surfaces(x, seen); });
     }
 
-    /// Returns true if one of the parts may change nodes in the box [lower, upper] [m].
+    /// Returns true if at least one of the parts may change nodes in the box [lower, upper] [m].
     template <int D>
     bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
         const auto part = [&](int k, const auto& f) {
@@ -110,7 +111,8 @@ struct Together {
         };
         return reach_together(int(sizeof...(B)), part, lower, upper);
     }
-    /// Returns the largest distance [m] at which another solid can change the effect of a part. \see firn::looks_around
+    /// Returns the largest distance [m] from a node at which another solid can change how a part acts on the node. \see
+    /// firn::looks_around
     double looks_around() const {
         return std::apply([](const auto&... part) { return std::max({firn::looks_around(part)...}); }, parts);
     }
@@ -123,12 +125,13 @@ struct Together {
                           parts);
     }
 
-    /// Returns the number of parts. A part that has parts itself counts as the number of its parts.
+    /// Returns the number of parts. If a part is a Together or a BoundaryList, the parts in it are counted instead.
     int part_count() const {
         return std::apply([](const auto&... part) { return (firn::part_count(part) + ...); }, parts);
     }
-    /// Returns what velocity() returns, but also takes the surfaces of other solids into account. Calls `seen` with a
-    /// node's velocity before and after each part acted. \see firn::velocity_among
+    /// Returns the velocity [m/s] of a node at x [m] after all parts have acted; v [m/s] is the node's velocity before.
+    /// Unlike velocity(), this function takes the surfaces of other solids (`others`) into account, and calls `seen`
+    /// with the node's velocity before and after each part acted. \see firn::velocity_among
     template <class S, int D, class Others, class Seen>
     FIRN_INLINE Vec<S, D> velocity_among(const Vec<S, D>& x, Vec<S, D> v, const Others& others, const Seen& seen,
                                          int first) const {
@@ -143,8 +146,8 @@ struct Together {
         });
         return v;
     }
-    /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. Parts are
-    /// counted as in part_count(). \see firn::part_centre
+    /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. k is the number
+    /// of a part, from 0 to part_count() − 1. \see firn::part_centre
     template <int D>
     Vec<double, D> centre_of_part(int k) const {
         Vec<double, D> centre = Vec<double, D>::zero();

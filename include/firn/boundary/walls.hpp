@@ -11,27 +11,28 @@ namespace firn {
 
 /// The wall on one face of a box.
 struct Wall {
-    Contact contact = Contact::separate;  ///< How matter meets the face.
-    double friction = 0;                  ///< Coulomb's coefficient μ [1]
+    Contact contact = Contact::separate;  ///< How matter may move at the face.
+    double friction = 0;                  ///< Coulomb's friction coefficient μ [1]
 };
 
 /// Walls on the faces of a box, with matter inside: the default boundary of a simulation.
 ///
-/// Nodes on a face, and the ghost nodes outside of it, get the velocity that velocity_after_contact() returns. Each
-/// face has its own contact and friction; a face with Contact::none has no wall.
+/// Nodes on a face, and the ghost nodes outside of the box, get the velocity that velocity_after_contact() returns.
+/// Each face has its own contact and friction; a face with Contact::none has no wall.
 ///
 /// A wall with contact `slip` and without friction is a plane of symmetry: half a body in contact with the wall moves
-/// as the whole body would, except in the two cells next to the wall. There the stresses are wrong by about a fifth,
-/// also with finer cells. The reason: the normal velocity is set to zero at the nodes behind the wall, too, where
-/// mirror images of the nodes in front of it would move. The velocity gradient from the splines is therefore too small.
+/// as the whole body would, except in the two cells next to the wall. In these two cells the stresses are wrong by
+/// about a fifth, also with finer cells. The reason: the nodes behind the wall should move like mirror images of the
+/// nodes in front of the wall, but their normal velocity is set to zero, too. The velocity gradient at particles near
+/// the wall is therefore too small.
 template <scalar S, int D>
 struct Walls {
     Vec<S, D> lower{};  ///< lower corner of the box [m]
     Vec<S, D> upper{};  ///< upper corner of the box [m]
-    /// Faces at the lower ends of the axes, one per axis.
-    std::array<Wall, D> at_lower{}, at_upper{};  ///< Faces at the upper ends of the axes, one per axis.
+    /// Walls on the faces at the lower ends of the axes, one per axis.
+    std::array<Wall, D> at_lower{}, at_upper{};  ///< Walls on the faces at the upper ends of the axes, one per axis.
 
-    /// Makes the same wall on all faces of the box [lower, upper] [m].
+    /// Returns walls on all faces of the box [lower, upper] [m], each with the contact and the friction of `wall`.
     /// \throws parameter_error if check() throws it
     static Walls all(const Vec<S, D>& lower, const Vec<S, D>& upper, Wall wall) {
         Walls walls{lower, upper, {}, {}};
@@ -75,7 +76,8 @@ struct Walls {
     static constexpr auto parameters() {
         return std::tuple{parameter{"lower", "m", &Walls::lower}, parameter{"upper", "m", &Walls::upper}};
     }
-    /// Returns the walls converted to scalar type T. A simulation calls it once a step, before any node changes.
+    /// Returns the walls converted to scalar type T. A simulation calls this function once per step, before any node
+    /// changes.
     /// \throws parameter_error if check() throws it
     template <class T>
     Walls<T, D> lifted() const {
@@ -111,22 +113,22 @@ struct Walls {
         });
     }
 
-    /// Returns true if nodes in the box [low, high] [m] may lie on a face or outside of it.
+    /// Returns true if nodes in the box [low, high] [m] may lie on a face of the walls or outside of the walls.
     bool reaches(const Vec<double, D>& low, const Vec<double, D>& high) const
         requires std::floating_point<S>
     {
         bool inside = true;
         unroll<D>([&](auto a) {
-            const double near = 2 * double(slack(a));  // the box's corners are rounded, too
+            const double near = 2 * double(slack(a));  // the corners of the box [low, high] are rounded, too
             inside = inside && low[a] > double(lower[a]) + near && high[a] < double(upper[a]) - near;
         });
         return !inside;
     }
 
 private:
-    /// Returns the distance [m] from a face within which a node counts as on the face. By rounding, the position
-    /// lower + i h of a node on the upper face differs from `upper` by at most 3 ε (|lower| + |upper|), where ε is the
-    /// machine epsilon of S.
+    /// Returns a small distance [m]: a node that is nearer to a face counts as a node on the face. Because of rounding,
+    /// the computed position of a node on the upper face differs from `upper` by at most 3 ε (|lower| + |upper|), where
+    /// ε is the machine epsilon of S.
     FIRN_INLINE S slack(int axis) const {
         return S(4 * double(std::numeric_limits<value_type_t<S>>::epsilon())) *
                (abs(lower.v[axis]) + abs(upper.v[axis]));

@@ -1,4 +1,4 @@
-/// \file Gravity with a pull towards a point or a line, or a push away from it.
+/// \file An acceleration field: gravity, plus a pull towards (or a push away from) a point or a line.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -8,18 +8,19 @@
 
 namespace firn {
 
-/// Gravity with a pull towards a point or a line, or a push away from it.
+/// An acceleration field: gravity, plus a pull towards (or a push away from) a point or a line.
 ///
 ///     g + s max(0, 1 − r/R) e       [m/s²]
 ///
-/// g is gravity, s the `strength`. r is the distance to the centre, or to the line through the centre; e is the unit
-/// vector in the direction of the shortest way there. Beyond the radius R there is only gravity. Use it for a user's
-/// mouse pointer: the line is then the ray through the pointer.
+/// g is gravity, s the `strength`. r is the distance to the centre, or to the line through the centre. e is the unit
+/// vector towards the centre, or towards the nearest point of the line. R is the `radius`; for r > R there is only
+/// gravity. Use an Attraction to let a user pull matter with the mouse: the line is then the line of sight through the
+/// mouse pointer.
 template <scalar S, int D>
 struct Attraction {
     Vec<S, D> gravity{};    ///< g: gravity [m/s²]
-    Vec<S, D> centre{};     ///< the point, or a point on the line [m]
-    Vec<S, D> direction{};  ///< unit vector along the line [1]; zero: attraction to a point
+    Vec<S, D> centre{};     ///< the point of attraction, or a point on the line [m]
+    Vec<S, D> direction{};  ///< unit vector along the line [1]; the zero vector: attraction to a point
     S radius = S(0.1);      ///< R: distance at which the attraction ends [m], positive
     S strength = S(0);      ///< s [m/s²]: positive attracts, negative repels
 

@@ -1,4 +1,4 @@
-/// \file Viscous damping in proportion to mass, on top of another acceleration field.
+/// \file An acceleration field that adds viscous damping, in proportion to mass, to another acceleration field.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -15,20 +15,21 @@ struct named_damped {
 };
 }  // namespace detail
 
-/// Viscous damping in proportion to mass, on top of another acceleration field.
+/// An acceleration field that adds viscous damping, in proportion to mass, to another acceleration field.
 ///
 ///     dv/dt = f(x) − c v       computed as the acceleration (f − c v) / (1 + c dt)       [m/s²]
 ///
-/// f is the other acceleration field, v a node's velocity, c the rate of damping. The damping is implicit in v, so it
-/// does not limit the time step. Where f is zero, a node's velocity is multiplied by 1 / (1 + c dt) in each step;
-/// elsewhere the velocity tends to f/c. Use it to bring matter to rest, for example under gravity, or as a crude drag.
+/// f is the other acceleration field, v a node's velocity, c the rate of damping, dt the time step. The damping is
+/// implicit in v, so it does not limit the time step. Where f is zero, a node's velocity is multiplied by 1 / (1 + c
+/// dt) in each step; elsewhere the velocity tends to f/c. Use Damped to bring matter to rest, for example under
+/// gravity, or as a crude drag.
 ///
-/// Damping also acts on nodes at a boundary, so the forces from Simulation::reactions are smaller by the damping force.
-/// To measure the load on a floor, make one step with rate 0.
-/// \tparam Field  the other acceleration field, called with a position only
+/// Damping also acts on nodes at a boundary, so the forces that Simulation::reactions returns are smaller by the force
+/// of the damping. To measure the load on a floor, make one step with rate 0.
+/// \tparam Field  the type of the other acceleration field, which is called with a position only
 template <scalar S, int D, template <class, int> class Field = Gravity>
 struct Damped {
-    Field<S, D> field{};  ///< f: the acceleration field to which the damping is added.
+    Field<S, D> field{};  ///< f: the other acceleration field.
     S rate = S(0);        ///< c: rate of damping [1/s]
 
     /// The type of this field with scalar type T.
@@ -40,8 +41,8 @@ struct Damped {
         return std::tuple{parameter{"field", "", &Damped::field}, parameter{"rate", "1/s", &Damped::rate}};
     }
 
-    /// Checks the rate, and the field if it has a check().
-    /// \throws parameter_error unless the rate is finite and not negative; or if the field's check() throws it
+    /// Checks the rate, and the other acceleration field if this field has a check().
+    /// \throws parameter_error unless the rate is finite and not negative; or if field.check() throws it
     void check() const
         requires std::floating_point<S>
     {
@@ -50,7 +51,8 @@ struct Damped {
                 sentence("The rate of damping is ", rate, " /s; it must be finite and not negative."));
         if constexpr (requires { field.check(); }) field.check();
     }
-    /// Returns the field converted to scalar type T. A simulation calls it once a step, before any node changes.
+    /// Returns the field converted to scalar type T. A simulation calls this function once per step, before any node
+    /// changes.
     /// \throws parameter_error if check() throws it
     template <class T>
     with_scalar<T> lifted() const {

@@ -5,9 +5,9 @@
 
 namespace firn {
 
-/// The same acceleration everywhere: gravity.
+/// An acceleration field with the same acceleration everywhere: gravity.
 ///
-/// An acceleration field is a function object. It is called with a position [m], or with a position, a velocity [m/s]
+/// An acceleration field is a function object. firn calls it with a position [m], or with a position, a velocity [m/s]
 /// and a time step [s], and returns an acceleration [m/s²]. \see acceleration_at
 template <scalar S, int D>
 struct Gravity {

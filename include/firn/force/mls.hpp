@@ -13,25 +13,25 @@ namespace firn {
 /// D = Σ N_i (x_i − x_p)(x_i − x_p)ᵀ. With an affine transfer, the affine field C is the velocity gradient that updates
 /// F.
 ///
-/// Use it with spline kernels and an affine transfer: P2G then scatters stress and affine momentum together, and no
-/// gradients are computed.
+/// Use MlsForce with spline kernels and an affine transfer: P2G then scatters stress and affine momentum together, and
+/// no gradients are computed.
 ///
 /// Hu et al. 2018, "A moving least squares material point method with displacement discontinuity and two-way rigid body
 /// coupling", eq. (18).
 struct MlsForce {
     static constexpr const char* name = "mls";
-    static constexpr bool weight_gradients = false;  ///< This form needs no ∇N.
-    static constexpr bool needs_inertia = true;      ///< This form needs a kernel with an `inverse_inertia`: a spline.
+    static constexpr bool weight_gradients = false;  ///< MlsForce needs no gradients of weights.
+    static constexpr bool needs_inertia = true;      ///< MlsForce needs a kernel with `inverse_inertia`: a spline.
 
-    /// Returns A = (−dt V0 τ) D⁻¹ h [kg m/s].
-    /// \param impulse    −dt V0 τ [J s]
+    /// Returns the matrix A = (−dt V0 τ) D⁻¹ h [kg m/s]: the impulse on node i is N_i A (x_i − x_p)/h.
+    /// \param impulse    −dt V0 τ [J s], with the undeformed volume V0 and the Kirchhoff stress τ
     /// \param D_inverse  D⁻¹ of the kernel [1/m²]
     /// \param h          cell size [m]
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> affine_part(const Mat<S, D>& impulse, const S& D_inverse, const S& h) {
         return impulse * (D_inverse * h);
     }
-    /// Returns G = 0: the impulse has no part with ∇N.
+    /// Returns the matrix G = 0: the impulse has no part G ∇N_i.
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> gradient_part(const Mat<S, D>&, const S&) {
         return Mat<S, D>::zero();

@@ -5,19 +5,19 @@
 
 namespace firn {
 
-/// A force form without forces: stress is ignored. It is for passes that transfer only momentum and mass, such as the
-/// passes of Fmpm.
+/// A force form (a policy for the forces of stress) without forces: stress is ignored. NoForce is for passes that
+/// transfer only momentum and mass, such as the passes of Fmpm.
 struct NoForce {
     static constexpr const char* name = "none";
-    static constexpr bool weight_gradients = false;  ///< This form needs no ∇N.
-    static constexpr bool needs_inertia = false;     ///< This form works with every kernel.
+    static constexpr bool weight_gradients = false;  ///< NoForce needs no gradients of weights.
+    static constexpr bool needs_inertia = false;     ///< NoForce works with every kernel.
 
-    /// Returns A = 0: the impulse has no affine part.
+    /// Returns the matrix A = 0: the impulse has no part N_i A (x_i − x_p)/h.
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> affine_part(const Mat<S, D>&, const S&, const S&) {
         return Mat<S, D>::zero();
     }
-    /// Returns G = 0: the impulse has no part with ∇N.
+    /// Returns the matrix G = 0: the impulse has no part G ∇N_i.
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> gradient_part(const Mat<S, D>&, const S&) {
         return Mat<S, D>::zero();

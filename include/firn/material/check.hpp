@@ -1,4 +1,4 @@
-/// \file The check of a constitutive model, made once, before the first step.
+/// \file The function check_material(), which checks a constitutive model once, before the first step.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -12,12 +12,12 @@
 
 namespace firn {
 
-/// Checks that a simulation can use the model: no parameter is NaN, the model's own check() passes, and waves in an
-/// undeformed particle have a finite speed.
+/// Checks that a simulation can use a constitutive model: no parameter is NaN, model.check() (if it exists) accepts the
+/// parameters, and the speed of waves in a new particle is finite.
 /// \tparam D  the number of dimensions
 /// \throws parameter_error  if a parameter is NaN (the message names the parameter), or if the wave speed in a
-/// particle's initial state at density 1 kg/m³ is negative, infinite or NaN. Throws also what the model's check()
-/// throws.
+/// particle's initial state at density 1 kg/m³ is negative, infinite or NaN. If model.check() throws an exception,
+/// check_material() passes this exception on.
 template <int D, class M>
 void check_material(const M& model) {
     using S = material_scalar_t<M>;
@@ -33,7 +33,7 @@ void check_material(const M& model) {
             one(double(value));
     });
     if constexpr (requires { model.check(); }) model.check();
-    using P = native_pack<S>;  // simulations compute every model with this pack as its scalar type
+    using P = native_pack<S>;  // the scalar type with which a simulation computes every model
     const auto lifted = lift<P>(model);
     const S speed = lane_value(wave_speed(lifted, P(1), initial_state<D>(lifted)), 0);
     if (!(speed >= S(0)) || !std::isfinite(speed))

@@ -1,21 +1,24 @@
-/// \file What a material (a constitutive model) is: the members that it must have, and the optional ones.
+/// \file The concept of a material (a constitutive model): the members that it must have, and the members that it may
+/// have.
 ///
-/// A material must have its parameters(), `kirchhoff_stress(F)` [Pa] and `wave_speed(density, F)` [m/s]; F is the
-/// deformation gradient. A model whose particles store more than F declares a struct template `state<D>` with a static
-/// function fields(); the functions of the model then take a `state<D>` instead of F. Models may use
-/// Eigen::Matrix<S, D, D> instead of Mat<S, D> if core/eigen.hpp is included.
+/// A material must have the functions parameters(), `kirchhoff_stress(F)` [Pa] and `wave_speed(density, F)` [m/s]. F is
+/// the deformation gradient, `density` the density of the undeformed material [kg/m³]. A model whose particles do not
+/// store F alone declares a struct template `state<D>`, whose static function fields() lists what a particle stores;
+/// the functions of the model then take a `state<D>` instead of F. Models may use Eigen::Matrix<S, D, D> instead of
+/// Mat<S, D> if core/eigen.hpp is included.
 ///
 /// Optional members:
 ///
 ///     energy_density(F or state)             elastic energy [J/m³ of undeformed volume]
-///     returned(trial)                        plastic return mapping: the state<D> that replaces the trial state, in
-///                                            which the whole step was taken as elastic
-///     returned_with_stress(trial)            returned(trial) and the Kirchhoff stress [Pa] in it, as a StateAndStress;
-///                                            for models that compute both together at less cost
-///     updated(state, velocity_gradient, dt)  the state after dt [s]; replaces firn's update of F and returned()
-///     kirchhoff_stress(state, velocity_gradient)  stress [Pa] that also depends on the rate of deformation
-///     diffusivity(density, state)            diffusivity of momentum by viscosity [m²/s]; limits the time step
-///     initial_state<D>()                     a particle's first state, if it is not state<D>{}
+///     returned(trial)                        the state<D> after plastic flow (the return mapping); `trial` is the
+///                                            state after a step that was computed as if it were elastic
+///     returned_with_stress(trial)            the state returned(trial) and its Kirchhoff stress [Pa], as a
+///                                            StateAndStress; for models that save work by computing both together
+///     updated(state, velocity_gradient, dt)  the state after a time step dt [s]; firn calls this function instead of
+///                                            updating F and calling returned()
+///     kirchhoff_stress(state, velocity_gradient)  Kirchhoff stress [Pa], if it depends on the velocity gradient, too
+///     diffusivity(density, state)            diffusivity of momentum by viscosity [m²/s]; it limits the time step
+///     initial_state<D>()                     the state of a new particle, if this state is not state<D>{}
 #pragma once
 
 #include <firn/core/parameters.hpp>
@@ -25,7 +28,7 @@
 
 namespace firn {
 
-/// The state of a particle whose model needs only the deformation gradient.
+/// The state of a particle that stores only the deformation gradient.
 template <class S, int D>
 struct ElasticState {
     Mat<S, D> F = Mat<S, D>::identity();  ///< deformation gradient [1]
@@ -42,10 +45,10 @@ struct first_argument<M<S>> {
 };
 }  // namespace detail
 
-/// Gives the scalar type of a model's parameters as `type`: the template argument of the model.
+/// A struct whose member `type` is the scalar type of the parameters of the model M: the template argument of M.
 template <class M>
 struct material_scalar : detail::first_argument<M> {};
-/// Gives the scalar type of a model's parameters as `type`, for a model that declares `scalar_type`.
+/// A struct whose member `type` is the scalar type of the parameters of a model M that declares `scalar_type`.
 template <class M>
     requires requires { typename M::scalar_type; }
 struct material_scalar<M> {
@@ -71,17 +74,17 @@ struct material_state<M, D> {
 template <class State, class S, int D>
 struct StateAndStress {
     State state;       ///< The state after the return mapping.
-    Mat<S, D> stress;  ///< Kirchhoff stress τ in that state [Pa]
+    Mat<S, D> stress;  ///< Kirchhoff stress τ of a particle in this state [Pa]
 };
 
-/// The type of a particle's state for the material M: M::state<D> if the model declares it, else ElasticState.
+/// The type of a particle's state for the material M: M::state<D> if M declares it, else ElasticState.
 template <class M, int D>
 using material_state_t = typename detail::material_state<M, D>::type;
 
 namespace detail {
 
-// Function objects that call a model's functions. detail::call gives them firn's matrices, or Eigen's if the model
-// takes Eigen's.
+// Function objects that call a model's functions. detail::call passes firn's matrices to them, or Eigen's matrices if
+// the model's function takes Eigen's matrices.
 
 struct KirchhoffStress {
     template <class M, class... A>
@@ -108,14 +111,15 @@ struct Updated {
     }
 };
 
-/// Gives the class that declares a member function, as a std::type_identity; it is used only in decltype.
+/// Returns the std::type_identity of the class that declares the given member function. Use `owner` only in decltype:
+/// the function has no body.
 template <class M, class Result, class... Arguments>
 std::type_identity<M> owner(Result (M::*)(Arguments...) const);
 }  // namespace detail
 
 // clang-format off
-/// Has M `kirchhoff_stress(F)` or `kirchhoff_stress(state)`? The function returns the Kirchhoff stress τ = J σ [Pa], a
-/// Mat<S, D>.
+/// Whether M has a function `kirchhoff_stress(F)` or `kirchhoff_stress(state)`. The function returns the Kirchhoff
+/// stress τ = J σ [Pa] as a Mat<S, D>; σ is the Cauchy stress, J = det F.
 template <class M, int D>
 concept has_kirchhoff_stress =
     requires(const M m, const Mat<material_scalar_t<M>, D> F) {
@@ -124,8 +128,8 @@ concept has_kirchhoff_stress =
     requires(const M m, const material_state_t<M, D> state) {
         { detail::call(detail::KirchhoffStress{}, m, state) } -> std::same_as<Mat<material_scalar_t<M>, D>>;
     };
-/// Has M `kirchhoff_stress(state, velocity_gradient)`? The function returns the Kirchhoff stress τ [Pa]; the velocity
-/// gradient is in [1/s].
+/// Whether M has a function `kirchhoff_stress(state, velocity_gradient)`. The function returns the Kirchhoff stress τ
+/// [Pa] in this state, at this velocity gradient [1/s].
 template <class M, int D>
 concept has_rate_dependent_stress =
     requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient) {
@@ -133,8 +137,8 @@ concept has_rate_dependent_stress =
             detail::call(detail::KirchhoffStress{}, m, state, velocity_gradient)
         } -> std::same_as<Mat<material_scalar_t<M>, D>>;
     };
-/// Has M `wave_speed(density, F)` or `wave_speed(density, state)`? The function returns an upper bound of the speed of
-/// elastic waves [m/s]. `density` is the density of the undeformed material [kg/m³].
+/// Whether M has a function `wave_speed(density, F)` or `wave_speed(density, state)`. The function returns an upper
+/// bound of the speed of elastic waves [m/s]. `density` is the density of the undeformed material [kg/m³].
 template <class M, int D>
 concept has_wave_speed =
     requires(const M m, const material_scalar_t<M> density, const Mat<material_scalar_t<M>, D> F) {
@@ -143,8 +147,8 @@ concept has_wave_speed =
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
         { detail::call(detail::WaveSpeed{}, m, density, state) } -> std::same_as<material_scalar_t<M>>;
     };
-/// Has M `energy_density(F)` or `energy_density(state)`? The function returns the elastic energy [J/m³ of undeformed
-/// volume].
+/// Whether M has a function `energy_density(F)` or `energy_density(state)`. The function returns the elastic energy
+/// [J/m³ of undeformed volume].
 template <class M, int D>
 concept has_energy_density =
     requires(const M m, const Mat<material_scalar_t<M>, D> F) {
@@ -153,24 +157,26 @@ concept has_energy_density =
     requires(const M m, const material_state_t<M, D> state) {
         { detail::call(detail::EnergyDensity{}, m, state) } -> std::same_as<material_scalar_t<M>>;
     };
-/// Has M `diffusivity(density, state)`? The function returns the diffusivity of momentum by viscosity [m²/s]. `density`
-/// is the density of the undeformed material [kg/m³].
+/// Whether M has a function `diffusivity(density, state)`. The function returns the diffusivity of momentum by
+/// viscosity [m²/s]. `density` is the density of the undeformed material [kg/m³].
 template <class M, int D>
 concept has_diffusivity =
     requires(const M m, const material_scalar_t<M> density, const material_state_t<M, D> state) {
         { m.diffusivity(density, state) } -> std::same_as<material_scalar_t<M>>;
     };
-/// Has M `updated(state, velocity_gradient, dt)`? The function returns the state after a time dt [s] in a flow with
-/// this velocity gradient [1/s]. It replaces firn's update of F and the return mapping.
+/// Whether M has a function `updated(state, velocity_gradient, dt)`. The function returns the state after a time step
+/// dt [s] with this velocity gradient [1/s]. firn calls it instead of updating F and calling returned().
 template <class M, int D>
 concept has_updated =
     requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient,
              const material_scalar_t<M> dt) { detail::call(detail::Updated{}, m, state, velocity_gradient, dt); };
-/// Has M a plastic return mapping, `returned(trial)`?
+/// Whether M has a function `returned(trial)`, a plastic return mapping. `trial` is the state after a step that was
+/// computed as if it were elastic.
 template <class M, int D>
 concept has_returned = requires(const M m, const material_state_t<M, D> trial) { m.returned(trial); };
-/// Has M `returned_with_stress(trial)`, which returns the state after the return mapping and the stress in it? A
-/// function that M inherits does not count, since M's stress may differ from that of its base class.
+/// Whether M declares a function `returned_with_stress(trial)`, and has no updated(). The function returns the state
+/// after the return mapping and the stress in this state. A function that M inherits does not count, since the stress
+/// of M may differ from the stress of the base class.
 template <class M, int D>
 concept has_returned_with_stress =
     requires {
@@ -178,16 +184,16 @@ concept has_returned_with_stress =
     } && !has_updated<M, D>;
 // clang-format on
 
-/// A material in D dimensions: it has a scalar type, parameters, a Kirchhoff stress and a wave speed.
+/// Whether M is a material in D dimensions: M has a scalar type, parameters, a Kirchhoff stress and a wave speed.
 template <class M, int D>
 concept material =
     scalar<material_scalar_t<M>> && has_parameters<M> && has_kirchhoff_stress<M, D> && has_wave_speed<M, D>;
 
-/// Has M a scalar type? This is so if M is a template over its scalar type, or if M declares `scalar_type`.
+/// Whether M has a scalar type: M is a template over its scalar type, or M declares `scalar_type`.
 template <class M>
 concept has_material_scalar = requires { typename material_scalar_t<M>; } && scalar<material_scalar_t<M>>;
 
-/// Stops the compilation with a message if M has no scalar type; else returns true.
+/// Returns true if M has a scalar type. If M has none, the compilation stops with a message.
 template <class M>
 consteval bool require_material_scalar() {
     static_assert(
@@ -198,7 +204,7 @@ consteval bool require_material_scalar() {
     return has_material_scalar<M>;
 }
 
-/// Stops the compilation with a message if M is not a material in D dimensions; else returns true.
+/// Returns true if M is a material in D dimensions. If M is not, the compilation stops with a message.
 template <class M, int D>
 consteval bool require_material() {
     if constexpr (require_material_scalar<M>()) {
@@ -215,11 +221,11 @@ consteval bool require_material() {
     return material<M, D>;
 }
 
-// firn calls a model through these functions. If argument-dependent lookup finds an overload for one model, firn calls
-// this overload.
+// firn calls the members of a model through the functions below. If argument-dependent lookup finds an overload of one
+// of them for the type of the model, firn calls the overload.
 
-/// Returns a particle's first state: model.initial_state<D>() if the model has this function, else the undeformed
-/// state.
+/// Returns the state of a new particle: model.initial_state<D>() if the model has this function, else the state with
+/// the default value of every field.
 template <int D, class M>
 material_state_t<M, D> initial_state(const M& model) {
     if constexpr (requires { model.template initial_state<D>(); })
@@ -228,8 +234,8 @@ material_state_t<M, D> initial_state(const M& model) {
         return {};
 }
 
-/// Returns the trial state after dt [s] in a flow of velocity gradient ∇v [1/s]: F becomes (I + dt ∇v) F, the other
-/// fields of the state keep their values.
+/// Returns the trial state: the particle's state after a time step dt [s] with velocity gradient ∇v [1/s], computed as
+/// if the step were elastic. F becomes (I + dt ∇v) F; the other fields of the state keep their values.
 template <class State, scalar S, int D>
 FIRN_INLINE State followed(State state, const Mat<S, D>& velocity_gradient, const S& dt) {
     state.F = state.F + (velocity_gradient * state.F) * dt;
@@ -245,8 +251,8 @@ FIRN_INLINE State returned_by(const M& model, const State& trial) {
         return trial;
 }
 
-/// Returns the state after dt [s] in a flow of velocity gradient ∇v [1/s]: model.updated() if the model has this
-/// function, else F ← (I + dt ∇v) F followed by the return mapping.
+/// Returns a particle's state after a time step dt [s] with velocity gradient ∇v [1/s]. If the model has updated(),
+/// firn calls this function; else F becomes (I + dt ∇v) F, and the return mapping follows.
 template <class M, class State, scalar S, int D>
 FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& velocity_gradient, const S& dt) {
     if constexpr (detail::takes<detail::Updated, M, State, Mat<S, D>, S>) {
@@ -256,8 +262,8 @@ FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& v
     }
 }
 
-/// Returns the state after dt [s] in a flow of velocity gradient ∇v [1/s], and the Kirchhoff stress [Pa] in this state.
-/// It is for models that have returned_with_stress().
+/// Returns a particle's state after a time step dt [s] with velocity gradient ∇v [1/s], and the Kirchhoff stress [Pa]
+/// in the new state. Exists only for models that have returned_with_stress().
 template <class M, class State, scalar S, int D>
     requires has_returned_with_stress<M, D>
 FIRN_INLINE StateAndStress<State, S, D> updated_with_stress(const M& model, const State& state,
@@ -265,7 +271,8 @@ FIRN_INLINE StateAndStress<State, S, D> updated_with_stress(const M& model, cons
     return model.returned_with_stress(followed(state, velocity_gradient, dt));
 }
 
-/// Returns the Kirchhoff stress τ [Pa]. For a rate-dependent model it is the stress without flow (∇v = 0).
+/// Returns the Kirchhoff stress τ [Pa] in the given state. If the model's stress depends on the velocity gradient ∇v,
+/// the result is the stress at ∇v = 0.
 template <class M, class State>
 FIRN_INLINE auto kirchhoff_stress(const M& model, const State& state) {
     if constexpr (detail::takes<detail::KirchhoffStress, M, State>)
@@ -273,8 +280,8 @@ FIRN_INLINE auto kirchhoff_stress(const M& model, const State& state) {
     else
         return detail::call(detail::KirchhoffStress{}, model, state.F);
 }
-/// Returns the Kirchhoff stress τ [Pa] in a flow of velocity gradient ∇v [1/s]. A model whose stress does not depend on
-/// the rate ignores ∇v.
+/// Returns the Kirchhoff stress τ [Pa] in the given state, at the velocity gradient ∇v [1/s]. A model whose stress does
+/// not depend on ∇v ignores it.
 template <class M, class State, scalar S, int D>
 FIRN_INLINE Mat<S, D> stress_of(const M& model, const State& state, const Mat<S, D>& velocity_gradient) {
     if constexpr (detail::takes<detail::KirchhoffStress, M, State, Mat<S, D>>)
@@ -283,8 +290,8 @@ FIRN_INLINE Mat<S, D> stress_of(const M& model, const State& state, const Mat<S,
         return kirchhoff_stress(model, state);
 }
 
-/// Returns an upper bound of the speed of elastic waves [m/s]. `density` is the density of the undeformed material
-/// [kg/m³].
+/// Returns an upper bound of the speed of elastic waves [m/s] in the given state. `density` is the density of the
+/// undeformed material [kg/m³].
 template <class M, scalar S, class State>
 FIRN_INLINE S wave_speed(const M& model, const S& density, const State& state) {
     if constexpr (detail::takes<detail::WaveSpeed, M, S, State>)
@@ -293,7 +300,7 @@ FIRN_INLINE S wave_speed(const M& model, const S& density, const State& state) {
         return detail::call(detail::WaveSpeed{}, model, density, state.F);
 }
 
-/// Returns the elastic energy ψ [J/m³ of undeformed volume]. \see has_energy_density
+/// Returns the elastic energy ψ [J/m³ of undeformed volume] in the given state. \see has_energy_density
 template <class M, class State>
 FIRN_INLINE auto energy_density(const M& model, const State& state) {
     if constexpr (detail::takes<detail::EnergyDensity, M, State>)

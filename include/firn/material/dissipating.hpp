@@ -1,4 +1,4 @@
-/// \file A wrapper around any plastic model, which records the energy that plastic flow dissipates.
+/// \file The material Dissipating: any plastic model, with a record of the energy that plastic flow dissipates.
 #pragma once
 
 #include <firn/core/names.hpp>
@@ -12,23 +12,23 @@ struct named_dissipating {
 };
 }  // namespace detail
 
-/// A wrapper around a plastic model. In one more field per particle, it records the elastic energy that the model's
-/// return mapping removes.
+/// A plastic model with one more field per particle: the elastic energy that the model's return mapping has removed so
+/// far.
 ///
-/// The field `dissipated_energy` [J/m³ of undeformed volume] grows in each step by
+/// This field, `dissipated_energy` [J/m³ of undeformed volume], grows in each step by
 ///
 ///     ψ(trial) − ψ(returned)
 ///
-/// ψ is the model's energy_density(), `trial` the state before the return mapping, `returned` the state after it. If
-/// hardening increases ψ during plastic flow, this increase is subtracted. Apart from this record, the material behaves
-/// like the model. Use it to see where plastic flow happens, or to check the energy balance. Example:
-/// Dissipating<Sand<float>>.
+/// ψ is the model's energy_density(), `trial` the state before the return mapping, `returned` the state after the
+/// return mapping. If hardening increases ψ during plastic flow, this increase is subtracted. Apart from this field,
+/// the material behaves like the model. Use it to see where plastic flow happens, or to check the energy balance.
+/// Example: Dissipating<Sand<float>>.
 /// \tparam Model  a material with a return mapping and energy_density()
 template <class Model>
 struct Dissipating : Model {
     using scalar_type = material_scalar_t<Model>;
     using S = scalar_type;  ///< The scalar type of the model.
-    /// The type of this wrapper around the model with scalar type T.
+    /// The type of this material with scalar type T.
     template <class T>
     using with_scalar = Dissipating<with_scalar_t<Model, T>>;
 
@@ -47,7 +47,7 @@ struct Dissipating : Model {
         }
     };
 
-    /// Returns the model's first state, with a dissipated energy of zero.
+    /// Returns the state of a new particle: the model's initial state, with a dissipated energy of zero.
     template <int D>
     state<D> initial_state() const {
         return {firn::initial_state<D>(static_cast<const Model&>(*this)), S(0)};
@@ -58,7 +58,7 @@ struct Dissipating : Model {
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         return loss(trial, returned_by(static_cast<const Model&>(*this), base(trial)));
     }
-    /// Returns the state that returned() returns, and the Kirchhoff stress [Pa] in it. Exists if the model has
+    /// Returns the state returned(trial) and the Kirchhoff stress [Pa] in this state. Exists only if the model has
     /// returned_with_stress().
     template <int D>
         requires has_returned_with_stress<Model, D>
@@ -74,8 +74,8 @@ private:
     FIRN_INLINE static const Base<D>& base(const state<D>& particle) {
         return particle;
     }
-    /// Returns `after`, the model's state after the return mapping, together with the energy dissipated so far: that of
-    /// `trial` plus ψ(trial) − ψ(after).
+    /// Returns the state `after` (the model's state after the return mapping), to which the field `dissipated` is
+    /// added. Its value is trial.dissipated + ψ(trial) − ψ(after), where ψ is the model's energy_density().
     template <int D>
     FIRN_INLINE state<D> loss(const state<D>& trial, const Base<D>& after) const {
         const Model& model = *this;

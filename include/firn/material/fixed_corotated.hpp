@@ -13,11 +13,13 @@ namespace firn {
 ///     ψ = μ ‖F − R‖² + λ/2 (J − 1)²                [J/m³ of undeformed volume]
 ///     τ = 2μ (F − R) Fᵀ + λ (J − 1) J I             [Pa]
 ///
-/// with J = det F and the polar decomposition F = V R, where R is the rotation nearest to F. The code computes only
-/// V = √(FFᵀ), not R. In 2D the formulas hold for 2 × 2 matrices; this is plane strain.
+/// ψ is the elastic energy, τ the Kirchhoff stress, μ and λ are the Lamé parameters, and J = det F. F = V R is the
+/// polar decomposition, where R is the rotation nearest to F. The code computes only V = √(FFᵀ), not R. In 2D the
+/// formulas hold for 2 × 2 matrices; this is plane strain.
 ///
-/// It is the usual choice for elastic bodies: energy and stress are finite for every F, so matter that is crushed flat
-/// or turned inside out recovers. Use NeoHookean where the stress must grow without bound as the volume goes to zero.
+/// FixedCorotated is the usual choice for elastic bodies: energy and stress are finite for every F, so matter that is
+/// crushed flat or turned inside out recovers. Use NeoHookean where the stress must grow without bound as the volume
+/// goes to zero.
 ///
 /// Stomakhin et al. 2012, "Energetically consistent invertible elasticity", §3; Jiang et al. 2016, "The Material Point
 /// Method for Simulating Continuum Materials", §6.3.
@@ -39,43 +41,45 @@ struct FixedCorotated {
         return from_lame(lame.mu, lame.lambda);
     }
     /// Makes the solid with the Lamé parameters μ and λ [Pa].
-    /// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and both are finite
+    /// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and μ and λ are finite
     static FixedCorotated from_lame(double mu, double lambda) {
         using T = value_type_t<S>;
-        check_lame(double(T(mu)), double(T(lambda)));  // checks the values rounded to T: a float overflows at 3e38
+        check_lame(double(T(mu)), double(T(lambda)));  // the values rounded to T: a float overflows at 3e38
         return {S(mu), S(lambda)};
     }
 
     /// Checks the parameters.
-    /// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and both are finite
+    /// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and μ and λ are finite
     void check() const
         requires std::floating_point<S>
     {
         check_lame(double(mu), double(lambda));
     }
 
-    /// Kirchhoff stress τ = 2μ (F − R) Fᵀ + λ (J − 1) J I = 2μ (FFᵀ − V) + λ (J − 1) J I  [Pa].
+    /// Kirchhoff stress τ = 2μ (F − R) Fᵀ + λ (J − 1) J I = 2μ (FFᵀ − V) + λ (J − 1) J I [Pa]. J = det F, and F = V R
+    /// is the polar decomposition.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
         const S J = named("J", determinant(F));
         return (F * transpose(F) - left_stretch(F)) * (mu + mu) + Mat<S, D>::diagonal(lambda * (J - S(1)) * J);
     }
 
-    /// Elastic energy ψ = μ (tr FFᵀ − 2 tr V + D) + λ/2 (J − 1)²  [J/m³ of undeformed volume].
+    /// Elastic energy ψ = μ (tr FFᵀ − 2 tr V + D) + λ/2 (J − 1)² [J/m³ of undeformed volume]. J = det F and V = √(FFᵀ);
+    /// D is the number of dimensions.
     template <int D>
     FIRN_INLINE S energy_density(const Mat<S, D>& F) const {
         const S change = determinant(F) - S(1);
         return mu * (squared_norm(F) - S(2) * trace(left_stretch(F)) + S(D)) + S(0.5) * lambda * change * change;
     }
 
-    /// Upper bound c of the wave speed [m/s] at a density ρ0 of the undeformed material [kg/m³]:
+    /// Upper bound c of the wave speed [m/s], for the density ρ0 of the undeformed material [kg/m³]:
     ///
     ///     ρ0 c² = 2μ σ_max² + λ J²
     ///
-    /// J = det F, and σ_max is the largest principal stretch. The right-hand side bounds the eigenvalues of the
-    /// acoustic tensor, (Fᵀn)_j (Fᵀn)_l ∂²ψ/∂F_ij∂F_kl, for every unit direction n; the term by which R depends on F is
-    /// negative there and is left out. For F = I the bound is exact, λ + 2μ. The code uses squared_stretch_bound(F),
-    /// which is at least σ_max², in place of σ_max².
+    /// J = det F, and σ_max is the largest principal stretch. The right-hand side is an upper bound of the eigenvalues
+    /// of the acoustic tensor, (Fᵀn)_j (Fᵀn)_l ∂²ψ/∂F_ij∂F_kl, for every unit direction n. The rotation R in the stress
+    /// depends on F, too; the term of the tensor that comes from R is negative and is left out. For F = I the bound is
+    /// exact: ρ0 c² = λ + 2μ. The code uses squared_stretch_bound(F), which is at least σ_max², in place of σ_max².
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
         const S J = named("J", determinant(F));

@@ -7,12 +7,12 @@
 
 namespace firn {
 
-/// Measurable properties of a fluid. Fluid::from_properties() makes the material from them.
+/// Measurable properties of a fluid. Fluid::from_properties() makes the material from these properties.
 ///
-/// The time step is proportional to 1/√K, so a bulk modulus far below that of real water (2.2e9 Pa) is usual:
-/// K ≥ 100 ρ v² keeps the change of the density ρ below one per cent at speeds up to v.
+/// The time step is proportional to 1/√K, where K is the bulk modulus, so a K far below that of real water (2.2e9 Pa)
+/// is usual: K ≥ 100 ρ v² keeps the change of the density ρ below one per cent at speeds up to v.
 struct FluidProperties {
-    double bulk = 1e5;     ///< bulk modulus K at J = 1 [Pa]
+    double bulk = 1e5;     ///< bulk modulus K at the rest density [Pa]
     double gamma = 7;      ///< exponent γ of the equation of state [1]
     double viscosity = 0;  ///< dynamic viscosity μ [Pa s]; water has 0.001
     double tension = 0;    ///< largest tension that the fluid can bear [Pa]
@@ -23,19 +23,20 @@ struct FluidProperties {
 ///     σ = −p I + μ (∇v + ∇vᵀ − ⅔ div v I)           Cauchy stress [Pa]
 ///     p = K/γ (J^−γ − 1), but at least −tension      pressure [Pa]
 ///
-/// A particle's only state is J, the ratio of its volume to its volume at rest; J is clamped to [1/8, 8]. In 2D the
-/// fluid flows in a plane, and the factor is ⅔ as in 3D.
+/// v is the velocity; K, γ and μ are the parameters `bulk`, `gamma` and `viscosity`. A particle's only state is J, the
+/// ratio of its volume to its volume at rest; J is clamped to [1/8, 8]. In 2D the fluid flows in a plane, and the
+/// factor before div v is ⅔, as in 3D.
 ///
-/// With tension = 0 the particles of a spray do not attract each other: the pressure is zero for J > 1. J still follows
-/// the volume, and the pressure is positive again as soon as J < 1.
+/// With tension = 0 the particles of a spray do not attract each other: the pressure is zero for J > 1. J is still
+/// updated, so the pressure is positive again as soon as J < 1.
 ///
-/// Use it for every liquid. The bulk modulus K sets the time step; FluidProperties says how low K may be.
+/// Use Fluid for every liquid. The bulk modulus K sets the time step; FluidProperties says how low K may be.
 ///
-/// The pressure is Tait's equation in Murnaghan's form: Murnaghan 1944, "The compressibility of media under extreme
-/// pressures"; Monaghan 1994, "Simulating free surface flows with SPH".
+/// The equation for the pressure is Tait's, in the form of Murnaghan: Murnaghan 1944, "The compressibility of media
+/// under extreme pressures"; Monaghan 1994, "Simulating free surface flows with SPH".
 template <scalar S = float>
 struct Fluid {
-    S bulk = S(1e5);     ///< bulk modulus K at J = 1 [Pa]
+    S bulk = S(1e5);     ///< bulk modulus K at the rest density, J = 1 [Pa]
     S gamma = S(7);      ///< exponent γ of the equation of state [1]
     S viscosity = S(0);  ///< dynamic viscosity μ [Pa s]
     S tension = S(0);    ///< largest tension that the fluid can bear [Pa]
@@ -46,9 +47,9 @@ struct Fluid {
                           parameter{"viscosity", "Pa s", &Fluid::viscosity},
                           parameter{"tension", "Pa", &Fluid::tension}};
     }
-    /// The smallest value of J [1]; smaller values are set to it.
+    /// Lower bound of J [1]; a smaller J is set to this bound.
     static constexpr double smallest_J = 0.125,
-                            largest_J = 8;  ///< The largest value of J [1]; larger values are set to it.
+                            largest_J = 8;  ///< Upper bound of J [1]; a larger J is set to this bound.
 
     /// The state of a particle: its volume ratio.
     template <int D>
@@ -58,8 +59,8 @@ struct Fluid {
         static constexpr auto fields() { return std::tuple{parameter{"volume_ratio", "1", &state::J}}; }
     };
 
-    /// The fluid of these properties.
-    /// \throws parameter_error unless K > 0, 1 ≤ γ ≤ 15, μ ≥ 0, tension ≥ 0, and all are finite
+    /// Makes the material from measurable properties.
+    /// \throws parameter_error unless bulk > 0, 1 ≤ gamma ≤ 15, viscosity ≥ 0, tension ≥ 0, and all four are finite
     static Fluid from_properties(const FluidProperties& fluid) {
         if (!(fluid.bulk > 0) || !std::isfinite(double(value_type_t<S>(fluid.bulk))))
             throw parameter_error(
@@ -77,31 +78,33 @@ struct Fluid {
     }
 
     /// Checks the parameters.
-    /// \throws parameter_error unless K > 0, 1 ≤ γ ≤ 15, μ ≥ 0, tension ≥ 0, and all are finite
+    /// \throws parameter_error unless bulk > 0, 1 ≤ gamma ≤ 15, viscosity ≥ 0, tension ≥ 0, and all four are finite
     void check() const
         requires std::floating_point<S>
     {
         static_cast<void>(from_properties({double(bulk), double(gamma), double(viscosity), double(tension)}));
     }
 
-    /// The pressure p = max(K/γ (J^−γ − 1), −tension) [Pa].
+    /// The pressure p = max(K/γ (J^−γ − 1), −tension) [Pa] at the volume ratio J; K and γ are `bulk` and `gamma`.
     FIRN_INLINE S pressure(const S& J) const {
         return named("pressure", max(bulk / gamma * (pow(J, -gamma) - S(1)), -tension));
     }
 
-    /// The state after dt [s] in a flow of velocity gradient ∇v [1/s]: J ← J (1 + dt div v), clamped to [1/8, 8].
+    /// The state after a time step dt [s] with velocity gradient ∇v [1/s]: the new J is J (1 + dt div v), clamped to
+    /// [1/8, 8].
     template <int D>
     FIRN_INLINE state<D> updated(const state<D>& fluid, const Mat<S, D>& velocity_gradient, const S& dt) const {
         const S J = fluid.J + fluid.J * (trace(velocity_gradient) * dt);
         return {max(min(J, S(largest_J)), S(smallest_J))};
     }
 
-    /// Kirchhoff stress of the fluid without flow (∇v = 0), τ = −p J I [Pa].
+    /// Kirchhoff stress τ = −p J I [Pa] of the fluid without flow (∇v = 0); p is the pressure.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& fluid) const {
         return Mat<S, D>::diagonal(-(pressure(fluid.J) * fluid.J));
     }
-    /// Kirchhoff stress τ = J σ [Pa], viscosity included, in a flow of velocity gradient ∇v [1/s].
+    /// Kirchhoff stress τ = J σ [Pa] at the velocity gradient ∇v [1/s]. The Cauchy stress σ contains pressure and
+    /// viscous stress.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& fluid, const Mat<S, D>& velocity_gradient) const {
         const S expansion = S(2. / 3) * trace(velocity_gradient);
@@ -109,15 +112,15 @@ struct Fluid {
         return rate * (viscosity * fluid.J) + kirchhoff_stress(fluid);
     }
 
-    /// Elastic energy ψ [J/m³ of undeformed volume], with dψ/dJ = −p:
+    /// Elastic energy ψ [J/m³ of undeformed volume], from the pressure p = −dψ/dJ:
     ///
-    ///     ψ = K/γ ((J^{1−γ} − 1)/(γ − 1) + J − 1),       −ln J instead of the fraction for γ = 1
+    ///     ψ = K/γ ((J^{1−γ} − 1)/(γ − 1) + J − 1);       for γ = 1 the fraction is −ln J
     ///
-    /// Above the J at which p = −tension, ψ grows by tension times the increase of J. With tension = 0, ψ is 0 for all
-    /// J ≥ 1.
+    /// K and γ are `bulk` and `gamma`. Above the value of J at which p = −tension, ψ grows linearly, by tension times
+    /// the increase of J. With tension = 0, ψ is 0 for all J ≥ 1.
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& fluid) const {
-        // The J at which p = −tension; largest_J if p > −tension for every J.
+        // The value of J at which p = −tension; largest_J if p > −tension for every J.
         const S remaining = S(1) - tension * gamma / bulk;
         const S parting = select(S(0) < remaining, pow(max(remaining, S(1e-30)), S(-1) / gamma), S(largest_J));
         const S J = min(fluid.J, max(S(1), parting));
@@ -127,14 +130,15 @@ struct Fluid {
         return bulk / gamma * (fraction + J - S(1)) + tension * (fluid.J - J);
     }
 
-    /// The speed of sound c [m/s] for a density at rest ρ0 [kg/m³]: ρ0 c² = K J^{1−γ}, from c² = dp/dρ. For J > 1 the
-    /// value at J = 1 is used.
+    /// The speed of sound c [m/s], with ρ0 c² = K J^{1−γ} from c² = dp/dρ. ρ0 is the rest density [kg/m³], K and γ are
+    /// `bulk` and `gamma`. Where J > 1, the value at J = 1 is used.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& fluid) const {
         return sqrt(bulk * pow(min(fluid.J, S(1)), S(1) - gamma) / density);
     }
-    /// Diffusivity of momentum by viscosity, 4/3 μ J / ρ0 [m²/s], for a density at rest ρ0 [kg/m³]. It is the
-    /// diffusivity of a velocity that varies along its own direction; in other directions the diffusivity is smaller.
+    /// Diffusivity of momentum by viscosity, 4/3 μ J / ρ0 [m²/s]; μ is the viscosity, ρ0 the rest density [kg/m³]. This
+    /// value holds for a velocity that varies along its own direction. For a velocity that varies across its direction,
+    /// as in shear flow, the diffusivity is smaller.
     template <int D>
     FIRN_INLINE S diffusivity(const S& density, const state<D>& fluid) const {
         return S(4. / 3) * viscosity * fluid.J / density;

@@ -15,7 +15,7 @@ namespace firn {
 ///
 /// In 3D α = √(2/3) 2 sin φ / (3 − sin φ): the cone touches the Mohr–Coulomb pyramid in triaxial compression (Klár et
 /// al. 2016, "Drucker-Prager elastoplasticity for sand animation", §4.3). In 2D α = sin φ / √2: the cone and the
-/// pyramid are the same.
+/// pyramid coincide.
 /// \tparam D  the number of dimensions
 /// \param sine  sine of the friction angle φ [1]
 template <int D, scalar S>
@@ -26,7 +26,7 @@ FIRN_INLINE S friction_slope(const S& sine) {
         return S(1 / std::numbers::sqrt2) * sine;
 }
 
-/// Checks a friction angle φ and returns it.
+/// Returns the given friction angle φ, after a check of its value.
 /// \throws parameter_error unless 0° ≤ φ < 90°
 inline Angle check_friction_angle(Angle angle) {
     if (!(angle >= degrees(0) && angle < degrees(90)))

@@ -9,15 +9,15 @@
 
 namespace firn {
 
-/// The logarithmic strain in principal axes: εᵢ = ln σᵢ, where σᵢ are the principal stretches, and the directions of
-/// the axes.
+/// The logarithmic strain in principal axes: the principal strains εᵢ = ln σᵢ and their directions. σᵢ are the
+/// principal stretches.
 template <class S, int D>
 struct HenckyStrain {
-    Mat<S, D> directions;  ///< U, a rotation; column i is the direction of εᵢ
-    Vec<S, D> strain;      ///< εᵢ [1], in descending order
+    Mat<S, D> directions;  ///< rotation U; column i of U is the direction of εᵢ
+    Vec<S, D> strain;      ///< principal strains εᵢ [1], in descending order
 };
-/// Returns the logarithmic strain of a deformation gradient F. A stretch below 1e-6 (also a negative one) counts as
-/// 1e-6, so inverted matter has the stress of matter that is compressed to this stretch.
+/// Returns the logarithmic strain of a deformation gradient F. A principal stretch below 1e-6, also a negative one, is
+/// replaced by 1e-6. Inverted matter therefore has the stress of matter that is compressed to a stretch of 1e-6.
 template <scalar S, int D>
 FIRN_INLINE HenckyStrain<S, D> hencky_strain(const Mat<S, D>& F) {
     const Principal<S, D> p = principal_stretches(F);
@@ -35,10 +35,11 @@ FIRN_INLINE S sum_of(const Vec<S, D>& a) {
     return sum;
 }
 
-/// Returns F after a return mapping that changes the strain from ε to ε′ and keeps the directions U. The result is
+/// Returns the deformation gradient after a return mapping that changes the principal strains of F from ε to ε′ and
+/// keeps their directions U:
 ///
 ///     U diag(exp(ε′ − ε)) Uᵀ F
-/// \param from  strain ε of F, with its directions U
+/// \param from  principal strains ε of F [1] and their directions U
 /// \param to    principal strains ε′ after the return mapping [1]
 template <scalar S, int D>
 FIRN_INLINE Mat<S, D> returned_to(const Mat<S, D>& F, const HenckyStrain<S, D>& from, const Vec<S, D>& to) {
@@ -52,7 +53,8 @@ FIRN_INLINE Mat<S, D> returned_to(const Mat<S, D>& F, const HenckyStrain<S, D>& 
 ///     ψ = μ Σ εᵢ² + λ/2 (Σ εᵢ)²      [J/m³ of undeformed volume]
 ///     τᵢ = 2μ εᵢ + λ Σ ε              [Pa], along the principal directions
 ///
-/// with εᵢ = ln σᵢ, where σᵢ are the principal stretches of F. In 2D there are two stretches; this is plane strain.
+/// ψ is the elastic energy, τᵢ are the principal Kirchhoff stresses, μ and λ the Lamé parameters. εᵢ = ln σᵢ are the
+/// principal strains, where σᵢ are the principal stretches of F. In 2D there are two stretches; this is plane strain.
 ///
 /// Sand and VonMises use this elasticity, because their return mappings are exact in logarithmic strain. Use Hencky
 /// alone for comparison with these two; FixedCorotated costs less.
@@ -77,25 +79,25 @@ struct Hencky {
     }
 
     /// Checks the parameters.
-    /// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and both are finite
+    /// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and μ and λ are finite
     void check() const
         requires std::floating_point<S>
     {
         check_lame(double(mu), double(lambda));
     }
 
-    /// Kirchhoff stress τ [Pa].
+    /// Kirchhoff stress τ [Pa], for the deformation gradient F.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
         return stress_of_strain(hencky_strain(F));
     }
-    /// Kirchhoff stress τ [Pa] for a given logarithmic strain.
+    /// Kirchhoff stress τ [Pa], for a logarithmic strain instead of F.
     template <int D>
     FIRN_INLINE Mat<S, D> stress_of_strain(const HenckyStrain<S, D>& hencky) const {
         const S pressure = lambda * sum_of(hencky.strain);
         return spectral(hencky.directions, hencky.strain * (mu + mu) + Vec<S, D>::filled(pressure));
     }
-    /// Elastic energy ψ [J/m³ of undeformed volume].
+    /// Elastic energy ψ [J/m³ of undeformed volume], for the deformation gradient F.
     template <int D>
     FIRN_INLINE S energy_density(const Mat<S, D>& F) const {
         const Vec<S, D> strain = hencky_strain(F).strain;
@@ -103,14 +105,15 @@ struct Hencky {
         return mu * dot(strain, strain) + S(0.5) * lambda * volumetric * volumetric;
     }
 
-    /// Upper bound c of the wave speed [m/s] at a density ρ0 of the undeformed material [kg/m³].
+    /// Upper bound c of the wave speed [m/s], for the density ρ0 of the undeformed material [kg/m³]:
     ///
     ///     ρ0 c² = λ + 2μ (1 + Δ) − min(0, τ_min),       Δ = ε_max − ε_min
     ///
-    /// ε_max and ε_min are the largest and the smallest principal strain, τ_min is the smallest principal stress. Along
-    /// principal axis i, ρ0 c² is λ + 2μ − τᵢ for the pressure wave and μ 2Δ / (1 − e^{−2Δ}) ≤ μ (1 + 2Δ) for the shear
-    /// wave. In place of the strains, the code uses the bounds ε_max ≤ ½ ln squared_stretch_bound(F) and
-    /// ε_min ≥ ln J − (D − 1) ε_max; both are exact for F = I.
+    /// ε_max and ε_min are the largest and the smallest principal strain, τ_min is the smallest principal stress. For a
+    /// wave along principal axis i, ρ0 c² is λ + 2μ − τᵢ if it is a pressure wave, and at most μ 2Δ / (1 − e^{−2Δ}) ≤ μ
+    /// (1 + 2Δ) if it is a shear wave. In place of ε_max and ε_min, the code uses the bounds ε_max ≤ ½ ln
+    /// squared_stretch_bound(F) and ε_min ≥ ln J − (D − 1) ε_max, where J = det F and D is the number of dimensions.
+    /// Both bounds are exact for F = I.
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
         const S volumetric = log(max(determinant(F), S(1e-18)));

@@ -29,24 +29,26 @@ inline Lame lame_from_young_poisson(double young, double poisson) {
     return {young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))};
 }
 
-/// Checks that the Lamé parameters are those of a stable solid.
-/// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0 [Pa], and both are finite
+/// Checks that the Lamé parameters μ and λ [Pa] are those of a stable solid.
+/// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and μ and λ are finite
 inline void check_lame(double mu, double lambda) {
     if (!(mu >= 0) || !std::isfinite(mu) || !std::isfinite(lambda) || !(lambda + 2 * mu / 3 > 0))
         throw parameter_error(sentence("Lamé parameters μ = ", mu, " Pa, λ = ", lambda,
                                        " Pa: μ must not be negative and the bulk modulus λ + 2μ/3 must be positive."));
 }
 
-/// Checks the Lamé parameters of a plastic solid, whose return mapping divides by μ.
-/// \throws parameter_error unless μ > 0, λ + 2 μ/3 > 0 [Pa], and both are finite
+/// Checks the Lamé parameters μ and λ [Pa] of a plastic solid. μ must be positive, because the return mapping divides
+/// by μ.
+/// \throws parameter_error unless μ > 0, λ + 2 μ/3 > 0, and μ and λ are finite
 inline void check_lame_of_plastic(double mu, double lambda) {
     check_lame(mu, lambda);
     if (!(mu > 0))
         throw parameter_error("The shear modulus is 0 Pa; a plastic solid needs a positive one. A fluid is Fluid.");
 }
 
-/// Returns the Lamé parameters for Young's modulus E [Pa] and Poisson's ratio ν [1], rounded to the type T.
-/// \throws parameter_error unless E > 0 and −1 < ν < ½, and if check_lame() throws it for the rounded parameters
+/// Returns the Lamé parameters of a solid with Young's modulus E = `young` [Pa] and Poisson's ratio ν = `poisson` [1].
+/// Both parameters are rounded to the type T.
+/// \throws parameter_error unless E > 0 and −1 < ν < ½; or if check_lame() refuses the rounded parameters
 template <std::floating_point T>
 Lame lame_in(double young, double poisson) {
     const Lame exact = lame_from_young_poisson(young, poisson);

@@ -7,46 +7,48 @@
 
 namespace firn {
 
-/// Measurable properties of Cam clay. Nacc::from_properties() makes the material from them.
+/// Measurable properties of Cam clay. Nacc::from_properties() makes the material from these properties.
 struct NaccProperties {
     double young = 1e6;                  ///< Young's modulus [Pa]
     double poisson = 0.3;                ///< Poisson's ratio [1]
     Angle friction_angle = degrees(45);  ///< friction angle φ of the critical state
     double cohesion = 0.5;               ///< β: largest tension divided by the consolidation pressure p₀ [1]
-    double consolidation = 2e4;          ///< p₀ before any plastic flow: pressure that crushes the clay [Pa]
+    double consolidation = 2e4;          ///< p₀ before any plastic flow; a pressure above p₀ crushes the clay [Pa]
     double hardening = 3;                ///< ξ: how fast p₀ grows with compaction [1]
 };
 
 /// Non-associated Cam clay: a solid that hardens as it is compacted, and softens and tears as it is pulled apart.
 ///
-/// The elasticity, with J = det F, b̂ = J^{−2/D} FFᵀ and the bulk modulus κ = λ + 2μ/D (in 2D this is plane strain if
-/// strains are small), is:
+/// The elastic energy ψ and the Kirchhoff stress τ are
 ///
 ///     ψ = μ/2 (tr b̂ − D) + κ/2 ((J² − 1)/2 − ln J)      [J/m³ of undeformed volume]
 ///     τ = μ dev b̂ + κ/2 (J² − 1) I                       [Pa]
+///
+/// Here J = det F, b̂ = J^{−2/D} FFᵀ, μ and λ are the Lamé parameters, and κ = λ + 2μ/D is the bulk modulus. In 2D this
+/// is plane strain if strains are small.
 ///
 /// The clay yields outside of an ellipse in the plane of the pressure p = −κ/2 (J² − 1) and the shear stress
 /// q = √((6 − D)/2) ‖μ dev b̂‖:
 ///
 ///     (1 + 2β) q² + M² (p + β p₀)(p − p₀) > 0,      p₀ = κ (1e-5 + sinh(ξ max(−α, 0)))
 ///
-/// where p₀ is the consolidation pressure, β the `cohesion`, ξ the `hardening`, and α the logarithm of the plastic
-/// volume ratio; M = critical_slope() follows from the friction angle.
+/// p₀ is the consolidation pressure, β the `cohesion`, ξ the `hardening`, and α the logarithm of the plastic volume
+/// ratio. M = critical_slope() is the ratio q/p of the critical state; it follows from the friction angle.
 ///
-/// Use it for bread, mud, chocolate and soft rock: with a larger β the material bears more tension, with a larger ξ it
-/// hardens and softens faster. For metal, or clay that keeps its volume, use VonMises; for grains without cohesion, use
-/// Sand.
+/// Use Nacc for bread, mud, chocolate and soft rock. A larger β lets the material bear more tension, a larger ξ makes
+/// it harden and soften faster. For metal, or clay that keeps its volume, use VonMises; for grains without cohesion,
+/// use Sand.
 ///
-/// Wolper et al. 2019, "CD-MPM: Continuum damage material point methods for dynamic fracture animation", §4, with
-/// hardening by the plastic volume.
+/// Wolper et al. 2019, "CD-MPM: Continuum damage material point methods for dynamic fracture animation", §4; the
+/// hardening depends on the plastic volume.
 template <scalar S = float>
 struct Nacc {
     S mu = S(1e6 / 2.6);                          ///< shear modulus [Pa]
     S lambda = S(3e5 / (1.3 * 0.4));              ///< first Lamé parameter [Pa]
     S friction_sine = S(0.70710678118654752440);  ///< sine of the friction angle φ [1]
-    S cohesion = S(0.5);                          ///< β: largest tension divided by p₀ [1]
+    S cohesion = S(0.5);                          ///< β: largest tension divided by the consolidation pressure p₀ [1]
     S hardening = S(3);                           ///< ξ: how fast p₀ grows with compaction [1]
-    S first_log_volume = S(-0.0079992322);        ///< α: logarithm of the plastic volume ratio before any flow [1]
+    S first_log_volume = S(-0.0079992322);        ///< α before any flow; α: logarithm of the plastic volume ratio [1]
 
     static constexpr const char* name = "nacc";
     static constexpr auto parameters() {
@@ -62,7 +64,7 @@ struct Nacc {
     template <int D>
     struct state {
         Mat<S, D> F = Mat<S, D>::identity();  ///< elastic deformation gradient [1]
-        S log_volume = S(0);                  ///< change of α by plastic flow so far [1]
+        S log_volume = S(0);                  ///< change so far of α, the logarithm of the plastic volume ratio [1]
 
         static constexpr auto fields() {
             return std::tuple{parameter{"deformation_gradient", "1", &state::F},
@@ -70,9 +72,10 @@ struct Nacc {
         }
     };
 
-    /// Makes the material from measurable properties. p₀ is converted to `first_log_volume` with the κ of 3D, also for
-    /// use in 2D.
-    /// \throws parameter_error unless E > 0, −1 < ν < ½, 0 ≤ φ < 90°, β ≥ 0, ξ > 0, and 0 < p₀ < κ/2 with the κ of 3D
+    /// Makes the material from measurable properties. The consolidation pressure p₀ is converted to `first_log_volume`
+    /// with the bulk modulus κ of 3D, even if the material is used in 2D.
+    /// \throws parameter_error unless young > 0, −1 < poisson < ½, 0 ≤ friction_angle < 90°, cohesion ≥ 0, hardening >
+    /// 0, and 0 < consolidation < κ/2, where κ is the bulk modulus of 3D
     static Nacc from_properties(const NaccProperties& clay) {
         const Hencky<S> elastic = Hencky<S>::from_young_poisson(clay.young, clay.poisson);
         const double kappa = clay.young / (3 * (1 - 2 * clay.poisson));
@@ -96,8 +99,8 @@ struct Nacc {
         return model;
     }
     /// Checks the parameters.
-    /// \throws parameter_error unless μ > 0, λ + 2 μ/3 > 0, 0 ≤ sin φ < 1, β ≥ 0, ξ > 0, and first_log_volume is finite
-    /// and not positive
+    /// \throws parameter_error unless μ > 0, λ + 2 μ/3 > 0, 0 ≤ friction_sine < 1, cohesion ≥ 0, hardening > 0,
+    /// first_log_volume ≤ 0, and all parameters are finite
     void check() const
         requires std::floating_point<S>
     {
@@ -110,22 +113,22 @@ struct Nacc {
                                            "hardening positive, first_log_volume not positive, and all finite."));
     }
 
-    /// The bulk modulus κ = λ + 2μ/D [Pa].
+    /// The bulk modulus κ = λ + 2μ/D [Pa]; D is the number of dimensions.
     template <int D>
     FIRN_INLINE S bulk() const {
         return lambda + S(2. / D) * mu;
     }
-    /// M, the slope q/p of the critical state [1].
+    /// M [1], the ratio of shear stress q to pressure p in the critical state.
     template <int D>
     FIRN_INLINE S critical_slope() const {
         return friction_slope<D>(friction_sine) * S(D) * sqrt(S((6 - D) * 0.5));
     }
-    /// Returns p₀/κ of a state [1], at most 1e-5 + sinh 2 ≈ 3.6. Where p₀/κ ≥ ½ the clay is not crushed, since p is
-    /// always below κ/2.
+    /// Returns the consolidation pressure p₀ of a state, divided by the bulk modulus κ [1]; the result is at most 1e-5
+    /// + sinh 2 ≈ 3.6. Where p₀ ≥ κ/2 the clay is never crushed, since the pressure is always below κ/2.
     /// \param log_volume  the state's `log_volume` [1]
     FIRN_INLINE S consolidation(const S& log_volume) const {
         const S x = min(S(2), hardening * max(-(first_log_volume + log_volume), S(0)));
-        const S xx = x * x;  // the power series of sinh x loses no digits near x = 0; its error at x = 2 is 1e-9
+        const S xx = x * x;  // the power series of sinh x is exact near x = 0 and has an error of 1e-9 at x = 2
         S sum = S(1);
         unroll<7>([&](auto k) FIRN_LAMBDA {
             constexpr int n = 14 - 2 * int(k);
@@ -134,7 +137,7 @@ struct Nacc {
         return named("consolidation", S(1e-5) + x * sum);
     }
 
-    /// Kirchhoff stress τ = μ dev b̂ + κ/2 (J² − 1) I  [Pa].
+    /// Kirchhoff stress τ = μ dev b̂ + κ/2 (J² − 1) I [Pa]. J = det F, b̂ = J^{−2/D} FFᵀ, and κ is bulk().
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& clay) const {
         const S J = named("J", determinant(clay.F));
@@ -143,19 +146,22 @@ struct Nacc {
         const S pressure = S(0.5) * bulk<D>() * (J * J - S(1)) - shear * trace(b) * S(1. / D);
         return b * shear + Mat<S, D>::diagonal(pressure);
     }
-    /// Elastic energy ψ [J/m³ of undeformed volume].
+    /// Elastic energy ψ = μ/2 (tr b̂ − D) + κ/2 ((J² − 1)/2 − ln J) [J/m³ of undeformed volume]. J = det F,
+    /// b̂ = J^{−2/D} FFᵀ, and κ is bulk().
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& clay) const {
         const S J = determinant(clay.F);
         const S volumetric = S(0.5) * (J * J - S(1)) - log(max(J, S(1e-18)));
         return S(0.5) * mu * (squared_norm(clay.F) * isochoric<D>(J) - S(D)) + S(0.5) * bulk<D>() * volumetric;
     }
-    /// Upper bound c of the wave speed [m/s] at a density ρ0 of the undeformed material [kg/m³]:
+    /// Upper bound c of the wave speed [m/s], for the density ρ0 of the undeformed material [kg/m³]:
     ///
     ///     ρ0 c² = μ J^{−2/D} (σ_max² + (1 + 2/D) tr b/D) + κ/2 (J² + 1)
     ///
-    /// Here b = FFᵀ, J = det F, and σ_max is the largest principal stretch. The acoustic tensor for the unit direction
-    /// n is μ J^{−2/D} [(n·bn) I − 2/D (bn ⊗ n + n ⊗ bn) + (1 + 2/D)(tr b/D) n ⊗ n] + κ/2 (J² + 1) n ⊗ n.
+    /// Here b = FFᵀ, J = det F, κ is bulk(), and σ_max is the largest principal stretch. The bound follows from the
+    /// acoustic tensor. For the unit direction n, this tensor is
+    ///
+    ///     μ J^{−2/D} [(n·bn) I − 2/D (bn ⊗ n + n ⊗ bn) + (1 + 2/D)(tr b/D) n ⊗ n] + κ/2 (J² + 1) n ⊗ n
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& clay) const {
         const S J = determinant(clay.F);
@@ -163,21 +169,24 @@ struct Nacc {
         return sqrt((mu * isochoric<D>(J) * shape + S(0.5) * bulk<D>() * (J * J + S(1))) / density);
     }
 
-    /// Returns the state after the plastic return mapping, which has three cases:
+    /// Returns the state after the plastic return mapping. The pressure p and the shear stress q of the trial state are
+    /// compared with the yield ellipse, which lies between the pressures −β p₀ and p₀ (β: cohesion, p₀: consolidation
+    /// pressure). There are three cases:
     ///
-    ///     p > p₀               the new pressure is p₀, without shear stress
-    ///     p < −β p₀            the new pressure is −β p₀, without shear stress
-    ///     else, if it yields   the shear stress is reduced to the ellipse, at the same J
+    ///     p > p₀                      the new pressure is p₀, without shear stress
+    ///     p < −β p₀                   the new pressure is −β p₀, without shear stress
+    ///     else, outside the ellipse   the shear stress is reduced until the state lies on the ellipse; J stays the
+    ///     same
     ///
-    /// α changes by ln J − ln J×, where J is that of the trial state. In the first two cases J× is the J of the new
-    /// pressure. In the third case J× is the J of the point where the line from (p, q) to the middle of the ellipse
-    /// crosses the ellipse.
+    /// α, the logarithm of the plastic volume ratio, changes by ln J − ln J×, where J = det F of the trial state. In
+    /// the first two cases J× is the J that belongs to the new pressure. In the third case J× is the J that belongs to
+    /// the pressure at the point where the line from (p, q) to the middle of the ellipse crosses the ellipse.
     ///
-    /// A particle that does not yield keeps its state bit for bit. p₀ is computed from the trial state, so the stress
-    /// of a particle that softens may lie outside of the new ellipse until the next step.
+    /// A particle that does not yield keeps its state bit for bit. The ellipse is that of the trial state; if a
+    /// particle softens, its new stress may lie outside of its new, smaller ellipse until the next step.
     ///
-    /// In the third case, the new b̂ is t I + s′/μ, where s′ is the reduced deviator of the stress and t follows from
-    /// det b̂ = 1. The paper keeps the old t, by which J changes a little.
+    /// In the third case, the new b̂ = J^{−2/D} FFᵀ is t I + s′/μ, where s′ is the reduced deviator of the stress and
+    /// the number t follows from det b̂ = 1. The paper keeps the old t, which changes J a little.
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         const HenckyStrain<S, D> hencky = hencky_strain(trial.F);
@@ -188,7 +197,7 @@ struct Nacc {
         const Vec<S, D> deviator = shape - Vec<S, D>::filled(mean);
         const S squared = dot(deviator, deviator);
 
-        // From here on, all pressures are divided by κ.
+        // From here on, all pressures and stresses are divided by the bulk modulus κ.
         const S J = exp(log_J);
         const S p = named("p", S(0.5) * (S(1) - J * J));
         const S p0 = consolidation(trial.log_volume);
@@ -226,14 +235,15 @@ struct Nacc {
     }
 
 private:
-    /// Returns J^{−2/D}; a J below 1e-18 counts as 1e-18.
+    /// Returns J^{−2/D}; a J below 1e-18 is replaced by 1e-18.
     template <int D>
     FIRN_INLINE S isochoric(const S& J) const {
         return exp(S(-2. / D) * log(max(J, S(1e-18))));
     }
-    /// Solves Π (t + eᵢ) = 1 for t, where Σ eᵢ = 0. In 2D the solution has a closed form. In 3D Newton's method starts
-    /// above the solution, where t³ − a t + Π eᵢ − 1, with a = ½ Σ eᵢ², is convex.
-    /// \param above  an upper bound of t
+    /// Returns the solution t of the equation Π (t + eᵢ) = 1, where Σ eᵢ = 0. In 2D there is a formula. In 3D the
+    /// equation is t³ − a t + Π eᵢ − 1 = 0 with a = ½ Σ eᵢ². Newton's method solves it; it starts above the solution,
+    /// where the left-hand side is convex.
+    /// \param above  an upper bound of the solution t
     template <int D>
     FIRN_INLINE static S unit_mean(const Vec<S, D>& e, const S& above) {
         const S a = S(0.5) * dot(e, e);

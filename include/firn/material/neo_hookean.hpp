@@ -13,10 +13,11 @@ namespace firn {
 ///     ψ = μ/2 (tr FFᵀ − D) − μ ln J + λ/2 ln² J     [J/m³ of undeformed volume]
 ///     τ = μ (FFᵀ − I) + λ ln J I                     [Pa]
 ///
-/// In 2D the formulas hold for 2 × 2 matrices; this is plane strain.
+/// ψ is the elastic energy, τ the Kirchhoff stress, μ and λ are the Lamé parameters, and J = det F. In 2D the formulas
+/// hold for 2 × 2 matrices; this is plane strain.
 ///
-/// Use it for comparison with finite elements and with closed-form solutions, and where the stress must grow without
-/// bound as the volume goes to zero. J = det F must stay positive: otherwise stress and wave speed are NaN, and the
+/// Use NeoHookean for comparison with finite elements and with closed-form solutions, and where the stress must grow
+/// without bound as the volume goes to zero. J must stay positive: otherwise stress and wave speed are NaN, and the
 /// step throws a particle_error. FixedCorotated has no such limit.
 ///
 /// Bonet and Wood 2008, "Nonlinear Continuum Mechanics for Finite Element Analysis", §6.4.3.
@@ -38,34 +39,35 @@ struct NeoHookean {
     }
 
     /// Checks the parameters.
-    /// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and both are finite
+    /// \throws parameter_error unless μ ≥ 0, λ + 2 μ/3 > 0, and μ and λ are finite
     void check() const
         requires std::floating_point<S>
     {
         check_lame(double(mu), double(lambda));
     }
 
-    /// Kirchhoff stress τ = μ (FFᵀ − I) + λ ln J I  [Pa].
+    /// Kirchhoff stress τ = μ (FFᵀ − I) + λ ln J I [Pa], with J = det F.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
         const S pressure = lambda * log(determinant(F)) - mu;
         return F * transpose(F) * mu + Mat<S, D>::diagonal(pressure);
     }
 
-    /// Elastic energy ψ [J/m³ of undeformed volume].
+    /// Elastic energy ψ = μ/2 (tr FFᵀ − D) − μ ln J + λ/2 ln² J [J/m³ of undeformed volume], with J = det F.
     template <int D>
     FIRN_INLINE S energy_density(const Mat<S, D>& F) const {
         const S log_J = log(determinant(F));
         return S(0.5) * mu * (squared_norm(F) - S(D)) - mu * log_J + S(0.5) * lambda * log_J * log_J;
     }
 
-    /// Upper bound c of the wave speed [m/s] at a density ρ0 of the undeformed material [kg/m³]:
+    /// Upper bound c of the wave speed [m/s], for the density ρ0 of the undeformed material [kg/m³]:
     ///
     ///     ρ0 c² = μ (σ_max² + 1) + λ (1 − ln J)
     ///
-    /// σ_max is the largest principal stretch; the code uses squared_stretch_bound(F), which is at least σ_max², in
-    /// place of σ_max². The acoustic tensor for the unit direction n is μ (n·FFᵀn) I + (μ + λ (1 − ln J)) n ⊗ n. Where
-    /// the factor of n ⊗ n is negative, the bound is that of the shear wave, ρ0 c² = μ σ_max².
+    /// J = det F, and σ_max is the largest principal stretch; the code uses squared_stretch_bound(F), which is at least
+    /// σ_max², in place of σ_max². The bound follows from the acoustic tensor. For the unit direction n, this tensor is
+    /// μ (n·FFᵀn) I + (μ + λ (1 − ln J)) n ⊗ n. Where the factor of n ⊗ n is negative, the bound is that of the shear
+    /// wave, ρ0 c² = μ σ_max².
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const Mat<S, D>& F) const {
         const S shear = mu * squared_stretch_bound(F);

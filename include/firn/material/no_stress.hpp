@@ -7,14 +7,14 @@ namespace firn {
 
 /// Particles that carry mass and nothing else: no stress, no state, no waves.
 ///
-/// Use it for the points of cloth and ropes. Add springs and membranes between the points to the simulation; it then
-/// limits the time step by their stiffness, too. \see SetAccess::add_force
+/// Use NoStress for the points of cloth and ropes. Add springs and membranes between the points to the simulation. The
+/// stiffness of these springs and membranes then limits the time step, too. \see SetAccess::add_force
 template <scalar S = float>
 struct NoStress {
     static constexpr const char* name = "no_stress";
     static constexpr auto parameters() { return std::tuple<>{}; }
 
-    /// The empty state.
+    /// The state of a particle: nothing is stored.
     template <int D>
     struct state {
         static constexpr auto fields() { return std::tuple<>{}; }

@@ -1,4 +1,4 @@
-/// \file A wrapper around any material, with some of the material's parameters stored per particle.
+/// \file The material PerParticle: any material, with some of its parameters stored per particle.
 #pragma once
 
 #include <firn/core/names.hpp>
@@ -13,8 +13,8 @@ namespace firn {
 /// The name of a parameter, as a template argument. A string literal converts to this type.
 template <std::size_t N>
 struct ParameterName {
-    char text[N];  ///< The characters, including the final zero.
-    /// Copies a string literal.
+    char text[N];  ///< The characters of the name, including the final zero.
+    /// Makes the name from a string literal.
     consteval ParameterName(const char (&name)[N]) { std::copy_n(name, N, text); }
     constexpr bool operator==(const ParameterName&) const = default;
     /// The name without the final zero.
@@ -25,28 +25,29 @@ namespace detail {
 struct named_per_particle {
     static constexpr const char* name = "per_particle";
 };
-/// The value of one named parameter, in a particle's state.
+/// The part of a particle's state that stores the value of the parameter `Name`.
 template <class S, ParameterName Name>
 struct OfParticle {
     S value = S(1);
 };
 }  // namespace detail
 
-/// A model whose named parameters vary from particle to particle: `PerParticle<Snow<float>, "mu", "lambda">`.
+/// A model in which the parameters listed in Names vary from particle to particle:
+/// `PerParticle<Snow<float>, "mu", "lambda">`.
 ///
 /// Each named parameter becomes a field of the particle's state, with the parameter's unit. The field costs memory and
-/// is written to files with the state. Its first value is the model's value of the parameter; to change it, call
-/// set_states() with a function that sets `of<"mu">(state) = 1e5`. A parameter that is not named has the same value for
-/// all particles.
+/// is written to files with the state. The field starts with the value that the model has for the parameter. To change
+/// the field, call set_states() with a function that sets `of<"mu">(state) = 1e5`. A parameter that is not named has
+/// the same value for all particles.
 ///
-/// Use it for matter whose stiffness, strength or friction is not the same everywhere.
+/// Use PerParticle for matter whose stiffness, strength or friction is not the same everywhere.
 /// \tparam Model  a material
 /// \tparam Names  names of parameters of Model, as listed in Model::parameters()
 template <class Model, ParameterName... Names>
 struct PerParticle : Model {
     using scalar_type = material_scalar_t<Model>;
     using S = scalar_type;  ///< The scalar type of the model.
-    /// The type of this wrapper around the model with scalar type T.
+    /// The type of this material with scalar type T.
     template <class T>
     using with_scalar = PerParticle<with_scalar_t<Model, T>, Names...>;
 
@@ -76,7 +77,7 @@ private:
     }
 
 public:
-    /// The model's state, with one more field for each named parameter.
+    /// The state of a particle: the model's state, with one more field for each parameter listed in Names.
     template <int D>
     struct state : material_state_t<Model, D>, detail::OfParticle<S, Names>... {
         static constexpr auto fields() {
@@ -86,7 +87,8 @@ public:
         }
     };
 
-    /// Returns the model's first state, with the model's own values for the named parameters.
+    /// Returns the state of a new particle: the model's initial state, and the model's values of the parameters listed
+    /// in Names.
     template <int D>
     state<D> initial_state() const {
         Model model = *this;
@@ -101,9 +103,9 @@ public:
         return model;
     }
 
-    // The functions of the model, each computed with the parameter values of the particle.
+    // The functions below call the function of the model with the parameter values of the particle.
 
-    /// The state after dt [s] in a flow of velocity gradient ∇v [1/s].
+    /// The state after a time step dt [s] with velocity gradient ∇v [1/s].
     template <int D>
         requires has_updated<Model, D>
     FIRN_INLINE state<D> updated(const state<D>& before, const Mat<S, D>& velocity_gradient, const S& dt) const {
@@ -111,7 +113,7 @@ public:
         static_cast<Base<D>&>(after) = firn::updated(of(before), base(before), velocity_gradient, dt);
         return after;
     }
-    /// The state after the return mapping.
+    /// The state after the model's return mapping.
     template <int D>
         requires has_returned<Model, D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
@@ -119,7 +121,7 @@ public:
         static_cast<Base<D>&>(after) = of(trial).returned(base(trial));
         return after;
     }
-    /// The state after the return mapping and the Kirchhoff stress [Pa] in it.
+    /// The state after the model's return mapping, and the Kirchhoff stress [Pa] in this state.
     template <int D>
         requires has_returned_with_stress<Model, D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
@@ -133,13 +135,13 @@ public:
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& particle) const {
         return firn::kirchhoff_stress(of(particle), base(particle));
     }
-    /// Kirchhoff stress τ [Pa] in a flow of velocity gradient ∇v [1/s].
+    /// Kirchhoff stress τ [Pa] in the given state, at the velocity gradient ∇v [1/s].
     template <int D>
         requires has_rate_dependent_stress<Model, D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& particle, const Mat<S, D>& velocity_gradient) const {
         return firn::stress_of(of(particle), base(particle), velocity_gradient);
     }
-    /// Upper bound of the wave speed [m/s] at a density of the undeformed material [kg/m³].
+    /// Upper bound of the wave speed [m/s]; `density` is the density of the undeformed material [kg/m³].
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& particle) const {
         return firn::wave_speed(of(particle), density, base(particle));
@@ -150,7 +152,7 @@ public:
     FIRN_INLINE S energy_density(const state<D>& particle) const {
         return firn::energy_density(of(particle), base(particle));
     }
-    /// Diffusivity of momentum by viscosity [m²/s], at a density of the undeformed material [kg/m³].
+    /// Diffusivity of momentum by viscosity [m²/s]; `density` is the density of the undeformed material [kg/m³].
     template <int D>
         requires has_diffusivity<Model, D>
     FIRN_INLINE S diffusivity(const S& density, const state<D>& particle) const {
@@ -166,12 +168,13 @@ private:
     }
 };
 
-/// Returns the parameter called `Name` from a particle's state of a PerParticle material: `of<"mu">(state) = 1e5`.
+/// Returns a reference to the value of the parameter `Name` in the state of a particle of a PerParticle material:
+/// `of<"mu">(state) = 1e5`.
 template <ParameterName Name, class S>
 S& of(detail::OfParticle<S, Name>& state) {
     return state.value;
 }
-/// Returns the parameter called `Name` from a particle's state of a PerParticle material.
+/// Returns a reference to the value of the parameter `Name` in the state of a particle of a PerParticle material.
 template <ParameterName Name, class S>
 const S& of(const detail::OfParticle<S, Name>& state) {
     return state.value;

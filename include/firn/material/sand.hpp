@@ -7,16 +7,16 @@
 
 namespace firn {
 
-/// Measurable properties of sand. Sand::from_properties() makes the material from them.
+/// Measurable properties of sand. Sand::from_properties() makes the material from these properties.
 ///
-/// In Klár et al. 2016 the friction angle is 35° − 10° before any plastic flow; it hardens by 9° per unit of plastic
-/// strain, with a decay of 0.2:
+/// The sand of Klár et al. 2016 has a friction angle of 35° − 10° = 25° before any plastic flow. The angle grows by 9°
+/// per unit of plastic strain, and this growth decays at the rate 0.2:
 /// `{.friction_angle = degrees(35), .hardening = degrees(9), .hardening_decay = 0.2, .initial_loss = degrees(10)}`.
 struct SandProperties {
     double young = 3.537e5;              ///< Young's modulus [Pa]
     double poisson = 0.3;                ///< Poisson's ratio [1]
     Angle friction_angle = degrees(35);  ///< h₀: friction angle φ after complete hardening
-    Angle hardening = degrees(0);        ///< h₁: hardening, an increase of φ per unit of plastic strain
+    Angle hardening = degrees(0);        ///< h₁: increase of φ per unit of plastic strain
     double hardening_decay = 0;          ///< h₂: rate at which the hardening decays with plastic strain [1]
     Angle initial_loss = degrees(0);     ///< h₃: before any plastic flow, φ is h₀ − h₃
 };
@@ -28,11 +28,11 @@ struct SandProperties {
 ///     ‖dev τ‖ + α tr τ > 0
 ///     φ = h₀ + (h₁ q − h₃) e^{−h₂ q}
 ///
-/// α = friction_slope(sin φ) is the slope of the Drucker–Prager cone, φ the friction angle, q the plastic strain; h₀ to
-/// h₃ are parameters. Plastic flow keeps the volume (no dilatancy). In 2D the deviator is taken in two dimensions, so
-/// there is no plastic flow out of the plane.
+/// τ is the Kirchhoff stress, α = friction_slope(sin φ) the slope of the Drucker–Prager cone, φ the friction angle, and
+/// q the plastic strain. h₀ to h₃ are the parameters from `friction_angle` to `initial_loss`. Plastic flow keeps the
+/// volume (no dilatancy). In 2D the deviator is taken in two dimensions, so there is no plastic flow out of the plane.
 ///
-/// Use it for dry grains; the friction angle is near the angle of repose, 30° to 40° for sand. For grains that stick
+/// Use Sand for dry grains; the friction angle is near the angle of repose, 30° to 40° for sand. For grains that stick
 /// together, use Nacc.
 ///
 /// Klár et al. 2016, "Drucker-Prager elastoplasticity for sand animation"; the volume correction is from Tampubolon et
@@ -71,8 +71,8 @@ struct Sand {
     };
 
     /// Makes the material from measurable properties.
-    /// \throws parameter_error unless E > 0, −1 < ν < ½, h₁ ≥ 0, h₂ ≥ 0, h₂ > 0 if h₁ > 0, and 0° ≤ φ < 90° before,
-    /// during and after hardening
+    /// \throws parameter_error unless young > 0, −1 < poisson < ½, hardening ≥ 0, hardening_decay ≥ 0 (> 0 if there is
+    /// hardening), and 0° ≤ φ < 90° for the friction angle φ before, during and after hardening
     static Sand from_properties(const SandProperties& sand) {
         const Hencky<S> elastic = Hencky<S>::from_young_poisson(sand.young, sand.poisson);
         const double hardening = sand.hardening.in_radians();
@@ -95,8 +95,8 @@ struct Sand {
         return model;
     }
     /// Checks the parameters.
-    /// \throws parameter_error unless μ > 0, λ + 2 μ/3 > 0, 0 ≤ h₀ < π/2, h₁ ≥ 0, h₂ ≥ 0, h₂ > 0 if h₁ > 0, and h₃ is
-    /// finite
+    /// \throws parameter_error unless μ > 0, λ + 2 μ/3 > 0, hardening ≥ 0, hardening_decay ≥ 0 (> 0 if there is
+    /// hardening), initial_loss is finite, and 0 ≤ φ < π/2 for the friction angle φ before, during and after hardening
     void check() const
         requires std::floating_point<S>
     {
@@ -130,22 +130,24 @@ struct Sand {
     FIRN_INLINE S energy_density(const state<D>& sand) const {
         return elastic().energy_density(sand.F);
     }
-    /// Upper bound of the wave speed [m/s] at a density of the undeformed material [kg/m³], computed as in Hencky from
-    /// the elastic F.
+    /// Upper bound of the wave speed [m/s], computed as in Hencky from the elastic F. `density` is the density of the
+    /// undeformed material [kg/m³].
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& sand) const {
         return elastic().wave_speed(density, sand.F);
     }
 
-    /// Returns the state after the plastic return mapping, and the Kirchhoff stress [Pa] in it. Let ε = ln σ + v_c/D be
-    /// the strain of the trial state, where σ are the singular values of F:
+    /// Returns the state after the plastic return mapping, and the Kirchhoff stress [Pa] in this state. Let ε = ln σ +
+    /// v_c/D be the principal strains of the trial state, where σ are the singular values of F and v_c is
+    /// `volume_gain`:
     ///
     ///     Σ ε > 0   the grains are apart: ε becomes 0 (the tip of the cone), and v_c becomes Σ ε
     ///     else      if δγ = ‖dev ε‖ + α (D λ + 2 μ)/(2 μ) Σ ε is positive, ‖dev ε‖ is reduced by δγ;
     ///               v_c becomes 0
     ///
-    /// The sand bears pressure again only after the volume gained at the tip is lost again. Where v_c = 0, Σ ε ≤ 0 and
-    /// δγ ≤ 0, the state is kept bit for bit.
+    /// α is slope(), the slope of the cone; μ and λ are the Lamé parameters. Sand that has gained volume at the tip
+    /// bears pressure only after it has lost this volume again. Where v_c = 0, Σ ε ≤ 0 and δγ ≤ 0, the state is kept
+    /// bit for bit.
     template <int D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
         const HenckyStrain<S, D> hencky = hencky_strain(trial.F);
@@ -177,8 +179,8 @@ struct Sand {
     }
 
 private:
-    /// φ(q) = h₀ + (h₁ q − h₃) e^{−h₂ q} [rad] runs from h₀ − h₃ over a maximum at q = 1/h₂ + h₃/h₁, if that is
-    /// positive, to h₀.
+    /// Checks the friction angle φ(q) = h₀ + (h₁ q − h₃) e^{−h₂ q} [rad] for all plastic strains q ≥ 0. φ starts at h₀
+    /// − h₃ and ends at h₀. In between, φ has a maximum at q = 1/h₂ + h₃/h₁ if this q is positive.
     /// \throws parameter_error unless 0° ≤ φ < 90° for every plastic strain q
     static void check_angles(double h0, double h1, double h2, double h3) {
         check_friction_angle(radians(h0));

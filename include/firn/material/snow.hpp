@@ -7,8 +7,8 @@
 
 namespace firn {
 
-/// Measurable properties of snow. Snow::from_properties() makes the material from them. The defaults are those of
-/// Stomakhin et al. 2013, table 2, for a density of 400 kg/m³.
+/// Measurable properties of snow. Snow::from_properties() makes the material from these properties. The defaults are
+/// those of Stomakhin et al. 2013, table 2, for a density of 400 kg/m³.
 struct SnowProperties {
     double young = 1.4e5;                  ///< Young's modulus before hardening [Pa]
     double poisson = 0.2;                  ///< Poisson's ratio [1]
@@ -19,20 +19,22 @@ struct SnowProperties {
 
 /// Snow: an elastic solid that can be crushed and broken, and hardens as it is compacted.
 ///
-/// The elasticity is that of FixedCorotated, with moduli that depend on the plastic volume ratio J_P, and with μ0 and
-/// λ0 before hardening (J_P = 1):
+/// The elasticity is that of FixedCorotated. The Lamé parameters μ and λ depend on the plastic volume ratio J_P; before
+/// hardening (J_P = 1) they are μ0 and λ0:
 ///
 ///     μ = μ0 e^{ξ (1 − J_P)}         λ = λ0 e^{ξ (1 − J_P)}       [Pa]
+///
+/// ξ is the parameter `hardening`.
 ///
 /// The singular values of the elastic F are clamped to [1 − θc, 1 + θs], where θc and θs are the critical compression
 /// and stretch; the rest of the deformation is plastic and changes J_P. In 2D there are two singular values; this is
 /// plane strain.
 ///
 /// The exponent ξ (1 − J_P) is at most `largest_exponent`, by default 4, at which snow is 55 times as stiff as before
-/// hardening. The paper sets no bound; moduli and wave speed can then grow without limit, and the time step becomes
-/// very small.
+/// hardening. The paper sets no such bound. Without the bound, moduli and wave speed can grow without limit, and the
+/// time step becomes very small.
 ///
-/// Use it for dry and wet snow: smaller θc and θs make the snow more powdery, larger values make it more chunky, a
+/// Use Snow for dry and wet snow: smaller θc and θs make the snow more powdery, larger values make it more chunky, a
 /// larger ξ makes it more brittle.
 ///
 /// Stomakhin et al. 2013, "A material point method for snow simulation", §5.
@@ -40,10 +42,10 @@ template <scalar S = float>
 struct Snow {
     S mu = S(1.4e5 / 2.4);              ///< shear modulus before hardening, μ0 [Pa]
     S lambda = S(2.8e4 / (1.2 * 0.6));  ///< first Lamé parameter before hardening, λ0 [Pa]
-    S lowest_stretch = S(1 - 2.5e-2);   ///< smallest elastic stretch, 1 − θc [1]
-    S highest_stretch = S(1 + 7.5e-3);  ///< largest elastic stretch, 1 + θs [1]
+    S lowest_stretch = S(1 - 2.5e-2);   ///< smallest elastic stretch, 1 − θc; θc: critical compression [1]
+    S highest_stretch = S(1 + 7.5e-3);  ///< largest elastic stretch, 1 + θs; θs: critical stretch [1]
     S hardening = S(10);                ///< ξ: how fast snow stiffens as it is compacted [1]
-    S largest_exponent = S(4);          ///< upper bound of ξ (1 − J_P) [1]
+    S largest_exponent = S(4);          ///< upper bound of the exponent ξ (1 − J_P) in μ and λ [1]
 
     static constexpr const char* name = "snow";
     static constexpr auto parameters() {
@@ -68,7 +70,8 @@ struct Snow {
     };
 
     /// Makes the material from measurable properties.
-    /// \throws parameter_error unless E > 0, −1 < ν < ½, 0 < θc < 1, θs > 0 and ξ ≥ 0
+    /// \throws parameter_error unless young > 0, −1 < poisson < ½, 0 < critical_compression < 1, critical_stretch > 0
+    /// and hardening ≥ 0
     static Snow from_properties(const SnowProperties& snow) {
         const auto elastic = FixedCorotated<S>::from_young_poisson(snow.young, snow.poisson);
         if (!(snow.critical_compression > 0 && snow.critical_compression < 1) || !(snow.critical_stretch > 0) ||
@@ -106,37 +109,38 @@ struct Snow {
                                            "; both must be finite and not negative."));
     }
 
-    /// Returns the elastic solid with the moduli μ and λ of snow whose plastic volume ratio is J_P.
+    /// Returns the elastic solid with the Lamé parameters μ and λ that the snow has at this plastic volume ratio J_P.
     FIRN_INLINE FixedCorotated<S> hardened(const S& plastic_volume) const {
         const S exponent = hardening * (S(1) - plastic_volume);
         const S factor = named("hardened", exp(min(exponent, largest_exponent)));
         return {mu * factor, lambda * factor};
     }
 
-    /// Kirchhoff stress τ [Pa]: that of FixedCorotated with the hardened moduli.
+    /// Kirchhoff stress τ [Pa]: the stress of FixedCorotated with the Lamé parameters after hardening.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& snow) const {
         return hardened(snow.plastic_volume).kirchhoff_stress(snow.F);
     }
-    /// Elastic energy ψ [J/m³ of undeformed volume]: that of FixedCorotated with the hardened moduli.
+    /// Elastic energy ψ [J/m³ of undeformed volume]: the energy of FixedCorotated with the Lamé parameters after
+    /// hardening.
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& snow) const {
         return hardened(snow.plastic_volume).energy_density(snow.F);
     }
-    /// Upper bound of the wave speed [m/s] at a density of the undeformed material [kg/m³]: that of FixedCorotated with
-    /// the hardened moduli.
+    /// Upper bound of the wave speed [m/s]: the bound of FixedCorotated with the Lamé parameters after hardening.
+    /// `density` is the density of the undeformed material [kg/m³].
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& snow) const {
         return hardened(snow.plastic_volume).wave_speed(density, snow.F);
     }
 
-    /// Returns the state after the plastic return mapping. The singular values σ of F are clamped,
-    /// σ′ = clamp(σ, 1 − θc, 1 + θs), then
+    /// Returns the state after the plastic return mapping. The singular values σ of F are clamped to the range between
+    /// lowest_stretch and highest_stretch. With the clamped values σ′, F and the plastic volume ratio J_P become
     ///
     ///     F ← U diag(σ′/σ) Uᵀ F         J_P ← J_P Π σ/σ′
     ///
-    /// U are the directions of the σ in space. If all σ lie within the bounds, the state is kept bit for bit. An
-    /// inverted F (det F < 0) becomes one with det F > 0. J_P is clamped to [0, 2^20].
+    /// U is a rotation; its columns are the directions of the σ in space. If all σ lie within the bounds, the state is
+    /// kept bit for bit. An inverted F (det F < 0) becomes an F with det F > 0. J_P is clamped to [0, 2^20].
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         const StretchRange<S> squared = squared_stretch_range(trial.F);

@@ -5,8 +5,8 @@
 
 namespace firn {
 
-/// Measurable properties of a plastic solid. VonMises::from_properties() makes the material from them. The defaults are
-/// those of a soft clay.
+/// Measurable properties of a plastic solid. VonMises::from_properties() makes the material from these properties. The
+/// defaults are those of a soft clay.
 struct VonMisesProperties {
     double young = 1e6;         ///< Young's modulus [Pa]
     double poisson = 0.4;       ///< Poisson's ratio [1]
@@ -20,11 +20,13 @@ struct VonMisesProperties {
 ///
 ///     ‖dev τ‖ > √⅔ (σ_Y + H α)
 ///
-/// α is the equivalent plastic strain; H > 0 hardens the solid as it flows, H = 0 is perfect plasticity. In 2D the
-/// deviator is taken in two dimensions, so there is no plastic flow out of the plane. This agrees with plane strain if
-/// the elastic strain is much smaller than the plastic strain.
+/// τ is the Kirchhoff stress, σ_Y the `yield_stress`, H the `hardening`, and α the equivalent plastic strain. H > 0
+/// hardens the solid as it flows, H = 0 is perfect plasticity. In 2D the deviator is taken in two dimensions, so there
+/// is no plastic flow out of the plane. This agrees with plane strain if the elastic strain is much smaller than the
+/// plastic strain.
 ///
-/// Use it where the strength does not depend on pressure. Where the strength depends on pressure, use Sand or Nacc.
+/// Use VonMises where the strength does not depend on pressure. Where the strength depends on pressure, use Sand or
+/// Nacc.
 ///
 /// The radial return is exact in logarithmic strain: Simo and Hughes 1998, "Computational Inelasticity", §3.3 and §9.2.
 template <scalar S = float>
@@ -54,14 +56,14 @@ struct VonMises {
     };
 
     /// Makes the material from measurable properties.
-    /// \throws parameter_error unless E > 0, −1 < ν < ½, σ_Y > 0 and H ≥ 0
+    /// \throws parameter_error unless young > 0, −1 < poisson < ½, yield_stress > 0 and hardening ≥ 0
     static VonMises from_properties(const VonMisesProperties& solid) {
         const Hencky<S> elastic = Hencky<S>::from_young_poisson(solid.young, solid.poisson);
         check_flow(solid.yield_stress, solid.hardening);
         return {elastic.mu, elastic.lambda, S(solid.yield_stress), S(solid.hardening)};
     }
     /// Checks the parameters.
-    /// \throws parameter_error unless μ > 0, λ + 2 μ/3 > 0, σ_Y > 0 and H ≥ 0
+    /// \throws parameter_error unless μ > 0, λ + 2 μ/3 > 0, yield_stress > 0 and hardening ≥ 0
     void check() const
         requires std::floating_point<S>
     {
@@ -82,15 +84,16 @@ struct VonMises {
     FIRN_INLINE S energy_density(const state<D>& solid) const {
         return elastic().energy_density(solid.F);
     }
-    /// Upper bound of the wave speed [m/s] at a density of the undeformed material [kg/m³], computed as in Hencky from
-    /// the elastic F.
+    /// Upper bound of the wave speed [m/s], computed as in Hencky from the elastic F. `density` is the density of the
+    /// undeformed material [kg/m³].
     template <int D>
     FIRN_INLINE S wave_speed(const S& density, const state<D>& solid) const {
         return elastic().wave_speed(density, solid.F);
     }
 
-    /// Returns the state after the plastic return mapping, and the Kirchhoff stress [Pa] in it. With the logarithmic
-    /// strain ε of the trial state and f = 2μ ‖dev ε‖ − √⅔ (σ_Y + H α), it sets, where f > 0:
+    /// Returns the state after the plastic return mapping, and the Kirchhoff stress [Pa] in this state. Let ε be the
+    /// logarithmic strain and α the plastic strain of the trial state, and f = 2μ ‖dev ε‖ − √⅔ (σ_Y + H α), where σ_Y
+    /// is the `yield_stress` and H the `hardening`. Where f > 0, the strains ε′ and α′ of the new state are
     ///
     ///     dev ε′ = dev ε (1 − Δγ/‖dev ε‖)         α′ = α + √⅔ Δγ         Δγ = f / (2μ + ⅔ H)
     ///

@@ -12,8 +12,9 @@ namespace firn {
 /// v is the particle's velocity, N its weight at node i. v_i are the nodes' velocities before forces acted, v_i' the
 /// nodes' velocities after the step. The particle moves with Σ N v_i'.
 ///
-/// Use it for lively motion: it is less noisy than Flip and damps less than APIC. It conserves momentum except for
-/// rounding; it conserves angular momentum only if the particles' velocities and C describe one common velocity field.
+/// Use AFLIP for lively motion: it is less noisy than FLIP and damps less than APIC. AFLIP conserves momentum except
+/// for rounding; it conserves angular momentum only if the particles' velocities and C describe one common velocity
+/// field.
 ///
 /// Fei et al. 2021, "Revisiting Integration in the Material Point Method: A Scheme for Easier Separation and Less
 /// Dissipation".
@@ -22,21 +23,21 @@ struct Aflip {
     static constexpr const char* name = "aflip";
     static constexpr bool affine = true;  ///< Particles carry C.
 
-    S ratio = S(0.95);  ///< α: share of the velocity difference, 0 (APIC) to 1 [1]
+    S ratio = S(0.95);  ///< α: share of the difference v − Σ N v_i that is kept, 0 (APIC) to 1 [1]
 
     /// Checks the parameters.
     /// \throws parameter_error unless 0 ≤ α ≤ 1
     void check() const { check_share(ratio, name, "ratio"); }
     static constexpr auto parameters() { return std::tuple{parameter{"ratio", "1", &Aflip::ratio}}; }
 
-    /// Returns the affine field that a particle keeps: C, unchanged [1/s].
+    /// Returns the affine field that a particle keeps after a step: C, unchanged [1/s].
     template <class T, int D>
     FIRN_INLINE static Mat<T, D> affine_field(const Mat<T, D>& C) {
         return C;
     }
-    /// Returns the particle's velocity after the step, and the velocity with which the particle moves.
-    /// \param taken   Σ N v_i': the grid's velocity after the step [m/s]
-    /// \param before  Σ N v_i: the grid's velocity before forces acted [m/s]
+    /// Returns the particle's velocity after the step, and the velocity with which the particle moves in this step.
+    /// \param taken   Σ N v_i': the grid's velocity at the particle after the step [m/s]
+    /// \param before  Σ N v_i: the grid's velocity at the particle before forces acted [m/s]
     /// \param own     the particle's velocity before the step [m/s]
     template <class T, int D>
     FIRN_INLINE ParticleVelocity<T, D> blended(const Vec<T, D>& taken, const Vec<T, D>& before, const Vec<T, D>& own,
@@ -45,7 +46,7 @@ struct Aflip {
     }
 };
 
-/// ASFLIP: Aflip whose particles also move with a share β of the velocity difference that AFLIP adds, so that bodies
+/// ASFLIP: AFLIP in which a share β of the velocity difference that AFLIP adds also moves the particles, so that bodies
 /// separate more easily.
 ///
 ///     v ← Σ N v_i' + α (v − Σ N v_i)
@@ -54,9 +55,9 @@ struct Aflip {
 /// v and x are the particle's velocity and position, N its weight at node i. v_i are the nodes' velocities before
 /// forces acted, v_i' the nodes' velocities after the step. β is `separation` where the flow around the particle
 /// expands (tr ∇v ≥ 0), else `approach`. By default `approach` is 0: particles that are pressed together move with the
-/// grid, so matter does not pass through matter. The criterion uses ∇v, since ∇v exists for every material.
+/// grid, so matter does not pass through matter. The sign of tr ∇v decides, because ∇v exists for every material.
 ///
-/// Use it where bodies in contact must separate without sticking, for example sand and splashing water.
+/// Use ASFLIP where bodies in contact must separate without sticking, for example sand and splashing water.
 ///
 /// Fei et al. 2021, "Revisiting Integration in the Material Point Method: A Scheme for Easier Separation and Less
 /// Dissipation".
@@ -65,9 +66,9 @@ struct Asflip {
     static constexpr const char* name = "asflip";
     static constexpr bool affine = true;  ///< Particles carry C.
 
-    S ratio = S(0.95);    ///< α: share of the velocity difference, 0 to 1 [1]
-    S separation = S(1);  ///< β where the flow expands: 0 to 1 [1]
-    S approach = S(0);    ///< β where the flow compresses matter: 0 to 1 [1]
+    S ratio = S(0.95);    ///< α: share of the difference v − Σ N v_i that is kept, 0 to 1 [1]
+    S separation = S(1);  ///< β where the flow expands matter, 0 to 1 [1]
+    S approach = S(0);    ///< β where the flow compresses matter, 0 to 1 [1]
 
     /// Checks the parameters.
     /// \throws parameter_error unless `ratio`, `separation` and `approach` are from 0 to 1
@@ -81,14 +82,14 @@ struct Asflip {
                           parameter{"approach", "1", &Asflip::approach}};
     }
 
-    /// Returns the affine field that a particle keeps: C, unchanged [1/s].
+    /// Returns the affine field that a particle keeps after a step: C, unchanged [1/s].
     template <class T, int D>
     FIRN_INLINE static Mat<T, D> affine_field(const Mat<T, D>& C) {
         return C;
     }
-    /// Returns the particle's velocity after the step, and the velocity with which the particle moves.
-    /// \param taken   Σ N v_i': the grid's velocity after the step [m/s]
-    /// \param before  Σ N v_i: the grid's velocity before forces acted [m/s]
+    /// Returns the particle's velocity after the step, and the velocity with which the particle moves in this step.
+    /// \param taken   Σ N v_i': the grid's velocity at the particle after the step [m/s]
+    /// \param before  Σ N v_i: the grid's velocity at the particle before forces acted [m/s]
     /// \param own     the particle's velocity before the step [m/s]
     /// \param velocity_gradient  ∇v around the particle [1/s]
     template <class T, int D>

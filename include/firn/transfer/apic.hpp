@@ -13,15 +13,16 @@ namespace firn {
 /// Here v and x_p are the particle's velocity and position, N is its weight at node i, v_i and x_i are the node's
 /// velocity and position, and D = Σ N (x_i − x_p)(x_i − x_p)ᵀ.
 ///
-/// It conserves momentum and angular momentum, and is stable and free of noise. Use it unless it damps motion too much;
-/// Aflip and Fmpm damp less.
+/// APIC conserves momentum and angular momentum, and is stable and free of noise. Use APIC unless it damps motion too
+/// much; Aflip and Fmpm damp less.
 ///
 /// Jiang, Schroeder, Selle, Teran and Stomakhin 2015, "The Affine Particle-In-Cell Method".
 struct Apic {
     static constexpr const char* name = "apic";
     static constexpr bool affine = true;  ///< Particles carry C.
 
-    /// Returns the affine field that a particle keeps: C = B D⁻¹, unchanged [1/s]. Jiang et al. 2015, eq. (8).
+    /// Returns the affine field that a particle keeps after a step: C = B D⁻¹, unchanged [1/s]. Jiang et al. 2015, eq.
+    /// (8).
     template <scalar S, int D>
     FIRN_INLINE static Mat<S, D> affine_field(const Mat<S, D>& C) {
         return C;

@@ -1,10 +1,11 @@
-/// \file What a transfer scheme is: which velocity field a particle carries to the grid, and which velocity it takes
-/// from the grid.
+/// \file The concept of a transfer scheme, which decides which velocity field a particle carries to the grid, and which
+/// velocity the particle takes from the grid.
 ///
-/// A particle's velocity field around itself is v + C (x − x_p). P2G adds the momentum m N (v + C (x_i − x_p)) to node
-/// i. G2P interpolates the velocity v = Σ N v_i, and computes the affine field C = B D⁻¹ from the first moment
-/// B = Σ N v_i (x_i − x_p)ᵀ. Here m, v and x_p are the particle's mass, velocity and position, N is its weight at node
-/// i, v_i and x_i are the node's velocity and position, and D = Σ N (x_i − x_p)(x_i − x_p)ᵀ.
+/// The velocity field that a particle carries is v + C (x − x_p) at the position x near the particle. P2G adds the
+/// momentum m N (v + C (x_i − x_p)) to node i. G2P interpolates the velocity v = Σ N v_i, and computes the affine field
+/// C = B D⁻¹ from the first moment B = Σ N v_i (x_i − x_p)ᵀ. Here m, v and x_p are the particle's mass, velocity and
+/// position, N is its weight at node i, v_i and x_i are the node's velocity and position, and D = Σ N (x_i − x_p)(x_i −
+/// x_p)ᵀ.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -12,22 +13,24 @@
 
 namespace firn {
 
-/// Has T a constant `affine`? It is true if particles carry the affine field C.
+/// Whether T has a constant `affine`. This constant is true if particles carry the affine field C.
 template <class T>
 concept has_affine_flag = requires {
     { T::affine } -> std::convertible_to<bool>;
 };
-/// Has T `affine_field(C)`? The function returns the part of C [1/s] that a particle keeps.
+/// Whether T has a function `affine_field(C)`. The function returns the part of the affine field C [1/s] that a
+/// particle keeps after a step.
 template <class T, class S, int D>
 concept has_affine_field = requires(const Mat<S, D> C) {
     { T::affine_field(C) } -> std::same_as<Mat<S, D>>;
 };
 
-/// A transfer scheme: it has `affine` and `affine_field(C)`.
+/// Whether T is a transfer scheme: T has a constant `affine` and a function `affine_field(C)`.
 template <class T>
 concept transfer = has_affine_flag<T> && has_affine_field<T, float, 3> && has_affine_field<T, double, 2>;
 
-// Two optional abilities of a scheme. They need more passes in each step, see exec/transfer_passes.hpp.
+// A transfer scheme may also blend velocities or refine velocities. Both need more passes over the particles in each
+// step, see exec/transfer_passes.hpp.
 
 /// The velocities of a particle after a step.
 template <class S, int D>
@@ -36,20 +39,21 @@ struct ParticleVelocity {
     Vec<S, D> motion;    ///< the velocity with which the particle moves in this step [m/s]
 };
 
-/// Has T `blended(after, before, own, gradient)`? The function returns a ParticleVelocity. \see blends_velocities
+/// Whether T has a function `blended(after, before, own, gradient)`, which returns a ParticleVelocity. \see
+/// blends_velocities
 template <class T, class S, int D>
 concept has_blended = requires(const T t, const Vec<S, D> v, const Mat<S, D> gradient) {
     { t.blended(v, v, v, gradient) } -> std::same_as<ParticleVelocity<S, D>>;
 };
-/// Does the scheme blend the grid's velocity with the particle's own velocity?
+/// Whether the transfer scheme T blends the grid's velocity with the particle's own velocity.
 ///
-/// Such a scheme has a function blended(after, before, own, gradient). `after` is the grid's velocity Σ N v_i after the
-/// step, `before` the same sum before forces acted, `own` the particle's velocity before the step [m/s], `gradient` the
-/// velocity gradient around the particle [1/s].
+/// Such a scheme has a function blended(after, before, own, gradient). `after` is the grid's velocity Σ N v_i at the
+/// particle after the step, `before` the grid's velocity at the particle before forces acted, `own` the particle's
+/// velocity before the step [m/s], and `gradient` the velocity gradient around the particle [1/s].
 template <class T>
 inline constexpr bool blends_velocities = has_blended<with_scalar_t<T, float>, float, 3>;
 
-/// Checks a share, such as the blending ratio of a transfer scheme.
+/// Checks that a share, such as the blending ratio of a transfer scheme, is from 0 to 1.
 /// \param scheme  name of the transfer scheme, for the message
 /// \param name    name of the share, for the message
 /// \throws parameter_error unless the share is from 0 to 1
@@ -59,8 +63,8 @@ void check_share(S share, const char* scheme, const char* name) {
         throw parameter_error(sentence("The ", name, " of ", scheme, " is ", share, "; it must be from 0 to 1."));
 }
 
-/// Does the scheme approximate the inverse of the full mass matrix by a series, instead of by the inverse of each
-/// node's mass? Such a scheme has a member `order`, the number of terms of the series.
+/// Whether the transfer scheme T approximates the inverse of the full mass matrix by a series. Other schemes use the
+/// inverse of each node's mass. A scheme with a series has a member `order`, the number of terms of the series.
 template <class T>
 inline constexpr bool refines_velocities = requires(const T t) {
     { t.order } -> std::convertible_to<int>;

@@ -5,15 +5,15 @@
 
 namespace firn {
 
-/// FLIP blended with PIC: a particle keeps its velocity and adds the change of the grid's velocity.
+/// FLIP blended with PIC: a particle keeps its velocity, to which the change of the grid's velocity is added.
 ///
 ///     v ← α (v + Σ N (v_i' − v_i)) + (1 − α) Σ N v_i'
 ///
 /// v is the particle's velocity, N its weight at node i. v_i are the nodes' velocities before forces acted, v_i' the
 /// nodes' velocities after the step. The particle moves with Σ N v_i'.
 ///
-/// α = 1 does not damp motion, but noise in the particles' velocities that the grid cannot represent then never decays;
-/// α = 0 is PIC. Use it for comparison with other programs; Aflip is less noisy.
+/// α = 0 is PIC. α = 1 does not damp motion; but the particles' velocities then contain noise that the grid cannot
+/// represent and that never decays. Use FLIP for comparison with other programs; Aflip is less noisy.
 ///
 /// Brackbill and Ruppel 1986, "FLIP: A method for adaptively zoned, particle-in-cell calculations of fluid flows in two
 /// dimensions"; Zhu and Bridson 2005, "Animating sand as a fluid"; for MPM Stomakhin et al. 2013, "A material point
@@ -23,7 +23,7 @@ struct Flip {
     static constexpr const char* name = "flip";
     static constexpr bool affine = false;  ///< Particles carry no C.
 
-    S ratio = S(0.95);  ///< α: 0 (PIC) to 1 [1]
+    S ratio = S(0.95);  ///< α: share of FLIP, from 0 (PIC) to 1 (FLIP) [1]
 
     /// Checks the parameters.
     /// \throws parameter_error unless 0 ≤ α ≤ 1
@@ -35,9 +35,9 @@ struct Flip {
     FIRN_INLINE static Mat<T, D> affine_field(const Mat<T, D>&) {
         return Mat<T, D>::zero();
     }
-    /// Returns the particle's velocity after the step, and the velocity with which the particle moves.
-    /// \param taken   Σ N v_i': the grid's velocity after the step [m/s]
-    /// \param before  Σ N v_i: the grid's velocity before forces acted [m/s]
+    /// Returns the particle's velocity after the step, and the velocity with which the particle moves in this step.
+    /// \param taken   Σ N v_i': the grid's velocity at the particle after the step [m/s]
+    /// \param before  Σ N v_i: the grid's velocity at the particle before forces acted [m/s]
     /// \param own     the particle's velocity before the step [m/s]
     template <class T, int D>
     FIRN_INLINE ParticleVelocity<T, D> blended(const Vec<T, D>& taken, const Vec<T, D>& before, const Vec<T, D>& own,

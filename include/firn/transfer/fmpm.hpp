@@ -5,21 +5,21 @@
 
 namespace firn {
 
-/// FMPM: PIC with an approximate inverse of the full mass matrix. The higher its order, the less it damps.
+/// FMPM: PIC with an approximate inverse of the full mass matrix. The higher the order, the less FMPM damps motion.
 ///
-/// The nodes' velocities v are the sum of a series. p and m are the nodes' momenta and masses. A is an operator on the
-/// nodes' velocities: it interpolates them to the particles (v_p = Σ N v_i) and back to the nodes (Σ m_p N v_p / m_i).
-/// v_j is the sum of the first j terms:
+/// The nodes' velocities v are the sum of a series. p and m are the nodes' momenta and masses. A is an operator that
+/// interpolates the nodes' velocities v_i to the particles (v_p = Σ N v_i) and back to the nodes (Σ m_p N v_p / m_i). N
+/// is the weight, m_p a particle's mass, m_i a node's mass. v_j is the sum of the first j terms:
 ///
 ///     v = Σ_{k < order} (1 − A)^k p/m
 ///     v_1 = p/m,      v_{j+1} = v_1 + v_j − A v_j
 ///
-/// With growing order, v tends to the inverse of the full mass matrix times p. The particles' velocities become
-/// Σ N v_i, as in PIC; order 1 is PIC. A higher order damps less of the motion that the grid can represent, and noise
-/// that the grid cannot represent is still removed. The boundary acts on the sum of the series.
+/// With growing order, v tends to the inverse of the full mass matrix times p. The particles' velocities become Σ N
+/// v_i, as in PIC; order 1 is PIC. A higher order damps less of the motion that the grid can represent, and still
+/// removes noise that the grid cannot represent. The boundary acts on the sum of the series.
 ///
-/// Use order 2 to 8 for low damping without FLIP's noise. Each order above 1 costs one more transfer of velocities from
-/// the nodes to the particles and back.
+/// Use order 2 to 8 for low damping without the noise of FLIP. Raising the order by one costs one more transfer of
+/// velocities in each step, from the nodes to the particles and back.
 ///
 /// The series raises the highest frequencies of the nodes. With quadratic splines, in matter without gaps, symplectic
 /// Euler is stable for time steps up to 1.63 h/c for order 1, and up to 1.24, 0.96, 0.77, 0.67 h/c for orders 2, 4, 8,
@@ -50,10 +50,10 @@ struct Fmpm {
         return Mat<S, D>::zero();
     }
 
-    /// Returns the next partial sum of the series, v_{j+1} = v_1 + v_j − A v_j [m/s].
-    /// \param v_1             p/m [m/s]
-    /// \param v_j             the sum of the first j terms [m/s]
-    /// \param there_and_back  A v_j [m/s]
+    /// Returns the next partial sum of the series at a node, v_{j+1} = v_1 + v_j − A v_j [m/s].
+    /// \param v_1             p/m: a node's momentum divided by its mass [m/s]
+    /// \param v_j             the sum of the first j terms of the series [m/s]
+    /// \param there_and_back  A v_j: the velocities v_j, interpolated to the particles and back to the node [m/s]
     template <scalar S, int D>
     FIRN_INLINE static Vec<S, D> next(const Vec<S, D>& v_1, const Vec<S, D>& v_j, const Vec<S, D>& there_and_back) {
         return v_1 + (v_j - there_and_back);

@@ -11,7 +11,7 @@ namespace firn {
 ///
 /// N is the particle's weight at node i, v_i the node's velocity.
 ///
-/// It is stable, and damps rotation and shear strongly. Use it for comparison, or to bring matter to rest quickly.
+/// PIC is stable, and damps rotation and shear strongly. Use PIC for comparison, or to bring matter to rest quickly.
 ///
 /// Harlow 1964, "The particle-in-cell computing method for fluid dynamics".
 struct Pic {
