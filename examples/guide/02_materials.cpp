@@ -1,34 +1,34 @@
 //! # Materials
 //!
-//! A material says what stress a deformation causes. firn has eight; each is a small struct of parameters, and its
-//! page gives the formula and the paper.
+//! A material says what stress a deformation causes. firn has eight materials. Each is a small struct of parameters.
+//! Its page in the reference gives the formula and the paper.
 //!
 //! | material | models | you give |
 //! | --- | --- | --- |
-//! | firn::FixedCorotated | rubber, jelly: an elastic solid that bears being turned inside out | E, ν |
+//! | firn::FixedCorotated | rubber, jelly: an elastic solid that can even be turned inside out | E, ν |
 //! | firn::NeoHookean | an elastic solid that resists compression without bound | E, ν |
-//! | firn::Hencky | an elastic solid in logarithmic strain: the base of those that flow | E, ν |
+//! | firn::Hencky | an elastic solid in logarithmic strain: the base of the materials that flow | E, ν |
 //! | firn::VonMises | metal, clay for modelling: flows where the shear stress reaches a limit | E, ν, yield stress |
 //! | firn::Sand | dry sand: bears shear only under pressure (Drucker and Prager) | E, ν, friction angle |
-//! | firn::Nacc | soil, fruit, bread: crushed by pressure, breaks under tension (cam clay) | E, ν, consolidation |
+//! | firn::Nacc | soil, fruit, bread: pressure crushes it, tension breaks it (cam clay) | E, ν, consolidation |
 //! | firn::Snow | snow: hardens when crushed, breaks when stretched | E, ν, two critical strains |
-//! | firn::Fluid | water, honey: pressure and viscosity, no memory of its shape | bulk modulus, viscosity |
+//! | firn::Fluid | water, honey: has pressure and viscosity, keeps no shape | bulk modulus, viscosity |
 //!
-//! E is Young's modulus [Pa], ν Poisson's ratio. Real materials are stiff: sound crosses a cell of steel in a
-//! microsecond, and a step must be shorter than that. What you see of a fall or a flow hardly depends on E as long as
-//! the speed of sound √(E/ρ) is ten times the speed of the motion. So choose E by that rule, not from a table of steel.
+//! E is Young's modulus [Pa], and ν is Poisson's ratio. Real materials are stiff: sound crosses a cell of steel in a
+//! microsecond, and a time step must be shorter than that. But a fall or a flow hardly depends on E if the speed of
+//! sound √(E/ρ) is at least ten times the speed of the motion. So choose E by that rule, not from a table of materials.
 //!
 //! ## One point under strain
 //!
-//! A material is a pure function, so you can ask it without a simulation. Here a point of each is compressed along one
-//! axis by up to 10 %, then released, and the stress on that axis is written after each percent. You see at once which
-//! of them come back.
+//! A material is a pure function, so you can use it without a simulation. This program compresses a point of each
+//! material along one axis by up to 10 %, and then releases it. It writes the stress on that axis after every 5 %. You
+//! see which materials come back to no stress.
 #include <firn/firn.hpp>
 
 #include <cstdio>
 
-//! `firn::updated` follows the flow for a step: F ← (I + dt ∇v) F, then the plastic return mapping of the material.
-//! `firn::kirchhoff_stress` gives τ = J σ [Pa] in the new state.
+//! `firn::updated` follows the flow for one step: first F ← (I + dt ∇v) F, then the plastic return mapping of the
+//! material. `firn::kirchhoff_stress` gives the stress τ = J σ [Pa] of the new state.
 template <class Material>
 double compress_and_release(const char* name, const Material& material) {
     auto state = firn::initial_state<2>(material);
@@ -47,8 +47,8 @@ double compress_and_release(const char* name, const Material& material) {
     return stress;
 }
 
-//! Properties have names and defaults; you write only those that you choose. A value out of range throws
-//! firn::parameter_error, whose sentence says what is allowed.
+//! Properties have names and defaults. You write only those that you want to change. A value out of range throws
+//! firn::parameter_error; its message says which values are allowed.
 int main() {
     std::printf("%-16s%10s%10s%10s%10s\n", "compressed by", "5 %", "10 %", "5 %", "0 %");
     const double elastic = compress_and_release("fixed corotated",  //
@@ -61,8 +61,8 @@ int main() {
         "snow", firn::Snow<double>::from_properties({.young = 1e5, .poisson = 0.3, .critical_compression = 0.025}));
     compress_and_release("water", firn::Fluid<double>::from_properties({.bulk = 1e5, .viscosity = 1e-3}));
 
-    //! The elastic solid comes back to no stress. Metal and snow have flowed while they were compressed: brought back
-    //! to their old length they are under tension.
+    //! The elastic solid comes back to no stress. Metal and snow have flowed under compression. So they are under
+    //! tension when they have their old length again.
     return std::abs(elastic) < 1e-6 && metal > 1e3 && snow > 0 ? 0 : 1;
 }
 
@@ -73,7 +73,7 @@ int main() {
 //! firn::Simulation simulation(box, sand);
 //! ```
 //!
-//! A parameter that differs from particle to particle becomes a field with firn::PerParticle; firn::Dissipating adds
+//! With firn::PerParticle a parameter becomes a field, which has a value for each particle. firn::Dissipating records
 //! the energy that plastic flow takes. Next: [Your own material](03_own_material.cpp), and
 //! [several materials](05_several_materials.cpp) on one grid.
 //!

@@ -1,18 +1,18 @@
 //! # Your own material
 //!
-//! A material of yours is one small struct. The same lines then run in 2D and 3D, in float and double, in SIMD lanes,
-//! with dual numbers (which give derivatives) and on a GPU.
+//! Your own material is one small struct. The same code then runs in 2D and 3D, in float and double, in SIMD lanes,
+//! with dual numbers (which compute derivatives), and on a GPU.
 //!
 //! ## The maths
 //!
-//! firn asks two things of an elastic material:
+//! firn needs two functions of an elastic material:
 //!
-//! 1. the **Kirchhoff stress** τ = J σ = (∂ψ/∂F) Fᵀ [Pa], where F is the deformation gradient, J = det F and ψ the
-//!    energy per undeformed volume;
-//! 2. a bound of the **speed of sound** c [m/s], since a time step must be shorter than the time that sound takes to
+//! 1. The **Kirchhoff stress** τ = J σ = (∂ψ/∂F) Fᵀ [Pa]. F is the deformation gradient, J = det F, and ψ is the energy
+//!    per undeformed volume.
+//! 2. An upper bound of the **speed of sound** c [m/s]. A time step must be shorter than the time that sound takes to
 //!    cross a cell.
 //!
-//! Take soft tissue, which stiffens exponentially under strain (Demiray 1972):
+//! The example is soft tissue, which stiffens exponentially under strain (Demiray 1972):
 //!
 //!     ψ(F) = μ/(2k) (exp(k Q) − 1) + λ/2 (J − 1)²      with Q = tr FFᵀ − D − 2 ln J
 //!
@@ -21,38 +21,38 @@
 //!     ∂ψ/∂F = μ exp(k Q) (F − F⁻ᵀ) + λ (J − 1) J F⁻ᵀ
 //!     τ = (∂ψ/∂F) Fᵀ = μ exp(k Q) (FFᵀ − I) + λ (J − 1) J I
 //!
-//! **The speed of sound.** Matter that moves by a small wave, direction of motion a and direction of travel n, both unit
-//! vectors, is deformed to F + s (a ⊗ n) F. The second derivative of ψ for s, which is a · A a with the acoustic tensor
-//! A, over the density ρ₀ at rest is c². A bound for every a and n is enough: too large a value costs a shorter step,
-//! too small a value makes the simulation unstable. Here
+//! **The speed of sound.** Let a be the direction of motion of a small wave, and n its direction of travel; both are
+//! unit vectors. The wave deforms the matter to F + s (a ⊗ n) F. The second derivative of ψ by s is a · A a, where A is
+//! the acoustic tensor. Divided by the density ρ₀ at rest, it is c². A bound for every a and n is enough. If the bound
+//! is too large, the time steps are shorter than needed. If it is too small, the simulation is unstable. For this ψ:
 //!
 //!     d²Q/ds² = 2 |Fᵀn|² + 2 (a·n)²,     dQ/ds = 2 a · (FFᵀ − I) n,     d²J/ds² = 0,     dJ/ds = J (a·n)
 //!     ρ₀ c² = μ exp(k Q) (|Fᵀn|² + (a·n)² + 2 k (a · (FFᵀ − I) n)²) + λ J² (a·n)²
 //!           ≤ μ exp(k Q) (σ_max² + 1 + 2 k ‖FFᵀ − I‖²) + λ J²
 //!
-//! where σ_max is the largest principal stretch. `firn::squared_stretch_bound(F)` is a bound of σ_max² without a singular
-//! value decomposition.
+//! σ_max is the largest principal stretch. `firn::squared_stretch_bound(F)` returns a bound of σ_max² without a
+//! singular value decomposition.
 //!
 //! ## The struct
 //!
 //! [own_material.hpp](../own_material.hpp)
 //!
-//! - Write `firn::sqrt`, `firn::abs`, `firn::exp`, `firn::log`, `firn::pow`, `firn::min`, `firn::max`.
-//!   `std::sqrt` knows neither SIMD lanes nor the scalar that writes WGSL.
-//! - Write `firn::select(condition, a, b)` in place of `if` and `?:` on a value, because lanes take both sides.
-//! - `energy_density` is optional. It gives `totals().elastic_energy`, and lets you check the stress, as below.
-//! - A material with a memory has a struct template `state<D>` of its own with `fields()`, and takes that instead of
-//!   F. A plastic one offers `returned(trial)`. firn::VonMises is a short example; the list of all that a material
-//!   may offer is at the top of `firn/material/concept.hpp`.
-//! - In Eigen's terms, `Eigen::Matrix<S, D, D>` in place of `firn::Mat<S, D>`: `examples/eigen_material.hpp`.
+//! - Write `firn::sqrt`, `firn::abs`, `firn::exp`, `firn::log`, `firn::pow`, `firn::min`, `firn::max`. The functions of
+//!   `std` accept neither SIMD lanes nor the scalar that writes WGSL.
+//! - Write `firn::select(condition, a, b)` instead of `if` and `?:` on a value, because lanes compute both sides.
+//! - `energy_density` is optional. `totals().elastic_energy` needs it, and so does the check of the stress below.
+//! - A material that remembers more than F has its own struct template `state<D>` with `fields()`. Its functions then
+//!   take the state instead of F. A plastic material also has a function `returned(trial)`. firn::VonMises is a short
+//!   example. The top of `firn/material/concept.hpp` lists all members that a material may have.
+//! - You can use `Eigen::Matrix<S, D, D>` instead of `firn::Mat<S, D>`: see `examples/eigen_material.hpp`.
 //!
-//! What is missing or wrong is said by the compiler in a sentence that begins with "firn:".
+//! If something is missing or wrong, the compiler says so in a message that begins with "firn:".
 //!
 //! ## Check the derivative
 //!
-//! The commonest mistake is a stress that is not the derivative of its energy. Dual numbers find it: they carry a
-//! derivative through every operation. Matter in a flow of velocity gradient ∇v has dF/dt = ∇v F, so that
-//! dψ/dt = (∂ψ/∂F) : (∇v F) = τ : ∇v.
+//! The most common mistake is a stress that is not the derivative of its energy. Dual numbers find this mistake: they
+//! carry a derivative through every operation. In a flow with velocity gradient ∇v, dF/dt = ∇v F. So the energy changes
+//! by dψ/dt = (∂ψ/∂F) : (∇v F) = τ : ∇v.
 #include <firn/core/dual.hpp>
 #include <firn/firn.hpp>
 
@@ -78,7 +78,8 @@ int main() {
 
     //! ## Use it
     //!
-    //! It is a material like firn's own: in a simulation, among several, per particle, in states.
+    //! Your material works like firn's own materials: in a simulation, among several materials, with parameters per
+    //! particle, and in states.
     const firn::Domain<3> box{.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 1.0 / 32};
     firn::Simulation simulation(box, SoftTissue<float>{.mu = 2e4F, .lambda = 3e4F});
     simulation.add(firn::sample_sphere<3>({0.5, 0.25, 0.5}, 0.2, {.spacing = 1.0 / 64}), 1000.0, {0.0, -2.0, 0.0});

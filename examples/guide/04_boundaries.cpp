@@ -1,24 +1,25 @@
 //! # Boundaries
 //!
-//! A boundary changes the velocities of the grid's nodes that it holds. What you give in place of the default takes
-//! its place whole; firn::Together joins several.
+//! A boundary changes the velocities of the grid nodes that it holds. The default boundary is firn::Walls. If you give
+//! another boundary, it replaces the walls. To have both, join them with firn::Together.
 //!
 //! | boundary | what it is |
 //! | --- | --- |
 //! | firn::Walls | the faces of a box, each with its contact and friction; the default |
 //! | firn::Collider | a shape that stands, moves or turns: firn::HalfSpace, firn::Box, firn::Sphere, firn::Capsule |
-//! | firn::Collider of a firn::DistanceGrid | a closed mesh, by firn::mesh_distance |
-//! | firn::Together | several of these, known when you compile |
-//! | firn::BoundaryList | many of one kind, as many as you like at run time |
+//! | firn::Collider of a firn::DistanceGrid | a closed mesh; firn::mesh_distance makes the grid from the mesh |
+//! | firn::Together | several boundaries; you fix their number and types when you compile |
+//! | firn::BoundaryList | any number of boundaries of one type; you choose them at run time |
 //!
-//! Contact is one of four: `stick` (no motion at the surface), `slip` (none through it), `separate` (none into it;
-//! matter may leave) and `none`. Friction is Coulomb's coefficient.
+//! There are four kinds of contact. `stick` allows no motion at the surface. `slip` allows no motion through the
+//! surface. `separate` allows no motion into the surface, but matter may leave it. `none` allows all motion. Friction
+//! is Coulomb's coefficient.
 #include <firn/firn.hpp>
 
 #include <cstdio>
 
 int main() {
-    //! A box of sand: a floor that sticks, side walls that slip, and a ball that ploughs through the sand.
+    //! The scene is a box of sand. Its floor sticks, and its side walls slip. A ball ploughs through the sand.
     const firn::Domain<2> box{.lower = {0, 0}, .upper = {2, 1}, .cell_size = 1.0 / 64};
     auto walls = firn::Walls<float, 2>::all({0, 0}, {2, 1}, {firn::Contact::slip, 0});
     walls.at_lower[1] = {firn::Contact::stick, 0};     // axis 1 is up: the floor
@@ -32,11 +33,11 @@ int main() {
     firn::Simulation simulation(box, sand, firn::Together(walls, ball));
     simulation.add(firn::sample_box<2>({0.6, 0}, {2, 0.25}, {.spacing = 1.0 / 128}), 1600);
 
-    //! A moving collider goes on by itself, by its velocities. To steer it, set its velocities between steps:
+    //! In each step, firn moves a collider by its velocities. To steer it, set its velocities between steps:
     //! `std::get<1>(simulation.boundary.parts)` is the ball.
     //!
-    //! firn::Reactions, once given, tells what each part of the boundary gave to matter in the last step. The part
-    //! received the opposite. Summed over steps and divided by their time it is a force.
+    //! With firn::Reactions, a simulation records the impulse that each part of the boundary gave to matter in the last
+    //! step. The part received the opposite. The sum over steps, divided by their time, is a force.
     simulation.reactions.emplace();
     firn::Reaction<2> given;  // to the sand, by the ball
     while (simulation.time() < 1) {
@@ -62,12 +63,13 @@ int main() {
     //!
     //! ## Periodic axes and planes of symmetry
     //!
-    //! `.periodic = {true, false}` in the domain joins the two ends of an axis: what leaves at one comes in at the
-    //! other. A wall that slips without friction is a plane of symmetry, to first order in the cell.
+    //! `.periodic = {true, false}` in the domain joins the two ends of the first axis: matter that leaves at one end
+    //! comes in at the other. A wall that slips without friction is a plane of symmetry; the error is of first order in
+    //! the cell size.
     //!
     //! ## What to know
     //!
-    //! Matter comes to rest up to 1.5 cells before the surface of a collider, so that none gets in
-    //! (`thickness_in_cells`). Friction acts while matter is pressed on.
+    //! Matter comes to rest up to 1.5 cells before the surface of a collider (`thickness_in_cells`). This layer keeps
+    //! matter out of the solid. Friction acts only while matter presses on the surface.
     return std::abs(moved.position[0] - 1.3) < 0.01 && force[0] < 0 && force[1] > 0 ? 0 : 1;
 }

@@ -1,7 +1,7 @@
 //! # Several materials
 //!
-//! `firn::Materials{a, b, …}` puts several on one grid. Each has a *set* of particles. All share one field of
-//! velocities: matter of all materials sticks together within a cell.
+//! `firn::Materials{a, b, …}` puts several materials on one grid. Each material has its own *set* of particles. All
+//! materials share one field of velocities, so they stick together within a cell.
 //!
 //! In 2D, as here, a simulation is a slice of matter one metre thick, in plane strain. So densities are those of 3D
 //! [kg/m³], and masses, forces and energies are in kg, N and J.
@@ -19,14 +19,15 @@ int main() {
     const auto jelly = Jelly::from_young_poisson(2e4, 0.3);
     firn::Simulation simulation(tank, firn::Materials{water, jelly});
 
-    //! A handle to a set does what a simulation of one material does: `add`, `totals`, `add_load`, `remove_if`,
-    //! `state_of`, `restore`. Two materials of one type are told apart by their place: `simulation.set<0>()`.
+    //! `simulation.set<Water>()` returns a handle to the set of a material. You use it like a simulation of one
+    //! material: `add`, `totals`, `add_load`, `remove_if`, `state_of`, `restore`. If two materials have the same type,
+    //! name a set by its index in the list of materials: `simulation.set<0>()`.
     auto in_tank = simulation.set<Water>();
     auto block = simulation.set<Jelly>();
     in_tank.add(firn::sample_box<2>({0, 0}, {1, 0.4}, {.spacing = 0.01}), 1000);  // kg/m³
     block.add(firn::sample_box<2>({0.4, 0.42}, {0.6, 0.62}, {.spacing = 0.01}), 500);
 
-    //! A step is as long as the fastest of the materials allows. Each set has states of its own to write.
+    //! The material with the fastest sound limits the time step of all. Each set has its own states.
     //! [States and restart](07_states.cpp) tells how to go on from them.
     firn::StateSeries water_states("out", "water"), jelly_states("out", "jelly");
     for (int frame = 0; frame <= 10; ++frame) {

@@ -1,6 +1,6 @@
 //! # What engineers measure
 //!
-//! Loads, sources and sinks put matter under known conditions; totals, reactions and fields of particles say what
+//! Loads, sources and sinks put matter under known conditions. Totals, reactions and fields of particles tell you what
 //! happened.
 #include <firn/firn.hpp>
 
@@ -11,8 +11,8 @@
 int main() {
     //! ## A column under its own weight and a load
     //!
-    //! An elastic column 1 m high stands between walls that slip, in 2D: a slice one metre thick. On top lies a pressure of 2 kPa, applied as a force
-    //! on each particle of the uppermost layer.
+    //! An elastic column, 1 m high, stands between walls that slip; in 2D it is a slice one metre thick. A pressure of
+    //! 2 kPa acts on its top. The program applies it as a force on each particle of the top layer.
     const double E = 1e6, density = 1500, spacing = 1.0 / 40, pressure = 2000;
     const firn::Domain<2> box{.lower = {0, 0}, .upper = {0.25, 1.25}, .cell_size = 2 * spacing};
     const auto walls = firn::Walls<double, 2>::all({0, 0}, {0.25, 1.25}, {firn::Contact::slip, 0});
@@ -20,27 +20,28 @@ int main() {
     const auto column = simulation.add(firn::sample_box<2>({0, 0}, {0.25, 1 - spacing}, {.spacing = spacing}), density);
     const auto top = simulation.add(firn::sample_box<2>({0, 1 - spacing}, {0.25, 1}, {.spacing = spacing}), density);
 
-    //! `add_load` takes a function of position and time that gives the force on one particle [N]. The load
+    //! `add_load` takes a function of position and time. The function returns the force on one particle [N]. The load
     //! grows over half a second, so that the column does not swing.
     const double force = pressure * 0.25 / double(top.count);
     simulation.add_load(top, [=](const firn::Vec<double, 2>&, double time) {
         return firn::Vec<double, 2>{0.0, -force * std::min(time / 0.5, 1.0)};
     });
-    //! firn::Damped slows all motion down at a rate [1/s]: the quick way to a state at rest. `advance` takes it in the
-    //! place of gravity, so gravity is given to it and grows with the load.
+    //! firn::Damped slows down all motion at a rate [1/s]. It is the quick way to a state at rest. `advance` uses it
+    //! instead of `simulation.gravity`, so gravity is given here. It grows with the load.
     for (int i = 1; i <= 20; ++i)
         simulation.advance(0.1, firn::Damped<double, 2>{.field = {{0, -9.81 * std::min(i / 5.0, 1.0)}}, .rate = 20});
 
     //! ## Totals
     //!
-    //! Sums over the particles of a set, in double, with the same bits on any number of threads: mass, momentum,
-    //! angular momentum, first moment (over the mass: the centre), kinetic and elastic energy.
+    //! `totals` returns sums over the particles of a set: mass, momentum, angular momentum, first moment, kinetic and
+    //! elastic energy. The first moment divided by the mass is the centre of mass. The sums are in double, and have the
+    //! same bits on any number of threads.
     const auto sums = simulation.totals();
     std::printf("mass %.1f kg, kinetic energy %.2g J\n", sums.mass, sums.kinetic_energy);
 
     //! ## Stresses
     //!
-    //! Every particle has its Kirchhoff stress τ = J σ [Pa]. The vertical stress in depth z must be −(p + ρ g z).
+    //! Every particle has a Kirchhoff stress τ = J σ [Pa]. The vertical stress at depth z must be −(p + ρ g z).
     const auto& particles = simulation.particles();
     double surface = 0, worst = 0;
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
@@ -56,8 +57,8 @@ int main() {
 
     //! ## Reactions
     //!
-    //! What the walls gave to matter in a step: upwards, the weight and the load. Damping takes its part of it, so this
-    //! step is made without.
+    //! Reactions are the impulses that the walls gave to matter in a step. The upward impulse must balance the weight
+    //! and the load. Damping would change this impulse, so this step has no damping.
     simulation.reactions.emplace();
     simulation.step();
     const double borne = simulation.reactions->parts[0].impulse[1] / simulation.last_time_step();

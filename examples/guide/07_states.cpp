@@ -1,8 +1,8 @@
 //! # States and restart
 //!
-//! A *state* is all that a run needs to go on, as named arrays with units, in an HDF5 file. A state is written under
-//! another name, checked, synced and renamed: a program that is killed, or a disk that is full, leaves whole files
-//! only.
+//! A *state* holds all that a run needs to continue: named arrays with units, in an HDF5 file. firn writes a state
+//! under a temporary name, checks it, syncs it to disk, and then gives it its name. So all files are complete, even if
+//! the program is killed or the disk is full.
 #include <firn/firn.hpp>
 #include <firn/io/states.hpp>
 
@@ -17,9 +17,10 @@ firn::Simulation<2> scene() {
 
 //! ## Start, or go on
 //!
-//! This function is a whole run: it starts, or goes on where an earlier run ended. A BackgroundSeries writes while the
-//! simulation goes on; a StateSeries writes at once. Both make `NAME.hdf.series`, which ParaView opens. An Interruption
-//! turns Ctrl-C and SIGTERM into the end of the run, so that its last state is on disk.
+//! This function is a whole run. It starts anew, or it continues where an earlier run ended. A BackgroundSeries writes
+//! states while the simulation continues. With a StateSeries, the simulation waits until a state is written. Both also
+//! write `NAME.hdf.series`, which ParaView opens. With an Interruption, Ctrl-C and SIGTERM do not kill the program.
+//! They end the loop, so that the last state is on disk.
 //!
 //! `go_on_from` keeps the states of the earlier run. Without it, a series replaces an older one of the same name.
 firn::Simulation<2> run(const char* name, double end) {
@@ -44,7 +45,7 @@ firn::Simulation<2> run(const char* name, double end) {
     return simulation;
 }
 
-//! Every step after a restart has the bits of a run that was never stopped, on any number of threads.
+//! Every step after a restart has the same bits as in a run that was never stopped, on any number of threads.
 int main() {
     for (const char* name : {"whole", "parts"}) std::filesystem::remove(std::string("out/") + name + ".hdf.series");
     auto whole = run("whole", 0.4);
@@ -54,14 +55,15 @@ int main() {
         firn::state_of(simulation) == firn::state_of(whole) && firn::read_series("out/parts.hdf.series").size() == 9;
     std::printf("stopped and gone on with: %s\n", same ? "the same bits" : "other bits");
 
-    //! With several materials write a series for each set. If the program was killed between two writes, one list is
-    //! longer: go on from the last time that all lists have.
+    //! With several materials, write a series for each set. If the program is killed between two writes, one list is
+    //! longer than the others. Then continue from the last time that all lists have.
     //!
     //! ## What is refused
     //!
-    //! A state of a run with another policy, stiffness, cell, precision, compiler or processor is refused with a sentence
-    //! that says what differs. Restart::other_build accepts the state of another build, which rounds differently.
-    //! Restart::converted takes the particles into any run: float to double, another transfer, another stiffness.
+    //! firn refuses a state of a run with another policy, stiffness, cell size, precision, compiler or processor. The
+    //! message says what differs. With Restart::other_build, firn accepts a state that another build wrote; that build
+    //! rounds differently. With Restart::converted, firn moves the particles into any run: from float to double, to
+    //! another transfer, to another stiffness.
     firn::Simulation<2, firn::FixedCorotated<double>> exact({.lower = {0, 0}, .upper = {1, 1}, .cell_size = 1.0 / 64});
     try {
         firn::restore(exact, firn::state_of(simulation));
@@ -72,7 +74,8 @@ int main() {
 
     //! ## Read
     //!
-    //! A state has fields by name. `python3 examples/read_state.py FILE` does the same with h5py.
+    //! A state has a list of fields, each with a name. `python3 examples/read_state.py FILE` prints the same list with
+    //! h5py.
     const firn::State<float> state = firn::state_of(simulation);
     for (const auto& field : state.fields)
         std::printf("%-24s %d x %zu  [%s]\n", field.name.c_str(), field.components, state.size(), field.unit.c_str());
@@ -82,10 +85,11 @@ int main() {
     //! | for | write | with |
     //! | --- | --- | --- |
     //! | ParaView | a StateSeries or BackgroundSeries | all fields, triangles, times |
-    //! | Houdini, Blender | `write_ply("run_0001.ply", state, {"velocity"})` (`firn/io/ply.hpp`) | points, ids, named fields |
-    //! | Houdini, Blender | `write_obj("cloth_0001.obj", state)` (`firn/io/obj.hpp`) | points and triangles |
-    //! | anything that reads points | `write_obj_points("run_0001.obj", points)` | points |
+    //! | Houdini, Blender | `write_ply("run_0001.ply", state, {"velocity"})`, `firn/io/ply.hpp` | points, ids, fields |
+    //! | Houdini, Blender | `write_obj("cloth_0001.obj", state)`, `firn/io/obj.hpp` | points and triangles |
+    //! | programs that read points | `write_obj_points("run_0001.obj", points)` | points |
     //!
-    //! firn::StateOptions selects fields, with every n-th state complete to go on from, and compresses.
+    //! firn::StateOptions selects the fields to write, and compresses. A run cannot continue from a state with selected
+    //! fields; so every n-th state can have all fields (`complete_every`).
     return same ? 0 : 1;
 }

@@ -1,7 +1,8 @@
 //! # On a GPU
 //!
-//! The same policies write a complete WGSL program, a material of yours included, without a line changed. A definition
-//! is evaluated with a scalar that records what it computes; no formula stands twice.
+//! firn writes a complete WGSL program from the same policies, without a change of their code. Your own material works,
+//! too. To write the program, firn calls the policies with a scalar that records its operations. So no formula is
+//! written twice.
 #include <firn/boundary/walls.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
@@ -18,17 +19,18 @@ int main() {
     const auto walls = firn::Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {firn::Contact::separate, 0});
     const auto program = firn::wgsl::make_program<firn::QuadraticBSpline, firn::Apic, firn::MlsForce, 3>(tissue, walls);
 
-    //! `program.code` is WGSL. The manifest says in JSON what a host needs: uniforms with their units and offsets,
-    //! buffers, entry points, and the order in which a step calls them.
+    //! `program.code` is WGSL. The manifest is JSON. It lists what a host needs to know: uniforms with their units and
+    //! offsets, buffers, entry points, and the order in which a step calls the entry points.
     std::ofstream("program.wgsl") << program.code;
     std::ofstream("manifest.json") << firn::wgsl::manifest(program);
     std::cout << program.name << ": " << program.code.size() << " bytes of WGSL\n";
 
     //! ## Run it
     //!
-    //! In a browser, in node or in Deno: `examples/web/firn.mjs`. The page `examples/web/run.sh` serves runs scenes.
+    //! `examples/web/firn.mjs` runs programs in a browser, in node or in Deno. `examples/web/run.sh` serves a web page
+    //! that runs scenes.
     //!
-    //! From C++, firn::webgpu runs programs through any library with WebGPU's C interface (Dawn, wgpu-native):
+    //! In C++, firn::webgpu runs programs through any library with WebGPU's C interface (Dawn, wgpu-native):
     //!
     //! ```cpp
     //! #include <firn/webgpu/host.hpp>
@@ -44,15 +46,17 @@ int main() {
     //!
     //! ## What to know
     //!
-    //! - P2G adds integers with atomics, so sums do not depend on their order: they are the CPU's to the bit
-    //!   (firn::FixedPoint). The scale comes from a bound that is proven not to overflow.
-    //! - What would wrap or leave the domain stops the program with an error in the buffer `status`.
+    //! - P2G adds integers with atomics. So the sums do not depend on their order: they have the same bits as on the
+    //!   CPU (firn::FixedPoint). The scale of the integers comes from a bound, so that no sum overflows.
+    //! - If an integer would overflow, or a particle leaves the domain, the program stops with an error in the buffer
+    //!   `status`.
     //! - WebGPU's default limits (eight storage buffers a stage, 128 MiB a buffer) allow 3.7 million particles in 3D
-    //! and
-    //!   a grid of up to 200³ nodes. A device that allows more takes more.
-    //! - Programs know one material, PIC and APIC, float, a dense grid; no periodic axes and no meshes as boundaries.
+    //!   and a grid of up to 200³ nodes. With a device of higher limits, both may be larger.
+    //! - Programs support one material, PIC and APIC, float and a dense grid. They do not support periodic axes, or
+    //!   meshes as boundaries.
     //!
-    //! `06_emit_wgsl --list` names every combination that can be written; `--all FOLDER` writes them.
+    //! `06_emit_wgsl --list` lists all combinations of policies that firn can write as a program. `--all FOLDER` writes
+    //! these programs.
     //!
     //! ![Two elastic cubes in the browser: examples/web](../images/web.png)
     return program.code.size() > 1000 ? 0 : 1;

@@ -1,24 +1,25 @@
 //! # Speed
 //!
-//! What to set, what to expect, how to measure.
+//! This page tells you what to set, how to measure, and what to expect.
 //!
 //! ## What to set
 //!
 //! | | |
 //! | --- | --- |
-//! | optimisation | `-O3`, or `CMAKE_BUILD_TYPE=Release`; without, some hundred times slower |
-//! | processor | `-march=native`: lanes are as wide as the target's registers |
-//! | threads | one for each core: `OMP_NUM_THREADS`, or `firn::Coloured{.threads = 8}` |
-//! | places | alone on a machine with several processors: `OMP_PLACES=cores OMP_PROC_BIND=close` |
+//! | optimisation | `-O3`, or `CMAKE_BUILD_TYPE=Release`; without it, programs are some hundred times slower |
+//! | processor | `-march=native`: SIMD lanes are then as wide as the registers |
+//! | threads | one for each core, by `OMP_NUM_THREADS` or `firn::Coloured{.threads = 8}` |
+//! | places | `OMP_PLACES=cores OMP_PROC_BIND=close`, if no other program runs on a machine with several processors |
 //! | precision | `float`; `double` takes about twice the time |
-//! | stiffness | a step is bounded by the time that sound takes to cross a cell: E four times as large, twice the steps |
-//! | transfer | firn::Apic; firn::Flip and its kin take a second P2G each step |
+//! | stiffness | E as small as the scene allows; with four times the E, a run has twice as many steps |
+//! | transfer | firn::Apic; firn::Flip, firn::Aflip and firn::Asflip take a second P2G in each step |
 //! | execution | firn::Coloured; firn::FixedPoint is for comparison with GPUs |
 //!
 //! ## How to measure
 //!
-//! Count particle-steps a second, over steps that include sorting, after some steps to warm up. Time in the processor's
-//! seconds where other programs run beside yours. Compare two settings by turns in one run: clocks change.
+//! Count particle-steps a second. Take some steps to warm up first, and then time steps that include sorting. If other
+//! programs run beside yours, measure the processor time. To compare two settings, run them in turns within one run,
+//! because the clock of a processor changes.
 #include <firn/firn.hpp>
 
 #include <chrono>
@@ -40,17 +41,17 @@ int main() {
 
     //! ## What to expect
     //!
-    //! On two cores of a Xeon at 2.1 GHz with AVX-512, two elastic cubes of 144,054 particles make 29 million
-    //! particle-steps a second on one thread and 55 on two: seventeen times straightforward Eigen code on the same
-    //! scene. A particle takes 185 bytes. Memory and time are those of the matter, not of the domain. Spray costs more:
-    //! with 11 particles a block of 4³ cells three to four times as much a particle. `benchmarks/README.md` has all
-    //! tables.
+    //! On a Xeon at 2.1 GHz with AVX-512, two elastic cubes of 144,054 particles make 29 million particle-steps a
+    //! second on one thread, and 55 million on two. On one thread, this is seventeen times as fast as straightforward
+    //! Eigen code on the same scene. A particle takes 185 bytes. Memory and time depend on the matter, not on the size
+    //! of the domain. Spray costs more: with 11 particles in a block of 4³ cells, a particle takes three to four times
+    //! as long. `benchmarks/README.md` has all tables.
     //!
     //! ## How long it takes to compile
     //!
-    //! A simulation takes a compiler about six times what one `JacobiSVD` of Eigen's takes. The common ones
-    //! (`Simulation<2>`, `Simulation<3>`, their samples and states) are also in a library that your project compiles
-    //! once, with its own options:
+    //! A compiler needs about six times as long for a simulation as for one `JacobiSVD` of Eigen. The common
+    //! simulations (`Simulation<2>` and `Simulation<3>`, with their samples and states) are also in a library. Your
+    //! project compiles this library once, with its own options:
     //!
     //! ```cmake
     //! add_compile_options(-march=native)                            # of the program and the library alike
@@ -58,7 +59,7 @@ int main() {
     //! target_link_libraries(simulator PRIVATE firn::compiled_hdf5)  # firn::compiled, without states
     //! ```
     //!
-    //! Any other simulation can be left to one file of your program:
+    //! For any other simulation, declare it in a header and compile it in one source file of your program:
     //!
     //! ```cpp
     //! extern template class firn::Simulation<3, firn::Snow<float>>;  // in your header
@@ -67,9 +68,10 @@ int main() {
     //!
     //! ## Threads
     //!
-    //! Loops run on OpenMP's threads, with the same bits on any number of them. Functions of yours that are called for
-    //! every particle or node (loads, fields, boundaries) run on several threads at once; those called once a step may
-    //! open parallel regions of their own. Inside a parallel region of yours, and in a child of `fork()`, firn runs on
-    //! the calling thread. A host's own threads are lent through firn::LentThreads: `examples/14_lend_threads.cpp`.
+    //! firn's loops run on OpenMP's threads. The results have the same bits on any number of threads. firn calls your
+    //! functions of a particle or a node (loads, fields, boundaries) on several threads at once. Your functions that
+    //! firn calls once a step may open parallel regions. If your program calls firn inside a parallel region, or in a
+    //! child of `fork()`, firn runs on the calling thread only. Your program can also lend its own threads to firn,
+    //! with firn::LentThreads: see `examples/14_lend_threads.cpp`.
     return speed > 0 ? 0 : 1;
 }

@@ -1,7 +1,7 @@
 //! # Particles, soft bodies and cloth
 //!
 //! A firn::ParticleSystem moves free particles and nets of springs without a grid: cloth, ropes, soft bodies,
-//! fountains. What is a boundary of a Simulation is one of a system.
+//! fountains. Its boundaries are the same as those of a Simulation.
 #include <firn/lagrangian.hpp>
 
 #include <algorithm>

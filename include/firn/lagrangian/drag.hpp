@@ -24,7 +24,7 @@ inline void check_air(double density, double coefficient) {
 /// one metre thick, with A = 2 r.
 template <scalar S, int D>
 struct Drag {
-    S density = S(1.2);       ///< Density ρ of the air [kg/m³; kg/m² in 2D].
+    S density = S(1.2);       ///< Density ρ of the air [kg/m³].
     S coefficient = S(0.47);  ///< Drag coefficient c_d [1]; 0.47: smooth ball at Reynolds numbers of 1e4 to 1e5.
     Vec<S, D> wind{};         ///< Velocity of the air [m/s].
 

@@ -19,7 +19,7 @@ struct SoftBody {
     Net<D> net;                   ///< Points, links and facets.
     std::vector<double> volumes;  ///< Part of the enclosed volume of each point [m³; m² in 2D].
 
-    /// Returns the mass of every point [kg], in the order of the points, for a body of `density` [kg/m³; kg/m² in 2D].
+    /// Returns the mass of every point [kg], in the order of the points, for a body of `density` [kg/m³].
     /// \throws parameter_error  unless the density is positive and finite
     std::vector<double> masses(double density) const {
         detail::check_positive(density, "The density of the body", D == 3 ? "kg/m^3" : "kg/m^2");

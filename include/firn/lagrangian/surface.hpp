@@ -112,8 +112,8 @@ inline std::vector<Link> unique_links(std::vector<Link> links) {
 
 }  // namespace detail
 
-/// Returns the mass of every point [kg], in the order of the net's points, for a surface with `density` [kg/m²; kg/m in
-/// 2D]. Each triangle gives a third of its mass to each corner; in 2D, each edge gives half of its mass to each end.
+/// Returns the mass of every point [kg], in the order of the net's points, for a surface with `density` [kg/m²]. Each
+/// triangle gives a third of its mass to each corner; in 2D, each edge gives half of its mass to each end.
 /// \throws parameter_error  unless the density is positive and finite, and every point belongs to a facet with an area
 template <int D>
 std::vector<double> facet_masses(const Net<D>& net, double density) {

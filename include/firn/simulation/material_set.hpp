@@ -107,7 +107,7 @@ struct MaterialSet {
     std::vector<Facet<D>> facets{};    ///< Facets of the nets. Their corners are ids of particles.
 
     /// Adds a body of uniform density and velocity, with one particle for each sample.
-    /// \param density   density of the body [kg/m³; kg/m² in 2D]
+    /// \param density   density of the body [kg/m³]
     /// \param velocity  velocity of the body [m/s]
     /// \param threads   number of threads that will use the particles. \see Particles::reserve
     /// \throws parameter_error  if the density, the volume of a particle or the velocity is out of range

@@ -49,7 +49,7 @@ public:
 
     /// Adds a body of uniform density and velocity, with one particle for each sample. \see sample_box, sample_mesh
     /// \param samples   positions of the particles [m], and the volume of each particle [m^D]
-    /// \param density   density of the body [kg/m³; kg/m² in 2D]
+    /// \param density   density of the body [kg/m³]
     /// \param velocity  velocity of the body [m/s]
     /// \return the body, which holds the ids of its particles
     /// \throws parameter_error  if the density, the volume of a particle or the velocity is out of range

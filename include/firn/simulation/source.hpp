@@ -17,7 +17,7 @@ namespace firn {
 template <int D>
 struct Source {
     Samples<D> samples;                                         ///< the particles of one burst
-    double density = 1000;                                      ///< density of the particles [kg/m³; kg/m² in 2D]
+    double density = 1000;                                      ///< density of the particles [kg/m³]
     Vec<double, D> velocity{};                                  ///< velocity of the particles [m/s]
     double rate = 1;                                            ///< number of bursts per second [1/s]
     double start = 0;                                           ///< time of the first burst [s]
@@ -29,7 +29,7 @@ struct Source {
     /// two layers, along the velocity, is `spacing`.
     /// \param layer     particles that fill a layer of thickness `spacing`, perpendicular to the velocity
     /// \param spacing   distance between two layers, and between neighbouring particles in a layer [m]
-    /// \param density   density of the particles [kg/m³; kg/m² in 2D]
+    /// \param density   density of the particles [kg/m³]
     /// \param velocity  velocity of the particles [m/s]
     /// \throws parameter_error  if the speed or the spacing is not positive and finite, or if a parameter of the source
     ///                          is out of range
