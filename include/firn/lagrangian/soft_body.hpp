@@ -22,7 +22,7 @@ struct SoftBody {
     /// Returns the mass of every point [kg], in the order of the points, for a body of `density` [kg/m³].
     /// \throws parameter_error  unless the density is positive and finite
     std::vector<double> masses(double density) const {
-        detail::check_positive(density, "The density of the body", D == 3 ? "kg/m^3" : "kg/m^2");
+        detail::check_positive(density, "The density of the body", "kg/m^3");
         auto masses = volumes;
         for (auto& mass : masses) mass *= density;
         return masses;

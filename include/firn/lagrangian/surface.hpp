@@ -117,7 +117,7 @@ inline std::vector<Link> unique_links(std::vector<Link> links) {
 /// \throws parameter_error  unless the density is positive and finite, and every point belongs to a facet with an area
 template <int D>
 std::vector<double> facet_masses(const Net<D>& net, double density) {
-    detail::check_positive(density, "The density of the surface", D == 3 ? "kg/m^2" : "kg/m");
+    detail::check_positive(density, "The density of the surface", "kg/m^2");
     auto masses = detail::shared_out(net, net.facets, "facet", [&](const Facet<D>& f) { return facet_area(net, f); });
     for (auto& mass : masses) mass *= density;
     return masses;

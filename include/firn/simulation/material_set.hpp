@@ -114,8 +114,7 @@ struct MaterialSet {
     /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads) {
         if (!(density > 0) || !std::isfinite(density))
-            throw parameter_error(
-                sentence("The density is ", density, " kg/m^", D, "; it must be positive and finite."));
+            throw parameter_error(sentence("The density is ", density, " kg/m^3; it must be positive and finite."));
         if (!(samples.volume > 0) || !std::isfinite(samples.volume))
             throw parameter_error(sentence("The volume of a particle is ", samples.volume, " m^", D,
                                            "; it must be positive and finite."));

@@ -49,7 +49,7 @@ struct Source {
         if (samples.positions.empty()) throw parameter_error("A source has no particles to give. Sample a shape.");
         if (!(samples.volume > 0) || !std::isfinite(samples.volume) || !(density > 0) || !std::isfinite(density))
             throw parameter_error(sentence("A source gives particles of ", samples.volume, " m^", D, " and ", density,
-                                           " kg/m^", D, "; both must be positive and finite."));
+                                           " kg/m^3; both must be positive and finite."));
         if (!std::isfinite(norm(velocity)))
             throw parameter_error(
                 sentence("A source gives particles at ", norm(velocity), " m/s; their velocity must be finite."));
