@@ -135,7 +135,7 @@ def prepare_examples(source):
         contents += f"- @subpage example_{path.stem}\n"
         (source / f"example_{path.stem}.md").write_text(
             f"# {path.name} {{#example_{path.stem}}}\n\n{words}\n\n{fenced(text, language[path.suffix])}")
-    (source / "examples.md").write_text("# Examples {#examples}\n\nEach of these programs has `--help`, unless it has no "
+    (source / "2_examples.md").write_text("# Examples {#examples}\n\nEach of these programs has `--help`, unless it has no "
                                         f"options. `examples/run.sh --all` builds them all.\n\n{contents}")
 
 
@@ -157,7 +157,7 @@ def prepare_guide(source):
         (source / f"{page_name(path)}.md").write_text(f"{title} {{#{page_name(path)}}}\n{text}")
     prepare_examples(source)
     title, text = page(root / "examples/guide/README.md", "@subpage").split("\n", 1)
-    (source / "guide.md").write_text(f"{title} {{#guide}}\n{text}")
+    (source / "1_guide.md").write_text(f"{title} {{#guide}}\n{text}")
     front = page(docs / "front.md")
     front = front.replace("\\rooms", "".join(f"- @ref {room} \"{title}\": {about}\n" for room, (title, about) in rooms.items()))
     (source / "front.md").write_text(front)
@@ -242,7 +242,8 @@ def without_false_links(site):
             if f'name="{place}"' not in text and f'id="{place}"' not in text:
                 text = text.replace(link, "")
         # A function of the standard library is no link to firn's of the same name.
-        text = re.sub(r"(std::)<a [^>]*>(\w+)</a>", r"\1\2", text)
+        text = re.sub(r"(std::)<a [^>]*>(\w+)</a>|<a [^>]*>(std::\w+)</a>",
+                      lambda found: found[3] or found[1] + found[2], text)
         path.write_text(text)
 
 

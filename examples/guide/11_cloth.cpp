@@ -13,7 +13,8 @@ int main() {
     //!
     //! The ball is a boundary. The cloth hangs by two corners; `{32, 32}` are cells, so that point i + 33 j lies at the
     //! i-th and j-th corner. `radius` keeps each point that far from the ball [m].
-    const firn::Collider<firn::Sphere<float, 3>> ball{.shape = {0.25F}, .friction = 0.3, .position = {0.5, 0.4, 0.35}};
+    firn::Collider<firn::Sphere<float, 3>> ball{.shape = {0.25F}, .friction = 0.3};
+    ball.position = {0.5, 0.4, 0.35};
     firn::ParticleSystem system(ball);
     const auto sheet = firn::cloth({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {32, 32});      // 1 m × 1 m, upright
     system.add(sheet, {.masses = firn::facet_masses(sheet, 0.2), .radius = 0.01});  // 0.2 kg/m²
