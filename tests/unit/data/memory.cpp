@@ -77,5 +77,5 @@ TEST_CASE("a grid of distances with more nodes than a whole number counts is not
     DistanceNumbers<float, 3> grid;
     grid.spacing = 1;
     grid.nodes = {1 << 22, 1 << 21, 1 << 21};  // 2^64
-    CHECK(holds(message<parameter_error>([&] { grid.check(); }), "1.84467441e+19 nodes but 0 numbers"));
+    CHECK(holds(message<parameter_error>([&] { grid.check(); }), "1.84467441e+19 nodes but 0 values"));
 }
