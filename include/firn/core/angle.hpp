@@ -12,7 +12,7 @@ namespace firn {
 /// A plane angle. Make it with degrees() or radians(): a number alone does not compile, since it has no unit.
 class Angle {
 public:
-    constexpr Angle() = default;  ///< The angle 0.
+    constexpr Angle() = default;  ///< Makes the angle 0.
     /// Stops the compilation with a message, since a plain number has no unit.
     template <class Number>
         requires std::is_arithmetic_v<Number>
@@ -21,10 +21,10 @@ public:
                       "firn: an angle says its unit: write firn::degrees(35) or firn::radians(0.6).");
     }
 
-    constexpr double in_radians() const { return radians_; }                           ///< The angle [rad].
-    constexpr double in_degrees() const { return radians_ * 180 / std::numbers::pi; }  ///< The angle [°].
+    constexpr double in_radians() const { return radians_; }                           ///< Returns the angle [rad].
+    constexpr double in_degrees() const { return radians_ * 180 / std::numbers::pi; }  ///< Returns the angle [°].
 
-    /// Returns the angle of `number` radians or degrees.
+    /// radians(number) returns the angle of `number` radians, and degrees(number) returns that of `number` degrees.
     /// @{
     friend constexpr Angle radians(double number);
     friend constexpr Angle degrees(double number);
@@ -40,7 +40,7 @@ public:
     friend constexpr Angle operator/(Angle a, double divisor) { return of(a.radians_ / divisor); }
     /// @}
 
-    /// Compares two angles as numbers: 0° is less than 360°.
+    /// Compares the values of two angles. Full turns count: 0° is less than 360°.
     friend constexpr auto operator<=>(Angle, Angle) = default;
 
 private:

@@ -1,6 +1,6 @@
 /// \file Exact operations on the binary digits of a float, a double, or all lanes of a pack. The functions exp, log and
-/// pow use these operations. They are right for normal numbers only; callers must treat zero, subnormal numbers, ±∞ and
-/// NaN separately.
+/// pow use these operations. Their results are right for normal numbers only; callers must treat zero, subnormal
+/// numbers, ±∞ and NaN separately.
 #pragma once
 
 #include <firn/core/scalar.hpp>
@@ -71,8 +71,8 @@ template <std::floating_point T>
 FIRN_INLINE T significand_of(T x) {
     return detail::bits::significand_of<T, typename binary_layout<T>::integer>(x);
 }
-/// Returns x with only the first 12 (in double 26) binary digits of its significand; the others are set to zero. The
-/// product of two numbers returned by this function is exact.
+/// Returns x with only the first 12 (for a double: 26) binary digits of its significand; the other digits are set to
+/// zero. The product of two numbers returned by this function is exact.
 template <std::floating_point T>
 FIRN_INLINE T leading_half(T x) {
     return detail::bits::leading_half<T, typename binary_layout<T>::integer>(x);

@@ -16,12 +16,12 @@ struct dual {
     dual() = default;  ///< Leaves value and derivative uninitialised.
     /// Makes the dual number v + d ε.
     FIRN_INLINE constexpr dual(T v, T d) : value(v), derivative(d) {}
-    /// Makes a constant, whose derivative is zero, from a number.
+    /// Makes a dual number with derivative zero from a number.
     template <class U>
         requires std::is_arithmetic_v<U>
     FIRN_INLINE constexpr dual(U v) : value(T(v)), derivative(T(0)) {}
-    /// Makes a constant, whose derivative is zero, from a value of type T. (For T = float or double, the constructor
-    /// above does this.)
+    /// Makes a dual number with derivative zero from a value of type T. (For T = float or double, the constructor above
+    /// does this.)
     FIRN_INLINE constexpr explicit dual(const T& v)
         requires(!std::is_arithmetic_v<T>)
         : value(v), derivative(T(0)) {}
@@ -56,7 +56,8 @@ struct dual {
     FIRN_INLINE friend constexpr auto operator==(dual a, dual b) { return a.value == b.value; }
     /// @}
 
-    /// Returns a in the lanes where the mask is on, and b in the other lanes. This holds for values and derivatives.
+    /// Returns `a`, with its derivative, in the lanes where the mask is on, and `b`, with its derivative, in the other
+    /// lanes.
     FIRN_INLINE friend constexpr dual select(mask_t<T> m, dual a, dual b) {
         return {select(m, a.value, b.value), select(m, a.derivative, b.derivative)};
     }
@@ -75,7 +76,7 @@ struct dual {
     }
 };
 
-/// Traits of a dual number: the type of its numbers and the number of its lanes, which are the same as for T.
+/// Traits of a dual number: the type of its numbers and the number of its lanes. Both are the same as for T.
 template <class T>
 struct scalar_traits<dual<T>> {
     using value_type = value_type_t<T>;                    ///< type of the numbers: float or double

@@ -3,7 +3,8 @@
 ///
 /// From Eigen: every function that takes a `Vec<S, D>` or `Mat<S, D>` also takes an Eigen expression of the same size,
 /// and evaluates this expression at once. For a Vec, the expression may be a row vector. If the size of the expression
-/// is known only at run time, the size is checked, and a wrong size throws parameter_error.
+/// is known only at run time, this size is checked, and parameter_error is thrown if the size differs from that of the
+/// Vec or Mat.
 ///
 /// To Eigen: `Eigen::Vector3d x = vec;` copies. as_eigen(vec) returns an Eigen::Map onto the components of vec, and the
 /// map is valid while vec lives; if vec is a temporary, as_eigen(vec) returns a copy. A function that you pass to firn
@@ -50,7 +51,7 @@ struct foreign_of_eigen {
         return (columns == 1 && may_be(rows, Rows)) || (rows == 1 && may_be(columns, Rows));
     }();
 
-    /// Evaluates the expression `from` and writes its Rows × Columns numbers to `numbers`, column by column.
+    /// Evaluates the expression `from` and writes its Rows × Columns elements to `numbers`, column by column.
     /// \throws parameter_error  if the size of the expression is known only at run time, and is not Rows × Columns
     template <class S, int Rows, int Columns>
     FIRN_INLINE static void read(const E& from, S* numbers) {
@@ -109,7 +110,7 @@ template <detail::eigen_dense E>
 struct foreign<E> : detail::foreign_of_eigen<E> {
     using own = detail::own_type_t<E>;  ///< firn's type of the same size: a Vec or a Mat
 
-    /// Returns an Eigen matrix or array, made from numbers that are stored column by column.
+    /// Returns an Eigen matrix or array whose elements are read from `numbers`, column by column.
     FIRN_INLINE static E made(const typename E::Scalar* numbers) {
         constexpr int rows = E::RowsAtCompileTime, columns = E::ColsAtCompileTime;
         constexpr int order = rows == 1 && columns != 1 ? Eigen::RowMajor : Eigen::ColMajor;
@@ -168,9 +169,9 @@ auto from_eigen(const Eigen::DenseBase<E>& a) {
 
 namespace detail {
 
-/// `type` is the Eigen matrix for a list of values of type T, `number` is the type of its elements. For a list of
-/// numbers, the matrix has one column, with one row per number. For a list of Vecs, the matrix has one column per Vec.
-/// For a list of Mats, it has one column per Mat, which holds the elements of this Mat column by column.
+/// `type` is the Eigen matrix for a list of values of type T, and `number` is the type of this matrix's elements. For a
+/// list of numbers, the matrix has one column, with one row per number. For a list of Vecs, the matrix has one column
+/// per Vec. For a list of Mats, it has one column per Mat, which holds the elements of this Mat column by column.
 template <class T>
 struct eigen_of_many {};
 template <class S>
@@ -266,7 +267,8 @@ struct NumTraits<S> : GenericNumTraits<S> {
     using NonInteger = S;  ///< type of quotients
     using Nested = S;      ///< type of a number that an expression stores
     using Literal = S;     ///< type of constants
-    /// Whether a number is complex, an integer, signed, or needs a constructor; and the costs of its operations.
+    /// Properties of a number: it is signed, not complex and not an integer. It needs a constructor unless its default
+    /// constructor is trivial. Its operations cost as much as those of a float.
     enum {
         IsComplex = 0,
         IsInteger = 0,

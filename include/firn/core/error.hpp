@@ -24,7 +24,7 @@ struct parameter_error : error {
     using error::error;
 };
 
-/// Thrown if an array would need more memory than there is.
+/// Thrown if an array would need more memory than is available.
 struct memory_error : parameter_error {
     using parameter_error::parameter_error;
 };
@@ -39,7 +39,7 @@ struct overflow_error : error {
     using error::error;
 };
 
-/// Thrown if a triangle mesh cannot be used for the purpose (not watertight, empty, wrong indices).
+/// Thrown if a triangle mesh cannot be used, e.g. because it is empty, is not watertight, or has invalid indices.
 struct mesh_error : error {
     using error::error;
 };
@@ -54,7 +54,7 @@ struct device_error : error {
     using error::error;
 };
 
-/// Thrown if a function is called at the wrong time or in the wrong order.
+/// Thrown if a function is called when this is not allowed, e.g. before a function that has to be called first.
 struct usage_error : error {
     using error::error;
 };
@@ -95,7 +95,7 @@ private:
     };
 };
 
-/// Returns an argument of sentence() as something from which a Part can be made: a path as a text in quotes, a
+/// Converts an argument of sentence() to a type from which a Part can be made: a path as a text in quotes, a
 /// std::atomic as its value, and any other argument unchanged.
 /// @{
 template <class T>
@@ -139,7 +139,7 @@ const T& part_of(const T& part) {
 }  // namespace detail
 
 /// Joins texts, numbers and paths to one message: `throw parameter_error(sentence("dt = ", dt, " s …"))`.
-/// Floating-point numbers are written with up to nine digits, paths in quotes.
+/// Floating-point numbers are written with up to nine significant digits, and paths are written in quotes.
 template <class... Parts>
 [[gnu::cold, gnu::noinline]] std::string sentence(const Parts&... parts) {
     return detail::joined({detail::Part(detail::part_of(parts))...});

@@ -21,15 +21,15 @@ struct Mat;
 
 /// The conversions of a vector or matrix type T of another library. A specialisation has
 ///
-///     owns                                   true if a T stores its numbers, false if T is an expression
-///     holds<Rows, Columns>                   whether a T can have Rows × Columns numbers, judged by the type alone
+///     owns                                   true if a T stores its elements, false if T is an expression
+///     holds<Rows, Columns>                   whether a T can have Rows × Columns elements, judged by the type alone
 ///     template <class S, int Rows, int Columns> static void read(const T& from, S* numbers);
-///                                            writes the numbers of `from` column by column
+///                                            writes the elements of `from` to `numbers`, column by column
 ///
-/// and, if a T stores its numbers and its size is fixed,
+/// and, if a T stores its elements and its size is fixed,
 ///
 ///     own                                    firn's type of the same size: Vec<S, D> or Mat<S, D>
-///     static T made(const S* numbers)        makes a T from numbers that are stored column by column
+///     static T made(const S* numbers)        makes a T from elements that are stored column by column
 template <class T>
 struct foreign {};
 
@@ -37,7 +37,7 @@ struct foreign {};
 template <class T>
 concept is_foreign = requires { foreign<T>::owns; };
 
-/// A type of another library whose objects can have Rows × Columns numbers.
+/// A type of another library whose objects can have Rows × Columns elements.
 template <class T, int Rows, int Columns>
 concept holds_numbers = is_foreign<T> && foreign<T>::template holds<Rows, Columns>;
 
@@ -47,17 +47,18 @@ concept is_made_from = is_foreign<T> && std::same_as<typename foreign<T>::own, O
 
 namespace detail {
 
-/// A type that identifies one call, of a function F with arguments A…. The type is a template argument of the concept
-/// has_counterpart, so that the compiler checks the concept again for every call. Otherwise the compiler would reuse
-/// the result of an earlier check, which may have been made before the other library's header was included.
+/// A type that identifies one call: the call of a function F with arguments of types A…. The type is a template
+/// argument of the concept has_counterpart, so that the compiler checks the concept again for every call. Otherwise the
+/// compiler would reuse the result of an earlier check, which may have been made before the other library's header was
+/// included.
 template <class F, class... A>
 struct call_of;
 
 template <class T, class Call>
 concept has_counterpart = requires(const T& x, Call* call) { counterpart_of(x, call); };
 
-/// Returns x converted to the other library's type, which is the return type of counterpart_of(x, …). If there is no
-/// such function, returns x itself.
+/// Returns x converted to the other library's type, the return type of counterpart_of(x, …). If no function
+/// counterpart_of() accepts x, returns x itself.
 template <class Call, class T>
 FIRN_INLINE decltype(auto) in_other_terms(const T& x) {
     if constexpr (has_counterpart<T, Call>) {
@@ -68,7 +69,7 @@ FIRN_INLINE decltype(auto) in_other_terms(const T& x) {
     }
 }
 
-/// Returns x, the result of a user's function. If x has a type of another library, it is converted to firn's type.
+/// Returns x, the result of a user's function. If x has a type of another library, x is converted to firn's type.
 template <class T>
 FIRN_INLINE auto in_own_terms(const T& x) {
     if constexpr (is_foreign<T>) {
@@ -88,7 +89,8 @@ template <class F, class... A>
 concept takes_other_terms = (has_counterpart<A, call_of<F, A...>> || ...) &&
                             requires(const F& f, const A&... a) { f(in_other_terms<call_of<F, A...>>(a)...); };
 
-/// A function F that can be called with arguments A…, either as they are or converted to the other library's types.
+/// A function F that can be called with arguments of types A…, either with the arguments as they are, or after their
+/// conversion to the other library's types.
 template <class F, class... A>
 concept takes = takes_own_terms<F, A...> || takes_other_terms<F, A...>;
 
@@ -115,9 +117,9 @@ struct call_result<F, A...> {
         decltype(in_own_terms(std::declval<const F&>()(in_other_terms<call_of<F, A...>>(std::declval<const A&>())...)));
 };
 
-/// Returns f(a…) in firn's types. If f cannot take the arguments a, they are first converted to the other library's
-/// types. This is needed only if f is a template that deduces the other library's sizes (`Eigen::Matrix<S, D, D>`); the
-/// parameters of other functions convert implicitly.
+/// Returns f(a…) in firn's types. If f cannot take the arguments `a` as they are, they are first converted to the other
+/// library's types. This conversion is needed only if f is a template that deduces a size from its arguments, e.g. D
+/// from `Eigen::Matrix<S, D, D>`. For any other f, the compiler converts the arguments implicitly.
 template <class... A, takes<A...> F>
 FIRN_INLINE constexpr typename call_result<F, A...>::type call(const F& f, const A&... a) {
     if constexpr (takes_own_terms<F, A...>)

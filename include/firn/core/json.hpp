@@ -34,8 +34,8 @@ inline std::string json_text(std::string_view text) {
     return json + '"';
 }
 
-/// Returns the shortest decimal text that gives the same number when it is read again. If the number is not finite,
-/// returns "null", since JSON cannot express such numbers.
+/// Returns the shortest decimal text from which exactly `value` is read again. If `value` is not finite, returns
+/// "null", since JSON cannot express such numbers.
 template <class T>
     requires std::is_arithmetic_v<T>
 std::string json_number(T value) {
@@ -129,7 +129,7 @@ private:
 
 /// A reader of JSON text. Each function skips white space, and then reads the next part of the text.
 ///
-/// If the next part of the text is not what the function reads, the function throws io_error. The message tells the
+/// If the next part of the text is not what the function reads, the function throws io_error. Its message tells the
 /// position in the text [bytes].
 class JsonReader {
 public:
@@ -229,8 +229,8 @@ public:
     }
 
 private:
-    /// Reads the escape sequence whose backslash is at index at_, and appends the character that it means. Afterwards
-    /// at_ is the index of the last character of the escape sequence.
+    /// Reads the escape sequence whose backslash is at index at_, and appends the character that the sequence means to
+    /// `value`. Afterwards at_ is the index of the last character of the escape sequence.
     void append_escaped(std::string& value) {
         constexpr std::string_view signs = "\"\\/bfnrt", meant = "\"\\/\b\f\n\r\t";
         ++at_;
@@ -262,7 +262,8 @@ private:
             tail(12), tail(6), tail(0);
         }
     }
-    /// Reads the four hexadecimal digits after the u at index at_. Afterwards at_ is the index of the last digit.
+    /// Reads the four hexadecimal digits after the u at index at_, and returns the number that they mean. Afterwards
+    /// at_ is the index of the last digit.
     std::uint32_t four_digits() {
         std::uint32_t code = 0;
         const std::string_view digits = text_.substr(at_ + 1, 4);

@@ -8,7 +8,7 @@
 
 namespace firn {
 
-/// Returns the number that the scalar a holds in the given lane, 0 ≤ lane < `scalar_traits<S>::lanes`. For a dual
+/// Returns the number that the scalar `a` holds in the given lane, 0 ≤ lane < `scalar_traits<S>::lanes`. For a dual
 /// number this is the value, not the derivative.
 /// @{
 template <std::floating_point T>
@@ -35,7 +35,8 @@ concept has_lanes = requires(const S a) {
     { lane_value(a, 0) } -> std::floating_point;
 };
 
-/// Returns a scalar S that holds the number f(lane) in each lane. If S is a dual number, its derivative is zero.
+/// Returns a scalar of type S that holds the number f(lane) in each lane. If S is a dual number, its derivative is
+/// zero.
 template <has_lanes S, class F>
 FIRN_INLINE S from_lanes(const F& f) {
     using T = value_type_t<S>;

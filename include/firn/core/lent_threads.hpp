@@ -47,18 +47,19 @@ struct Call {
 }  // namespace detail
 
 /// The work of one call of firn, to be run on the host's threads. Copies of a Work refer to the same call. A Work may
-/// be invoked at any time; after the end of the call it does nothing.
+/// be invoked at any time. If it is invoked after the call has ended, it does nothing.
 class Work {
 public:
     /// This constructor is for firn only. firn makes one Work per call.
     explicit Work(std::shared_ptr<detail::Call> call) : call_(std::move(call)) {}
 
-    /// Runs the call's work as worker number `worker`.
+    /// Runs the call's work as the worker with index `worker`.
     ///
-    /// work(0) must be invoked on the thread that started the call. It runs all chunks that no other worker runs, and
-    /// waits only for chunks that other workers have started.
+    /// work(0) must be invoked on the thread that started the call. work(0) runs all chunks that no other worker runs,
+    /// and waits only for chunks that other workers have started.
     ///
-    /// work(1), work(2), … help until the call ends. Each of them may be invoked once, late, or not at all.
+    /// work(1), work(2), … help until the call ends. Each of them may be invoked at any time or not at all, but only
+    /// once.
     void operator()(int worker) const noexcept {
         const std::shared_ptr<detail::Call> call = call_;
         if (worker > 0 && worker < call->team.workers())
@@ -71,17 +72,18 @@ private:
     std::shared_ptr<detail::Call> call_;
 };
 
-/// A function of the host that lends threads to one call of firn. It must invoke work(0) on the calling thread. It
-/// should invoke work(1), …, work(workers − 1) on other threads, or only some of these if it has fewer threads.
+/// A function of the host that lends threads to one call of firn. The function must invoke work(0) on the thread on
+/// which the function itself was called. It should also invoke work(1), …, work(workers − 1) on other threads, or only
+/// some of these if the host has fewer threads.
 using Lend = std::function<void(int workers, const Work& work)>;
 
 namespace detail {
 inline constinit thread_local const Lend* lender_of_this_thread = nullptr;
 }  // namespace detail
 
-/// Lends threads of the host (the calling program) to firn. While an object of this class lives, all loops that are
-/// started by the thread that made the object run on the host's threads instead of OpenMP's. firn asks the host for
-/// threads once per step, and once per stage that is called alone.
+/// Lends threads of the host (the calling program) to firn. An object of this class acts on the thread that made it.
+/// While the object lives, all loops that this thread starts run on the host's threads instead of OpenMP's threads.
+/// firn asks the host for threads once per step, and once per stage that is called alone.
 ///
 ///     const firn::LentThreads lent([&](int workers, const firn::Work& work) {
 ///         for (int k = 1; k < workers; ++k) jobs.submit([work, k] { work(k); });  // may run late
@@ -89,6 +91,7 @@ inline constinit thread_local const Lend* lender_of_this_thread = nullptr;
 ///     });
 class LentThreads {
 public:
+    /// Makes the calling thread's loops run on threads that `lend` provides, as long as this object lives.
     /// \param lend  called once for each step or stage, on the thread that starts the step or stage
     explicit LentThreads(Lend lend)
         : lend_(std::move(lend)), before_(std::exchange(detail::lender_of_this_thread, &lend_)) {}
@@ -105,7 +108,7 @@ namespace detail {
 
 inline const pid_t first_process = ::getpid();
 
-/// Whether loops that this thread starts outside of a call may get helpers (other threads).
+/// Whether loops may get helpers (other threads) if this thread starts them while it is not inside a call of firn.
 inline bool may_have_helpers() {
     if (lender_of_this_thread) return true;
 #ifdef _OPENMP

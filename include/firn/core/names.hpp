@@ -1,4 +1,4 @@
-/// \file The names of policies, also of a policy that consists of other policies.
+/// \file The names of policies, including those of policies that consist of other policies.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -10,7 +10,7 @@
 
 namespace firn {
 
-/// Returns P::name, or "unnamed" if P has none.
+/// Returns P::name, or "unnamed" if P has no member `name`.
 template <class P>
 constexpr std::string_view name_of() {
     if constexpr (requires { P::name; })
@@ -21,7 +21,7 @@ constexpr std::string_view name_of() {
 
 namespace detail {
 
-/// The names of the policies P…, joined by underscores, in the member `text`.
+/// Joins the names of the policies P… with underscores. The member `text` holds the result.
 template <class... P>
 struct joined_names {
     static constexpr auto characters = [] {

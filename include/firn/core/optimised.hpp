@@ -1,4 +1,5 @@
-/// \file A warning for programs that are compiled without optimisation, which makes them some hundred times slower.
+/// \file A warning for programs that are compiled without optimisation. Such programs are some hundred times slower
+/// than optimised ones.
 ///
 /// The warning is printed once, when the program makes its first grid or particle system. To silence the warning,
 /// define FIRN_ALLOW_UNOPTIMISED in all files of the program.
@@ -18,9 +19,9 @@
 
 namespace firn::detail {
 
-/// Prints a warning to stderr, once, that the program was compiled without optimisation.
-/// \tparam tells  FIRN_TELLS_UNOPTIMISED of the calling file; if false, the function does nothing. It is a template
-///                parameter so that files with and without optimisation call different functions.
+/// Warns on stderr, once, that the program was compiled without optimisation.
+/// \tparam tells  FIRN_TELLS_UNOPTIMISED of the calling file; if false, the function does nothing. `tells` is a
+///                template parameter so that files with and without optimisation call different functions.
 template <bool tells>
 void tell_unoptimised() {
 #if FIRN_TELLS_UNOPTIMISED

@@ -42,8 +42,9 @@ public:
     }
     OwnThreads(const OwnThreads&) = delete;
     OwnThreads& operator=(const OwnThreads&) = delete;
-    /// Ends the threads. In a child process after fork() the destructor does nothing: there, the threads do not exist,
-    /// and the pool is leaked, since its condition variable, on which threads of the parent wait, cannot be destroyed.
+    /// Ends the threads. In a child process after fork() the destructor does nothing, since the threads do not exist
+    /// there. The pool's memory is then not freed: threads of the parent process wait on the pool's condition variable,
+    /// so this variable cannot be destroyed.
     ~OwnThreads() {
         if (is_of_parent()) return;
         pool_->end();
@@ -69,7 +70,7 @@ private:
         std::mutex mutex;
         std::condition_variable wanted;
         std::deque<Job> jobs;
-        std::atomic<std::uint64_t> posted = 0, taken = 0;  // how many jobs were posted and taken so far
+        std::atomic<std::uint64_t> posted = 0, taken = 0;  // numbers of jobs posted and taken so far
         bool is_over = false;
         std::vector<std::thread> threads;
 
@@ -112,7 +113,7 @@ private:
     bool is_of_parent() const { return ::getpid() != process_; }
 
     /// Binds the calling thread to processors as OpenMP's settings say.
-    /// \param k   number of the worker as which the calling thread works, from 1 to `of` − 1
+    /// \param k   index of the worker as which the calling thread works, from 1 to `of` − 1
     /// \param of  number of workers, including the thread that uses the pool
     static void bind([[maybe_unused]] int k, [[maybe_unused]] int of) {
 #if defined(_OPENMP) && defined(__linux__)

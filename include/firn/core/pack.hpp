@@ -2,8 +2,8 @@
 /// acts on all lanes at once.
 ///
 /// The class uses the vector extension of g++ and clang, so the same source gives AVX-512, AVX2, SSE2 and NEON code. A
-/// loop over floats that the compiler vectorises is as fast, but it cannot skip slow code that only few lanes need.
-/// With packs, `if (any(mask))` skips such code.
+/// loop over floats that the compiler vectorises is as fast as packs, but such a loop cannot skip slow code that only
+/// few lanes need. With packs, `if (any(mask))` skips such code.
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -44,8 +44,8 @@ FIRN_INLINE std::uint32_t sign_bits(V bits) {
     }
 }
 
-/// Returns √a, lane by lane. If the processor has an instruction for this, it is used directly, since g++ 12 does not
-/// vectorise a loop over the lanes.
+/// Returns √a, lane by lane. If the processor has an instruction for square roots, that instruction is used directly,
+/// since g++ 12 does not vectorise a loop over the lanes.
 template <class T, class V>
 FIRN_INLINE V sqrt_of_lanes(V a) {
     if constexpr (requires { x86::sqrt(a); }) {
@@ -79,7 +79,7 @@ struct pack {
     /// The integer type of the same size as T.
     using integer = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
     using vector [[gnu::vector_size(N * sizeof(T))]] = T;             ///< The compiler's vector of N numbers.
-    using mask_vector [[gnu::vector_size(N * sizeof(T))]] = integer;  ///< The compiler's vector of N masks.
+    using mask_vector [[gnu::vector_size(N * sizeof(T))]] = integer;  ///< The compiler's vector of N integers.
 
     /// The result of a comparison. In each lane either all bits are set (the mask is on) or no bit is set (the mask is
     /// off).
@@ -153,7 +153,7 @@ struct pack {
     FIRN_INLINE friend mask operator==(pack a, pack b) { return {a.lanes == b.lanes}; }
     /// @}
 
-    /// Returns a in the lanes where the mask is on, and b in the other lanes.
+    /// Returns `a` in the lanes where the mask is on, and `b` in the other lanes.
     FIRN_INLINE friend pack select(mask m, pack a, pack b) {
         if constexpr (sizeof(vector) <= register_bytes)
             return {m.bits ? a.lanes : b.lanes};
@@ -164,7 +164,7 @@ struct pack {
     FIRN_INLINE friend bool any(mask m) { return detail::any_bit<sizeof(mask_vector)>(m.bits); }
     /// Returns an integer whose bit i is 1 if the mask is on in lane i, for N ≤ 32.
     FIRN_INLINE friend std::uint32_t lane_bits(mask m) { return detail::sign_bits<T, N>(m.bits); }
-    /// Functions that every scalar has, lane by lane. They are documented in core/scalar.hpp and core/bits.hpp.
+    /// Functions that every scalar has. They act lane by lane, and are documented in core/scalar.hpp and core/bits.hpp.
     /// @{
     FIRN_INLINE friend pack sqrt(pack a) { return {detail::sqrt_of_lanes<T>(a.lanes)}; }
     FIRN_INLINE friend pack abs(pack a) { return {vector(mask_vector(a.lanes) & std::numeric_limits<integer>::max())}; }

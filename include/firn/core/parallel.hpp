@@ -27,8 +27,8 @@
 namespace firn {
 
 /// Returns how many workers (threads) a loop gets at most if the calling thread starts the loop and asks for
-/// `requested` workers. The result is at most OMP_THREAD_LIMIT with OpenMP's threads, and 1 where a loop runs on its
-/// calling thread alone.
+/// `requested` workers. If OpenMP's threads are used, the result is at most OMP_THREAD_LIMIT. Where a loop would run on
+/// its calling thread alone, the result is 1.
 /// \param requested  1 to 65535. 0: the OpenMP default (OMP_NUM_THREADS); if the calling program lends the threads, the
 ///                   number of processors
 /// \throws parameter_error  if `requested` is negative or above 65535
@@ -51,7 +51,7 @@ inline int thread_count(int requested) {
 /// Calls body() on the calling thread. All loops that body() starts share one parallel region: the region's workers are
 /// started once and wait between two loops. A parallel region of OpenMP that is opened in body() has one thread.
 ///
-/// Inside another region, or if there can be no helpers (other threads), parallel_region() only calls body().
+/// Inside another parallel region, or if no helpers (other threads) are available, parallel_region() only calls body().
 /// \param workers  largest number of workers; 0: thread_count(0)
 /// \throws anything  that body() throws, after the region has ended
 template <class Body>
@@ -129,7 +129,7 @@ inline constexpr std::size_t at_once = 1024;
 /// Cuts the indices [0, n) into one share per worker. Each worker calls body(first, last) once, for the indices first ≤
 /// i < last of its own share. Use for_shares() to initialise memory: the operating system puts a page of memory near
 /// the processor of the worker that first writes to the page. If a worker is more than a millisecond late, other
-/// workers take over the share of the late one.
+/// workers take over its share.
 template <class Body>
 void for_shares(std::size_t n, int workers, const Body& body) {
     const std::size_t shares = std::size_t(std::max(workers, 1));
@@ -141,8 +141,8 @@ void for_shares(std::size_t n, int workers, const Body& body) {
     run_loop({std::span(&shares, 1), 1, run_some, &run, true}, workers);
 }
 
-/// Cuts the indices [0, n) into chunks, and calls body(first, last) once for each chunk, the indices first ≤ i < last.
-/// The calls run on several threads.
+/// Cuts the indices [0, n) into chunks, and calls body(first, last) once for each chunk. The chunk consists of the
+/// indices first ≤ i < last. The calls run on several threads.
 template <class Body>
 void for_chunks(std::size_t n, int threads, const Body& body) {
     parallel_for((n + at_once - 1) / at_once, thread_count(threads),

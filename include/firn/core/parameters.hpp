@@ -28,8 +28,8 @@ namespace firn {
 /// \tparam Field  type of the parameter: a scalar, a Vec, or another policy
 template <class Owner, class Field>
 struct parameter {
-    const char* name;       ///< the name in states, programs for a GPU and messages
-    const char* unit;       ///< the unit, e.g. "Pa"
+    const char* name;       ///< name of the parameter in state files, GPU programs and messages
+    const char* unit;       ///< unit of the parameter, e.g. "Pa"
     Field Owner::* member;  ///< the member of the policy that holds the value
     /// Makes a parameter from its name, its unit, and the member of the policy that holds the value.
     constexpr parameter(const char* n, const char* u, Field Owner::* m) : name(n), unit(u), member(m) {}
@@ -71,7 +71,7 @@ using with_scalar_t = typename detail::with_scalar_of<P, T>::type;
 template <class P>
 concept has_parameters = requires { P::parameters(); };
 
-/// A policy that consists of a list `all` of other policies. The length of the list is known only at run time.
+/// A policy whose member `all` is a list of other policies. The length of this list is known only at run time.
 template <class P>
 concept is_list = requires(P policy) { policy.all.size(); };
 

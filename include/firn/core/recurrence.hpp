@@ -11,7 +11,7 @@ namespace firn::detail {
 
 /// A schedule of events. Event k = 0, 1, … happens at the time start + k / rate, unless this time is after `end`.
 struct Recurrence {
-    const char* owner;   ///< name of the owner in messages, e.g. "An emitter"
+    const char* owner;   ///< name of the source of particles in messages, e.g. "An emitter"
     const char* events;  ///< name of the events in messages, e.g. "births"
     double rate;         ///< number of events per second [1/s]
     double start;        ///< time of event 0 [s]
@@ -32,9 +32,9 @@ struct Recurrence {
                 sentence(owner, "'s particles have a lifespan of ", lifespan, " s; it must be positive."));
     }
 
-    /// Returns the time [s] of the event with number `event` = 0, 1, …
+    /// Returns the time [s] of the event with index `event` = 0, 1, …
     double time_of(std::uint64_t event) const { return start + double(event) / rate; }
-    /// Whether the event with number `event` happens at or before `time` [s].
+    /// Whether the event with index `event` happens at or before `time` [s].
     bool is_due(std::uint64_t event, double time) const { return time_of(event) <= time && time_of(event) <= end; }
 
     /// Returns how many of the events `first`, `first` + 1, … happen at or before `time` [s].
@@ -48,8 +48,8 @@ struct Recurrence {
         return std::max(all - double(first), 0.0);
     }
 
-    /// Checks that there are enough ids for the particles that are due: those of the events `first`, `first` + 1, … up
-    /// to the last event at or before `time` [s].
+    /// Checks that enough ids are left for the particles of the events `first`, `first` + 1, … up to the last event at
+    /// or before `time` [s].
     /// \param particles_of_event  number of particles that one event makes
     /// \param ids  number of ids that are left
     /// \throws parameter_error  if there are not enough ids, or if due() throws it
@@ -60,8 +60,8 @@ struct Recurrence {
                                            " more. Take a lower rate, or let it start later."));
     }
 
-    /// Returns the number of the next event: the smallest number ≥ `first` of an event that does not happen at or
-    /// before `time` [s].
+    /// Returns the index of the next event after `time` [s]: the smallest index ≥ `first` for which is_due(index, time)
+    /// is false.
     /// \throws parameter_error  if due() throws it
     std::uint64_t first_after(std::uint64_t first, double time) const {
         // due() rounds, so the last events are checked one by one.

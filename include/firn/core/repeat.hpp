@@ -1,13 +1,13 @@
 /// \file Loops whose number of passes is fixed, or has an upper limit, at compile time. If the scalar records a program
-/// for a GPU, the program gets a loop, too.
+/// for a GPU, the recorded program contains a loop, too.
 #pragma once
 
 #include <firn/core/scalar.hpp>
 
 namespace firn {
 
-/// Returns the last state after state = f(state) was computed N times. On a CPU the loop is unrolled, so that the state
-/// stays in registers.
+/// Computes state = f(state) N times and returns the last state. On a CPU the loop is unrolled, so that the state stays
+/// in registers.
 template <int N, class State, class F>
 FIRN_INLINE constexpr State repeat(State state, F&& f) {
     if constexpr (N == 0) {
@@ -20,8 +20,7 @@ FIRN_INLINE constexpr State repeat(State state, F&& f) {
     }
 }
 
-/// Returns the last state after calling f(state) again and again, until f returns a mask that is off in all lanes, but
-/// at most N times.
+/// Calls f(state) until f returns a mask that is off in all lanes, but at most N times. Returns the last state.
 ///
 /// Once the mask is off in a lane, f must not change the state in this lane any more. The result of a lane then does
 /// not depend on how many passes other lanes need.

@@ -67,8 +67,8 @@ struct scalar_traits {
     using value_type = S;            ///< type of the numbers: float or double
     static constexpr int lanes = 1;  ///< number of lanes of S
 };
-/// Whether S is one of firn's scalar classes (pack, dual, …). The functions of these classes, e.g. sqrt(), are friends,
-/// which only argument-dependent lookup finds.
+/// Whether S is one of firn's scalar classes (pack, dual, …). The functions of these classes, e.g. sqrt(), are friend
+/// functions: only argument-dependent lookup finds them.
 template <class S>
 inline constexpr bool has_friends = requires { scalar_traits<S>::has_friends; };
 
@@ -76,7 +76,7 @@ inline constexpr bool has_friends = requires { scalar_traits<S>::has_friends; };
 template <class S>
 using value_type_t = typename scalar_traits<S>::value_type;
 
-/// The type that comparisons of two S return.
+/// The type that a comparison of two scalars of type S returns: bool or a mask.
 template <class S>
 using mask_t = decltype(std::declval<const S&>() < std::declval<const S&>());
 

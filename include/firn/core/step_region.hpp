@@ -2,9 +2,9 @@
 /// steps down, the steps run without helpers.
 ///
 /// A parallel region of OpenMP ends only when all its threads have arrived. If another program occupies a processor, a
-/// helper arrives some milliseconds late, and a step that takes a tenth of this time has to wait for the helper.
-/// Regions are therefore timed: if their begin and end take long, and the steps took longer than without helpers, the
-/// next steps run without helpers.
+/// helper arrives some milliseconds late. The step has to wait for this helper, although the step itself may take only
+/// a tenth of this time. Regions are therefore timed: if starting and ending a region takes long, and the steps took
+/// longer than without helpers, the next steps run without helpers.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -42,10 +42,11 @@ public:
     }
 
 private:
-    /// Smallest fraction of a region's computing time that its begin and end must take to count as long.
+    /// Starting and ending a region counts as slow if the two together take at least this fraction of the region's
+    /// computing time.
     static constexpr double noticed = 1. / 8;
-    /// How much time must be saved before helpers are tried again: steps without helpers must save this many times the
-    /// time that the last steps with helpers lost.
+    /// Helpers are tried again when steps without helpers have saved this many times the time that the last steps with
+    /// helpers lost.
     static constexpr double given_back = 10;
     static constexpr double most_alone = 1000;      ///< largest number of steps in a row without helpers
     static constexpr std::uint64_t most_age = 256;  ///< number of steps after which without_ is out of date
@@ -60,7 +61,7 @@ inline bool helpers_may_be_left_out = true;
 
 /// Takes at most `most` steps: calls body(most) in a parallel region. If helpers (other threads) would slow the steps
 /// down, steps_region() calls body(n) on the calling thread alone instead, with n ≤ `most`.
-/// \param body  body(n) takes at most n steps and returns how many it took
+/// \param body  body(n) takes at most n steps and returns the number of steps taken
 template <class Body>
 void steps_region(int workers, std::uint64_t most, StepHelpers& helpers, const Body& body) {
     if (workers <= 1 || !may_open_region() || !helpers_may_be_left_out)

@@ -29,9 +29,9 @@ template <int D>
 class Stepper {
 public:
     Vec<double, D> gravity = Vec<double, D>::zero();  ///< Gravity [m/s²]; −9.81 along y unless changed.
-    /// Function that receives the text of each warning, each warning once. It is called outside of parallel regions,
-    /// before the step that the warning is about. By default the function writes to stderr. If the std::function is
-    /// empty, there are no warnings.
+    /// Function that is called with the text of each warning, once per warning. The function is called outside of
+    /// parallel regions, before the step that the warning is about. By default the function writes to stderr. If the
+    /// std::function is empty, there are no warnings.
     std::function<void(const std::string&)> warn = detail::warn_on_stderr;
 
     double time() const { return now_.time; }                      ///< Time that the run has reached [s].

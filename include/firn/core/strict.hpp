@@ -1,7 +1,7 @@
 /// \file A scalar for tests of policies, with only those operations that every scalar has.
 ///
 /// If a policy does something that cannot run in SIMD lanes or on a GPU, the compiler says so in a sentence when the
-/// policy is evaluated with this scalar. `firn::check_policy` uses it.
+/// policy is evaluated with this scalar. `firn::check_policy` uses this scalar.
 #pragma once
 
 #include <firn/core/bits.hpp>
@@ -41,7 +41,7 @@ struct strict {
         requires std::is_arithmetic_v<U>
     constexpr strict(U v) : value(T(v)) {}
 
-    /// Arithmetic operators; they do the same as those of T.
+    /// Arithmetic operators. They give the same results as the operators of T.
     /// @{
     friend constexpr strict operator+(strict a, strict b) { return a.value + b.value; }
     friend constexpr strict operator-(strict a, strict b) { return a.value - b.value; }

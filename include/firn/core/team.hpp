@@ -1,10 +1,10 @@
 /// \file The scheduler of one call: it decides which worker runs which chunks of the loops.
 ///
 /// A phase of a loop is cut into chunks of consecutive indices. Each worker (thread) gets a share of consecutive
-/// chunks. In every loop, worker k gets the same fraction of the indices. The memory of these indices then stays in the
-/// cache of the worker's processor. A worker takes chunks from the front of its share. When the share is empty, the
-/// worker steals chunks from the back of another worker's share. The worker that finishes the last chunk of a phase
-/// starts the next phase.
+/// chunks. In every loop, worker k gets the same fraction of the indices. The memory that belongs to these indices then
+/// stays in the cache of the worker's processor. A worker takes chunks from the front of its share. When the share is
+/// empty, the worker steals chunks from the back of another worker's share. The worker that finishes the last chunk of
+/// a phase starts the next phase.
 ///
 /// A phase ends when its chunks are done, not when all workers have arrived. The caller (the thread that starts the
 /// loop) waits only for workers that are running a chunk, and can run all chunks alone. If another program occupies a
@@ -36,7 +36,7 @@ struct PhasedLoop {
     std::size_t grain = 1;                ///< number of indices in a chunk
     /// Function that runs one chunk: the indices first ≤ i < last of a phase.
     void (*run)(const void* body, std::size_t phase, std::size_t first, std::size_t last, int worker) = nullptr;
-    const void* body = nullptr;  ///< the first argument of run
+    const void* body = nullptr;  ///< first argument of `run`
     /// Whether each worker runs only its own share. If this is true, the loop must have one phase. If a worker is later
     /// than longest_wait_for_owner, the other workers run its share.
     bool is_owned = false;
@@ -107,8 +107,8 @@ public:
         if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
     }
 
-    /// Runs chunks of all loops, as worker number `worker` ≥ 1, until close() is called. Returns at once if another
-    /// thread already runs as this worker.
+    /// Runs chunks of all loops, as the worker with index `worker` ≥ 1, until close() is called. Returns at once if
+    /// another thread already runs as this worker.
     void help(int worker) {
         Seat& seat = seats_[std::size_t(worker)];
         if (!seat.is_taken.exchange(true)) work(worker, is_closed_);
@@ -121,13 +121,13 @@ public:
     }
 
 private:
-    /// The share of a worker: the chunks that it still has to run. word() packs all members into one integer.
+    /// The share of a worker: the chunks that the worker still has to run. word() packs all members into one integer.
     struct Share {
         static constexpr int bits = 22;
         static constexpr std::uint64_t most_chunks = (std::uint64_t(1) << bits) - 1, most_workers = 0xffff;
         std::uint64_t first, last;  ///< the chunks: first ≤ chunk < last
         std::uint64_t workers;      ///< number of workers that may take part
-        std::uint64_t phase;        ///< number of the phase, modulo 16
+        std::uint64_t phase;        ///< index of the phase, counted through all loops, modulo 16
 
         explicit Share(std::uint64_t word)
             : first(word & most_chunks),
@@ -148,13 +148,13 @@ private:
         std::atomic<bool> is_taken = false;
     };
 
-    /// Runs chunks as worker number `worker` until no chunk is left and `enough` is true.
+    /// Runs chunks as the worker with index `worker` until no chunk is left and `enough` is true.
     void work(int worker, const std::atomic<bool>& enough) {
         ThreadRole& role = role_of_this_thread;
         const bool was_at_work = std::exchange(role.at_work, true);
         for (int looked = 0;;) {
-            // given_out_ is read before the shares. If given_out_ is the number of a phase, all shares of this phase
-            // have been given, so the worker finds its own share of it.
+            // given_out_ is read before the shares. If given_out_ is the index of a phase, all shares of this phase
+            // have been given, so the worker finds its own share of this phase.
             const std::uint64_t given_out = given_out_;
             if (take(worker, worker, given_out) || take_from_others(worker, given_out)) {
                 if (looked > 0) role.patience = std::min(role.patience + role.patience_gained, role.most_patience);
@@ -268,7 +268,8 @@ private:
         return false;
     }
 
-    /// Makes the calling thread, which runs as worker number `worker`, sleep until wake() is called for this worker.
+    /// Makes the calling thread, which runs as the worker with index `worker`, sleep until wake() is called for this
+    /// worker.
     ///
     /// No wake-up is lost: a worker first sets `sleeps` and then looks for chunks once more; open_phase() first gives
     /// shares and then reads `sleeps`. All threads see these reads and writes in the same order
@@ -289,9 +290,9 @@ private:
     }
 
     alignas(64) std::atomic<std::size_t> unfinished_ = 0;   ///< chunks not done, + 1 until all shares are given
-    alignas(64) std::atomic<std::uint64_t> given_out_ = 0;  ///< number of the phase whose chunks may be stolen
+    alignas(64) std::atomic<std::uint64_t> given_out_ = 0;  ///< index of the phase whose chunks may be stolen
     alignas(64) PhasedLoop loop_;
-    std::uint64_t number_ = 0;    ///< number of the current phase, counted through all loops, modulo 16
+    std::uint64_t number_ = 0;    ///< index of the current phase, counted through all loops, modulo 16
     std::uint64_t workers_ = 0;   ///< number of workers that may take part in the loop
     std::size_t phase_ = 0;       ///< index of the current phase in its loop
     std::exception_ptr failure_;  ///< the first exception that a chunk has thrown

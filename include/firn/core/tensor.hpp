@@ -231,7 +231,7 @@ FIRN_INLINE constexpr S dot(const Vec<S, D>& a, const Vec<S, D>& b) {
     return sum;
 }
 
-/// Returns |a|, the length of a vector.
+/// Returns |a|, the length of the vector `a`.
 template <class S, int D>
 FIRN_INLINE S norm(const Vec<S, D>& a) {
     return sqrt(dot(a, a));
@@ -259,7 +259,7 @@ FIRN_INLINE constexpr Mat<S, D> transpose(const Mat<S, D>& a) {
     return r;
 }
 
-/// Returns the sum of the diagonal, Σ aᵢᵢ.
+/// Returns the sum of the diagonal elements of `a`, Σ aᵢᵢ.
 template <class S, int D>
 FIRN_INLINE constexpr S trace(const Mat<S, D>& a) {
     S sum = a(0, 0);
@@ -267,7 +267,7 @@ FIRN_INLINE constexpr S trace(const Mat<S, D>& a) {
     return sum;
 }
 
-/// Returns the square of the Frobenius norm, Σ aᵢⱼ².
+/// Returns the square of the Frobenius norm of `a`, Σ aᵢⱼ².
 template <class S, int D>
 FIRN_INLINE constexpr S squared_norm(const Mat<S, D>& a) {
     S sum = a.m[0] * a.m[0];
@@ -275,7 +275,7 @@ FIRN_INLINE constexpr S squared_norm(const Mat<S, D>& a) {
     return sum;
 }
 
-/// Returns the determinant, for D ≤ 3.
+/// Returns the determinant of `a`, for D ≤ 3.
 template <class S, int D>
 FIRN_INLINE constexpr S determinant(const Mat<S, D>& a) {
     if constexpr (D == 1) {
@@ -288,7 +288,7 @@ FIRN_INLINE constexpr S determinant(const Mat<S, D>& a) {
     }
 }
 
-/// Returns a in the lanes where the mask is on, and b in the other lanes.
+/// Returns `a` in the lanes where the mask is on, and `b` in the other lanes.
 /// @{
 template <class M, class S, int D>
 FIRN_INLINE constexpr Vec<S, D> select(const M& mask, const Vec<S, D>& a, const Vec<S, D>& b) {
@@ -304,7 +304,8 @@ FIRN_INLINE constexpr Mat<S, D> select(const M& mask, const Mat<S, D>& a, const 
 }
 /// @}
 
-/// Converts every component or element to the scalar T, e.g. double to float, or float to a pack of equal numbers.
+/// Converts every component of a vector, or every element of a matrix, to the scalar T, e.g. double to float, or float
+/// to a pack of equal numbers.
 /// @{
 template <class T, class S, int D>
 FIRN_INLINE constexpr Vec<T, D> cast(const Vec<S, D>& a) {

@@ -1,8 +1,8 @@
 /// \file The few instructions of x86 for which the compilers' vector extension has no operator.
 ///
 /// Including `immintrin.h` takes g++ a quarter of a second, a sixth of the time to compile a small program. Therefore
-/// the compiler's builtin functions are used if it is g++ and has all of them. Otherwise the intrinsics of
-/// `immintrin.h` are used.
+/// the compiler's builtin functions are used if the compiler is g++ and has all of these functions. Otherwise the
+/// intrinsics of `immintrin.h` are used.
 #pragma once
 
 #include <firn/core/config.hpp>
@@ -50,8 +50,8 @@ void nearest();
 #define FIRN_X86(builtin, intrinsic) intrinsic
 #endif
 
-// For AVX-512 the intrinsics with a mask are used, since g++ 12 warns of an uninitialised value in those without a
-// mask.
+// For AVX-512 the intrinsics with a mask are used, since g++ 12 warns of an uninitialised value in the intrinsics
+// without a mask.
 namespace firn::detail::x86 {
 
 using float4 [[gnu::vector_size(16)]] = float;
@@ -80,12 +80,12 @@ FIRN_INLINE double4 sqrt(double4 a) { return FIRN_X86(__builtin_ia32_sqrtpd256(a
 FIRN_INLINE float8 floor(float8 a) { return FIRN_X86(__builtin_ia32_roundps256(a, 1), _mm256_floor_ps(a)); }
 FIRN_INLINE double4 floor(double4 a) { return FIRN_X86(__builtin_ia32_roundpd256(a, 1), _mm256_floor_pd(a)); }
 FIRN_INLINE int8 nearest(float8 a) { return int8(FIRN_X86(__builtin_ia32_cvtps2dq256(a), _mm256_cvtps_epi32(a))); }
-/// Reads four numbers a, b, c, d and returns (a, b, c, d, a, b, c, d).
+/// Reads four numbers a, b, c, d from memory and returns (a, b, c, d, a, b, c, d).
 FIRN_INLINE float8 repeat(const float* from) {
     const auto* four = reinterpret_cast<const float4*>(from);
     return FIRN_X86(__builtin_ia32_vbroadcastf128_ps256(four), _mm256_broadcast_ps(four));
 }
-/// Reads two numbers a, b and returns (a, a, a, a, b, b, b, b).
+/// Reads two numbers a, b from memory and returns (a, a, a, a, b, b, b, b).
 FIRN_INLINE float8 spread(const float* from) {
     return FIRN_X86(
         __builtin_ia32_blendps256(__builtin_ia32_vbroadcastss256(from), __builtin_ia32_vbroadcastss256(from + 1), 0xf0),
@@ -137,17 +137,17 @@ FIRN_INLINE float16 repeat(float4 four) {
 }
 /// @}
 
-/// Returns a with lanes 4 to 7 set to `number`; lanes 0 to 3 are unchanged.
+/// Returns `a` with lanes 4 to 7 set to `number`; lanes 0 to 3 are unchanged.
 FIRN_INLINE double8 with_upper(double8 a, double number) {
     const double2 two{number, 0};
     return FIRN_X86(__builtin_ia32_broadcastsd512(two, a, char(0xf0)), _mm512_mask_broadcastsd_pd(a, 0xf0, two));
 }
-/// Returns lanes 4 to 7 of a.
+/// Returns lanes 4 to 7 of `a`.
 FIRN_INLINE double4 upper(double8 a) {
     return FIRN_X86(__builtin_ia32_extractf64x4_mask(a, 1, double4{}, char(0xff)),
                     _mm512_maskz_extractf64x4_pd(0xff, a, 1));
 }
-/// Returns the lanes of a in another order: a[order[0]], a[order[1]], …
+/// Returns the lanes of `a` in the order given by `order`: a[order[0]], a[order[1]], …
 FIRN_INLINE float16 permuted(float16 a, int16 order) {
     return FIRN_X86(__builtin_ia32_permvarsf512_mask(a, order, float16{}, short(0xffff)),
                     _mm512_maskz_permutexvar_ps(0xffff, __m512i(order), a));

@@ -36,7 +36,7 @@ template <class K, class S>
 concept has_gradients = requires(const S f) {
     { K::gradients(f) } -> std::same_as<std::array<S, std::size_t(K::support)>>;
 };
-/// Whether K has the member `inverse_inertia`. This is the number in D⁻¹ = inverse_inertia / h² I, where D is APIC's
+/// Whether K has the member `inverse_inertia`. It is the factor in D⁻¹ = inverse_inertia / h² I, where D is APIC's
 /// inertia
 ///
 ///     D = Σ N_i (x_i − x)(x_i − x)ᵀ = h² / inverse_inertia I       for every position x of a particle
@@ -97,7 +97,8 @@ consteval bool require_kernel() {
 }
 
 /// Index of the middle one of the nodes that a particle touches along an axis, counted from 0 for the first node, base.
-/// Distances from a particle to its nodes are computed from the distance to the middle node.
+/// If `support` is even, this is the lower one of the two middle nodes. Distances from a particle to its nodes are
+/// computed from the distance to the middle node.
 template <class K>
 inline constexpr int centre_node = (K::support - 1) / 2;
 

@@ -10,16 +10,16 @@ namespace firn {
 ///     N(u) = 1 − |u|       for |u| < 1, else 0
 ///
 /// u is the distance from the particle to the node in cells. The gradient of N jumps when a particle crosses into
-/// another cell, and the forces jump with it (Steffen, Kirby and Berzins 2008). If only one particle touches a node,
-/// and with a very small weight, the stress of this particle accelerates the node too much, however small the time step
-/// is. Splines are the better choice; use this kernel for comparisons and for dense matter.
+/// another cell, and the forces jump with it (Steffen, Kirby and Berzins 2008). If a node is touched by only one
+/// particle, and the weight is very small, the stress of this particle accelerates the node too much, however small the
+/// time step is. Splines are the better choice; use this kernel for comparisons and for dense matter.
 ///
 /// APIC's inertia along an axis, D = Σ N_i (x_i − x)² = h² f (1 − f), depends on the particle's distance f from node
 /// base (h: cell size, x_i: position of node i). So this kernel has no `inverse_inertia` and needs WeightGradientForce.
 /// APIC's affine field C is computed as Σ v_i ⊗ ∇N_i with the velocities v_i of the nodes, which is right for every f
-/// (Jiang et al. 2015, §5.3). The angular momentum of the affine field, which is part of m C D for a particle of mass
-/// m, changes as the particle moves within its cell. Therefore APIC conserves angular momentum from the particles to
-/// the grid and back, but not from step to step.
+/// (Jiang et al. 2015, §5.3). For a particle of mass m, the angular momentum of the affine field is part of m C D. This
+/// angular momentum changes as the particle moves within its cell, since D changes. Therefore APIC conserves angular
+/// momentum from the particles to the grid and back, but not from step to step.
 ///
 /// Sulsky, Chen and Schreyer 1994, "A particle method for history-dependent materials", §3.
 struct Linear {
@@ -30,8 +30,8 @@ struct Linear {
     static constexpr std::array<double, 2> largest_weight{1, 1};
     static constexpr double largest_gradient = 1;  ///< Largest value of |N'| [1/cell].
     /// Largest c dt/h that firn uses (c: wave speed, h: cell size). It is half of the largest stable value in matter
-    /// without gaps, which is 1: there dt = 2/ω with ω² = (2 − 2 cos θ) c²/h², where θ is the phase difference between
-    /// neighbouring nodes. ω² is largest at θ = π, where ω = 2 c/h. \see has_courant_limit
+    /// without gaps. That stable value is 1: it follows from dt = 2/ω with ω² = (2 − 2 cos θ) c²/h², where θ is the
+    /// phase difference between neighbouring nodes. ω² is largest at θ = π, where ω = 2 c/h. \see has_courant_limit
     ///
     /// The factor ½ is a margin for nodes at the border of matter. A node that only one particle touches, with the
     /// weight f, has the squared angular frequency ω² = c²/h² / (f (1 − f)), so no time step is stable for every f.

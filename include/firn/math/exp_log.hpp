@@ -42,8 +42,8 @@ struct Pair {
     S high, low;
 };
 
-/// Returns the rounded sum of a and b, `high`, and its rounding error, `low`: a + b = high + low exactly (Knuth, The
-/// Art of Computer Programming, vol. 2, 4.2.2).
+/// Returns the rounded sum `high` of a and b, and the rounding error `low` of this sum: a + b = high + low exactly
+/// (Knuth, The Art of Computer Programming, vol. 2, 4.2.2).
 template <class S>
 FIRN_INLINE Pair<S> two_sum(const S& a, const S& b) {
     const S sum = settled(a + b);
@@ -64,7 +64,7 @@ inline constexpr double exp_highest = is_single<S> ? 89 : 710;
 template <class S>
 inline constexpr double exp_lowest = is_single<S> ? -104 : -746;
 
-/// Returns the numbers 1/2!, 1/3!, …, 1/(N+1)!
+/// Returns the coefficients 1/2!, 1/3!, …, 1/(N+1)!
 template <std::size_t N>
 constexpr std::array<double, N> inverse_factorials_from_two() {
     std::array<double, N> c{};

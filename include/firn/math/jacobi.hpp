@@ -59,8 +59,8 @@ FIRN_INLINE mask_t<S> orthogonalise(std::array<Vec<S, 3>, N>& w) {
     return turn | swap;
 }
 
-/// Returns the columns w after all rotations. The first three are then the left singular vectors times their singular
-/// values, sorted by length, the longest first. Columns 3 to 5, if there are any, get the same rotations.
+/// Returns the columns w after all rotations. The first three columns are then the left singular vectors times their
+/// singular values, sorted by length, the longest first. Columns 3 to 5, if there are any, get the same rotations.
 template <class S, std::size_t N>
 FIRN_INLINE std::array<Vec<S, 3>, N> orthogonal_columns(const std::array<Vec<S, 3>, N>& w) {
     constexpr int most_sweeps = sizeof(value_type_t<S>) == 4 ? 6 : 7;

@@ -1,4 +1,4 @@
-/// \file The left stretch V = √(FFᵀ) of a deformation gradient F; and in 2D the rotation R of F = V R.
+/// \file The left stretch V = √(FFᵀ) of a deformation gradient F and, in 2D, the rotation R in F = V R.
 ///
 /// V is symmetric, V² = FFᵀ, and the smallest eigenvalue of V has the sign of det F. So det V = det F, and F = V R with
 /// a proper rotation R, also for inverted elements (Irving, Teran and Fedkiw, SCA 2004). In this file ε is the machine
@@ -41,9 +41,9 @@ template <class S>
 }
 
 /// Computes the left stretch V of F, and its derivative dV. The derivative solves V dV + dV V = dF Fᵀ + F dFᵀ. In the
-/// basis of the eigenvectors of V, element (i, j) of dV is that of the right side divided by σᵢ + σⱼ, where σᵢ are the
-/// singular values of F. Where σᵢ + σⱼ = 0 there is no derivative; this element of dV is set to 0. (The derivatives of
-/// the eigenvectors are not used, since they do not exist for equal singular values.)
+/// basis of the eigenvectors of V, element (i, j) of dV is element (i, j) of the right side of this equation, divided
+/// by σᵢ + σⱼ, where σᵢ are the singular values of F. Where σᵢ + σⱼ = 0 there is no derivative; this element of dV is
+/// set to 0. (The derivatives of the eigenvectors are not used, since they do not exist for equal singular values.)
 template <class T>
 [[gnu::noinline]] void left_stretch_by_jacobi(const Mat<dual<T>, 3>& F, Mat<dual<T>, 3>& V) {
     Mat<T, 3> value{}, change{}, stretch{};
@@ -105,8 +105,8 @@ FIRN_INLINE Mat<S, 2> left_stretch(const Mat<S, 2>& F) {
 
 namespace detail {
 
-/// Returns tr V, the trace of the left stretch V of F. It is the largest root λ of f(λ) = λ⁴ − 2 I_b λ² − 8 J λ + I_b²
-/// − 4 II_b, where I_b and II_b are the first and second invariant of b = FFᵀ, and J = det F. (With II_V = (λ² −
+/// Returns tr V, the trace of the left stretch V of F. The trace is the largest root λ of f(λ) = λ⁴ − 2 I_b λ² − 8 J λ
+/// + I_b² − 4 II_b, where I_b and II_b are the first and second invariant of b = FFᵀ, and J = det F. (With II_V = (λ² −
 /// I_b)/2, f(λ) = 0 is II_V² = II_b + 2 J λ.) All four roots are real: ±σ₀ ±σ₁ ±σ₂ with an even number of minus signs,
 /// where σᵢ are the singular values of F. Halley's iteration starts at the upper bound √(3 I_b) and descends to the
 /// largest root.

@@ -1,7 +1,8 @@
 /// \file pow for every scalar, without branches.
 ///
-/// xʸ = exp(y log x). The logarithm is computed as the sum of two numbers, because its relative error is multiplied by
-/// y log x. The error of pow is at most 1.3 ulp over the whole range (measured), also for subnormal results.
+/// xʸ = exp(y log x). The logarithm is computed as the sum of two numbers, because the relative error of the logarithm
+/// is multiplied by y log x. The error of pow is at most 1.3 ulp over the whole range (measured), also for subnormal
+/// results.
 ///
 /// x must not be negative: a negative x gives NaN, also for whole y (as on a GPU). pow(x, 0) = pow(1, y) = 1. For x or
 /// y equal to 0 or ∞ the results are those of the C standard, except that −0 is treated as 0. If x or y is NaN, the

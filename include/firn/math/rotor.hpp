@@ -106,7 +106,7 @@ Vec<S, N> turned(const Vec<S, N>& q, const Axial<S, N == 2 ? 2 : 3>& turn) {
     return product * (1 / norm(product));
 }
 
-/// Returns the counter-clockwise rotation by an angle in 2D: rotor(degrees(30)).
+/// Returns the counter-clockwise rotation by an angle in 2D, e.g. rotor(degrees(30)).
 inline Rotor<double, 2> rotor(Angle angle) { return turned(no_rotation<double, 2>(), angle.in_radians()); }
 
 /// Returns the rotation by an angle about an axis in 3D, by the right-hand rule.

@@ -5,9 +5,9 @@
 /// 11 ε), with the machine epsilon ε. In 3D the decomposition is computed by Jacobi rotations (jacobi.hpp), with at
 /// most six sweeps in float and seven in double; in 2D in closed form.
 ///
-/// A return mapping does not need V. If it changes the singular values from σ to σ′, the new deformation gradient is
-/// F′ = U diag(σ′/σ) Uᵀ F. An isotropic stress with the principal values τ̂ is U diag(τ̂) Uᵀ. For both, left_singular()
-/// and spectral() are enough.
+/// A return mapping does not need V. If the return mapping changes the singular values from σ to σ′, the new
+/// deformation gradient is F′ = U diag(σ′/σ) Uᵀ F. An isotropic stress with the principal values τ̂ is U diag(τ̂) Uᵀ.
+/// For both, left_singular() and spectral() are enough.
 #pragma once
 
 #include <firn/math/left_stretch.hpp>
@@ -101,17 +101,17 @@ FIRN_INLINE LeftSingular<dual<T>, D> left_singular_of_dual(const Mat<dual<T>, D>
 
 /// Returns the left singular vectors (U) and the singular values (σ) of a 2 × 2 matrix, with their derivatives.
 ///
-/// The derivative of a singular value is right wherever it exists and the singular value is not 0; else it is set to 0.
-/// If |σ₀| = |σ₁|, U has no derivative, and dU is set to 0. If |σ₀| and |σ₁| are nearly equal, dU loses digits.
+/// If a singular value is 0, its derivative is set to 0. Otherwise, the derivative is right wherever it exists. If |σ₀|
+/// = |σ₁|, U has no derivative, and dU is set to 0. If |σ₀| and |σ₁| are nearly equal, dU loses digits.
 template <scalar T>
 FIRN_INLINE LeftSingular<dual<T>, 2> left_singular(const Mat<dual<T>, 2>& F) {
     return detail::left_singular_of_dual(F);
 }
 /// Returns the left singular vectors (U) and the singular values (σ) of a 3 × 3 matrix, with their derivatives.
 ///
-/// The derivative of a singular value is right wherever it exists and the singular value is not 0; else it is set to 0.
-/// If |σᵢ| = |σⱼ|, the rotation of columns i and j of U into each other has no derivative; this part of dU is set to 0.
-/// If |σᵢ| and |σⱼ| are nearly equal, this part of dU loses digits.
+/// If a singular value is 0, its derivative is set to 0. Otherwise, the derivative is right wherever it exists. If |σᵢ|
+/// = |σⱼ|, the rotation of columns i and j of U into each other has no derivative; this part of dU is set to 0. If |σᵢ|
+/// and |σⱼ| are nearly equal, this part of dU loses digits.
 template <scalar T>
 FIRN_INLINE LeftSingular<dual<T>, 3> left_singular(const Mat<dual<T>, 3>& F) {
     return detail::left_singular_of_dual(F);
