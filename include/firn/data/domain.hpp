@@ -35,7 +35,7 @@ struct Domain {
     int cells(int axis) const { return int(std::ceil((upper[axis] - lower[axis]) / cell_size - 1e-6)); }
 };
 
-/// Returns the extent of the domain along an axis [cells]: the largest number of type S that is not above the exact
+/// Returns the extent of the domain along an axis [cells]: the largest value of type S that is not above the exact
 /// extent.
 template <std::floating_point S, int D>
 S extent_in_cells(const Domain<D>& domain, int axis) {

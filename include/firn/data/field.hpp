@@ -18,7 +18,7 @@ namespace firn {
 /// Number of particles in a pack. A pack stores each component of a field as an array of this length.
 inline constexpr int pack_size = 16;
 
-/// Value used instead of a particle's index or id if a slot is padding, which means that the slot holds no particle.
+/// Value used instead of a particle's index or id for padding (a slot that holds no particle).
 inline constexpr std::uint32_t no_particle = 0xffffffffu;
 
 /// Consecutive slots that are processed together, one in each lane of a SIMD register.
@@ -50,7 +50,7 @@ struct BlockedSpan {
         value.store(at(slots.first, component));
     }
     /// Prefetches the part of the field that belongs to the pack beginning at `slot`. \tparam Components  equal to
-    /// `components`
+    /// the member `components`
     template <int Components>
     FIRN_INLINE void prefetch(std::size_t slot) const {
         const S* pack = data + slot * std::size_t(Components);

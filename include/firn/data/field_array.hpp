@@ -43,7 +43,7 @@ public:
     /// True if both arrays have the same size and the same values.
     bool operator==(const FieldArray& other) const { return std::equal(begin(), end(), other.begin(), other.end()); }
 
-    /// Sets the address and the number of the values. Only the particle store may call bind().
+    /// Sets the address of the first value, and how many values there are. Only the particle store may call bind().
     void bind(T* data, std::size_t size) { data_ = data, size_ = size; }
 
 private:

@@ -1,5 +1,5 @@
-/// \file Closed triangle meshes, as shapes to fill with particles: checks, volume, and functions that move, scale and
-/// turn meshes.
+/// \file Closed triangle meshes, which can be filled with particles. Functions check a mesh, compute its volume, and
+/// move, scale and turn it.
 #pragma once
 
 #include <firn/core/error.hpp>

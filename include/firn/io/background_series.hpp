@@ -28,7 +28,7 @@ namespace firn {
 template <state_scalar S>
 class BackgroundSeries {
 public:
-    /// Starts the thread. Makes the folder `directory` if this folder does not exist.
+    /// Starts the thread that writes the states. Makes the folder `directory` if this folder does not exist.
     /// \param directory  the folder for the files of the series
     /// \param name       the part NAME of the file names NAME_0000.hdf, NAME_0001.hdf, …
     /// \param options    options for writing the states

@@ -18,8 +18,8 @@ namespace detail {
     throw io_error(sentence("The state's ", what, " is inconsistent; the file is damaged. Go on from another state."));
 }
 
-/// Reader of the particles of a state, in the order of their ids. Particle i is the particle with the i-th lowest id,
-/// from 0. In the state, the particles may have another order.
+/// Reads the particles of a state, in the order of the particles' ids. Particle i is the particle with the i-th lowest
+/// id, from 0. In the state, the particles may have another order.
 /// \tparam S  the simulation's precision
 /// \tparam T  the state's precision
 template <class S, int D, class T>
@@ -125,7 +125,7 @@ public:
     }
 
     /// Returns the partition that the particles had in the run that wrote the state: the blocks of the particles, and
-    /// the particle in each slot. In BlockPartition::order, the number i stands for particle i, the particle with the
+    /// the particle in each slot. In BlockPartition::order, the value i stands for particle i, the particle with the
     /// i-th lowest id.
     /// \param colours  number of colours of dense blocks along an axis (colours_along_axis of the kernel)
     /// \throws io_error  if the table of blocks or the table of slots is missing, or if these tables contradict each

@@ -77,8 +77,8 @@ struct State {
     std::vector<StateParameter> parameters;  ///< Parameters of the run. read_state() returns them group by group.
     std::vector<StateAttribute> attributes;  ///< Texts that describe the run.
     std::vector<StateTable> tables;          ///< Tables of integers.
-    /// Facets: triangles in 3D, edges in 2D. Each facet has D numbers in this array: the indices of its corners in
-    /// `id`, from 0.
+    /// Facets: triangles in 3D, edges in 2D. Each facet has D elements in this array: the indices (from 0, into `id`)
+    /// of the points at the facet's corners.
     std::vector<std::int64_t> facets;
 
     bool operator==(const State&) const = default;
@@ -165,9 +165,9 @@ void check_state_field(const State<S>& state, const StateField<S>& field) {
 
 }  // namespace detail
 
-/// Checks whether the parts of a state fit together: the sizes of the arrays must match, names and texts must be
-/// allowed, names must be unique, times must be finite, and the corners of facets must exist. The values of fields are
-/// not checked, so that a state with NaN can be written and examined.
+/// Checks whether the parts of a state fit together: the sizes of the arrays must match, names and texts must not be
+/// too long or have forbidden characters, names must be unique, times must be finite, and the corners of facets must
+/// exist. The values of fields are not checked, so that a state with NaN can be written and examined.
 /// \throws parameter_error  if one of these checks fails; the message says which check failed
 template <state_scalar S>
 void check_state(const State<S>& state) {

@@ -108,7 +108,7 @@ void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, 
 }
 
 /// Checks that the state was written by the same build as this program.
-/// \throws io_error  if another compiler, instruction set or version of firn was used
+/// \throws io_error  if the state was written with another compiler, instruction set or version of firn
 template <class S>
 void check_same_build(const State<S>& state) {
     check_same(state, build_attributes(),
