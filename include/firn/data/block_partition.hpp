@@ -71,7 +71,7 @@ std::uint64_t wrapped_key(const Domain<D>& domain, std::uint64_t key) {
     return block_key<D>(wrapped(domain, block_of_key<D>(key)));
 }
 /// Returns the difference `from` − `to` [blocks] of two blocks' coordinates along an axis. Along a periodic axis, where
-/// two ways lead from one block to the other, the shorter way counts.
+/// two ways lead from block `to` to block `from`, the shorter way counts.
 template <int D>
 int block_distance(const Domain<D>& domain, int axis, int from, int to) {
     const int n = block_period(domain, axis), distance = from - to;
@@ -160,8 +160,8 @@ struct BlockPartition {
     std::vector<std::uint32_t> by_phase;
     std::vector<std::size_t> phase_ends;  ///< for each phase, the index in by_phase one past the phase's last group
     /// The particle in each slot, or no_particle if the slot is padding. As long as the particles are not moved into
-    /// this order, a particle is given by its old slot (or by its index in another program's arrays). Afterwards, it is
-    /// given by its id.
+    /// this order, a particle is given by its old slot (or by its index in another program's arrays). Afterwards, the
+    /// particle is given by its id.
     aligned_vector<std::uint32_t> order;
     std::size_t particles = 0;  ///< number of particles in all ranges
     /// Row in the grid's table of neighbours that belongs to this partition's first range (the particles of one block).

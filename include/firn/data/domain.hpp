@@ -52,7 +52,7 @@ inline constexpr double most_cells_per_axis = 4.0 * (1 << 20) - 16;
 /// continues without a break across the ends of the domain. \see block_colour
 inline constexpr int periodic_multiple = 16;
 
-/// Checks a domain.
+/// Checks that a domain is valid.
 /// \throws parameter_error  if the box is empty or not finite, if the cell size is not positive or not finite, if there
 ///                          are fewer than 2 or more than most_cells_per_axis cells along an axis, or if the number of
 ///                          cells along a periodic axis is no multiple of periodic_multiple

@@ -20,14 +20,14 @@ public:
     FieldArray(const FieldArray&) = delete;
     FieldArray& operator=(const FieldArray&) = delete;
 
-    /// Number of values.
+    /// Number of values: one for each particle.
     std::size_t size() const { return size_; }
     /// True if there are no values.
     bool empty() const { return size_ == 0; }
     /// \name Access
     /// @{
 
-    /// Access the values by pointer, index or iterator.
+    /// Give access to the values by pointer, index or iterator.
     T* data() { return data_; }
     const T* data() const { return data_; }
     T& operator[](std::size_t i) { return data_[i]; }

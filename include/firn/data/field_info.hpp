@@ -47,7 +47,7 @@ enum class FieldRole : std::uint8_t {
     stress,    ///< written by G2P for the next P2G; it can be computed from the material's state
     given,     ///< set by the program when it adds the particle; no step changes it
     constant,  ///< keeps its start value unless the program sets it; no step changes it
-    state      ///< written by the material
+    state      ///< part of the material's state; written by the material
 };
 
 /// Which values of a field are valid in a saved state when a run is continued from this state.

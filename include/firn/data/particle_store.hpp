@@ -41,7 +41,7 @@ public:
     /// Index (in the table) of the field `place`, a particle's position within its block. \see set_place
     static constexpr std::size_t place_field = BuiltIn::line_of(&BuiltIn::position);
 
-    /// Makes an empty store.
+    /// Makes a store without particles.
     /// \param domain  domain of the grid; particles may lie outside the domain
     /// \param table   description of a particle's fields
     ParticleStore(const Domain<D>& domain, FieldTable table)
@@ -283,7 +283,7 @@ private:
     static void for_padding(const BlockGroup& group, const Body& body) {
         for (std::size_t i = group.particles; i < group.packs() * pack_size; ++i) body(group.first_slot + i);
     }
-    /// Increases the number of slots.
+    /// Increases the number of slots, and keeps the particles.
     /// \param slots      the new number of slots
     /// \param particles  number of particles to report in the error message
     /// \throws memory_error  if there is no memory for this many slots

@@ -101,7 +101,7 @@ using ForeignParticles = ParticleView<S, D, StridedSpan<S>, State>;
 
 /// Returns a span that reads and writes the upper triangles of symmetric D × D matrices. In memory, each matrix has all
 /// D² elements, row by row. Use the span for ParticleView::stress.
-/// \param stride  distance between two matrices, in numbers
+/// \param stride  distance between two matrices, counted in numbers of type S
 template <int D, std::floating_point S>
 StridedSpan<S> symmetric_matrices(S* data, std::ptrdiff_t stride = D * D) {
     StridedSpan<S> span{data, stride, {}};

@@ -25,7 +25,7 @@ enum class Pattern {
 /// Options of how a shape is filled with particles. The same options give the same positions, bit for bit, with every
 /// compiler.
 struct SamplingOptions {
-    /// Mean distance of particles [m]: there is one particle per spacing^D. The spacing must be set, to a value above 0.
+    /// Mean distance of particles [m]: there is one particle per spacing^D. Must be set, above 0.
     double spacing = 0;
     Pattern pattern = Pattern::lattice;         ///< how particles are arranged
     double jitter = 0.25;                       ///< largest random shift per axis [spacings], 0 to 0.5; for jittered

@@ -89,7 +89,7 @@ public:
 
     /// Path of the list of states, NAME.hdf.series.
     std::filesystem::path path() const { return series_.path(); }
-    /// Number of states on disk.
+    /// Number of states of the series that are on disk.
     std::size_t size() const {
         std::lock_guard lock(mutex_);
         return written_;

@@ -49,7 +49,8 @@ public:
 
     /// Appends the particles of the state to `particles`, in the order of their ids, and sets their fields.
     /// \param converted  whether the particles are restored with Restart::converted. If so, stresses are not read,
-    ///                   because they follow from the other fields; and affine velocities that the state lacks are 0.
+    ///                   because they are computed from the other fields; and if the state has no affine velocities,
+    ///                   the affine velocities of the particles are 0.
     /// \throws io_error  if the state lacks a field, or if a value in the state is invalid
     void read(ParticleStore<S, D>& particles, bool converted) const {
         const T* const x = field("position", D);

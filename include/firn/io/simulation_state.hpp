@@ -61,8 +61,8 @@ std::vector<StateAttribute> policies_of(
     return policies;
 }
 
-/// Writes the current state of a set of particles to `into`. state_of() calls this function in a parallel region,
-/// because the loops of this function run on the threads of the region.
+/// Writes the current state of a set of particles to `into`. Call this function in a parallel region: the loops of this
+/// function run on the threads of the region.
 template <class Simulation, std::size_t I>
 void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scalar_type>& into) {
     constexpr int D = Simulation::dimension;

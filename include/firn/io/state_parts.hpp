@@ -115,7 +115,7 @@ void check_same_build(const State<S>& state) {
                "Another build rounds differently. If this is acceptable, use Restart::other_build.");
 }
 
-/// Returns the values of a parameter of a state.
+/// Returns the values of the parameter `name` in the group `group` of a state.
 /// \throws io_error  if the state has no such parameter
 template <class S>
 std::vector<double> parameter_values(const State<S>& state, const char* group, const char* name) {

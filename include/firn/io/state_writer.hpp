@@ -329,7 +329,7 @@ void write_state(const std::filesystem::path& path, const State<S>& state, const
             sentence("The compression is ", options.compression, "; give 0 (none) or 1 (fast) to 9 (small)."));
     }
     check_state(state);
-    AtomicFile file(path);  // opened first, so that a wrong path is reported before the long work
+    AtomicFile file(path);  // opened first, so that an invalid path is reported before the long work
     const std::uint64_t noted = digest(state, [&](std::string_view field) { return options.writes(field); });
     hdf5::naming_file(path, [&] { return detail::StateFile(state, options, noted); }).write(file);
     file.commit();

@@ -211,7 +211,7 @@ struct row_of {
             return rest.template node<k - width / 4>();
     }
 
-    /// \name Arithmetic, number by number
+    /// \name Arithmetic with rows, number by number
     /// @{
 
     /// Apply the operation to each number of the row, and round each result. If the second operand is a single

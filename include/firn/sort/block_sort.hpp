@@ -68,10 +68,10 @@ FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
 template <int D>
 class BlockSort {
 public:
-    /// Size of the scratch memory per index [bytes].
+    /// Size of the scratch memory that the sort needs per particle index [bytes].
     static constexpr std::size_t room = 2 * sizeof(std::uint32_t) + sizeof(std::uint8_t);
 
-    /// Prepares a sort.
+    /// Prepares a sort. Call look() and then partition().
     /// \param candidates  number of indices, including those of padding
     /// \param ids         for each index, the id of the particle (no two ids are the same); nullptr: a particle's id is
     ///                    its index
