@@ -54,7 +54,7 @@ struct aligned_allocator {
     }
     /// Frees the memory that allocate(n) returned.
     void deallocate(T* p, std::size_t n) { ::operator delete(p, alignment(n * sizeof(T))); }
-    /// Always true, because any aligned_allocator can free the memory of another.
+    /// Always true, because any aligned_allocator can free the memory of any other aligned_allocator.
     template <class U>
     bool operator==(const aligned_allocator<U>&) const {
         return true;

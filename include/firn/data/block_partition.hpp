@@ -18,7 +18,7 @@ template <int D>
 inline constexpr int block_nodes = D == 2 ? block_size * block_size : block_size * block_size * block_size;
 
 /// Largest distance [cells] of a particle's base node (the lowest node to which the particle scatters) from the block
-/// into which the particle was last sorted. If a base node lies farther away, particles must be sorted again.
+/// into which the particle was last sorted. If a base node lies farther from its block, particles must be sorted again.
 inline constexpr int allowed_drift = 1;
 
 /// Integer coordinates of a block. Multiplied by block_size, they are the position [cells] of the block's lower corner,
@@ -71,7 +71,7 @@ std::uint64_t wrapped_key(const Domain<D>& domain, std::uint64_t key) {
     return block_key<D>(wrapped(domain, block_of_key<D>(key)));
 }
 /// Returns the difference `from` − `to` [blocks] of two blocks' coordinates along an axis. Along a periodic axis, where
-/// two ways lead from one block to the other, the shorter way counts.
+/// two ways lead from block `to` to block `from`, the shorter way counts.
 template <int D>
 int block_distance(const Domain<D>& domain, int axis, int from, int to) {
     const int n = block_period(domain, axis), distance = from - to;
@@ -92,7 +92,7 @@ double position_of_place(const Domain<D>& domain, const BlockCoordinate<D>& bloc
 inline constexpr int cube_blocks = 2;
 
 /// Number of nodes along each axis of an arena. The arena of a block (or of a cube of Blocks^D blocks) consists of all
-/// nodes to which the particles of the block can scatter before they must be sorted again.
+/// nodes to which the particles of the block (or cube) can scatter before they must be sorted again.
 /// \tparam Blocks  number of blocks along each axis: 1 for a block, cube_blocks for a cube
 template <class Kernel, int Blocks = 1>
 inline constexpr int arena_size = Blocks * block_size + 2 * allowed_drift + Kernel::support - 1;
@@ -102,8 +102,8 @@ inline constexpr int arena_size = Blocks * block_size + 2 * allowed_drift + Kern
 template <class Kernel>
 inline constexpr int colours_along_axis = (arena_size<Kernel> + block_size - 1) / block_size;
 
-/// Returns the colour of the block (or cube) with these coordinates: a number from 0 to n^D − 1, computed from the
-/// coordinates modulo n. Along an axis, n − 1 blocks of other colours lie between two blocks of the same colour.
+/// Returns the colour of the block (or cube) with these coordinates: an index from 0 to n^D − 1, computed from the
+/// coordinates modulo n. Along an axis, every n-th block has the same colour.
 /// \param n  number of colours along one axis
 template <int D>
 std::size_t block_colour(const BlockCoordinate<D>& block, int n) {
@@ -121,9 +121,9 @@ struct BlockRange {
     std::size_t particles;     ///< number of particles in the range
 };
 
-/// Largest number of particles in a group of sparse blocks that is called spray. Spray scatters to few of the nodes of
-/// its arena. Therefore P2G clears only these nodes and adds only these to the grid. G2P reads the nodes from the grid
-/// itself, not from an arena.
+/// A group of sparse blocks with at most this many particles is called spray. The particles of spray scatter to only
+/// few nodes of the group's arena. Therefore P2G clears only these nodes and adds only these nodes to the grid. G2P
+/// reads the nodes from the grid itself, not from an arena.
 inline constexpr std::size_t spray_particles = 64;
 
 /// A group of blocks whose particles one worker scatters together: one dense block, or all sparse blocks of one cube.
@@ -156,12 +156,12 @@ struct BlockPartition {
     std::vector<BlockGroup> groups;       ///< groups of blocks, in the order of `ranges`
     std::vector<std::uint32_t> by_block;  ///< indices into `ranges`, sorted by the keys of the ranges' blocks
     /// Indices into `groups`, phase by phase. Groups of one phase never share a node. Two groups that share a node
-    /// always have the same order, so that the sum at this node is always formed in the same order.
+    /// always come in the same order, so that the sum at this node is always formed in the same order.
     std::vector<std::uint32_t> by_phase;
     std::vector<std::size_t> phase_ends;  ///< for each phase, the index in by_phase one past the phase's last group
     /// The particle in each slot, or no_particle if the slot is padding. As long as the particles are not moved into
-    /// this order, a particle is given by its old slot (or by its index in another program's arrays). Afterwards, it is
-    /// given by its id.
+    /// this order, a particle is given by its old slot (or by its index in another program's arrays). Afterwards, the
+    /// particle is given by its id.
     aligned_vector<std::uint32_t> order;
     std::size_t particles = 0;  ///< number of particles in all ranges
     /// Row in the grid's table of neighbours that belongs to this partition's first range (the particles of one block).

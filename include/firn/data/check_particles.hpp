@@ -38,7 +38,7 @@ void check_positions(std::size_t count, const Domain<D>& domain, const Position&
         throw particle_error(
             sentence("There are ", count, " particles; up to ", 0xfffffffeu, " are possible in one set."));
     std::size_t particles = 0;
-    std::vector<std::pair<std::uint32_t, std::size_t>> wrong;  // ids and indices
+    std::vector<std::pair<std::uint32_t, std::size_t>> wrong;  // (id, index) of each particle outside
     for (std::size_t i = 0; i < count; ++i) {
         const std::uint32_t id = id_of(i);
         if (id == no_particle) continue;

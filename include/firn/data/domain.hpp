@@ -35,7 +35,7 @@ struct Domain {
     int cells(int axis) const { return int(std::ceil((upper[axis] - lower[axis]) / cell_size - 1e-6)); }
 };
 
-/// Returns the extent of the domain along an axis [cells]: the largest number of type S that is not above the exact
+/// Returns the extent of the domain along an axis [cells]: the largest value of type S that is not above the exact
 /// extent.
 template <std::floating_point S, int D>
 S extent_in_cells(const Domain<D>& domain, int axis) {
@@ -52,7 +52,7 @@ inline constexpr double most_cells_per_axis = 4.0 * (1 << 20) - 16;
 /// continues without a break across the ends of the domain. \see block_colour
 inline constexpr int periodic_multiple = 16;
 
-/// Checks a domain.
+/// Checks that a domain is valid.
 /// \throws parameter_error  if the box is empty or not finite, if the cell size is not positive or not finite, if there
 ///                          are fewer than 2 or more than most_cells_per_axis cells along an axis, or if the number of
 ///                          cells along a periodic axis is no multiple of periodic_multiple

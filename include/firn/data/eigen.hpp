@@ -102,8 +102,8 @@ concept eigen_memory =
 /// Returns a span of the columns of a matrix, without a copy. The span can be a field of ForeignParticles. Column i
 /// belongs to particle i and has one number, the components of a vector, or the elements of a matrix (column after
 /// column).
-/// \param columns  a matrix that is no temporary object, or a map, block or transpose of one; the span is valid as long
-///                 as the memory of that matrix
+/// \param columns  a matrix that is no temporary object, or a map, block or transpose of such a matrix; the span is
+///                 valid as long as the memory of that matrix
 /// \throws parameter_error  if a column has more than nine elements
 template <detail::eigen_memory E>
 auto as_span(E&& columns) {

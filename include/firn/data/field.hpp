@@ -18,12 +18,12 @@ namespace firn {
 /// Number of particles in a pack. A pack stores each component of a field as an array of this length.
 inline constexpr int pack_size = 16;
 
-/// Value used instead of a particle's index or id if a slot is padding, which means that the slot holds no particle.
+/// Value used instead of a particle's index or id for padding (a slot that holds no particle).
 inline constexpr std::uint32_t no_particle = 0xffffffffu;
 
 /// Consecutive slots that are processed together, one in each lane of a SIMD register.
 struct Slots {
-    std::size_t first;           ///< the first slot
+    std::size_t first;           ///< index of the first slot
     const std::uint32_t* index;  ///< index of the particle in each slot, or no_particle; only for StridedSpan
 };
 
@@ -50,7 +50,7 @@ struct BlockedSpan {
         value.store(at(slots.first, component));
     }
     /// Prefetches the part of the field that belongs to the pack beginning at `slot`. \tparam Components  equal to
-    /// `components`
+    /// the member `components`
     template <int Components>
     FIRN_INLINE void prefetch(std::size_t slot) const {
         const S* pack = data + slot * std::size_t(Components);
@@ -72,8 +72,9 @@ struct BlockedSpan {
 template <class S>
 struct StridedSpan {
     S* data = nullptr;          ///< address from which `stride` and `offset` are counted
-    std::ptrdiff_t stride = 0;  ///< distance between two particles, in numbers (not bytes)
-    /// Offset of each component, in numbers (not bytes). The components of a matrix are listed column by column.
+    std::ptrdiff_t stride = 0;  ///< distance between two particles, counted in numbers of type S (not bytes)
+    /// Offset of each component, counted in numbers of type S (not bytes). The components of a matrix are listed column
+    /// by column.
     std::array<std::ptrdiff_t, 9> offset{};
 
     /// Describes a field of one number per particle. \param stride  distance between two particles, in numbers
@@ -87,7 +88,7 @@ struct StridedSpan {
     }
     /// Describes a field of D × D matrices of consecutive numbers.
     /// \param by_rows  true: stored row after row (C, NumPy); false: column after column (Eigen, Fortran)
-    /// \param stride   distance between two particles, in numbers
+    /// \param stride   distance between two particles, counted in numbers of type S
     template <int D>
     static StridedSpan matrices(S* data, bool by_rows, std::ptrdiff_t stride = D * D) {
         StridedSpan span{data, stride, {}};

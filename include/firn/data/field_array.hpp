@@ -20,14 +20,14 @@ public:
     FieldArray(const FieldArray&) = delete;
     FieldArray& operator=(const FieldArray&) = delete;
 
-    /// Number of values.
+    /// Number of values: one for each particle.
     std::size_t size() const { return size_; }
     /// True if there are no values.
     bool empty() const { return size_ == 0; }
     /// \name Access
     /// @{
 
-    /// Access the values by pointer, index or iterator.
+    /// Give access to the values by pointer, index or iterator.
     T* data() { return data_; }
     const T* data() const { return data_; }
     T& operator[](std::size_t i) { return data_[i]; }
@@ -43,7 +43,7 @@ public:
     /// True if both arrays have the same size and the same values.
     bool operator==(const FieldArray& other) const { return std::equal(begin(), end(), other.begin(), other.end()); }
 
-    /// Sets the address and the number of the values. Only the particle store may call bind().
+    /// Sets the address of the first value, and how many values there are. Only the particle store may call bind().
     void bind(T* data, std::size_t size) { data_ = data, size_ = size; }
 
 private:

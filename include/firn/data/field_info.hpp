@@ -47,7 +47,7 @@ enum class FieldRole : std::uint8_t {
     stress,    ///< written by G2P for the next P2G; it can be computed from the material's state
     given,     ///< set by the program when it adds the particle; no step changes it
     constant,  ///< keeps its start value unless the program sets it; no step changes it
-    state      ///< written by the material
+    state      ///< part of the material's state; written by the material
 };
 
 /// Which values of a field are valid in a saved state when a run is continued from this state.
@@ -89,8 +89,8 @@ struct FieldInfo {
     constexpr int components_in_state(int d) const {
         return shape == FieldShape::symmetric_matrix ? d * d : components(d);
     }
-    /// Returns the index, in this field, of the component that has the index k in a saved state. A saved state has
-    /// matrices row by row. \param d  dimension of space
+    /// Returns the index, among the field's stored components, of the component that has index k in a saved state. In a
+    /// saved state, matrices are stored row by row. \param d  dimension of space
     constexpr int component_of(int d, int k) const {
         switch (shape) {
             case FieldShape::matrix:

@@ -61,7 +61,7 @@ public:
     }
     /// @}
 
-    /// \name One number
+    /// \name One component
     /// @{
 
     /// Returns a reference to one component of a field of the particle in a slot. \tparam T  type of the field's

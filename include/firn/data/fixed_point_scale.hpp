@@ -7,8 +7,8 @@ namespace firn {
 /// a fixed-point number. Both members are powers of two, so that scaling is exact.
 template <class S>
 struct FixedPointScale {
-    S momentum;  ///< quanta per kg m/s
-    S mass;      ///< quanta per kg
+    S momentum;  ///< number of quanta that make 1 kg m/s
+    S mass;      ///< number of quanta that make 1 kg
 
     bool operator==(const FixedPointScale&) const = default;
 };

@@ -1,4 +1,4 @@
-/// \file Ids of particles: integers. No two particles ever get the same id.
+/// \file Gives particles their ids, which are integers. No two particles ever get the same id.
 #pragma once
 
 #include <firn/core/error.hpp>

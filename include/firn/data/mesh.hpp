@@ -1,5 +1,5 @@
-/// \file Closed triangle meshes, as shapes to fill with particles: checks, volume, and functions that move, scale and
-/// turn meshes.
+/// \file Closed triangle meshes, which can be filled with particles. Functions check a mesh, compute its volume, and
+/// move, scale and turn it.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -22,11 +22,11 @@ struct TriangleMesh {
     std::vector<std::array<std::int32_t, 3>> triangles;  ///< indices into `vertices`, counted from 0
 };
 
-/// An axis-aligned box [m].
+/// An axis-aligned box, such as the bounding box of a mesh.
 template <int D>
 struct Bounds {
-    Vec<double, D> lower;  ///< the lower corner [m]
-    Vec<double, D> upper;  ///< the upper corner [m]
+    Vec<double, D> lower;  ///< the corner with the lowest coordinates [m]
+    Vec<double, D> upper;  ///< the corner with the highest coordinates [m]
 };
 
 namespace detail {

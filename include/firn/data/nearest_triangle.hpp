@@ -42,7 +42,7 @@ inline double squared_distance_to_triangle(const Vec<double, 3>& x, const Corner
 /// Computes distances from points to the nearest triangle of a mesh.
 class NearestTriangle {
 public:
-    /// Builds the tree of bounding boxes for a mesh.
+    /// Builds the tree of bounding boxes of the triangles of a mesh.
     /// \throws mesh_error  if the mesh does not pass check_mesh()
     explicit NearestTriangle(const TriangleMesh& mesh) {
         check_mesh(mesh);

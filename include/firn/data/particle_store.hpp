@@ -41,7 +41,7 @@ public:
     /// Index (in the table) of the field `place`, a particle's position within its block. \see set_place
     static constexpr std::size_t place_field = BuiltIn::line_of(&BuiltIn::position);
 
-    /// Makes an empty store.
+    /// Makes a store without particles.
     /// \param domain  domain of the grid; particles may lie outside the domain
     /// \param table   description of a particle's fields
     ParticleStore(const Domain<D>& domain, FieldTable table)
@@ -68,8 +68,8 @@ public:
     /// Returns the id that the next new particle will get. No two particles get the same id.
     std::uint32_t next_id() const { return ids_.next(); }
 
-    /// Appends a particle at x [m]. All other fields get their start values. The id of the new particle is the one that
-    /// next_id() returned before. Particles must be sorted again before the next step.
+    /// Appends a particle at x [m]. All other fields get their start values. The new particle gets the id that
+    /// next_id() returned before this call. Particles must be sorted again before the next step.
     /// \return the slot of the new particle
     /// \throws parameter_error  if all ids have been given out
     /// \throws memory_error     if there is no memory for more slots
@@ -197,7 +197,7 @@ public:
                 fields_.template at<S>(of_stress, slot, symmetric_index<D>(i, j)) = stress(i, j);
     }
 
-    /// Returns the address of scratch memory with at least D² numbers of type S per slot. The memory may be used until
+    /// Returns the address of scratch memory for at least D² numbers of type S per slot. The memory may be used until
     /// reorder() is called.
     std::byte* room() { return fields_.room(); }
 
@@ -253,11 +253,11 @@ public:
 protected:
     /// Returns the array of a field. \param field  index of the field in the table
     BlockedSpan<S> span(std::size_t field) { return {fields_.template numbers<S>(field), fields_.components(field)}; }
-    /// Returns the address of the first component of a field of the particle in a slot. Each further component follows
-    /// pack_size numbers later.
+    /// Returns the address of the first component of a field of the particle in a slot. Component k lies k · pack_size
+    /// numbers after the first.
     S* numbers_of(std::size_t field, std::size_t slot) { return &fields_.template at<S>(field, slot, 0); }
-    /// Returns the address, for reading only, of the first component of a field of the particle in a slot. Each further
-    /// component follows pack_size numbers later.
+    /// Returns the address, for reading only, of the first component of a field of the particle in a slot. Component k
+    /// lies k · pack_size numbers after the first.
     const S* numbers_of(std::size_t field, std::size_t slot) const { return &fields_.template at<S>(field, slot, 0); }
     /// Number of built-in fields, which every particle has.
     static constexpr std::size_t built_in_fields = BuiltIn::built_in().size();
@@ -283,9 +283,9 @@ private:
     static void for_padding(const BlockGroup& group, const Body& body) {
         for (std::size_t i = group.particles; i < group.packs() * pack_size; ++i) body(group.first_slot + i);
     }
-    /// Increases the number of slots.
+    /// Increases the number of slots, and keeps the particles.
     /// \param slots      the new number of slots
-    /// \param particles  number of particles that the error message names
+    /// \param particles  number of particles to report in the error message
     /// \throws memory_error  if there is no memory for this many slots
     void grow(std::size_t slots, std::size_t particles, int threads) {
         require_memory(

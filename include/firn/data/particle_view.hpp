@@ -99,9 +99,9 @@ struct ParticleView {
 template <std::floating_point S, int D, class State = ElasticState<S, D>>
 using ForeignParticles = ParticleView<S, D, StridedSpan<S>, State>;
 
-/// Returns a span of full D × D matrices, stored row by row, of which only the upper triangles are read and written.
-/// Use the span for ParticleView::stress.
-/// \param stride  distance between two matrices, in numbers
+/// Returns a span that reads and writes the upper triangles of symmetric D × D matrices. In memory, each matrix has all
+/// D² elements, row by row. Use the span for ParticleView::stress.
+/// \param stride  distance between two matrices, counted in numbers of type S
 template <int D, std::floating_point S>
 StridedSpan<S> symmetric_matrices(S* data, std::ptrdiff_t stride = D * D) {
     StridedSpan<S> span{data, stride, {}};
@@ -128,7 +128,8 @@ FIRN_INLINE Mat<P, D> load_symmetric(const Field& field, const Slots& slots) {
     unroll<D * D>([&](auto k) FIRN_LAMBDA { r.m[k] = stored[symmetric_index<D>(k % D, k / D)]; });
     return r;
 }
-/// Writes the symmetric matrices of a field for the particles in some slots. Only the upper triangle of `a` is read.
+/// Writes the symmetric matrices of a field for the particles in some slots. Of the matrices `a`, only the upper
+/// triangles are read.
 template <class P, int D, class Field>
 FIRN_INLINE void store_symmetric(const Field& field, const Slots& slots, const Mat<P, D>& a) {
     unroll<D>([&](auto i) FIRN_LAMBDA {

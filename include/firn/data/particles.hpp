@@ -24,7 +24,7 @@ public:
     explicit Particles(const Domain<D>& domain) : Store(domain, field_table<S, D, State>()) {}
 
     using Store::push_back;
-    /// Appends a particle. The id of the new particle is the one that next_id() returned before. Particles must be
+    /// Appends a particle. The new particle gets the id that next_id() returned before this call. Particles must be
     /// sorted again before the next step.
     /// \param x       position [m]
     /// \param v       velocity [m/s]

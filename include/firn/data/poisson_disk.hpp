@@ -1,5 +1,5 @@
-/// \file Poisson-disk points: random points at distances of at least r from each other, so dense that hardly one more
-/// point could be added.
+/// \file Poisson-disk points: random points at distances of at least r from each other, so dense that hardly any
+/// further point could be added.
 ///
 /// Bridson 2007, "Fast Poisson disk sampling in arbitrary dimensions", SIGGRAPH sketches. The active list contains the
 /// points around which new points may still be found. Candidates for new points are drawn at distances of r to 2r from
@@ -20,8 +20,9 @@ namespace firn {
 
 namespace detail {
 
-/// Mean number of points in a volume (in 2D: an area) of r^D that Bridson's algorithm makes with 30 candidates. It was
-/// measured in large boxes away from their surfaces (tests/unit/data/sampling.cpp checks it to 1 %).
+/// Density of the points that Bridson's algorithm makes with 30 candidates: the mean number of points in a volume (in
+/// 2D: an area) of r^D. This density was measured in large boxes, away from the boxes' surfaces
+/// (tests/unit/data/sampling.cpp checks it to 1 %).
 template <int D>
 inline constexpr double poisson_density = D == 2 ? 0.615 : 0.577;
 
@@ -38,8 +39,8 @@ double poisson_radius(double spacing) {
 /// [m].
 /// \param seed        seed of the random numbers
 /// \param max_cells   largest number of cells of the background grid
-/// \param candidates  number of tries to find a new point near a point; if all of them fail, no more are made near this
-///                    point
+/// \param candidates  number of tries to find a new point near a given point; if all these tries fail, no further tries
+///                    are made near the given point
 /// \throws parameter_error  if the box is empty, inverted or not finite, if `radius` is not above 0, if `candidates` is
 ///                          below 1, or if the background grid would have more than `max_cells` cells
 /// \throws memory_error     if the background grid does not fit into memory

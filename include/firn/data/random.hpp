@@ -30,10 +30,10 @@ constexpr std::uint64_t random_bits(std::uint64_t seed, std::uint64_t counter) {
 /// Returns a number in [0, 1) made of the upper 53 bits of `bits`, without rounding.
 constexpr double unit_interval(std::uint64_t bits) { return double(bits >> 11) * 0x1p-53; }
 
-/// The sequence of random numbers of one seed.
+/// The sequence of random numbers that belongs to one seed.
 class RandomSequence {
 public:
-    /// Makes the sequence of a seed. bits() and below() start with the first number of the sequence.
+    /// Makes the sequence of a seed. The first call of bits() or below() uses the first number of the sequence.
     explicit constexpr RandomSequence(std::uint64_t seed) : seed_(seed) {}
     /// Returns the next 64 random bits of the sequence.
     constexpr std::uint64_t bits() { return random_bits(seed_, counter_++); }

@@ -25,9 +25,10 @@ enum class Pattern {
 /// Options of how a shape is filled with particles. The same options give the same positions, bit for bit, with every
 /// compiler.
 struct SamplingOptions {
-    double spacing = 0;                         ///< mean particle distance [m] (one per spacing^D), above 0; required
+    /// Mean distance of particles [m]: there is one particle per spacing^D. Must be set, above 0.
+    double spacing = 0;
     Pattern pattern = Pattern::lattice;         ///< how particles are arranged
-    double jitter = 0.25;                       ///< largest random shift [spacings], 0 to 0.5; for Pattern::jittered
+    double jitter = 0.25;                       ///< largest random shift per axis [spacings], 0 to 0.5; for jittered
     std::uint64_t seed = 1;                     ///< seed of the random numbers; for jittered and poisson_disk
     std::uint64_t max_particles = 200'000'000;  ///< largest number of particles; a larger number is an error
 };
@@ -66,11 +67,11 @@ inline void check(const SamplingOptions& options) {
 
 namespace detail {
 
-/// Checks that a number of objects of one kind is allowed, and that the objects fit into memory.
+/// Checks that there are not too many objects of one kind, and that the objects fit into memory.
 /// \param predicted  expected number of objects; may be infinite, but not NaN
 /// \param what       name of the objects in the message
-/// \param most       largest number that is allowed
-/// \param bytes      memory that one object needs
+/// \param most       largest allowed number of objects
+/// \param bytes      memory that one object needs [bytes]
 /// \throws parameter_error  if `predicted` is above `most`
 /// \throws memory_error     if the objects do not fit into memory
 inline void check_count(double predicted, const char* what, double most, std::size_t bytes = 0) {

@@ -21,7 +21,8 @@ namespace firn {
 
 namespace detail {
 
-/// Returns x^D, computed as a product, so that it has the same bits on every machine. A result of std::pow may not.
+/// Returns x^D, computed as a product, so that the result has the same bits on every machine. A result of std::pow may
+/// differ between machines.
 template <int D>
 double power(double x) {
     return D == 2 ? x * x : x * x * x;
@@ -32,16 +33,16 @@ void check_particles(double volume, const SamplingOptions& options) {
     check_count(volume / power<D>(options.spacing), "particles", double(options.max_particles), sizeof(Vec<double, D>));
 }
 
-/// A shape to be filled, described as all patterns need it. `winding(x)` returns how often the shape covers the point
-/// x; `volume` is the integral of `winding` over space.
+/// A shape to be filled with particles. This description serves for all patterns. `winding(x)` returns how often the
+/// shape covers the point x; `volume` is the integral of `winding` over space.
 template <int D, class Winding>
 struct Shape {
     const char* name;
     Bounds<D> bounds;
     Vec<double, D> anchor;  ///< lower corner of the lattice cube with index 0
-    /// First lattice index along each axis. The lattice cubes with indices from `begin` to before `end` cover `bounds`.
+    /// For each axis, the index of the first lattice cube. The cubes from `begin` to before `end` cover `bounds`.
     std::array<std::int64_t, D> begin;
-    std::array<std::int64_t, D> end;
+    std::array<std::int64_t, D> end;  ///< for each axis, one past the index of the last lattice cube
     double volume;
     Winding winding;
 };
@@ -94,9 +95,9 @@ Samples<D> fill(const Shape<D, Winding>& shape, const SamplingOptions& options) 
     return samples;
 }
 
-/// Returns how many lattice cubes cover an extent [m] along each axis. An error is thrown if their number in all is too
-/// large, because each lattice point in the bounding box must be tried, even if a thin, slanted shape contains only few
-/// of them.
+/// Returns, for each axis, how many lattice cubes cover the extent [m]. Throws an error if there are too many cubes in
+/// all. This can happen even if a thin, slanted shape contains only few lattice points, because each lattice point in
+/// the bounding box must be tried.
 template <int D>
 std::array<std::int64_t, D> lattice_counts(const Vec<double, D>& extent, const SamplingOptions& options) {
     std::array<std::int64_t, D> counts{};
@@ -176,9 +177,10 @@ Samples<D> sample_sphere(const Vec<double, D>& centre, double radius, const Samp
         options);
 }
 
-/// Fills a closed mesh with particles: at the points where the mesh's winding number is ≥ 1. The lattice begins at the
-/// lower corner of the mesh's bounding box. InsideTest tells what the inside of a mesh is that intersects itself.
-/// \throws mesh_error       if the mesh is not valid for InsideTest
+/// Fills a closed mesh with particles. They lie at those points of the pattern where the mesh's winding number is ≥ 1.
+/// The lattice begins at the lower corner of the mesh's bounding box. The mesh may intersect itself; InsideTest defines
+/// the inside of such a mesh.
+/// \throws mesh_error       if the constructor of InsideTest does not accept the mesh
 /// \throws parameter_error  if the options do not pass check(), if no particle falls inside the mesh, or if there would
 ///                          be more than max_particles particles
 /// \throws memory_error     if the particles do not fit into memory

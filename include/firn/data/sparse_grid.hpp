@@ -24,8 +24,8 @@ inline constexpr int node_mass = 3;
 /// Value used instead of a block's index if the grid does not contain the block.
 inline constexpr std::uint32_t no_block = 0xffffffffu;
 
-/// A grid whose nodes lie in blocks of 4^D. activate() chooses the blocks of the grid: those that contain the particles
-/// of one or several sets, and the neighbours of these blocks.
+/// A grid whose nodes lie in blocks of 4^D nodes. activate() chooses the blocks of the grid: those that contain the
+/// particles of one or several sets, and the neighbours of these blocks.
 template <std::floating_point S, int D>
 class SparseGrid {
 public:
@@ -63,7 +63,8 @@ public:
         return neighbours_.data() + (partition.first_row + r) * neighbour_count;
     }
 
-    /// Checks that activate() was called for a partition with as many ranges (one range per block with particles).
+    /// Checks whether activate() can have been called for this partition: the grid's table of neighbours must have a
+    /// row for each range (the particles of one block) of the partition.
     /// \throws usage_error  if the grid's table of neighbours has too few rows for the ranges of the partition
     void require_active(const BlockPartition<D>& partition) const {
         if ((partition.first_row + partition.ranges.size()) * neighbour_count > neighbours_.size())

@@ -1,8 +1,8 @@
 /// \file A file that is written under a temporary name, and gets its final name when it is complete.
 ///
-/// A program that opens the final name always sees either the complete old file or the complete new file, even after a
-/// power failure. The order of operations ensures this: write the file, fsync it, rename it, and fsync its folder. (The
-/// rename function of POSIX is atomic within one file system.)
+/// A program that opens the file by its final name always sees either the complete old file or the complete new file,
+/// even after a power failure. The order of operations ensures this: write the file, fsync it, rename it, and fsync its
+/// folder. (The rename function of POSIX is atomic within one file system.)
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -88,8 +88,8 @@ inline void rename_and_sync_folder(const std::filesystem::path& temporary, const
 /// Returns the temporary name `NAME.tmp.PID` of the file `NAME`. The temporary file is in the same folder as the file,
 /// and therefore on the same file system.
 ///
-/// PID is the number of the process, so different processes get different names. Programs that look for states or
-/// meshes ignore the temporary file, because its name does not end with .hdf, .obj, ….
+/// PID is the process id, so different processes get different names. Programs that look for states or meshes ignore
+/// the temporary file, because its name does not end with .hdf, .obj, ….
 inline std::filesystem::path temporary_name(const std::filesystem::path& path) {
     auto name = path;
     name += ".tmp." + std::to_string(::getpid());

@@ -28,7 +28,7 @@ namespace firn {
 template <state_scalar S>
 class BackgroundSeries {
 public:
-    /// Starts the thread. Makes the folder `directory` if this folder does not exist.
+    /// Starts the thread that writes the states. Makes the folder `directory` if this folder does not exist.
     /// \param directory  the folder for the files of the series
     /// \param name       the part NAME of the file names NAME_0000.hdf, NAME_0001.hdf, …
     /// \param options    options for writing the states
@@ -89,7 +89,7 @@ public:
 
     /// Path of the list of states, NAME.hdf.series.
     std::filesystem::path path() const { return series_.path(); }
-    /// Number of states on disk.
+    /// Number of states of the series that are on disk.
     std::size_t size() const {
         std::lock_guard lock(mutex_);
         return written_;

@@ -29,9 +29,9 @@ namespace firn::hdf5 {
 class MemoryFile {
 public:
     /// Creates an empty file in memory.
-    /// \param front  number of bytes to reserve at the start of the file for everything except arrays. If the number is
+    /// \param front  number of bytes to reserve at the start of the file for everything except arrays. If `front` is
     ///               large enough, all large arrays come after the other content of the file, and the buffer ends
-    ///               before the large arrays. If the number is too small, only memory and time are lost.
+    ///               before the large arrays. If `front` is too small, only memory and time are lost.
     /// \throws io_error  if HDF5 fails
     explicit MemoryFile(std::size_t front) {
         const std::string_view tried = "build it in memory";

@@ -12,8 +12,9 @@ namespace firn {
 ///     while (simulation.time() < end && !interruption.requested()) simulation.step();
 ///     series.write(firn::state_of(simulation));
 ///
-/// A second signal of the same kind calls the handler that was installed before, which usually ends the program at
-/// once. The program may have at most one Interruption at a time. The destructor restores the former handlers.
+/// A second signal of the same kind calls the handler that was installed before this object was made. That handler
+/// usually ends the program at once. The program may have at most one Interruption at a time. The destructor restores
+/// the former handlers.
 class Interruption {
 public:
     /// Installs handlers for SIGINT and SIGTERM, and clears the flag.

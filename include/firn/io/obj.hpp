@@ -2,7 +2,7 @@
 ///
 /// The library tinyobjloader parses the files, but it does not report all mistakes in a file. It reads a coordinate
 /// that is not a number as 0, and it leaves out a face that has only two vertices or names a vertex that does not
-/// exist. So firn checks the file first, and throws an error with the number of the wrong line.
+/// exist. So firn checks the file first, and throws an error whose message gives the number of the invalid line.
 #pragma once
 
 #include <firn/data/memory.hpp>
@@ -33,8 +33,8 @@ namespace firn {
 
 namespace detail {
 
-/// A check of the text of an OBJ file, line by line. It also counts the vertices, faces and triangles in the text, with
-/// which firn later compares what tinyobjloader read.
+/// Checks the text of an OBJ file, line by line, and counts the vertices, faces and triangles in the text. firn later
+/// compares these counts with what tinyobjloader has read.
 class ObjCheck {
 public:
     ObjCheck(const std::filesystem::path& path, std::string_view text) : path_(path) {
@@ -183,7 +183,7 @@ inline TriangleMesh parse_obj(const std::filesystem::path& path, const std::stri
 /// The surface may have holes or open borders. Functions that need a closed surface, such as sample_mesh(), call
 /// check_closed() themselves.
 /// \throws io_error    if the file cannot be read, if it has no vertex, or if a vertex or face is malformed (the
-///                     message has the number of its line)
+///                     message gives the number of the line)
 /// \throws mesh_error  if the file has no faces, or if it has a polygon that cannot be cut into triangles
 inline TriangleMesh read_obj(const std::filesystem::path& path) {
     const auto text = detail::read_text(path);

@@ -53,8 +53,8 @@ State<S> state_of(const PointMasses<S, D>& points, std::type_identity_t<std::spa
 
 namespace detail {
 
-/// Conversion of N numbers of type S to 64-bit integers and back. The integers contain the bits of the numbers: each
-/// integer has one double, or two floats, of which the first is in the upper 32 bits.
+/// Converts N numbers of type S to 64-bit integers and back. Each integer contains the bits of one double or of two
+/// floats (the first float in the upper 32 bits).
 template <std::floating_point S, std::size_t N>
 struct WholeNumbers {
     static constexpr std::size_t each = sizeof(std::int64_t) / sizeof(S);

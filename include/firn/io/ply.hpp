@@ -36,8 +36,8 @@ inline std::string component_name(const std::string& name, int component, int co
 
 }  // namespace detail
 
-/// Writes a state to a PLY file. Each point becomes a `vertex` element. The properties of the vertex are the position x
-/// y z in the precision of the state (z = 0 in 2D), the id, and one property for each component of the fields in
+/// Writes a state to a PLY file. Each point becomes a `vertex` element. The properties of the vertex are the position
+/// (x, y, z) in the precision of the state (z = 0 in 2D), the id, and one property for each component of the fields in
 /// `fields`. The facets become `face` elements (triangles) in 3D and `edge` elements in 2D. If writing fails, no
 /// incomplete file is left (see AtomicFile).
 /// \param fields  names of the fields to write besides the positions

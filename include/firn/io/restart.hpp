@@ -18,8 +18,8 @@ namespace detail {
     throw io_error(sentence("The state's ", what, " is inconsistent; the file is damaged. Go on from another state."));
 }
 
-/// Reader of the particles of a state, in the order of their ids. Particle i is the particle with the i-th lowest id,
-/// from 0. In the state, the particles may have another order.
+/// Reads the particles of a state, in the order of the particles' ids. Particle i is the particle with the i-th lowest
+/// id, from 0. In the state, the particles may have another order.
 /// \tparam S  the simulation's precision
 /// \tparam T  the state's precision
 template <class S, int D, class T>
@@ -49,7 +49,8 @@ public:
 
     /// Appends the particles of the state to `particles`, in the order of their ids, and sets their fields.
     /// \param converted  whether the particles are restored with Restart::converted. If so, stresses are not read,
-    ///                   because they follow from the other fields; and affine velocities that the state lacks are 0.
+    ///                   because they are computed from the other fields; and if the state has no affine velocities,
+    ///                   the affine velocities of the particles are 0.
     /// \throws io_error  if the state lacks a field, or if a value in the state is invalid
     void read(ParticleStore<S, D>& particles, bool converted) const {
         const T* const x = field("position", D);
@@ -125,7 +126,7 @@ public:
     }
 
     /// Returns the partition that the particles had in the run that wrote the state: the blocks of the particles, and
-    /// the particle in each slot. In BlockPartition::order, the number i stands for particle i, the particle with the
+    /// the particle in each slot. In BlockPartition::order, the value i stands for particle i, the particle with the
     /// i-th lowest id.
     /// \param colours  number of colours of dense blocks along an axis (colours_along_axis of the kernel)
     /// \throws io_error  if the table of blocks or the table of slots is missing, or if these tables contradict each

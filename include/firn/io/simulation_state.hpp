@@ -61,8 +61,8 @@ std::vector<StateAttribute> policies_of(
     return policies;
 }
 
-/// Writes the current state of a set of particles to `into`. state_of() calls this function in a parallel region,
-/// because the loops of this function run on the threads of the region.
+/// Writes the current state of a set of particles to `into`. Call this function in a parallel region: the loops of this
+/// function run on the threads of the region.
 template <class Simulation, std::size_t I>
 void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scalar_type>& into) {
     constexpr int D = Simulation::dimension;
@@ -165,8 +165,8 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
 /// - the state variables of the material, such as the deformation gradient F
 ///
 /// The state also has the facets of nets, the parameters with their units, the names of the policies, the slot of each
-/// particle, and the order of the blocks. With the same slots and blocks, a continued run adds up numbers in the same
-/// order.
+/// particle, and the order of the blocks. From the slots and blocks, a continued run knows the order in which an
+/// uninterrupted run would add up numbers.
 /// \param set   the set; in a simulation with several materials for example `simulation.set<Snow<float>>()`
 /// \param into  the state that is overwritten; it may be empty, or an older state whose memory is reused, such as
 ///              BackgroundSeries::spare() returns

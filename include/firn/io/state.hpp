@@ -76,9 +76,9 @@ struct State {
     std::vector<std::int32_t> body;          ///< Index (from 0) of each particle's body; or the group of each point.
     std::vector<StateParameter> parameters;  ///< Parameters of the run. read_state() returns them group by group.
     std::vector<StateAttribute> attributes;  ///< Texts that describe the run.
-    std::vector<StateTable> tables;          ///< Tables of integers.
-    /// Facets: triangles in 3D, edges in 2D. Each facet has D numbers in this array: the indices of its corners in
-    /// `id`, from 0.
+    std::vector<StateTable> tables;          ///< Tables of integers, such as the slot of each particle.
+    /// Facets: triangles in 3D, edges in 2D. Each facet has D elements in this array: the indices (from 0, into `id`)
+    /// of the points at the facet's corners.
     std::vector<std::int64_t> facets;
 
     bool operator==(const State&) const = default;
@@ -86,7 +86,7 @@ struct State {
     /// Returns the number of particles.
     std::size_t size() const { return id.size(); }
 
-    /// Returns the field of this name, or nullptr if there is none.
+    /// Returns the field with this name, or nullptr if the state has no such field.
     const StateField<S>* find(std::string_view name) const {
         for (const auto& field : fields) {
             if (field.name == name) return &field;
@@ -94,7 +94,7 @@ struct State {
         return nullptr;
     }
 
-    /// Returns the field of this name.
+    /// Returns the field with this name.
     /// \throws parameter_error  if there is no such field; the message lists the names of all fields
     const StateField<S>& field(std::string_view name) const {
         if (const auto* found = find(name)) return *found;
@@ -165,9 +165,9 @@ void check_state_field(const State<S>& state, const StateField<S>& field) {
 
 }  // namespace detail
 
-/// Checks whether the parts of a state fit together: the sizes of the arrays must match, names and texts must be
-/// allowed, names must be unique, times must be finite, and the corners of facets must exist. The values of fields are
-/// not checked, so that a state with NaN can be written and examined.
+/// Checks whether the parts of a state fit together: the sizes of the arrays must match, names and texts must not be
+/// too long or have forbidden characters, names must be unique, times must be finite, and the corners of facets must
+/// exist. The values of fields are not checked, so that a state with NaN can be written and examined.
 /// \throws parameter_error  if one of these checks fails; the message says which check failed
 template <state_scalar S>
 void check_state(const State<S>& state) {

@@ -108,14 +108,14 @@ void check_same(const State<S>& state, const std::vector<StateAttribute>& ours, 
 }
 
 /// Checks that the state was written by the same build as this program.
-/// \throws io_error  if another compiler, instruction set or version of firn was used
+/// \throws io_error  if the state was written with another compiler, instruction set or version of firn
 template <class S>
 void check_same_build(const State<S>& state) {
     check_same(state, build_attributes(),
                "Another build rounds differently. If this is acceptable, use Restart::other_build.");
 }
 
-/// Returns the values of a parameter of a state.
+/// Returns the values of the parameter `name` in the group `group` of a state.
 /// \throws io_error  if the state has no such parameter
 template <class S>
 std::vector<double> parameter_values(const State<S>& state, const char* group, const char* name) {

@@ -38,7 +38,7 @@ struct StateReading {
 
 namespace detail {
 
-/// The maximum number of members that a group in a state's file may have; also the maximum number of its attributes.
+/// The maximum number of members of a group in a state's file; also the maximum number of a group's attributes.
 inline constexpr std::size_t max_state_members = 4096;
 
 /// Checks that the group `parent` has a member `name`, and that this member is not a soft or external link, which could
@@ -340,7 +340,7 @@ void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state)
     }
 }
 
-/// Names of those datasets that have another name in schema_version 3 than in earlier versions.
+/// Names of the two datasets that schema_version 3 renamed.
 struct NamesOfSchema {
     const char *body, *last_time_step;
 };
@@ -464,8 +464,9 @@ StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_dig
 /// \param path     the name of the file
 /// \param reading  options: whether the state is compared with its digest (files of schema_version 1 have no digest)
 /// \throws io_error  if the file is missing, truncated, damaged or not a state of firn, if the precision of the state
-///                   is not S, if its schema_version is later than that of this firn, if sizes in the file contradict
-///                   each other, or if the state does not match its digest; the message names the file and the reason
+///                   is not S, if the schema_version of the file is later than that of this firn, if sizes in the file
+///                   contradict each other, or if the state does not match its digest; the message names the file and
+///                   the reason
 template <state_scalar S>
 State<S> read_state(const std::filesystem::path& path, const StateReading& reading = {}) {
     auto found = hdf5::naming_file(path, [&] { return detail::read_state_file<S>(path, reading.verify); });

@@ -119,7 +119,7 @@ private:
     std::string name_;
     StateOptions options_;
     std::vector<SeriesEntry> entries_;
-    std::size_t next_ = 0;  // the number in the file name of the next state
+    std::size_t next_ = 0;  // index of the next state, which its file name contains
     bool has_written_ = false;
 };
 

@@ -55,7 +55,7 @@ struct StateOptions {
     /// only from a state with all fields.
     std::vector<std::string> fields = {};
     /// How often a StateSeries writes a state with all fields although `fields` selects only some: the states with the
-    /// numbers 0, `complete_every`, 2 · `complete_every`, … have all fields, so that a run can be continued from any of
+    /// indices 0, `complete_every`, 2 · `complete_every`, … have all fields, so that a run can be continued from any of
     /// these states. 0: every state has only the selected fields.
     std::size_t complete_every = 0;
 
@@ -69,9 +69,9 @@ namespace detail {
 
 inline constexpr std::int64_t state_schema = 3;
 
-/// VTK's number for a cell that is one point.
+/// VTK's id of the cell type vertex (a cell that is one point).
 inline constexpr std::uint8_t vtk_vertex = 1;
-/// Returns VTK's number for a facet: 3 for a line (in 2D), 5 for a triangle (in 3D).
+/// Returns VTK's id of the cell type of a facet: 3 for a line (in 2D), 5 for a triangle (in 3D).
 inline constexpr std::uint8_t vtk_facet(int dimension) { return dimension == 2 ? 3 : 5; }
 
 /// Creates an HDF5 group. The group records the order in which members and attributes are added to the group.
@@ -139,7 +139,7 @@ inline hdf5::Properties dataset_layout(hsize_t rows, hsize_t columns, std::size_
     return properties;
 }
 
-/// Attributes of a dataset.
+/// Attributes to write with a dataset.
 struct DatasetNotes {
     std::optional<std::string_view> unit = {};  ///< The attribute `unit`; not written if nullopt.
     int components = 0;                         ///< The attribute `components`; not written if 0.
@@ -232,7 +232,7 @@ private:
         for (std::size_t c = 0; c < offsets.size(); ++c)
             offsets[c] = std::int64_t(c <= facets ? corners * c : corners * facets + (c - facets));
         const auto kept = image_.keep(std::move(offsets));
-        // If there are no facets, Connectivity has the numbers 0, 1, …, like Offsets, but is one number shorter.
+        // If there are no facets, Connectivity contains 0, 1, …, like Offsets, but has one element fewer.
         write_dataset(vtk, "Connectivity",
                       facets > 0 ? image_.keep(std::move(connectivity)) : kept.first(state.size()));
         write_dataset(vtk, "Offsets", kept);
@@ -329,7 +329,7 @@ void write_state(const std::filesystem::path& path, const State<S>& state, const
             sentence("The compression is ", options.compression, "; give 0 (none) or 1 (fast) to 9 (small)."));
     }
     check_state(state);
-    AtomicFile file(path);  // opened first, so that a wrong path is reported before the long work
+    AtomicFile file(path);  // opened first, so that an invalid path is reported before the long work
     const std::uint64_t noted = digest(state, [&](std::string_view field) { return options.writes(field); });
     hdf5::naming_file(path, [&] { return detail::StateFile(state, options, noted); }).write(file);
     file.commit();

@@ -14,10 +14,10 @@ namespace firn {
 
 namespace detail {
 
-/// Returns the integer nearest to each number of x, ties to even, for numbers below 2^31 in magnitude. A float of
-/// magnitude 2^23 or more is an integer already. A smaller float is rounded when 2^23, with the float's sign, is added
-/// and subtracted again. If the compiler fuses this addition with a multiplication before it, the result is the same,
-/// because products with a power of two are exact.
+/// Returns the integer nearest to each number of the register `x`, ties to even. The numbers must be below 2^31 in
+/// magnitude. A float of magnitude 2^23 or more is an integer already. A smaller float is rounded when 2^23, with the
+/// float's sign, is added and subtracted again. If the compiler fuses this addition with a multiplication before it,
+/// the result is the same, because products with a power of two are exact.
 template <int N>
 FIRN_INLINE node_register<std::int32_t, N> portable_nearest(const node_register<float, N>& x) {
     using Float = typename node_register<float, N>::vector;

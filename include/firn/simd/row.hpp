@@ -24,8 +24,8 @@ namespace firn {
 
 namespace detail {
 
-/// Returns the product a b, rounded before anything is added to it, even if the compiler may fuse multiplication and
-/// addition.
+/// Returns the product of `a` and `b`. The product is rounded before anything is added to it, even if the compiler may
+/// fuse multiplication and addition.
 template <class V>
 FIRN_INLINE V rounded_product(const V& a, const V& b) {
 #ifdef __clang__
@@ -173,7 +173,7 @@ struct row_of {
     using Number = detail::node_register<S, width>;         ///< type of the first register
     /// Type of the rest of the row: the nodes that do not fit into the first register.
     using Rest = row_of<S, (K > width / 4 ? K - width / 4 : 0), width>;
-    /// Number of the target's registers that the row fills.
+    /// How many of the target processor's registers the row fills.
     static constexpr int registers = int((width * sizeof(S) - 1) / register_bytes + 1) + Rest::registers;
 
     Number first;                     ///< the nodes in the first register
@@ -211,11 +211,11 @@ struct row_of {
             return rest.template node<k - width / 4>();
     }
 
-    /// \name Arithmetic, number by number
+    /// \name Arithmetic with rows, number by number
     /// @{
 
     /// Apply the operation to each number of the row, and round each result. If the second operand is a single
-    /// register, it is the second operand for each register of the row.
+    /// register, each register of the row is combined with this register.
     FIRN_INLINE friend row_of operator+(const row_of& a, const row_of& b) {
         return {a.first + b.first, a.rest + b.rest};
     }
@@ -287,8 +287,8 @@ struct row_of<S, 0, W> {
 template <std::floating_point S, int K>
 using portable_row = row_of<S, K, 4>;
 
-/// A row of K nodes in registers of the width that suits the target processor best. It may contain one node more than
-/// K.
+/// A row of K nodes in registers of the width that suits the target processor best. The row may contain one node more
+/// than K.
 template <std::floating_point S, int K>
 using row = row_of<S, K, detail::row_register<S, K>>;
 
@@ -309,8 +309,8 @@ FIRN_INLINE auto nodes_of_rows(const std::array<Row, 1>& rows) {
 }
 
 namespace detail {
-/// Returns a register of four quads (four numbers each): those with the indices i, j, k and l. Quads 0 to 3 are the
-/// quads of a, quads 4 to 7 are the quads of b.
+/// Returns a register of four quads (four numbers each): those with the indices `i`, `j`, `k` and `l`. Quads 0 to 3 are
+/// the quads of `a`, quads 4 to 7 are the quads of `b`.
 template <int i, int j, int k, int l, class Number>
 FIRN_INLINE Number quads_of(const Number& a, const Number& b) {
     return {__builtin_shufflevector(a.v, b.v, 4 * i, 4 * i + 1, 4 * i + 2, 4 * i + 3, 4 * j, 4 * j + 1, 4 * j + 2,

@@ -1,4 +1,4 @@
-/// \file Transposes numbers of particles: from four registers with one particle per lane to one quad (four numbers) per
+/// \file Rearranges numbers of particles: from four registers with one particle per lane to one quad (four numbers) per
 /// particle, and back.
 #pragma once
 
@@ -22,8 +22,8 @@ FIRN_INLINE P high(const P& a, const P& b) {
     return interleave<P, true>(a, b, std::make_integer_sequence<int, scalar_traits<P>::lanes>{});
 }
 
-/// Transposes the numbers of four registers: in each group of four lanes, number i of register j is exchanged with
-/// number j of register i. The function is its own inverse.
+/// Transposes the numbers of four registers: in each group of four lanes, lane i of register j is exchanged with lane j
+/// of register i. The function is its own inverse.
 template <class P>
 FIRN_INLINE void transpose_groups(P (&r)[4]) {
     const P even_low = low(r[0], r[2]), even_high = high(r[0], r[2]);
@@ -44,7 +44,7 @@ FIRN_INLINE constexpr int quad_of_lane(int lane) {
 }
 
 /// Writes, for the particle of each lane, four numbers as a quad. The quad of lane l has the index quad_of_lane(l).
-/// \param r   the numbers: r[k] has number k of each particle; afterwards r is transposed
+/// \param r   r[k] has the k-th of the four numbers of each particle; afterwards, `r` is transposed
 /// \param to  memory for four numbers per lane
 template <class P>
 FIRN_INLINE void store_quads(P (&r)[4], value_type_t<P>* to) {
@@ -52,7 +52,8 @@ FIRN_INLINE void store_quads(P (&r)[4], value_type_t<P>* to) {
     unroll<4>([&](auto k) FIRN_LAMBDA { r[k].store(to + k * scalar_traits<P>::lanes); });
 }
 
-/// Reads quads in the order in which store_quads() writes them. Lane l of r[k] gets number k of the quad of lane l.
+/// Reads quads in the order in which store_quads() writes them. Lane l of r[k] gets the k-th number of the quad of lane
+/// l.
 template <class P>
 FIRN_INLINE void load_quads(const value_type_t<P>* from, P (&r)[4]) {
     unroll<4>([&](auto k) FIRN_LAMBDA { r[k] = P::load(from + k * scalar_traits<P>::lanes); });

@@ -8,9 +8,9 @@
 
 namespace firn {
 
-/// Least number of cubes (groups of sparse blocks) that a phase should have, approximately. If phases have many more
-/// cubes, the nodes of a phase leave the cache before the next phase uses them. If phases have fewer cubes, threads
-/// wait for each other too often.
+/// A phase should have at least about this many cubes (groups of sparse blocks). If phases have many more cubes, the
+/// nodes of a phase leave the cache before the next phase uses them. If phases have fewer cubes, threads wait for each
+/// other too often.
 inline constexpr std::size_t cubes_of_phase = 64;
 
 /// Chooses the phases in which cubes of sparse blocks are scattered. Cubes of the same phase may be scattered at the
@@ -27,7 +27,7 @@ public:
     /// \param cubes  coordinates of all cubes that contain particles, each once
     explicit Waves(const std::vector<BlockCoordinate<D>>& cubes) {
         shift_.fill(one_band);
-        std::size_t bands = cubes.size() / (cubes_of_phase << D);  // upper limit
+        std::size_t bands = cubes.size() / (cubes_of_phase << D);  // upper limit of the number of bands
         for (std::size_t a = 0; a + 1 < D && bands > 1; ++a) {
             const auto [low, high] = std::minmax_element(
                 cubes.begin(), cubes.end(), [a](const auto& one, const auto& other) { return one[a] < other[a]; });
@@ -38,8 +38,8 @@ public:
             bands /= count();
         }
     }
-    /// Returns the number of the phase in which a cube is scattered. Phases come in the order of their numbers. The
-    /// arenas of two cubes of the same phase never overlap.
+    /// Returns the id of the phase in which a cube is scattered. The phases are scattered in increasing order of their
+    /// ids. The arenas of two cubes of the same phase never overlap.
     std::uint64_t phase(const BlockCoordinate<D>& cube) const {
         BlockCoordinate<D> turn{};
         for (std::size_t a = 0; a < D; ++a) turn[a] = 2 * (pair(cube[a]) >> shift_[a]) + (cube[a] & 1);
@@ -48,7 +48,7 @@ public:
 
 private:
     static constexpr int one_band = 30;
-    /// Returns the number of a pair of cubes along an axis: a cube with an odd coordinate and the next cube, which has
+    /// Returns the index, along an axis, of a pair of cubes: a cube with an odd coordinate and the next cube, which has
     /// an even coordinate. \param coordinate  coordinate of one of the two cubes
     static int pair(int coordinate) { return (coordinate + 1) >> 1; }
 

@@ -1,4 +1,4 @@
-/// \file Numbers blocks in the order in which their keys first occur.
+/// \file Gives blocks an index, in the order in which the blocks' keys first occur.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -9,18 +9,18 @@
 
 namespace firn {
 
-/// Gives keys of blocks the numbers 0, 1, 2, … in the order in which the keys first occur, by a hash table with open
+/// Gives keys of blocks the indices 0, 1, 2, … in the order in which the keys first occur, by a hash table with open
 /// addressing.
 class BlockNumbers {
 public:
-    /// Number of keys that have a number.
+    /// Returns how many keys have been given an index.
     std::size_t size() const { return keys_.size(); }
-    /// Returns the key that has this number.
+    /// Returns the key that has the index `number`.
     std::uint64_t key(std::size_t number) const { return keys_[number]; }
-    /// Returns all keys, in the order of their numbers.
+    /// Returns all keys, in the order of their indices.
     const std::vector<std::uint64_t>& keys() const { return keys_; }
 
-    /// Returns the number of a key. A key without a number gets the next one.
+    /// Returns the index of a key. A key that has no index yet gets the next free index.
     std::uint32_t number(std::uint64_t key) {
         if (!keys_.empty() && keys_[last_] == key) return last_;
         if (2 * (keys_.size() + 1) > table_.size()) grow();
@@ -50,7 +50,7 @@ private:
 
     std::vector<std::uint64_t> keys_;
     std::vector<std::uint32_t> table_;
-    std::uint32_t last_ = 0;  // number returned last; particles that are neighbours in memory mostly share a block
+    std::uint32_t last_ = 0;  // last result of number(); particles that are neighbours in memory mostly share a block
 };
 
 }  // namespace firn

@@ -25,18 +25,18 @@ struct BlockCells {
     /// key of the origin block, from whose lower corner the base node is counted
     std::uint64_t origin[pack_size];
     std::uint64_t block[pack_size];  ///< key of the block that contains the base node
-    /// number of `block` among the 3^D blocks around the origin block, the last axis fastest; or `far`
+    /// index of `block` among the 3^D blocks around the origin block, the last axis fastest; or `far`
     std::uint8_t beside[pack_size];
-    /// number of the base node's cell within `block`, the first axis fastest. \see find_cells
+    /// index of the base node's cell within `block`, the first axis fastest. \see find_cells
     std::uint8_t cell[pack_size];
 };
 
 /// Finds the blocks and cells of particles' base nodes.
 ///
-/// Cells are numbered with the first axis fastest, while rows of nodes lie along the last axis. Therefore many of the
-/// rows to which the particles of one cell scatter are also rows of the next cell, with the same addresses. This makes
-/// P2G fast. P2G reads a row soon after it wrote the row, and then a processor forwards the written row at once if the
-/// address and the size are the same.
+/// The cells of a block are counted with the first axis fastest, while rows of nodes lie along the last axis. Therefore
+/// many of the rows to which the particles of one cell scatter are also rows of the next cell, with the same addresses.
+/// This makes P2G fast. P2G reads a row soon after it wrote the row, and then a processor forwards the written row at
+/// once if the address and the size are the same.
 /// \param base  coordinates of the base nodes [cells], counted from the lower corners of the blocks to.origin
 /// \param to    the result; the caller must set `origin`, and find_cells() sets the other members
 template <std::floating_point S, int D>
@@ -68,10 +68,10 @@ FIRN_INLINE void find_cells(const S (&base)[D][pack_size], BlockCells& to) {
 template <int D>
 class BlockSort {
 public:
-    /// Size of the scratch memory per index [bytes].
+    /// Size of the scratch memory that the sort needs per particle index [bytes].
     static constexpr std::size_t room = 2 * sizeof(std::uint32_t) + sizeof(std::uint8_t);
 
-    /// Prepares a sort.
+    /// Prepares a sort. Call look() and then partition().
     /// \param candidates  number of indices, including those of padding
     /// \param ids         for each index, the id of the particle (no two ids are the same); nullptr: a particle's id is
     ///                    its index
@@ -86,8 +86,8 @@ public:
           by_block_(number_of_ + candidates),
           cell_of_(reinterpret_cast<std::uint8_t*>(by_block_ + candidates)) {}
 
-    /// Does the first step of the sort: finds each particle's cell, numbers the blocks, and counts the particles of
-    /// each block.
+    /// Does the first step of the sort: finds each particle's cell, gives each block an index, and counts the particles
+    /// of each block.
     /// \param is_particle  is_particle(i) is true if index i belongs to a particle, false if it belongs to padding
     /// \param cells_of     cells_of(i, count, cells) finds the cells of the particles with indices i to i + count − 1,
     ///                     where i is a multiple of pack_size and count ≤ pack_size
@@ -95,7 +95,7 @@ public:
     void look(const IsParticle& is_particle, const CellsOf& cells_of) {
         parallel_for(std::size_t(threads_), threads_, [&](std::size_t t, int) {
             Met& mine = met_[t];
-            // Numbers of the blocks around the origin block, or no_particle for a block whose number is not known yet.
+            // Indices of the blocks around the origin block, or no_particle for a block whose index is not known yet.
             // Particles that are neighbours in memory mostly have the same origin block.
             std::array<std::uint32_t, BlockCells::far + 1> around;
             around.fill(no_particle);
@@ -253,7 +253,7 @@ private:
     const std::uint32_t* ids_;
     int threads_;
     std::vector<Met> met_;
-    std::uint32_t* number_of_;  // per index: number that the thread gave to the particle's block, or no_particle
+    std::uint32_t* number_of_;  // per particle: index of its block among the thread's blocks; no_particle for padding
     std::uint32_t* by_block_;   // indices of particles, range by range
     std::uint8_t* cell_of_;
     // per block of each thread: at first the number of particles, later the next index in by_block_

@@ -1,5 +1,4 @@
-/// \file Sorts numbers by their keys. The sort is stable and parallel, and gives the same order for any number of
-/// threads.
+/// \file Sorts integers by keys. The sort is stable and parallel, and gives the same order for any number of threads.
 #pragma once
 
 #include <firn/data/aligned.hpp>
@@ -12,11 +11,11 @@
 
 namespace firn {
 
-/// A number and the key by which it is sorted.
+/// An item to sort: an integer (such as an index) and the key by which this integer is sorted.
 template <std::unsigned_integral Key>
 struct Keyed {
-    Key key;               ///< the key
-    std::uint32_t number;  ///< the number
+    Key key;               ///< the key by which the item is sorted
+    std::uint32_t number;  ///< the integer that belongs to the key
 };
 
 /// A list of items, and a radix sort of this list by key. The sort consists of several passes. Each pass is a counting
