@@ -124,9 +124,9 @@ struct Emitter {
     /// \param given      the emitter's number of births and living particles in the other run
     /// \param time       the time that the other run had reached [s]
     /// \param has_given  whether the other run had added the particles of all births that were due by `time`
-    /// \throws parameter_error  if the history does not fit this emitter, because the number of births due by `time` is
-    ///                          different for this emitter, or because the ids of the particles in the history are not
-    ///                          ascending. This emitter has not changed then.
+    /// \throws parameter_error  if the number of births in the history does not fit this emitter and `time`, if the ids
+    ///                          of the particles in the history are not ascending, or if the end of a particle is NaN.
+    ///                          This emitter has not changed then.
     void resume(const EmitterHistory& given, double time, bool has_given) {
         const detail::Recurrence schedule = recurrence();
         const bool too_many = given.births > births && !schedule.is_due(given.births - 1, time);
