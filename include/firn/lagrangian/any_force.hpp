@@ -17,9 +17,9 @@ namespace firn {
 /// itself. A type whose add_forces never opens one should declare `static constexpr bool opens_no_region = true`; the
 /// system may then call add_forces inside its own parallel region, which is faster.
 ///
-/// Three more member functions are optional: `add_stiffness(points, stiffness, damping, threads)` adds stiffnesses and
-/// dampings, which bound the time step; `renumber(new_place)` is called after points are removed, and `tear(torn)`
-/// after links tear. ElementForces has all three.
+/// Three more member functions are optional: `add_stiffness(points, stiffness, damping, threads)` adds the stiffness
+/// and damping at each point to two arrays, from which the largest stable time step is computed; `renumber(new_place)`
+/// is called after points are removed, and `tear(torn)` after links tear. ElementForces has all three.
 template <class F, class S, int D>
 concept point_force =
     requires(F f, const PointView<S, D>& points, std::span<Vec<S, D>> force) { f.add_forces(points, force, 1); };

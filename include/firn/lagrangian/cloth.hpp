@@ -21,8 +21,8 @@ enum class Diagonals {
 ///
 /// Stretch links join each point to its neighbours along u and v. Shear links are both diagonals of every cell. Bend
 /// links join each point to its second neighbours along u and v (Provot 1995, "Deformation constraints in a mass-spring
-/// model to describe rigid cloth behavior"). Each cell is cut into two triangles. Their corners are in
-/// counter-clockwise order for a viewer to whom u × v points.
+/// model to describe rigid cloth behavior"). Each cell is cut into two triangles. The corners of a triangle are in
+/// counter-clockwise order if seen from the side to which u × v points.
 /// \throws parameter_error  unless origin, u and v are finite, u and v are not parallel, cells[0] and cells[1] are at
 ///                          least 1, and the cloth has at most `max_points` points
 /// \throws memory_error     if the net does not fit into memory
@@ -93,8 +93,8 @@ inline void check_surface(const TriangleMesh& mesh) {
                                   " (from 0) of the mesh, so it would be a loose point. Remove it."));
 }
 
-/// A side of triangle number `triangle` of a mesh. The side's end points are the vertices with the indices `low` and
-/// `high`, where low < high; `opposite` is the index of the triangle's third vertex.
+/// A side of a triangle of a mesh; `triangle` is the index of this triangle. The side's end points are the vertices
+/// with the indices `low` and `high`, where low < high; `opposite` is the index of the triangle's third vertex.
 struct Side {
     std::uint32_t low, high, opposite;
     std::size_t triangle;

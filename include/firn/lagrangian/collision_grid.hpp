@@ -1,10 +1,10 @@
-/// \file Finds points that are near each other, by sorting points by the cells of a uniform grid.
+/// \file Finds points that are near each other. To do so, it sorts the points by the cells of a uniform grid.
 ///
-/// The points are sorted by the number of their cell. Cells are numbered row by row along the first axis. So all
-/// neighbours of a point lie in 3 (2D) or 9 (3D) ranges of consecutive sorted points; each range covers three cells
-/// along the first axis. If the bounding box of the points has at most a few cells per point, a table stores where the
-/// points of each cell begin. Otherwise the ranges are found by a search in the sorted cell numbers. The result is the
-/// same in both cases.
+/// Each cell has an index; cells are counted row by row along the first axis. The points are sorted by the index of
+/// their cell. So all neighbours of a point lie in 3 (2D) or 9 (3D) ranges of consecutive sorted points; each range
+/// covers three cells along the first axis. If the bounding box of the points has at most a few cells per point, a
+/// table stores where the points of each cell begin. Otherwise the ranges are found by a search in the sorted cell
+/// indices. The result is the same in both cases.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -44,7 +44,7 @@ public:
     /// Sorts the points whose radius is positive; points of radius 0 are left out.
     /// \param points   the points to sort; they do not change
     /// \param threads  number of threads; 0: the number that thread_count() returns
-    /// \param reach    the largest distance of two points that are neighbours [m]; 0: twice the largest radius
+    /// \param reach    the largest distance between two neighbours [m]; 0: twice the largest radius
     /// \throws particle_error   if a position or radius is not finite, or if a radius is negative
     /// \throws parameter_error  if `reach` is negative or not finite
     void build(const PointMasses<S, D>& points, int threads = 0, double reach = 0) {
@@ -66,7 +66,7 @@ public:
 
     /// Returns the number of sorted points, which are the points with a positive radius.
     std::size_t size() const { return size_; }
-    /// Returns the index (into PointMasses) of point number k in the sorted order, 0 ≤ k < size().
+    /// Returns the index (into PointMasses) of the point that has the index k in the sorted order, 0 ≤ k < size().
     std::uint32_t place(std::size_t k) const { return order_[k]; }
     /// Returns an array of the sorted points' coordinates along an axis [m], in sorted order, followed by `padding`
     /// zeros.
@@ -84,15 +84,15 @@ public:
         return sum;
     }
 
-    /// Finds the neighbours of one sorted point after another.
+    /// Finds the neighbours of sorted points, one point after another.
     class Neighbours {
     public:
         /// Makes an object that finds neighbours in `grid`. The grid must live at least as long as this object.
         explicit Neighbours(const CollisionGrid& grid) : grid_(grid) {}
 
-        /// Returns ranges of sorted points that contain all neighbours of point number k in the sorted order. The
-        /// ranges also contain point k itself and some points that are not neighbours. From call to call, k must not
-        /// decrease.
+        /// Returns ranges of sorted points. They contain all neighbours of the point that has the index k in the sorted
+        /// order. They also contain this point itself and some points that are not its neighbours. From one call of
+        /// of() to the next, k must not decrease.
         FIRN_INLINE const std::array<SortedRange, rows>& of(std::size_t k) {
             if (grid_.table_.empty()) {
                 const std::uint64_t key = grid_.far_.items[k].key;
@@ -133,7 +133,7 @@ public:
     };
 
 private:
-    struct Part {  // the bounding box and the counts of one part of the points; one thread handles a part
+    struct Part {  // bounding box, largest radius and counts of those points that one thread handles
         V lower, upper;
         S largest = 0;
         std::size_t wrong = 0, first_wrong = 0, sorted = 0;
@@ -198,11 +198,11 @@ private:
     }
 
     void lay_out(const PointMasses<S, D>& points, double reach) {
-        // Cell numbers are computed in double precision, and cells are slightly larger than needed. So rounding cannot
+        // Cell indices are computed in double precision, and cells are slightly larger than needed. So rounding cannot
         // put two neighbours more than one cell apart.
         side_ = (reach > 0 ? reach : 2 * double(largest_)) * (1 + 1e-6);
         if (size_ == 0) return;
-        // The largest number of cells along an axis. Cell numbers then need at most 62 bits.
+        // The largest allowed number of cells along an axis. With this limit, cell indices need at most 62 bits.
         constexpr double most = D == 2 ? double(1 << 30) : double(1 << 20);
         side_ = std::max(side_, std::numeric_limits<double>::min() / std::numeric_limits<double>::epsilon());
         Vec<double, D> upper = cast<double>(upper_);
@@ -225,8 +225,8 @@ private:
                       (D == 3 ? std::int64_t(stride_[D - 1]) * (std::int64_t(r / 3) - 1) : 0);
     }
 
-    /// Returns the lower and the upper end of an interval along an axis [m] that contains most points. Of about a
-    /// thousand sampled points, a sixteenth lies below and a sixteenth above the interval.
+    /// Returns the two ends of an interval along an axis [m]. The interval contains most points: of about a thousand
+    /// sampled points, a sixteenth lies below and a sixteenth above the interval.
     std::array<double, 2> where_most_are(const PointMasses<S, D>& points, int axis) const {
         std::vector<S> sample;
         const std::size_t step = count_ / 1024 + 1;
@@ -235,7 +235,7 @@ private:
         return {double(sample[sample.size() / 16]), double(sample[sample.size() - 1 - sample.size() / 16])};
     }
 
-    /// Returns the number of the cell that contains the position x. If x is outside of the grid, returns the number of
+    /// Returns the index of the cell that contains the position x. If x is outside of the grid, returns the index of
     /// the nearest cell, so that neighbours are still at most one cell apart.
     FIRN_INLINE std::uint64_t key_of(const V& x) const {
         std::uint64_t key = 0;
@@ -296,7 +296,7 @@ private:
     std::array<std::int64_t, rows> row_{};
     RadixSort<std::uint32_t> near_;
     RadixSort<std::uint64_t> far_;
-    aligned_vector<std::uint32_t> table_;  ///< for each cell, where its sorted points begin; empty if cells are many
+    aligned_vector<std::uint32_t> table_;  ///< per cell: where its sorted points begin; empty for too many cells
     aligned_vector<std::uint32_t> order_;
     aligned_vector<S> radii_;
     std::array<aligned_vector<S>, std::size_t(D)> coordinates_;

@@ -3,7 +3,7 @@
 /// Contacts are found once per step. A contact is stored twice, once for each of its two points. So the impulses on a
 /// point can be summed over the contacts stored for this point, in the same order for any number of threads. The
 /// impulses on the two points of a contact are computed separately and are exact opposites in floating point, because
-/// each formula only changes its sign if the two points are swapped. Momentum is conserved up to the rounding errors of
+/// swapping the two points only changes the sign of each formula. Momentum is conserved up to the rounding errors of
 /// the sums.
 #pragma once
 
@@ -85,8 +85,8 @@ public:
     bool remember = true;     ///< true: start from the impulses of the last step; false: start from zero.
 
     /// Checks the parameters above.
-    /// \throws parameter_error  unless restitution is from 0 to 1, friction is finite and not negative, and no number
-    ///                          of passes is negative
+    /// \throws parameter_error  unless restitution is from 0 to 1, friction is finite and not negative, and
+    ///                          velocity_passes and shift_passes are not negative
     void check() const {
         check_restitution(restitution);
         if (!(friction >= 0) || !std::isfinite(S(friction)))
@@ -280,8 +280,8 @@ private:
     static constexpr S least_square = S(1e-30);
 
     /// The data of several contacts, one per SIMD lane. Of the two points of a contact, `own` is the point that the
-    /// impulse acts on, and `other` is the point that it collides with. Contact number q of a block is in the lane l
-    /// for which quad_of_lane(l) is q.
+    /// impulse acts on, and `other` is the point that `own` collides with. The contact with index q in the block is in
+    /// the lane l for which quad_of_lane(l) is q.
     struct alignas(64) Block {
         S normal[D][lanes];   ///< unit vector towards `own`, from `other`
         S impulse[D][lanes];  ///< change of the relative velocity: impulse times sum of inverse masses [m/s]
@@ -290,8 +290,8 @@ private:
         S leaving[lanes];     ///< normal speed after the collision: restitution × speed of approach [m/s]
         S friction[lanes];    ///< Coulomb's coefficient of friction [1]
         S last[lanes];        ///< length of `impulse` at the end of the last step [m/s]
-        /// The ranks of the two points of a contact (their indices in the sorted order of grid_). The array index is
-        /// the contact's number q, not the lane l.
+        /// own[q] and other[q] are the ranks of the two points of the contact with index q. (A rank is an index in the
+        /// sorted order of grid_.) The index q differs from the lane l.
         std::uint32_t own[lanes], other[lanes];
 
         FIRN_INLINE static PV vector(const S (&of)[D][lanes]) {
@@ -300,7 +300,8 @@ private:
             return r;
         }
     };
-    /// Values of several points, one per SIMD lane: position and radius, or velocity and inverse mass.
+    /// The values of several points, one point per SIMD lane. `vector` and `number` are either the position and the
+    /// radius, or the velocity and the inverse mass.
     struct Seen {
         PV vector;
         P number;
@@ -308,9 +309,9 @@ private:
 
     std::size_t end_of(std::size_t chunk) const { return std::min((chunk + 1) * chunk_size, grid_.size()); }
 
-    /// Copies the positions and velocities of the points of chunk number `which` to x_ and v_, as quads (groups of four
-    /// numbers). The surfaces that these points touch are stored after the quads of all points, as if they were pinned
-    /// points. The radius stored for a surface is a huge negative number, so that shift() ignores the surface.
+    /// Copies the positions and velocities of the points of the chunk with index `which` to x_ and v_, as quads (groups
+    /// of four numbers). The surfaces that these points touch are stored after the quads of all points, as if they were
+    /// pinned points. The radius stored for a surface is a huge negative number, so that shift() ignores the surface.
     void copy_points(std::size_t which, const PointMasses<S, D>& points) {
         const auto quad = [](S* to, const V& vector, S number) {
             for (int a = 0; a < 4; ++a) to[a] = a < D ? vector[a] : a == D ? number : S(0);
@@ -423,8 +424,8 @@ private:
         P::load(mu).store(block.friction);
     }
 
-    /// Stores the impulses of the contacts of chunk number `which` in Chunk::kept, for the next step. With each
-    /// impulse, the length that it had one step earlier is stored.
+    /// Stores the impulses of the contacts of the chunk with index `which` in Chunk::kept, for the next step. Stores
+    /// with each impulse the length that the impulse had one step earlier.
     void keep(std::size_t which) {
         auto& chunk = table_.chunks[which];
         const auto& blocks = blocks_[which];
@@ -457,7 +458,7 @@ private:
     /// Runs passes over all contacts. In each pass, the vector (velocity or position) of each point changes by the
     /// point's inverse mass times the sum of act(block, own, other) over the contacts of the point. The arguments `own`
     /// and `other` are the values of the two points of a contact after the previous pass.
-    /// \param values  one quad per point: D components of a vector (velocity or position), and one more number
+    /// \param values  one quad per point: the velocity and the inverse mass, or the position and the radius
     template <class Act>
     void relax(aligned_vector<S>& values, int passes, int threads, const Act& act) {
         felt_.resize(std::max(felt_.size(), std::size_t(threads)));
@@ -489,7 +490,7 @@ private:
 
     ExcludedPairs excluded_;
     CollisionGrid<S, D> grid_;
-    Table table_, before_;                       ///< the contacts of this step; the contacts of the last step
+    Table table_, before_;                       ///< table_: contacts of this step; before_: of the last step
     std::vector<aligned_vector<Block>> blocks_;  ///< for each chunk of points: the contacts of these points
     /// Quads (four numbers per point, in the sorted order of grid_). x_: position and radius; v_: velocity and inverse
     /// mass; next_: the values that a pass computes.

@@ -14,13 +14,14 @@
 namespace firn {
 
 /// Gives each link a colour, so that links of one colour have no point in common. Links are coloured in the order
-/// given. Each link gets the lowest colour that is still free: no earlier link at either of the two end points has it.
-/// Colours are numbered from 0.
+/// given. Each link gets the lowest colour that no earlier link at either of its two end points has. Colours are
+/// numbered from 0.
 struct LinkColours {
-    /// The largest number of colours. A link may get no colour if 64 or more other links meet it at its two end points.
+    /// The largest number of colours. A link gets no colour if earlier links at its two end points use all of these
+    /// colours.
     static constexpr int most = 64;
 
-    std::vector<std::uint8_t> colour;  ///< Colour of each link; `most`: no colour, so move this link alone.
+    std::vector<std::uint8_t> colour;  ///< Colour of each link. `most`: the link has no colour; move it alone.
     int count = 0;                     ///< Number of colours used.
 
     /// Colours links.

@@ -28,11 +28,11 @@ struct TouchedSurface {
 /// The impulse of a contact in one step, kept for the next step.
 template <std::floating_point S, int D>
 struct KeptImpulse {
-    /// The ids of the two points, the lower id first. For a contact with a surface: the id of the point, and the number
-    /// that stands for the surface; see ContactTable::first_surface.
+    /// The ids of the two points, the lower id first. For a contact with a surface: the id of the point, and the code
+    /// of the surface; see ContactTable::first_surface.
     std::array<std::uint32_t, 2> ids{};
-    /// The impulse on the point with the first id, multiplied by the sum of the inverse masses of the two points: D
-    /// components [m/s]. One more number follows, the length that this vector had one step earlier [m/s].
+    /// The first D values are a vector [m/s]: the impulse on the point with the first id, multiplied by the sum of the
+    /// inverse masses of the two points. The last value is the length that this vector had one step earlier [m/s].
     std::array<S, std::size_t(D) + 1> numbers{};
 
     bool operator==(const KeptImpulse&) const = default;
@@ -46,14 +46,13 @@ struct KeptImpulse {
 template <std::floating_point S, int D>
 struct ContactTable {
     static constexpr std::size_t chunk_size = 256;      ///< Number of points per chunk.
-    static constexpr std::uint32_t none = no_particle;  ///< In place of an index or rank: "no point".
-    /// The number that stands for the boundary's first surface in Chunk::others and Chunk::ids. Surface number k of the
-    /// boundary, counted from 0, has the number first_surface − k.
+    static constexpr std::uint32_t none = no_particle;  ///< Means "no point" in place of an index or rank.
+    /// The code of the boundary's first surface. In Chunk::others and Chunk::ids, the code of a surface stands in place
+    /// of the rank or id of a point. The surface with index k, counted from 0, has the code first_surface − k.
     static constexpr std::uint32_t first_surface = none - 1;
-    /// The smallest number that stands for a surface in Chunk::others and Chunk::ids. The number of points must be
-    /// below this value.
+    /// The smallest code of a surface. The number of points must be below this value.
     static constexpr std::uint32_t most_points = none - 4096;
-    /// Returns whether the element `other` of Chunk::others or Chunk::ids stands for a surface.
+    /// Returns whether `other`, a value from Chunk::others or Chunk::ids, is the code of a surface.
     static constexpr bool is_surface(std::uint32_t other) { return other >= most_points; }
 
     /// The contacts of `chunk_size` points with consecutive ranks.
@@ -61,9 +60,9 @@ struct ContactTable {
         std::size_t used = 0;                        ///< Number of contacts. The arrays below may be longer.
         std::vector<std::uint32_t> others;           ///< Per contact: rank of the other point, or first_surface − k.
         std::vector<std::uint32_t> ids;              ///< Per contact: id of the other point, or first_surface − k.
-        std::vector<TouchedSurface<S, D>> surfaces;  ///< The touched surface of each contact with a surface, in order.
+        std::vector<TouchedSurface<S, D>> surfaces;  ///< One per contact with a surface, in the order of contacts.
         std::size_t surfaces_before = 0;             ///< Number of contacts with surfaces in all earlier chunks.
-        /// For each contact, four numbers: the elements of KeptImpulse::numbers, followed by a zero in 2D.
+        /// Four values per contact: the elements of KeptImpulse::numbers, followed by a zero in 2D.
         aligned_vector<S> kept;
         std::vector<std::uint32_t> near;  ///< Temporary memory: ranks of the points near one point.
     };
@@ -91,10 +90,10 @@ struct ContactTable {
 
     /// Fills the table with all contacts.
     /// \param grid      the collision grid that has sorted the points
-    /// \param points    the same points
+    /// \param points    the points that the grid has sorted
     /// \param excluded  pairs of points that do not collide; call excluded.prepare() first
-    /// \param surfaces  a function: surfaces(x, seen) calls seen(…) for each surface of the boundary, for a point at x.
-    ///                  \see has_surfaces
+    /// \param surfaces  a function; surfaces(x, seen) must call seen(…) for each surface of the boundary, for a point
+    ///                  at x; see has_surfaces
     /// \param threads   number of threads
     /// \throws particle_error  if there are `most_points` or more points
     template <class Surfaces>
@@ -138,7 +137,7 @@ struct ContactTable {
     }
 
     /// Returns the rank that a point had when this table was made, or `none` if the point had no rank then.
-    /// \param place   the point's present index; if the point had the same index then, no search is needed
+    /// \param place   the point's present index; if it has not changed since then, no search is needed
     /// \param wanted  the point's id
     FIRN_INLINE std::uint32_t rank_of(std::uint32_t place, std::uint32_t wanted) const {
         if (place < places.size() && places[place].id == wanted) return places[place].rank;
@@ -147,8 +146,8 @@ struct ContactTable {
         const auto found = std::lower_bound(places.begin(), places.end(), wanted, before);
         return found == places.end() || found->id != wanted ? none : found->rank;
     }
-    /// Returns the four numbers in Chunk::kept for the contact between the point of rank `of_rank` and the point with
-    /// id `other_id` (or the surface that `other_id` stands for); nullptr if there is no such contact.
+    /// Returns the four values in Chunk::kept for the contact between the point of rank `of_rank` and the point with id
+    /// `other_id` (or the surface with the code `other_id`); nullptr if there is no such contact.
     FIRN_INLINE const S* kept_of(std::uint32_t of_rank, std::uint32_t other_id) const {
         if (of_rank == none) return nullptr;
         const Chunk& chunk = chunks[of_rank / chunk_size];
@@ -157,8 +156,8 @@ struct ContactTable {
         return nullptr;
     }
 
-    /// Returns the kept impulse of every contact, sorted by KeptImpulse::ids. It is the impulse on the point with the
-    /// lower id; the impulse on the other point is the exact opposite.
+    /// Returns one KeptImpulse per contact, sorted by KeptImpulse::ids. A KeptImpulse contains the impulse on the point
+    /// with the lower id. The impulse on the point with the higher id is the exact opposite.
     std::vector<KeptImpulse<S, D>> kept() const {
         std::vector<KeptImpulse<S, D>> all;
         for (const Place& place : places) {
@@ -178,7 +177,7 @@ struct ContactTable {
     /// \throws parameter_error  unless the impulses are finite and sorted by ids, with one impulse per contact; the
     ///                          table has not changed then
     void resume(std::span<const KeptImpulse<S, D>> all) {
-        std::vector<KeptImpulse<S, D>> sides;  // each contact of two points twice, once for each point
+        std::vector<KeptImpulse<S, D>> sides;  // a contact of two points has two entries, one per point
         for (std::size_t k = 0; k < all.size(); ++k) {
             const auto [own, other] = all[k].ids;
             const auto finite = [](S number) { return std::isfinite(number); };
@@ -262,8 +261,8 @@ private:
         }
     }
 
-    /// Adds to the chunk the contacts between the point with index i and all surfaces that have Contact::separate.
-    /// Surfaces with another Contact are handled by meet_surfaces() only.
+    /// Adds to the chunk the contacts between the point with index i and all surfaces that have Contact::separate. All
+    /// other surfaces are handled by meet_surfaces() only.
     template <class Surfaces>
     static void list_surfaces(Chunk& chunk, std::size_t i, const PointMasses<S, D>& points, const Surfaces& surfaces) {
         std::uint32_t name = first_surface;

@@ -10,9 +10,14 @@ namespace firn {
 
 /// The order in which constraints correct positions in one iteration.
 enum class ConstraintUpdate {
-    immediate,  ///< One by one, in the order they were added, by one thread. Converges fastest for chains.
-    coloured,   ///< Colour by colour, in parallel. The result is the same, bit for bit, for any number of threads.
-    averaged    ///< All at once: a point moves by an average of its constraints' corrections. Converges slowest.
+    /// Constraints act one by one, in the order they were added, on one thread. This converges fastest for chains.
+    immediate,
+    /// One colour acts after another; the constraints of one colour act in parallel. The result is the same, bit for
+    /// bit, for any number of threads.
+    coloured,
+    /// All constraints act at once: a point moves by an average of its constraints' corrections. This converges
+    /// slowest.
+    averaged
 };
 
 /// The options of the constraints that are made from the links of one kind.
@@ -23,7 +28,7 @@ struct ConstraintOptions {
     /// The fraction of each correction that is applied, above 0 and at most 1. The resulting stiffness of the body
     /// depends on the number of iterations.
     double relaxation = 1;
-    bool kept = true;  ///< Whether constraints are made from these links.
+    bool kept = true;  ///< Whether constraints are made from the links of this kind.
 
     /// Checks compliance and relaxation.
     /// \throws parameter_error  if the compliance is negative or not finite, or if the relaxation is outside ]0, 1]
@@ -72,11 +77,11 @@ struct DistanceCorrection {
 
 }  // namespace detail
 
-/// Lists which constraints were removed during a run, and the colours of the others. Constraints are numbered 0, 1, 2,
-/// … in the order they were added.
+/// Lists which constraints were removed during a run, and the colours of the remaining constraints. The index of a
+/// constraint is 0, 1, 2, … in the order in which the constraints were added.
 struct ConstraintHistory {
     std::uint32_t added = 0;  ///< Number of constraints added, including those that were removed later.
-    /// The numbers of the constraints that were removed because they tore or lost an end point, in ascending order.
+    /// The indices of all constraints that were removed, in ascending order.
     std::vector<std::uint32_t> gone = {};
     /// One colour per remaining constraint, in the order they were added; empty if no colours were computed yet.
     std::vector<std::uint8_t> colours = {};
@@ -90,8 +95,8 @@ public:
     using Ends = std::array<std::uint32_t, 2>;  ///< The indices (into PointMasses) of two points.
 
     ConstraintUpdate update = ConstraintUpdate::coloured;  ///< The order in which an iteration corrects positions.
-    /// The ratio of length to length at rest above which a constraint tears at the end of a step. Must be above 1;
-    /// infinite: constraints never tear. \see torn
+    /// A constraint tears at the end of a step if it is longer than this factor times its length at rest. The factor
+    /// must be above 1; infinite: constraints never tear. \see torn
     double tear_factor = std::numeric_limits<double>::infinity();
 
     /// A constraint: two points and their distance at rest.
@@ -158,8 +163,8 @@ public:
     /// \param iterations    number of iterations, 0 or more
     /// \param threads       number of threads; 0: the number that thread_count() returns
     /// \throws parameter_error  if a constraint names a point that does not exist, if tear_factor is not above 1, if dt
-    ///                          is not positive and finite, if `iterations` is negative, or if there is not one inverse
-    ///                          mass per point
+    ///                          is not positive and finite, if `iterations` is negative, or if `inverse_mass` does not
+    ///                          have one entry per point
     void solve(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, double dt, int iterations, int threads) {
         if (!(dt > 0) || !std::isfinite(dt) || iterations < 0 || inverse_mass.size() != position.size())
             throw parameter_error(sentence("Constraints of ", position.size(), " points with ", inverse_mass.size(),
@@ -212,7 +217,7 @@ public:
         incidence_.clear();
     }
 
-    /// Returns the numbers of the constraints that were removed so far, and the colours of the remaining constraints.
+    /// Returns the indices of the constraints that were removed so far, and the colours of the remaining constraints.
     /// Pass the result to resume().
     ConstraintHistory history() const {
         constexpr std::uint8_t none = 255;
@@ -271,7 +276,7 @@ private:
         S lambda = 0;  // λ, the sum of all corrections Δλ in this step [N s²]; see DistanceCorrection
     };
     struct Origin {
-        std::uint32_t number = 0;  // the constraint's number: 0 for the first one that was added
+        std::uint32_t number = 0;  // index in the order in which constraints were added
         LinkKind kind = LinkKind::stretch;
         std::uint8_t colour = 0;
     };
@@ -309,7 +314,7 @@ private:
         });
     }
 
-    /// Does one iteration of ConstraintUpdate::averaged. Each correction is divided by a number n: count the
+    /// Does one iteration of ConstraintUpdate::averaged. Each correction is divided by a count n. To get n, count the
     /// constraints at each of the two end points; n is the larger count. The division conserves momentum, and it keeps
     /// the sum of the corrections at a point from becoming too large.
     void average(std::span<Vec<S, D>> position, std::span<const S> inverse_mass, S per_dt2, int threads) {
@@ -371,9 +376,9 @@ private:
     void order_by_number() {
         order_by([](const Origin& a, const Origin& b) { return a.number < b.number; });
     }
-    /// Sorts the constraints by colour, and the constraints of one colour by number.
-    /// \param colours  the colour of each constraint, in the order of numbers; before the call the constraints must be
-    ///                 sorted by number
+    /// Sorts the constraints by colour, and the constraints of one colour by Origin::number.
+    /// \param colours  the colour of each constraint, in the order of Origin::number; the constraints must already be
+    ///                 in this order
     void order_by_colours(std::span<const std::uint8_t> colours) {
         for (std::size_t k = 0; k < size(); ++k) origin_[k].colour = colours[k];
         order_by([](const Origin& a, const Origin& b) {

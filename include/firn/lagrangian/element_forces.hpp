@@ -65,10 +65,10 @@ public:
 
     /// Returns the number of elements.
     std::size_t size() const { return corners_.size(); }
-    /// Returns the indices (into PointMasses) of the corner points of element e.
+    /// Returns the indices (into PointMasses) of the corner points of the element with index e.
     const Corners& corners(std::size_t e) const { return corners_[e]; }
     /// @{
-    /// Returns the data of element e.
+    /// Returns the data of the element with index e.
     Element& element(std::size_t e) { return elements_[e]; }
     const Element& element(std::size_t e) const { return elements_[e]; }
     /// @}

@@ -25,13 +25,13 @@ struct EmitterHistory {
     std::vector<EmittedChild> children = {};  ///< Particles that may be alive; see Emitter::children.
 };
 
-/// Adds particles at a steady rate. A birth is the addition of one particle. Birth number k (k = 0, 1, …) is due at the
-/// time start + k / rate; there are no births after the time `end`. The random numbers of birth k depend only on `seed`
-/// and k, not on the number of threads or the time step. A particle that is born during a step is added at the end of
-/// this step, at the position that the particle has reached by then.
+/// Adds particles at a steady rate. A birth is the addition of one particle. The birth with index k (k = 0, 1, …) is
+/// due at the time start + k / rate; there are no births after the time `end`. The random numbers of birth k depend
+/// only on `seed` and k, not on the number of threads or the time step. A particle that is born during a step is added
+/// at the end of this step, at the position that the particle has reached by then.
 ///
 /// If `maximum` particles of the emitter are alive at the time of a birth, this birth is left out. A birth that is left
-/// out does not happen later, and its number k is not used again.
+/// out does not happen later, and its index k is not used again.
 template <int D>
 struct Emitter {
     /// The value of `end` or `lifespan` that means "no limit" [s].
@@ -40,7 +40,7 @@ struct Emitter {
     static constexpr std::uint64_t no_maximum = std::numeric_limits<std::uint64_t>::max();
 
     Vec<double, D> position{};           ///< Centre of the nozzle [m].
-    Vec<double, D> direction = up();     ///< Direction of the jet; its length has no effect.
+    Vec<double, D> direction = up();     ///< Direction of the jet; the length of this vector has no effect.
     double nozzle = 0;                   ///< Radius of the nozzle, a disc across the jet; in 2D: half the width [m].
     double speed = 1;                    ///< Mean speed of a particle at its birth [m/s].
     double speed_spread = 0;             ///< Speeds at birth are uniform random values in speed ± speed_spread [m/s].
@@ -56,7 +56,8 @@ struct Emitter {
     std::uint64_t maximum = no_maximum;  ///< Largest number of the emitter's particles that are alive at one time.
     std::uint64_t seed = 1;              ///< Seed of the random numbers.
     std::uint64_t births = 0;            ///< Number of births so far, including births that were left out.
-    /// The emitter's particles that may still be alive, in the order of their ids. Empty if `maximum` is no_maximum.
+    /// The emitter's particles that may still be alive, in the order of their ids. The list is empty if `maximum` is
+    /// no_maximum.
     std::vector<EmittedChild> children = {};
 
     /// Checks the parameters above.
@@ -83,10 +84,10 @@ struct Emitter {
         if (maximum == 0) throw parameter_error("An emitter's maximum is 0 particles; give 1 or more.");
     }
 
-    /// Returns the time at which birth number `birth` is due [s].
+    /// Returns the time at which the birth with the index `birth` is due [s].
     double time_of(std::uint64_t birth) const { return recurrence().time_of(birth); }
 
-    /// Returns the particle of birth number k, with its position and velocity at the time of birth.
+    /// Returns the particle of the birth with index k, with its position and velocity at the time of birth.
     PointMass<D> born(std::uint64_t k) const {
         const auto random = [&](std::uint64_t which) { return unit_interval(random_bits(seed, 8 * k + which)); };
         const auto within = [&](double mean, double spread, std::uint64_t which) {
@@ -102,8 +103,8 @@ struct Emitter {
             along = ahead * std::cos(angle) + left * std::sin(angle);
         } else {
             const auto [u, v] = perpendicular(ahead);
-            // Positions are uniform over the disc. Directions are uniform over a cap of the unit sphere, whose area is
-            // proportional to its height (Archimedes), so the cosine is uniform.
+            // Positions are uniform over the disc. Directions are uniform over a cap of the unit sphere. The area of a
+            // cap is proportional to its height (Archimedes), so the cosine is uniform.
             const double r = nozzle * std::sqrt(random(0)), turn = 2 * std::numbers::pi * random(1);
             point.position += (u * std::cos(turn) + v * std::sin(turn)) * r;
             const double cosine = 1 - random(2) * (1 - std::cos(cone)), around = 2 * std::numbers::pi * random(3);
@@ -119,13 +120,13 @@ struct Emitter {
     /// added.
     void skip(double time) { births = recurrence().first_after(births, time); }
 
-    /// Continues from the history of the same emitter in another run, up to `time`.
+    /// Continues from the history that the same emitter had in another run at the given time.
     /// \param given      the emitter's number of births and living particles in the other run
     /// \param time       the time that the other run had reached [s]
     /// \param has_given  whether the other run had added the particles of all births that were due by `time`
-    /// \throws parameter_error  if the history does not fit this emitter, because this emitter has another number of
-    ///                          births due by `time`, or because the ids of the particles in the history are not
-    ///                          ascending. This emitter has not changed then.
+    /// \throws parameter_error  if the number of births in the history does not fit this emitter and `time`, if the ids
+    ///                          of the particles in the history are not ascending, or if the end of a particle is NaN.
+    ///                          This emitter has not changed then.
     void resume(const EmitterHistory& given, double time, bool has_given) {
         const detail::Recurrence schedule = recurrence();
         const bool too_many = given.births > births && !schedule.is_due(given.births - 1, time);

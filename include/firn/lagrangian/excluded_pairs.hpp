@@ -56,7 +56,7 @@ public:
         partners_are_known_ = true;
     }
 
-    /// Returns whether there is any pair.
+    /// Returns whether the set contains any pair.
     bool any() const { return !pairs_.empty(); }
     /// Returns whether the set contains the pair of the points with indices a and b, in either order.
     bool contains(std::uint32_t a, std::uint32_t b) const {

@@ -11,13 +11,13 @@
 
 namespace firn {
 
-/// Lists for each point the corners of elements that lie on this point, in the order of the elements. A corner is
-/// listed as one number, see of().
+/// Lists for each point the corners of elements that lie on this point, in the order of the elements. See of() for how
+/// a corner is listed.
 class Incidence {
 public:
-    Incidence() = default;  ///< Makes an empty list, which is for no point.
+    Incidence() = default;  ///< Makes an empty list for zero points.
     /// Makes the list.
-    /// \param elements  for each element, the point indices of its K corners, each below `points`
+    /// \param elements  for each element, the indices of the points at its K corners; each index must be below `points`
     /// \param points    number of points
     template <std::size_t K>
     Incidence(std::span<const std::array<std::uint32_t, K>> elements, std::size_t points) : first_(points + 1, 0) {
@@ -35,10 +35,10 @@ public:
     bool is_for(std::size_t points) const { return first_.size() == points + 1; }
     /// Deletes the list. After this call, is_for() returns false for any number of points.
     void clear() { first_.clear(); }
-    /// Returns the number of points.
+    /// Returns the number of points for which the list was made.
     std::size_t points() const { return first_.empty() ? 0 : first_.size() - 1; }
     /// Returns the list of the element corners that lie on the point with index `point`. Corner c of element e is
-    /// listed as the number K e + c, where K is the number of corners of an element; e and c are counted from 0.
+    /// listed as K e + c, where K is the number of corners of an element; e and c are counted from 0.
     std::span<const std::uint32_t> of(std::size_t point) const {
         return std::span(corners_).subspan(first_[point], first_[point + 1] - first_[point]);
     }

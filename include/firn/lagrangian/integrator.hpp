@@ -13,8 +13,8 @@ namespace firn {
 struct SymplecticEuler {
     static constexpr const char* name = "symplectic_euler";
 
-    /// Returns the time [s] for which the acceleration changes the velocity in a step of length dt [s]. It is dt. The
-    /// second parameter is not used; see Verlet::kick.
+    /// Returns dt [s]: the acceleration changes the velocity for the whole length of the step. The second parameter is
+    /// not used; see Verlet::kick.
     template <class S>
     static S kick(const S& dt, const S&) {
         return dt;
@@ -36,7 +36,8 @@ struct SymplecticEuler {
 /// Instead of x₋, the velocity v = (x − x₋)/dt₋ is stored, because this has smaller rounding errors. This velocity v
 /// belongs to the middle of the previous step, so v lags behind the position by dt₋/2. In the present step, the
 /// acceleration changes v for the time (dt + dt₋)/2, so that v then belongs to the middle of the present step. For a
-/// point that was just added or unpinned, the lag is 0, so that the next step of this point is a first step.
+/// point that was just added or unpinned, the lag is 0. So the formula of the first step holds for the next step of
+/// this point.
 struct Verlet {
     static constexpr const char* name = "verlet";
 
@@ -54,8 +55,8 @@ struct Verlet {
     }
 };
 
-/// A time integrator, such as SymplecticEuler or Verlet. A type I is one if it has static functions I::kick(dt, since)
-/// and I::since(dt).
+/// A time integrator, such as SymplecticEuler or Verlet. A type I is a time integrator if it has the static functions
+/// I::kick(dt, since) and I::since(dt).
 template <class I>
 concept integrator = requires(const float dt) {
     { I::kick(dt, dt) } -> std::same_as<float>;

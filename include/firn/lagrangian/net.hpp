@@ -18,7 +18,7 @@ enum class LinkKind : std::uint8_t {
     bend,     ///< Resists bending: joins a point to a neighbour of one of its neighbours.
     support   ///< Supports a hollow body from inside: joins a point of the surface to a point on the other side.
 };
-inline constexpr int link_kinds = 4;  ///< Number of values of LinkKind.
+inline constexpr int link_kinds = 4;  ///< Number of kinds of links.
 
 /// A link between two points.
 struct Link {
@@ -50,7 +50,8 @@ FIRN_INLINE Vec<S, 2> area_vector(const std::array<Vec<S, 2>, 2>& x) {
 }
 /// @}
 
-/// Points, links between points, and facets. Links and facets refer to points by index in `positions`, from 0.
+/// Points, links between points, and facets. Links and facets refer to a point by its index in `positions`, counted
+/// from 0.
 template <int D>
 struct Net {
     std::vector<Vec<double, D>> positions;  ///< Positions of the points at rest [m].

@@ -77,10 +77,10 @@ public:
     double damping = 0;      ///< Damping rate c [1/s]: a step of length dt multiplies velocities by exp(−c dt).
     DistanceConstraints<S, D> constraints;  ///< Constraints on the distances between points.
     int iterations = 8;                     ///< Number of iterations of the constraints per step.
-    /// The collisions of points with each other. Without a value, points do not collide; system.collisions.emplace()
-    /// gives it the default value.
+    /// The collisions of points with each other. If this std::optional is empty, points do not collide. After
+    /// system.collisions.emplace(), points collide, with default parameters.
     std::optional<Collisions<S, D>> collisions{};
-    Boundary boundary{};     ///< The boundary. Steps move its moving parts.
+    Boundary boundary{};     ///< The boundary. Each step also moves the boundary's moving parts.
     double restitution = 0;  ///< Coefficient of restitution between points and the boundary, from 0 to 1 [1].
     int threads = 0;         ///< Number of threads; 0: the number that thread_count() returns.
     /// The facets of the surface, as point indices, for output. A facet is removed if both end points of a torn link
@@ -140,8 +140,9 @@ public:
     /// Returns all emitters, in the order they were added.
     const std::vector<Emitter<D>>& emitters() const { return emitters_; }
 
-    /// Removes each point for whose index i wanted(i) is true. All springs, constraints, facets and excluded pairs of
-    /// such a point are removed, too. The indices of the remaining points may change.
+    /// Removes points: for each index i, removes the point with this index if wanted(i) is true. All springs,
+    /// constraints, facets and excluded pairs of a removed point are removed, too. The indices of the remaining points
+    /// may change.
     /// \return the number of points removed
     /// \throws parameter_error  if a force, constraint, excluded pair or facet names a point that does not exist; do
     ///                          not use the system after this error
@@ -321,7 +322,7 @@ private:
     void check_finite(double dt) const {
         std::atomic<bool> wrong = false;
         detail::for_chunks(points.size(), threads, [&](std::size_t first, std::size_t last) {
-            S all = 0;  // stays 0 if all numbers are finite; 0 times infinity or NaN is NaN
+            S all = 0;  // stays 0 if all components are finite; 0 times infinity or NaN is NaN
             for (std::size_t i = first; i < last; ++i)
                 all += (total(points.position[i]) + total(points.velocity[i]) + total(force_[i])) * S(0);
             if (!(all == 0)) wrong = true;
@@ -332,7 +333,7 @@ private:
     /// Throws a particle_error. The message contains the number of points whose position, velocity or force is not
     /// finite, and the data of the first of these points.
     /// \param dt    time step [s]
-    /// \param done  a sentence for the message that says what state the points are in
+    /// \param done  a sentence for the message; the sentence says in what state the points are
     [[noreturn, gnu::cold]] void throw_not_finite(double dt, const char* done) const {
         std::size_t first = points.size(), count = 0;
         for (std::size_t i = points.size(); i-- > 0;)

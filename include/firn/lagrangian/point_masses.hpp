@@ -66,8 +66,8 @@ struct PointMasses {
     FieldArray<std::uint32_t> id;     ///< Ids, ascending. The id of a point never changes.
     FieldArray<double> end;           ///< Times at which points are removed [s].
 
-    /// Calls f(info, member) for every field above. `info` is the FieldInfo that describes the field, and `member` is
-    /// the pointer to member of the field, such as &PointMasses::position.
+    /// Calls f(info, member) for every field above. `info` is the FieldInfo that describes the field, and `member` is a
+    /// pointer to the field as a member of PointMasses, such as &PointMasses::position.
     template <class F>
     static void for_fields(const F& f) {
         using enum FieldShape;
@@ -220,8 +220,8 @@ struct PointMasses {
         since[i] = 0;
     }
 
-    /// Removes each point for whose index i wanted(i) is true. The remaining points keep their order, and they get the
-    /// indices 0, 1, 2, …
+    /// Removes points: for each index i, removes the point with this index if wanted(i) is true. The remaining points
+    /// keep their order, and they get the indices 0, 1, 2, …
     /// \return a list with one entry per old index: the new index of the point, or no_particle if the point was
     ///         removed. The list is empty if no point was removed.
     template <class Wanted>

@@ -5,11 +5,11 @@
 
 namespace firn {
 
-/// Builds a straight rope of `segments` + 1 evenly spaced points from a to b [m], in this order. Stretch links join
-/// neighbouring points, and bend links join each point to its second neighbours. In 2D the segments are facets, too;
-/// the outside of a facet is on the right-hand side if one goes from a to b.
-/// \throws parameter_error  unless a and b are finite and different, and the number of segments is at least 1 and below
-///                          `max_points`
+/// Builds a straight rope of `segments` + 1 evenly spaced points. The first point is at position `a` and the last at
+/// position `b` [m]. Stretch links join neighbouring points, and bend links join each point to its second neighbours.
+/// In 2D the segments are facets, too; the outside of a facet is on the right-hand side if one goes from `a` to `b`.
+/// \throws parameter_error  unless `a` and `b` are finite and different, and the number of segments is at least 1 and
+///                          below `max_points`
 /// \throws memory_error     if the net does not fit into memory
 template <int D>
 Net<D> rope(const Vec<double, D>& a, const Vec<double, D>& b, std::size_t segments) {

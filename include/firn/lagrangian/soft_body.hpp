@@ -17,7 +17,7 @@ namespace firn {
 template <int D>
 struct SoftBody {
     Net<D> net;                   ///< Points, links and facets.
-    std::vector<double> volumes;  ///< Part of the enclosed volume of each point [m³; m² in 2D].
+    std::vector<double> volumes;  ///< For each point: its part of the enclosed volume [m³; m² in 2D].
 
     /// Returns the mass of every point [kg], in the order of the points, for a body of `density` [kg/m³].
     /// \throws parameter_error  unless the density is positive and finite
@@ -177,9 +177,9 @@ std::vector<Facet<D>> boundary_facets(const Cells<D>& cells, const PlaceOf& plac
 /// triangles. Where two cells touch only along an edge (in 2D: at a corner), one more cell is added beside them, so
 /// that the body has no hinges.
 /// \param samples  the centres of the cells, and the volume of one cell
-/// \throws parameter_error  unless there are samples, all samples lie on one lattice whose cells have the volume of a
-///                          sample, no two samples lie at the same position, and all cells are connected by shared
-///                          faces (in 2D: edges)
+/// \throws parameter_error  unless there are samples, all samples lie on one lattice, a cell of this lattice has the
+///                          volume of a sample, no two samples lie at the same position, and all cells are connected by
+///                          shared faces (in 2D: edges)
 /// \throws memory_error     if the body does not fit into memory
 template <int D>
 SoftBody<D> lattice_body(const Samples<D>& samples) {

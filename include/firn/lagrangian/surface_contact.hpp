@@ -1,5 +1,5 @@
-/// \file Contact of point masses with boundaries. These are the same fixed or moving walls and colliders that act on
-/// the nodes of a grid.
+/// \file Contact of point masses with boundaries. The boundaries are the same fixed or moving walls and colliders that
+/// act on the nodes of a grid.
 #pragma once
 
 #include <firn/boundary/concept.hpp>
@@ -14,8 +14,8 @@ namespace firn {
 ///
 /// The point touches a surface if its distance from the surface is below its radius. The surface's Contact then changes
 /// the point's velocity relative to the surface; Contact::separate acts with restitution. If the point overlaps the
-/// surface by more than contact_slack times its radius, the point is also moved outwards until the overlap is that
-/// small; this shift does not change the velocity.
+/// surface by more than contact_slack times its radius, the point is also moved outwards until the overlap is only
+/// contact_slack times the radius. This shift does not change the velocity.
 /// \param boundary     a boundary with scalar type S, as lift<S>() returns it
 /// \param restitution  Newton's coefficient of restitution between point and surface, from 0 to 1 [1]
 /// \param radius       radius of the point [m]
