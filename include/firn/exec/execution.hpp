@@ -13,8 +13,8 @@ struct Serial {
 };
 
 /// Execution of P2G by several threads, without atomics. Each block has a colour, such that no two blocks of the same
-/// colour contribute to the same node. Threads share the blocks of one colour, and go on to the next colour when all of
-/// them are done. Sums are in floating point, and have the same bits for any number of threads.
+/// colour contribute to the same node. Threads share the blocks of one colour, and go on to the next colour when all
+/// these blocks are done. Sums are in floating point, and have the same bits for any number of threads.
 struct Coloured {
     static constexpr const char* name = "coloured";
     int threads = 0;  ///< number of threads; 0: thread_count() chooses it
