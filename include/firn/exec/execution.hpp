@@ -33,8 +33,8 @@ enum class Adding {
 /// A scale is the number of integer steps (quanta) per unit of momentum or mass. If a scale is not given, P2G takes the
 /// largest scale with which no sum can overflow. If a sum could overflow with a given scale, P2G throws an
 /// overflow_error.
-/// \tparam Integer  std::int32_t, as on a GPU, or std::int64_t, whose rounding error is negligible compared with that
-///                  of float
+/// \tparam Integer  std::int32_t, as on a GPU; or std::int64_t: its rounding error is negligible compared with the
+///                  rounding error of float
 /// \tparam How      how threads add: with atomics, or colour by colour
 template <class Integer = std::int32_t, Adding How = Adding::atomic>
     requires std::same_as<Integer, std::int32_t> || std::same_as<Integer, std::int64_t>

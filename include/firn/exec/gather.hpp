@@ -11,7 +11,7 @@ namespace firn {
 /// \tparam gradients  whether the gradients of the weights are needed, too
 template <class Kernel, bool gradients, std::floating_point S, int D>
 struct PackPlaces {
-    using P = native_pack<S>;  ///< A SIMD register.
+    using P = native_pack<S>;  ///< Type of a SIMD register with elements of type S.
 
     PackWeights<Kernel, S, D, gradients> weights;  ///< Weights of the nodes, and their gradients if needed.
     alignas(64) S from_centre_node[D][pack_size];  ///< Position of each particle relative to its centre node [cells].
@@ -46,10 +46,9 @@ struct PackSums {
     /// Number of vectors per particle: Σ N v, then the columns of Σ N v oᵀ, then the columns of Σ v ∇Nᵀ.
     static constexpr int quads = 1 + (moments ? D : 0) + (gradients ? D : 0);
     static constexpr int K = Kernel::support;  ///< Number of nodes of the kernel's support along each axis.
-    using P = native_pack<S>;                  ///< A SIMD register.
+    using P = native_pack<S>;                  ///< Type of a SIMD register with elements of type S.
 
-    /// value[i] holds vector i of the sums, for all particles of the pack: four array elements per particle. \see
-    /// quad_offset
+    /// value[i] holds vector i of the sums, for all particles of the pack: four elements per particle. \see quad_offset
     alignas(64) S value[quads][pack_size * 4];
 
     /// Computes the sums over nodes for all particles of the pack.

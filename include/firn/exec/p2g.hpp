@@ -188,8 +188,8 @@ void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
 /// \param dt    time step [s]
 /// \param sets  the sets of particles, each with its partition
 /// \throws parameter_error  if `dt` is negative or not finite
-/// \throws usage_error      if the grid was not activated; or if a particle is further from its block than allowed; the
-///                          values of the grid are then undefined
+/// \throws usage_error      if the grid was not activated; or if a particle is further from its block than allowed (the
+///                          values of the grid are then undefined)
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
 void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);

@@ -332,8 +332,8 @@ private:
 template <class Kernel, std::floating_point S, int D, bool Gradients>
 struct PackWeights {
     static constexpr int K = Kernel::support;  ///< Number of nodes of the kernel's support along each axis.
-    using P = native_pack<S>;                  ///< A SIMD register.
-    using Index = typename P::integer;         ///< An integer of the same size as S.
+    using P = native_pack<S>;                  ///< Type of a SIMD register with elements of type S.
+    using Index = typename P::integer;         ///< Type of an integer with the size of S.
 
     alignas(64) S leading[D - 1][K][pack_size];  ///< Weights along the leading axes.
     alignas(64) S

@@ -13,7 +13,7 @@ public:
     using S = typename View::scalar_type;      ///< The scalar type: float or double.
     static constexpr int D = View::dimension;  ///< The dimension: 2 or 3.
 
-    /// Reads from `view`, for a time step of `dt` [s]. `view` must exist as long as the reader.
+    /// Makes a reader of the particles of `view`, for a time step of `dt` [s]. `view` must exist as long as the reader.
     ParticleReader(const View& view, const Domain<D>& domain, double dt)
         : view_(view), h_(S(domain.cell_size)), dt_(S(dt)) {}
 
@@ -43,7 +43,7 @@ private:
 };
 
 /// The P2G records of the particles of a pack, with the weights of the nodes around the particles. A record is stored
-/// as vectors of four numbers. The first vector is the momentum p and the mass; the columns of the matrix A follow,
+/// as vectors of four components. The first vector is the momentum p and the mass; the columns of the matrix A follow,
 /// then, if the force policy uses weight gradients, the columns of the matrix G. \see P2GRecord
 template <class Kernel, class Force, std::floating_point S, int D>
 struct PackRecords {
@@ -52,7 +52,7 @@ struct PackRecords {
     static constexpr int K = Kernel::support,  ///< Number of nodes of the kernel's support along each axis.
         centre = centre_node<Kernel>;          ///< Index of the centre node, counted from the base node.
     static constexpr int lines = lines_of_particle<Kernel, D>;  ///< Number of rows of nodes around a particle.
-    using P = native_pack<S>;                                   ///< A SIMD register.
+    using P = native_pack<S>;                                   ///< Type of a SIMD register with elements of type S.
 
     PackWeights<Kernel, S, D, gradients> weights;  ///< Weights of the nodes along each axis.
     alignas(64) S value[quads][pack_size * 4];     ///< value[i]: vector i of each record; 4 elements per particle.

@@ -26,7 +26,7 @@ template <class S, int D>
 struct G2PResult {
     Vec<S, D> velocity;           ///< new velocity v [m/s]
     Mat<S, D> affine;             ///< affine field C [1/s]
-    Mat<S, D> velocity_gradient;  ///< ∇v, with which the deformation gradient F is updated [1/s]
+    Mat<S, D> velocity_gradient;  ///< velocity gradient ∇v, used to update the deformation gradient F [1/s]
 };
 
 /// Returns a particle's velocity, affine field C and velocity gradient, from its sums over nodes. With an affine

@@ -51,7 +51,7 @@ FIRN_INLINE P2GRecord<S, D> make_record(const P2GParticle<S, D>& particle, const
 /// There are two ways to get the contribution to a node. Either call contract() for the last open axis until no axis is
 /// open: then `value` is the contribution. Or call moved() for each open axis, and then weighted(), which returns the
 /// contribution. The second way needs fewer operations if many nodes share products of weights.
-/// \tparam V          type of a momentum and mass: those of a node, or of a row of nodes
+/// \tparam V          type that holds momentum and mass, of one node or of a row of nodes
 /// \tparam Open       the number of open axes
 /// \tparam Gradients  whether the force policy uses weight gradients
 template <class V, int Open, bool Gradients>
