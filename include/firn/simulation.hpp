@@ -38,8 +38,8 @@ namespace firn {
 
 /// A simulation by the material point method: sets of particles, a grid and a boundary, stepped through time.
 ///
-/// Construct it from a domain, a material, and the policies that differ from the defaults. The policies may come in any
-/// order:
+/// Construct a simulation from a domain, a material, and the policies that differ from the defaults. The policies may
+/// come in any order:
 ///
 ///     firn::Simulation simulation(domain, material, firn::Together(walls, collider), firn::Flip{});
 ///
@@ -82,12 +82,12 @@ public:
 
     using scalar_type = detail::precision_of_t<List>;
     using material_type = Material;    ///< The type of the material, or `Materials<…>`.
-    using kernel_type = Kernel;        ///< The type of the kernel.
+    using kernel_type = Kernel;        ///< The interpolation kernel.
     using S = scalar_type;             ///< The scalar type: float or double.
     using Sets = typename Make::type;  ///< A tuple with one MaterialSet for each material.
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
-    static constexpr std::size_t unnamed = detail::unnamed_material;        ///< `set<unnamed>()`: the only material.
+    static constexpr std::size_t unnamed = detail::unnamed_material;  ///< As the argument of set(): the only material.
 
     /// Makes a simulation without particles. If `Boundary` is Walls, walls are put on all faces of the domain, except
     /// those of periodic axes. Matter can separate from these walls (Contact::separate). Any other boundary is
@@ -128,7 +128,8 @@ public:
         transfer = detail::one_of<Transfer>([] { return Transfer{}; }, first, rest...);
     }
 
-    /// Does not compile: the compiler prints a message that the domain has another dimension than the simulation.
+    /// This overload does not compile: the compiler prints a message that the domain does not have the dimension of the
+    /// simulation.
     template <int N, class... Rest>
         requires(N != D)
     explicit Simulation(const Domain<N>&, const Rest&...) : Simulation(Domain<D>{}) {
@@ -147,7 +148,7 @@ public:
     ///
     /// By default, warnings are printed to stderr. If the function is empty, no warnings are given.
     using Stepper<D>::warn;
-    Boundary boundary;    ///< The walls and colliders. A step moves those that have a velocity.
+    Boundary boundary;    ///< Walls and colliders. A step moves the ones with a velocity.
     Execution execution;  ///< How P2G sums contributions, and the number of threads of all stages.
     Transfer transfer{};  ///< The transfer policy, with its parameters.
     /// The impulse and the angular impulse that each part of the boundary exerted on matter in the last step. They are
@@ -159,8 +160,9 @@ public:
     /// particle may be too far from the block into which it was sorted.
     std::uint64_t most_steps_between_sorts = 0;
 
-    const Domain<D>& domain() const { return grid_.domain(); }  ///< The domain.
-    const SparseGrid<S, D>& grid() const { return grid_; }      ///< The grid, with the node values of the last step.
+    const Domain<D>& domain() const { return grid_.domain(); }  ///< Returns the domain.
+    /// Returns the grid, with the node values of the last step.
+    const SparseGrid<S, D>& grid() const { return grid_; }
 
     /// \name Sets of particles
     /// @{
@@ -201,7 +203,8 @@ public:
         return bound;
     }
 
-    /// Takes one step under gravity. Its length is `fixed_time_step`, or stable_time_step() if `fixed_time_step` is 0.
+    /// Takes one step under gravity. The time step is `fixed_time_step`, or stable_time_step() if `fixed_time_step` is
+    /// 0.
     /// \throws parameter_error  if the fixed time step, gravity or a parameter of a policy is out of range
     /// \throws particle_error   if, before or after the step, a particle has a value that is not finite or has left the
     ///                          domain
@@ -232,14 +235,14 @@ public:
                    std::numeric_limits<std::uint64_t>::max());
     }
 
-    /// Replaces the particles of a material by stored ones, and sets the time and the step number to those of `moment`.
-    /// With several materials, call it once for each material.
+    /// Replaces the particles of a material by stored ones, and sets the time and the number of steps taken to those of
+    /// `moment`. In a simulation with several materials, call restore() once for each material.
     ///
     /// If the stored set was prepared for a step (Readiness::prepared), the order of the particles in memory, the
     /// partition into blocks and the report of the last G2P are kept, too. The continued run then has the same bits as
     /// a run without a break.
     /// \param set     the stored particles. \see Restart
-    /// \param moment  the time and the step number at which the particles were stored
+    /// \param moment  the time and the number of steps taken when the particles were stored
     /// \throws io_error  if another material was restored to a different moment, and no step was taken since then
     template <std::size_t I = unnamed>
     void restore(std::tuple_element_t<at<I>, Sets>&& set, const Moment& moment) {

@@ -78,7 +78,8 @@ struct Arena {
     /// that is read or written may extend beyond the last node.
     alignas(64) Number node[(arena_nodes<D>(n_of_cube) + 4) * Width];
 
-    /// Sets `n` to the size of the group's arena, and sets the nodes of all lines that cross `box` to zero.
+    /// Sets `n` to the number of nodes along each axis of the group's arena, and sets the nodes of all lines that cross
+    /// `box` to zero.
     FIRN_INLINE void clear(const BlockGroup& group, const ArenaBox<D>& box) {
         n = group.sparse ? n_of_cube : n_of_block;
         if (group.sparse)
@@ -90,8 +91,8 @@ struct Arena {
 
     /// Calls f(index, values, count) for each run of nodes in `box`. A run is a sequence of nodes that are next to each
     /// other both in the arena and in the grid. The runs together contain all nodes of the box, except for those of
-    /// inactive blocks. `index` is the index in `node` of the first value of the run, `values` points to the same value
-    /// in the grid, and `count` is the number of nodes of the run, a compile-time constant.
+    /// inactive blocks. `index` is the index in `node` of the first value of the run, `values` points to the value of
+    /// the same node in the grid, and `count` is the number of nodes of the run, a compile-time constant.
     /// \param nodes  the values of all nodes of the grid
     template <class N, class F>
     FIRN_INLINE void for_runs(N* nodes, const BlocksAround<D>& around, const ArenaBox<D>& box, const F& f) const {

@@ -13,8 +13,8 @@ struct Serial {
 };
 
 /// Execution of P2G by several threads, without atomics. Each block has a colour, such that no two blocks of the same
-/// colour contribute to the same node. Threads share the blocks of one colour, and go on to the next colour when all of
-/// them are done. Sums are in floating point, and have the same bits for any number of threads.
+/// colour contribute to the same node. Threads share the blocks of one colour, and go on to the next colour when all
+/// these blocks are done. Sums are in floating point, and have the same bits for any number of threads.
 struct Coloured {
     static constexpr const char* name = "coloured";
     int threads = 0;  ///< number of threads; 0: thread_count() chooses it
@@ -33,8 +33,8 @@ enum class Adding {
 /// A scale is the number of integer steps (quanta) per unit of momentum or mass. If a scale is not given, P2G takes the
 /// largest scale with which no sum can overflow. If a sum could overflow with a given scale, P2G throws an
 /// overflow_error.
-/// \tparam Integer  std::int32_t, as on a GPU, or std::int64_t, whose rounding error is negligible compared with that
-///                  of float
+/// \tparam Integer  std::int32_t, as on a GPU; or std::int64_t: its rounding error is negligible compared with the
+///                  rounding error of float
 /// \tparam How      how threads add: with atomics, or colour by colour
 template <class Integer = std::int32_t, Adding How = Adding::atomic>
     requires std::same_as<Integer, std::int32_t> || std::same_as<Integer, std::int64_t>

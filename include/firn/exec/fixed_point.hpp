@@ -1,4 +1,5 @@
-/// \file The scale (quanta per unit) of a fixed-point P2G. It is computed, or it is given by the program and checked.
+/// \file The scale (quanta per unit) of a fixed-point P2G. The scale is either computed, or given by the program and
+/// checked.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -26,10 +27,10 @@ S chosen_scale(std::optional<double> given, S largest, const char* what, const c
     return S(*given);
 }
 
-/// Checks that the largest possible sums at a node have enough quanta (integer steps) to be accurate. They can have too
-/// few if particles are very light, because the scale (quanta per unit) that these particles need is larger than S can
-/// represent. Too few quanta of momentum are accepted in matter at rest: if one quantum changes the velocity of the
-/// heaviest particle by a negligible amount.
+/// Checks that the largest possible sums at a node have enough quanta (integer steps) to be accurate. If particles are
+/// very light, the sums can have too few quanta, because such particles need a larger scale (quanta per unit) than S
+/// can represent. Too few quanta of momentum are accepted if one quantum changes the velocity of the heaviest particle
+/// by a negligible amount (matter at rest).
 /// \throws overflow_error  if the largest possible sum of mass or of momentum has too few quanta
 template <class S>
 void check_resolution(const FixedPointLoad<S>& load, const FixedPointBound<S>& bound, const FixedPointScale<S>& scale) {

@@ -19,7 +19,7 @@ namespace firn {
 
 /// The report of G2P about all particles.
 struct G2PReport {
-    double signal_speed = 0;   ///< largest signal speed of a particle, |v| + c [m/s], which limits the next time step
+    double signal_speed = 0;   ///< largest signal speed |v| + c of all particles [m/s]; it limits the next time step
     bool sort_needed = false;  ///< true if a particle may be too far from its block: sort particles before the next P2G
 };
 
@@ -36,9 +36,9 @@ struct PassReport {
     throw particle_error(wrong.text() + " " + cause);
 }
 
-/// Returns a number that is not finite if the stress, or the state from which the stress was computed, is not finite.
-/// The number is the trace of the stress: it is not finite if the deformation gradient F is not finite. If the stress
-/// depends on the strain rate, its components below the diagonal are added to the trace.
+/// Returns a value that is not finite if the stress, or the state from which the stress was computed, is not finite.
+/// This value is the trace of the stress, which is not finite if the deformation gradient F is not finite. If the
+/// stress depends on the strain rate, the value also includes the components of the stress below the diagonal.
 template <class Material, class P, int D>
 FIRN_INLINE P sum_of_stress(const Mat<P, D>& stress) {
     P sum = trace(stress);
@@ -47,7 +47,8 @@ FIRN_INLINE P sum_of_stress(const Mat<P, D>& stress) {
     return sum;
 }
 
-/// The report of one thread about the particles that the thread has updated, with the members of PassReport.
+/// The report of one thread about the particles that this thread has updated. The members mean the same as in G2PReport
+/// and PassReport.
 struct alignas(64) G2PThreadReport {
     double signal_speed = 0;
     bool sort_needed = false, right = true;
@@ -174,8 +175,8 @@ private:
         seen.rightness = seen.rightness + select(real, sum * P(0), P(0));
     }
 
-    /// Returns two velocities: the one that the particles store (`velocity`), and the one by which the particles are
-    /// moved (`motion`).
+    /// Returns two velocities: the new velocity of the particles (`velocity`), and the velocity with which the
+    /// particles are moved (`motion`).
     FIRN_INLINE auto velocities(const View& view, const Slots& slots, const G2PResult<P, D>& taken,
                                 const Vec<P, D>& before) const {
         struct Taken {
@@ -197,8 +198,8 @@ private:
     S h_, dt_, per_velocity_;
 };
 
-/// Does the work of g2p(), except that it does not throw a particle_error: if a particle has a value that is not finite
-/// or has left the domain, it returns a report with `right` = false.
+/// Does the work of g2p(), but does not throw a particle_error: if a particle has a value that is not finite or has
+/// left the domain, it returns a report with `right` = false.
 template <class Kernel, class Transfer, class Force, class Execution, class Material, std::floating_point S, int D,
           class Field, class State>
 PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
@@ -241,8 +242,8 @@ FIRN_INLINE P sum_of_state(State state) {
     return sum;
 }
 
-/// Does the work of update_stress(), except that it does not throw a particle_error: if a particle has a value that is
-/// not finite, it returns a report with `right` = false.
+/// Does the work of update_stress(), but does not throw a particle_error: if a particle has a value that is not finite,
+/// it returns a report with `right` = false.
 template <class Execution, class Material, std::floating_point S, int D, class Field, class State>
 PassReport update_stress_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
                               const BlockPartition<D>& partition, const Material& material, double cell_size) {
@@ -328,8 +329,8 @@ G2PReport g2p(const Execution& execution, const View& view, const BlockPartition
 }
 
 /// Computes stresses and signal speeds from the particles' states. Call it before the first step, and after the program
-/// has changed a state. If the stress depends on the strain rate, the affine field C of the particle is used as its
-/// velocity gradient, or zero if the view has no affine field.
+/// has changed a state. If the stress depends on the strain rate, the affine field C of a particle is used as the
+/// velocity gradient of the particle. If the view has no affine field, the velocity gradient is taken to be zero.
 /// \param cell_size  cell size h of the grid [m]
 /// \throws parameter_error  if a parameter of the material is out of range
 /// \throws particle_error   if a particle has a value that is not finite. The message gives the number of such

@@ -11,7 +11,7 @@ namespace firn {
 /// \tparam gradients  whether the gradients of the weights are needed, too
 template <class Kernel, bool gradients, std::floating_point S, int D>
 struct PackPlaces {
-    using P = native_pack<S>;  ///< A SIMD register.
+    using P = native_pack<S>;  ///< Type of a SIMD register with elements of type S.
 
     PackWeights<Kernel, S, D, gradients> weights;  ///< Weights of the nodes, and their gradients if needed.
     alignas(64) S from_centre_node[D][pack_size];  ///< Position of each particle relative to its centre node [cells].
@@ -46,9 +46,9 @@ struct PackSums {
     /// Number of vectors per particle: Σ N v, then the columns of Σ N v oᵀ, then the columns of Σ v ∇Nᵀ.
     static constexpr int quads = 1 + (moments ? D : 0) + (gradients ? D : 0);
     static constexpr int K = Kernel::support;  ///< Number of nodes of the kernel's support along each axis.
-    using P = native_pack<S>;                  ///< A SIMD register.
+    using P = native_pack<S>;                  ///< Type of a SIMD register with elements of type S.
 
-    /// The sums. value[i] holds vector i of each particle, as four numbers. \see quad_offset
+    /// value[i] holds vector i of the sums, for all particles of the pack: four elements per particle. \see quad_offset
     alignas(64) S value[quads][pack_size * 4];
 
     /// Computes the sums over nodes for all particles of the pack.
@@ -117,7 +117,7 @@ private:
     }
 
     /// Sums each given row over its nodes along the last axis, and stores the sums in `value`.
-    /// \param q     index, in each value[i], of the first number to write
+    /// \param q     index of the first element to write in each value[i]
     /// \param rows  for each of N particles: the sums over all axes except the last
     template <class Weights, class Row, std::size_t N>
     FIRN_INLINE void close_rows(const Weights& weights, int q,
@@ -155,15 +155,15 @@ private:
     }
 };
 
-/// The type of PackSums with those sums that a transfer policy and a force policy need.
+/// The PackSums that compute only the sums that the transfer policy and the force policy need.
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D>
 using TransferSums =
     PackSums<Kernel, g2p_needs_moment<Kernel, Transfer>, g2p_needs_gradient<Kernel, Transfer, Force>, S, D>;
 
-/// The node values from which a group of particles gathers. They are copied to an arena (contiguous memory), unless the
-/// group is spray (few particles in sparse blocks, see BlockGroup::is_spray). For spray, they are read from the grid,
-/// node by node.
-/// \tparam Layers  number of layers of the grid (arrays of node values) from which the group gathers. Layer 0 is the
+/// The node values that are summed for the particles of a group. They are copied to an arena (contiguous memory),
+/// unless the group is spray (few particles in sparse blocks, see BlockGroup::is_spray). For spray, the values are read
+/// from the grid, node by node.
+/// \tparam Layers  number of layers of the grid (arrays of node values) from which values are needed. Layer 0 is the
 ///                 array of the nodes' present values; the other layers hold values that were stored earlier. \see
 ///                 SparseGrid::layer
 template <class Kernel, std::floating_point S, int D, int Layers>

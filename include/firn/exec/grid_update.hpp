@@ -29,8 +29,8 @@ FIRN_INLINE auto lifted_acceleration(const Acceleration& acceleration) {
 /// Updates the nodes of one block, one SIMD register of nodes at a time. The function is not inlined, so that the
 /// compiler can use all registers in each instance of it.
 /// \param first      position of the first node [m];  \param h  cell size [m];  \param dt  time step [s]
-/// \param reactions  array with one Reaction for each part of the boundary, to which the impulse of this part on matter
-///                   is added; nullptr if reactions are not wanted
+/// \param reactions  array with one Reaction for each part of the boundary; nullptr if reactions are not wanted. The
+///                   impulse of each part on matter is added to the Reaction of this part.
 template <std::floating_point S, int D, class Acceleration, class Boundary, class OfParts>
 [[gnu::noinline]] void update_block(S* nodes, const Vec<S, D>& first, S h, S dt, const Acceleration& acceleration,
                                     const Boundary& boundary, OfParts reactions) {
@@ -64,7 +64,7 @@ template <std::floating_point S, int D, class Acceleration, class Boundary, clas
 }
 
 /// Does the work of grid_update(), with or without reactions.
-/// \param reactions  receives the impulses of the boundary on matter; nullptr if they are not wanted
+/// \param reactions  receives the impulses of the boundary on matter; nullptr if the impulses are not wanted
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary, Reactions<D>* reactions) {

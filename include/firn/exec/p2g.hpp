@@ -17,7 +17,7 @@
 namespace firn {
 
 /// Calls body(group, thread) for every group of particles, one phase after the other. A phase is a list of groups that
-/// share no node, so that several threads can work on them at the same time.
+/// share no node, so that several threads can work on these groups at the same time.
 template <int D, class Body>
 void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const Body& body) {
     const std::vector<std::size_t>& ends = partition.phase_ends;
@@ -188,8 +188,8 @@ void clear(T* first, int per_node, const SparseGrid<S, D>& grid, int threads) {
 /// \param dt    time step [s]
 /// \param sets  the sets of particles, each with its partition
 /// \throws parameter_error  if `dt` is negative or not finite
-/// \throws usage_error      if the grid was not activated; or if a particle is further from its block than allowed, in
-///                          which case the values of the grid are undefined
+/// \throws usage_error      if the grid was not activated; or if a particle is further from its block than allowed (the
+///                          values of the grid are then undefined)
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
 void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);
@@ -201,7 +201,8 @@ void p2g(const Coloured& execution, SparseGrid<S, D>& grid, double dt, const Par
     });
 }
 
-/// Particles to grid in one thread. The requirements and errors are those of the p2g() with Coloured.
+/// Particles to grid in one thread. This function has the same requirements, and throws the same errors, as the p2g()
+/// that takes a Coloured.
 template <class Kernel, class Transfer, class Force, std::floating_point S, int D, class... Views>
 void p2g(const Serial&, SparseGrid<S, D>& grid, double dt, const ParticleSet<Views>&... sets) {
     detail::check_p2g(grid, dt, sets...);

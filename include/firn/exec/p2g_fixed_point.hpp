@@ -11,8 +11,8 @@ namespace firn {
 
 namespace detail {
 
-/// Sums in integers that also measure the particles whose contributions are added: their largest momentum, mass and so
-/// on, as in FixedPointLoad.
+/// Sums of contributions in integers. The particles are also measured while their contributions are added: their
+/// largest momentum, largest mass and so on, as in FixedPointLoad.
 ///
 /// The right scale (quanta per unit) is known only after all particles were measured, but it is mostly the same as in
 /// the last step. So P2G first uses the scale of the last step. If this scale turns out to be right, the particles are
@@ -30,9 +30,9 @@ struct MeasuredSums : IntegerSums<Integer, S> {
         bool all_fitted = true;
     };
 
-    /// For each node in the arena of a group: the number of the group's particles whose base node it is. The numbers
-    /// are first collected in an arena, which fits into the cache, and then added to the numbers for all nodes of the
-    /// grid.
+    /// Counts, for each node in the arena of a group, the particles of the group that have this node as their base
+    /// node. The counts are first collected in an arena, which fits into the cache, and then added to the counts for
+    /// all nodes of the grid.
     template <class K, int D>
     class Counts {
     public:
@@ -54,7 +54,7 @@ struct MeasuredSums : IntegerSums<Integer, S> {
     };
 
     Seen* seen;
-    std::uint32_t* counts;  ///< for each node, the number of particles whose base node it is
+    std::uint32_t* counts;  ///< for each node of the grid, the number of particles with this base node
     bool scatters;          ///< whether contributions are added; false: particles are only measured
 
     MeasuredSums(const FixedPointScale<S>& quanta_per_unit, Seen* of_threads, std::uint32_t* particles_by_node,
@@ -79,11 +79,12 @@ struct MeasuredSums : IntegerSums<Integer, S> {
         seen->largest = P(0);
         return fit;
     }
-    /// Adds `particles` to the number of particles whose base node is `node`, a node of the grid.
+    /// Adds `particles` to the number of particles whose base node is `node`. `node` is an index among all nodes of the
+    /// grid.
     FIRN_INLINE void count(std::size_t node, int particles) { counts[node] += std::uint32_t(particles); }
 };
 
-/// Memory for the sums of all nodes, and, for each node, the number of particles whose base node it is.
+/// Memory for the sums of all nodes, and memory to count, for each node, the particles with this base node.
 template <class Integer>
 struct GridIntegers {
     Integer* sums;
@@ -91,8 +92,8 @@ struct GridIntegers {
 };
 
 /// Returns memory for the integers of all nodes. If Integer has the size of S, the sums use the memory of the nodes'
-/// floating-point values; otherwise they use scratch memory. This is allowed because the integers are cleared, read and
-/// written as bytes.
+/// floating-point values; otherwise they use scratch memory. Integers may lie in memory of floating-point values,
+/// because they are cleared, read and written as bytes.
 template <class Integer, std::floating_point S, int D>
 GridIntegers<Integer> integers_of(SparseGrid<S, D>& grid) {
     if constexpr (sizeof(Integer) == sizeof(S)) {
@@ -105,8 +106,9 @@ GridIntegers<Integer> integers_of(SparseGrid<S, D>& grid) {
     }
 }
 
-/// Returns the maxima over all particles, which determine the scale, from the measurements of all threads.
-/// \param counts  for each node of the grid, the number of particles whose base node it is
+/// Returns the maxima over all particles, computed from the measurements of all threads. The scale is chosen from these
+/// maxima.
+/// \param counts  for each node of the grid, the number of particles with this base node
 template <class Seen, std::floating_point S, int D>
 FixedPointLoad<S> load_of_all(std::vector<Seen>& threads, const std::uint32_t* counts, const SparseGrid<S, D>& grid) {
     constexpr std::size_t per_block = std::size_t(block_nodes<D>);
@@ -204,8 +206,8 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Spar
 
 }  // namespace detail
 
-/// Particles to grid, with sums in integers (fixed point). The requirements and errors of the p2g() with Coloured
-/// apply, too.
+/// Particles to grid, with sums in integers (fixed point). This function has the same requirements as the p2g() that
+/// takes a Coloured, and throws the same errors, too.
 /// \throws overflow_error  if a sum could leave the range of Integer; all nodes are set to zero in this case
 template <class Kernel, class Transfer, class Force, class Integer, Adding How, std::floating_point S, int D,
           class... Views>

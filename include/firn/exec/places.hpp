@@ -66,9 +66,9 @@ private:
     std::uint32_t range_[most_slots];
 };
 
-/// Converts positions from the form in which they are stored. firn's particle store has positions in cells, measured
-/// from the lower corner of the particle's block, so that the resolution is the same everywhere in the domain. The
-/// arrays of the calling program have positions in metres.
+/// Converts positions between cells and the form in which particles store them. firn's particle store has positions in
+/// cells, measured from the lower corner of the particle's block, so that the resolution is the same everywhere in the
+/// domain. The arrays of the calling program have positions in metres.
 template <class View>
 class Positions {
     using S = typename View::scalar_type;
@@ -261,7 +261,7 @@ public:
             // a position could round the position to the next cell.
             if (group.sparse) x = locate<Kernel>(x).node + blocks_.template in_cube<P>(slot);
             unroll<D>([&](auto a) FIRN_LAMBDA {
-                low.v[a] = min(low.v[a], x.v[a]);  // min() ignores NaN: such a particle has wrong nodes in any case
+                low.v[a] = min(low.v[a], x.v[a]);  // min() ignores NaN; a particle at NaN has no right nodes
                 high.v[a] = max(high.v[a], x.v[a]);
             });
         };
@@ -285,7 +285,7 @@ public:
         return box;
     }
 
-    /// Returns whether a particle of the group is too far from its block. \see strays
+    /// Returns whether any particle of the group is too far from its block. \see strays
     template <class Kernel>
     FIRN_INLINE bool has_strays(const BlockGroup& group) const {
         using P = native_pack<S>;
@@ -326,13 +326,14 @@ private:
 };
 
 /// Weights of the nodes around the particles of a pack, in the order in which sums over rows of nodes read them. For
-/// the leading axes (all but the last), there is one number for each axis, node and particle. For the last axis, there
-/// are four numbers for each particle: the weights of the particle's nodes along this axis, then zeros.
+/// the leading axes (all but the last), there is one value for each axis, node and particle. For the last axis, there
+/// are four values for each particle: the weights of the particle's nodes along this axis, then zeros if there are
+/// fewer than four nodes.
 template <class Kernel, std::floating_point S, int D, bool Gradients>
 struct PackWeights {
     static constexpr int K = Kernel::support;  ///< Number of nodes of the kernel's support along each axis.
-    using P = native_pack<S>;                  ///< A SIMD register.
-    using Index = typename P::integer;         ///< An integer of the same size as S.
+    using P = native_pack<S>;                  ///< Type of a SIMD register with elements of type S.
+    using Index = typename P::integer;         ///< Type of an integer with the size of S.
 
     alignas(64) S leading[D - 1][K][pack_size];  ///< Weights along the leading axes.
     alignas(64) S
@@ -371,8 +372,8 @@ private:
     }
 };
 
-/// Returns where the four numbers of the particle in lane l begin, in an array of four numbers for each particle of a
-/// pack.
+/// Returns the index of the first element of the particle in lane l, in an array that has four elements for each
+/// particle of a pack.
 template <class P>
 FIRN_INLINE constexpr int quad_offset(int l) {
     constexpr unsigned lanes = scalar_traits<P>::lanes;

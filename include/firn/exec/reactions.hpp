@@ -20,7 +20,7 @@ struct Reaction {
     Vec<double, D> impulse = Vec<double, D>::zero();        ///< Σ m Δv [N s]
     Axial<double, D> angular_impulse = Axial<double, D>{};  ///< Σ (x − about) × m Δv [N m s]
 
-    /// Adds the impulses of another reaction about the same point.
+    /// Adds the impulses of the reaction `more`, which must have the same point `about`.
     Reaction& operator+=(const Reaction& more) {
         impulse += more.impulse;
         angular_impulse += more.angular_impulse;
@@ -28,8 +28,9 @@ struct Reaction {
     }
 };
 
-/// The reactions of all parts of a boundary, computed by grid_update(). A Together or a BoundaryList has several parts.
-/// The reactions are summed in double, block after block, and have the same bits for any number of threads.
+/// The reactions of all parts of a boundary, computed by grid_update(). A boundary of class Together or BoundaryList
+/// has several parts. The reactions are summed in double, block after block, and have the same bits for any number of
+/// threads.
 template <int D>
 struct Reactions {
     /// The point about which angular impulses are taken [m]. If it is not given, the point of each part is the position

@@ -105,7 +105,7 @@ struct AtomicSums : IntegerSums<Integer, S> {
     static constexpr bool costly = true;  ///< Adding to memory is expensive.
     using IntegerSums<Integer, S>::IntegerSums;
 
-    /// Returns a row of zeros without reading memory, because store() adds its row to the sums in memory.
+    /// Returns a row of zeros and does not read memory, because store() adds to the sums in memory.
     template <class Row>
     FIRN_INLINE static auto load(const Integer*) {
         return typename Row::template of<Integer>{};
@@ -121,7 +121,7 @@ struct AtomicSums : IntegerSums<Integer, S> {
 };
 
 /// Reads and writes the sums of the rows of nodes around one particle, in an arena.
-/// \tparam RowOfArena  type of a row of nodes, in SIMD registers of the target
+/// \tparam RowOfArena  type of a row of node values, in SIMD registers of the processor for which the code is compiled
 template <class Sums, class Kernel, std::floating_point S, int D, class RowOfArena = row<S, Kernel::support>>
 class ArenaRows {
 public:

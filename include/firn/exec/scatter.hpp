@@ -13,7 +13,7 @@ public:
     using S = typename View::scalar_type;      ///< The scalar type: float or double.
     static constexpr int D = View::dimension;  ///< The dimension: 2 or 3.
 
-    /// Reads from `view`, for a time step of `dt` [s]. `view` must exist as long as the reader.
+    /// Makes a reader of the particles of `view`, for a time step of `dt` [s]. `view` must exist as long as the reader.
     ParticleReader(const View& view, const Domain<D>& domain, double dt)
         : view_(view), h_(S(domain.cell_size)), dt_(S(dt)) {}
 
@@ -43,7 +43,7 @@ private:
 };
 
 /// The P2G records of the particles of a pack, with the weights of the nodes around the particles. A record is stored
-/// as vectors of four numbers. The first vector is the momentum p and the mass; the columns of the matrix A follow,
+/// as vectors of four components. The first vector is the momentum p and the mass; the columns of the matrix A follow,
 /// then, if the force policy uses weight gradients, the columns of the matrix G. \see P2GRecord
 template <class Kernel, class Force, std::floating_point S, int D>
 struct PackRecords {
@@ -52,10 +52,10 @@ struct PackRecords {
     static constexpr int K = Kernel::support,  ///< Number of nodes of the kernel's support along each axis.
         centre = centre_node<Kernel>;          ///< Index of the centre node, counted from the base node.
     static constexpr int lines = lines_of_particle<Kernel, D>;  ///< Number of rows of nodes around a particle.
-    using P = native_pack<S>;                                   ///< A SIMD register.
+    using P = native_pack<S>;                                   ///< Type of a SIMD register with elements of type S.
 
     PackWeights<Kernel, S, D, gradients> weights;  ///< Weights of the nodes along each axis.
-    alignas(64) S value[quads][pack_size * 4];     ///< value[i]: vector i of each record, four numbers a particle.
+    alignas(64) S value[quads][pack_size * 4];     ///< value[i]: vector i of each record; 4 elements per particle.
     alignas(64) S product[lines][pack_size];       ///< For each row: product of the weights along the leading axes.
     /// For each row and each leading axis (all but the last): `product`, but with the kernel's gradient in place of its
     /// weight along this axis.
@@ -92,8 +92,8 @@ struct PackRecords {
 
     /// Adds the contributions of the particles in lanes [first, last) of the pack to the rows of nodes around them.
     /// \param rows_at  rows_at(corner) returns the rows around a base node. \see ArenaRows, GridRows
-    /// \param count    called as count(corner, particles) after the contributions of consecutive particles with the
-    ///                 same base node were added: the base node, and the number of these particles
+    /// \param count    called as count(corner, particles) after contributions of consecutive particles with the same
+    ///                 base node were added; `corner` is the base node, and `particles` the number of these particles
     /// \tparam Held  whether sums stay in registers while consecutive particles have the same base node. The additions
     ///               and their order are the same either way.
     template <bool Held, class RowsAt, class Count>
@@ -127,7 +127,8 @@ struct PackRecords {
     }
 
 private:
-    /// Returns the index of a row of nodes along the leading axis a: 0 to K − 1. `line` is the index among all rows.
+    /// Returns the index of a row of nodes along the leading axis a: 0 to K − 1. `line` is the index of the row among
+    /// all rows around a particle.
     FIRN_INLINE static constexpr int along(int a, int line) { return D == 3 && a == 0 ? line / K : line % K; }
 
     /// Computes `product` and `gradient_product` of row `line` for one register of particles, the first of which is in

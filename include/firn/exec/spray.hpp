@@ -1,5 +1,5 @@
-/// \file The arena for spray, which is few particles in sparse blocks. Only the nodes around these particles are
-/// cleared and added to the grid.
+/// \file The arena for spray (few particles in sparse blocks). Only the nodes around these particles are cleared and
+/// added to the grid.
 #pragma once
 
 #include <firn/exec/arena.hpp>
@@ -9,9 +9,9 @@
 
 namespace firn {
 
-/// The arena of a spray group (few particles in sparse blocks): memory for the nodes around a cube of blocks, of which
-/// the particles need only some. The arena records which runs of nodes are used. A line is a row of nodes through the
-/// whole arena along the last axis; a run is the part of a line in one block.
+/// The arena of a spray group (few particles in sparse blocks): memory for the nodes in and around a cube of blocks.
+/// The particles need only some of these nodes, and the arena records which runs of nodes are used. A line is a row of
+/// nodes through the whole arena along the last axis; a run is the part of a line in one block.
 template <class Kernel, std::floating_point S, int D>
 class SprayArena {
     static constexpr int K = Kernel::support;
@@ -90,7 +90,7 @@ private:
         return all;
     }();
 
-    std::uint64_t reached_[blocks][words] = {};  // reached_[b]: one bit per line; set if its run in block b is used
+    std::uint64_t reached_[blocks][words] = {};  // reached_[b]: bits of the lines whose run in block b is used
 };
 
 }  // namespace firn

@@ -13,19 +13,20 @@
 namespace firn {
 
 /// Sums over the particles of a set, in double. The symbols in the formulas are the mass m, velocity v, position x,
-/// initial volume V0, affine field C and energy density ψ of a particle, and the cell size h.
+/// initial volume V0, affine field C and energy density ψ of a particle, the cell size h, and the kernel's constant
+/// inverse_inertia.
 template <int D>
 struct Totals {
     std::size_t particles = 0;            ///< number of particles
     double mass = 0;                      ///< Σ m [kg]
     Vec<double, D> momentum{};            ///< Σ m v [kg m/s]
-    Axial<double, D> angular_momentum{};  ///< Σ m x × v, plus that of the affine fields C [kg m²/s]
+    Axial<double, D> angular_momentum{};  ///< Σ m x × v, plus the share of the affine fields C [kg m²/s]
     Vec<double, D> first_moment{};        ///< Σ m x [kg m]; divided by `mass`, the centre of mass
     double kinetic_energy = 0;            ///< Σ ½ m (|v|² + h²/inverse_inertia ‖C‖²) [J]
     double elastic_energy = 0;            ///< Σ V0 ψ [J]; NaN if the material has no energy_density
     double dissipated_energy = 0;  ///< Σ V0 × work of plastic flow [J]; 0 unless the material is `Dissipating<…>`
 
-    /// Adds the totals of other particles.
+    /// Adds the totals `other` of another set of particles.
     Totals& operator+=(const Totals& other) {
         particles += other.particles;
         mass += other.mass;
@@ -72,7 +73,8 @@ To state_in_double(const From& state) {
 /// bits for any number of threads and any order of the particles in memory.
 ///
 /// An affine field C has angular momentum and kinetic energy, like a body whose inertia per mass is h²/inverse_inertia
-/// (Jiang, Schroeder and Teran 2017). If the kernel's inertia is not constant, C is not counted.
+/// (Jiang, Schroeder and Teran 2017). If the kernel's inertia is not constant, affine fields do not contribute to the
+/// totals.
 /// \param threads  number of threads; 0: thread_count() chooses it
 template <class Kernel, class Material, std::floating_point S, int D, class State>
 Totals<D> totals(const Particles<S, D, State>& particles, const Domain<D>& domain, const Material& material,

@@ -27,8 +27,8 @@ struct TransferMemory {
 
 namespace detail {
 
-/// Returns access to an array of vectors in `memory`, one for each slot of a set, in the same layout as the velocities
-/// of the view. Enlarges `memory` if it is too small.
+/// Returns a span of vectors in `memory`, with one vector for each slot of a set. The layout is that of the velocities
+/// in the view. Enlarges `memory` if it is too small.
 template <class View>
 auto vectors_like(const View&, aligned_vector<typename View::scalar_type>& memory, std::size_t slots, int workers) {
     using S = typename View::scalar_type;
@@ -63,7 +63,8 @@ void gather_velocities(const ParticleSet<View>& set, const SparseGrid<S, D>& gri
     });
 }
 
-/// Transfers the particles' velocities to the nodes, without any force. Each node then holds its velocity.
+/// Transfers the particles' velocities to the nodes, without any force. Afterwards the grid holds the velocity of each
+/// node.
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
 void transfer_velocities(const Execution& execution, SparseGrid<S, D>& grid, const ParticleSet<Views>&... sets) {
     p2g<Kernel, Transfer, NoForce>(execution, grid, 0.0, sets...);

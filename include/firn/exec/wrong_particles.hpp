@@ -21,7 +21,7 @@ namespace firn::detail {
 struct ParticleFacts {
     std::uint32_t id = 0;
     int dimension = 0;
-    bool has_position = false;  ///< whether `position` is known; not if it is stored in cells and no domain is given
+    bool has_position = false;  ///< whether `position` is known; false if it is in cells and no domain is given
     double position[3] = {};    ///< position x [m]
     double velocity[3] = {};    ///< velocity v [m/s]
     double volume_ratio = 0;    ///< J: determinant of the first matrix in the particle's state
@@ -62,11 +62,11 @@ protected:
 };
 
 /// Collects wrong particles: those that have a value that is not finite, or that would have moved more than a cell out
-/// of the domain.
+/// of the domain. If `by_velocity` is false, collects the particles at a face of the domain instead.
 struct WrongParticles final : FactsReader {
     std::size_t count = 0,    ///< number of wrong particles
         of = 0;               ///< number of all particles
-    bool by_velocity = true;  ///< true: particles are wrong by not_finite or has_passed; false: by at_face
+    bool by_velocity = true;  ///< true: collects by not_finite and has_passed; false: by at_face
 
     [[gnu::cold]] void see(ParticleFacts& one) override {
         if (by_velocity ? one.not_finite.empty() && !one.has_passed : !one.at_face) return;

@@ -1,4 +1,5 @@
-/// \file Messages about a failed step: which particles have wrong values, and the likely cause.
+/// \file Messages about a failed step: which particles have a value that is not finite or have left the domain, and the
+/// likely cause.
 #pragma once
 
 #include <firn/core/error.hpp>
@@ -42,8 +43,8 @@ void check_acceleration(const Acceleration& acceleration) {
     }
 }
 
-/// Returns a sentence about the first node with mass at which the acceleration is not finite, or would move matter at
-/// rest by more than `most` [m] in a step of dt [s]. Returns an empty string if there is no such node.
+/// Looks for nodes with mass where the acceleration is not finite, or would move matter at rest by more than `most` [m]
+/// in a step of dt [s]. Returns a sentence about the first such node; an empty string if there is none.
 template <std::floating_point S, int D, class Acceleration>
 [[gnu::cold]] std::string wrong_acceleration(const SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                                              double most) {
@@ -120,7 +121,7 @@ private:
 };
 
 /// Returns sentences about the particle with the largest signal speed of all sets. \see FastestParticle
-/// \param sets  a tuple of MaterialSet, whose particles must be sorted into blocks
+/// \param sets  a tuple of MaterialSet; the particles of these sets must be sorted into blocks
 template <class Sets, int D>
 [[gnu::cold]] std::string fastest_particle(Sets& sets, const Domain<D>& domain) {
     FastestParticle fastest;
@@ -131,8 +132,8 @@ template <class Sets, int D>
     return fastest.text();
 }
 
-/// Throws a particle_error about the particles that have values that are not finite, or have left the domain. The
-/// message describes the particles of the first set in which such particles were found.
+/// Throws a particle_error about particles that have a value that is not finite, or that have left the domain. The
+/// message describes such particles of the first set that has any.
 /// \param sets   a tuple of MaterialSet
 /// \param when   beginning of the message;  \param cause  end of the message
 /// \param dt     time step that moved the particles [s]; 0 if no step moved them, but the program set their values

@@ -1,4 +1,4 @@
-/// \file Forces between the particles of a body, in addition to those of the constitutive model.
+/// \file Forces between the particles of a body, in addition to the forces of the constitutive model.
 #pragma once
 
 #include <firn/core/parallel.hpp>
@@ -33,7 +33,7 @@ public:
         renew(slot_, body_.count, threads);
         for_chunks(body_.count, threads, [&](std::size_t first, std::size_t last) {
             for (std::size_t i = first; i < last; ++i) {
-                position_[i] = velocity_[i] = Vec<S, D>::zero();  // the point keeps this if its particle was removed
+                position_[i] = velocity_[i] = Vec<S, D>::zero();  // the point keeps zeros if its particle was removed
                 radius_[i] = mass_[i] = 0;
                 slot_[i] = no_particle;
             }
@@ -67,7 +67,7 @@ public:
         });
     }
 
-    /// Number of the body's points that have lost their particle because it was removed.
+    /// Returns how many points of the body are without a particle, because the particle was removed.
     std::size_t lost() const { return lost_; }
     /// Returns a list with one entry for each point: the index of the point, or no_particle if the particle of the
     /// point was removed.
@@ -93,9 +93,9 @@ private:
 /// are heavier than particles. So a time step that is stable for the mesh without a grid is stable here, too.
 template <std::floating_point S, int D>
 struct BodyForce {
-    std::size_t points;  ///< index of the JoinedPoints on which the force acts
+    std::size_t points;  ///< index, in the list of JoinedPoints, of the points on which the force acts
     AnyForce<S, D> between;
-    std::size_t lost = 0;  ///< number of points that had lost their particle when drop_lost() was last called
+    std::size_t lost = 0;  ///< number of points without a particle at the last call of drop_lost()
 
     /// Removes the springs and elements that have a point whose particle was removed.
     /// \param of  the points on which the force acts

@@ -35,7 +35,8 @@ double speed_of_boundary(const Boundary& boundary, const Domain<D>& domain) {
     return 0;
 }
 
-/// Returns the bound of the time step that the forces between particles set [s]; infinite if there are no such forces.
+/// Returns the bound of the time step that results from forces between particles [s]; infinite if there are no such
+/// forces.
 template <class Sets>
 double force_bound(Sets& sets, double time, int threads) {
     double bound = std::numeric_limits<double>::infinity();
@@ -46,9 +47,9 @@ double force_bound(Sets& sets, double time, int threads) {
     return bound;
 }
 
-/// Returns a sentence about what sets the bound of the time step.
+/// Returns a sentence that tells what limits the time step.
 /// \param of_boundary  the largest speed that the boundary gives to nodes [m/s]
-/// \param of_forces    the bound that the forces between particles set [s]
+/// \param of_forces    bound of the time step that results from forces between particles [s]
 template <class Kernel, class Sets, int D>
 [[gnu::cold]] std::string reason_of_bound(Sets& sets, const Domain<D>& domain, double of_boundary, double of_forces) {
     const double fastest = fastest_signal(sets);
@@ -59,7 +60,7 @@ template <class Kernel, class Sets, int D>
     return fastest_particle(sets, domain);
 }
 
-/// Throws a particle_error because the bound of the time step is not finite and positive.
+/// Throws a particle_error because the bound of the time step is zero or not finite.
 /// \param fastest  the largest signal speed [m/s]: zero, or not finite
 [[noreturn, gnu::cold]] inline void throw_at_rest(double fastest) {
     throw particle_error(
@@ -80,7 +81,7 @@ template <class Kernel, class Sets, int D>
 
 /// Throws an error because a step of dt [s] is too small to change the time: a parameter_error if the program chose the
 /// step, a particle_error if the step is the bound of the time step.
-/// \param reason  a sentence about what sets the bound; empty if the program chose the step
+/// \param reason  a sentence that tells what limits the time step; empty if the program chose the step
 [[noreturn, gnu::cold]] inline void throw_no_step(double dt, double time, std::uint64_t step,
                                                   const std::string& reason) {
     const std::string nowhere = sentence(" of ", dt, " s is too small to change the time of ", time, " s");

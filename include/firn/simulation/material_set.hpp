@@ -28,7 +28,7 @@ namespace firn {
 /// grid.
 template <class... M>
 struct Materials {
-    std::tuple<M...> models;  ///< The models.
+    std::tuple<M...> models;  ///< The constitutive models, in the order of the list.
 
     Materials() = default;
     Materials(const M&... each) : models(each...) {}  ///< Makes a list of these models.
@@ -94,17 +94,17 @@ struct MaterialSet {
     using S = material_scalar_t<Material>;  ///< The scalar type: float or double.
 
     Material material;                                         ///< The constitutive model.
-    Particles<S, D, material_state_t<Material, D>> particles;  ///< The particles.
-    BlockPartition<D> partition{};                             ///< The blocks that the particles are sorted into.
-    std::vector<Body> bodies{};                                ///< The bodies, in the order of their ids.
-    G2PReport report{};                                        ///< Report of the last G2P.
+    Particles<S, D, material_state_t<Material, D>> particles;  ///< The particles of this material.
+    BlockPartition<D> partition{};                             ///< Blocks into which the particles are sorted.
+    std::vector<Body> bodies{};                                ///< Bodies of this set, in the order of their ids.
+    G2PReport report{};                                        ///< What the last G2P reported about the particles.
     Readiness readiness{};                                     ///< Which preparations for a step are done.
     std::optional<Moment> restored{};  ///< Moment to which the set was restored; empty after a step.
-    std::vector<Source<D>> sources{};  ///< The sources.
-    std::vector<Sink<D>> sinks{};      ///< The sinks.
+    std::vector<Source<D>> sources{};  ///< Sources that add particles to this set.
+    std::vector<Sink<D>> sinks{};      ///< Sinks that remove particles of this set.
     detail::MaybePush<S, D> loads{},   ///< Loads on bodies.
         forces{};                      ///< Forces between the particles of bodies.
-    std::vector<Facet<D>> facets{};    ///< Facets of the nets. Their corners are ids of particles.
+    std::vector<Facet<D>> facets{};    ///< Facets of the added nets, with particle ids as corners.
 
     /// Adds a body of uniform density and velocity, with one particle for each sample.
     /// \param density   density of the body [kg/m³]
@@ -200,7 +200,7 @@ struct MaterialSet {
     }
 
     /// Replaces the particles and bodies by those of `stored`. The sources, sinks, loads, forces and facets of this set
-    /// stay. Sources skip the bursts that were due at or before `moment`.
+    /// are kept. Sources skip the bursts that were due at or before `moment`.
     void restore(MaterialSet&& stored, const Moment& moment) {
         stored.sources = std::move(sources);
         stored.sinks = std::move(sinks);

@@ -1,4 +1,4 @@
-/// \file The policies of a simulation: those that a program chooses, and the defaults for the others.
+/// \file The policies of a simulation. A program chooses some of them; for the others there are defaults.
 #pragma once
 
 #include <firn/core/requirements.hpp>
@@ -20,8 +20,8 @@ class Simulation;
 
 namespace detail {
 
-// The kind of a policy (transfer, force, …) is recognised by one characteristic member. If a policy has that member but
-// lacks another one, the compiler's message is about the missing member.
+// The kind of a policy (transfer, force, …) is recognised by one characteristic member. If a policy has this member but
+// lacks another required member, the compiler's message is about the missing one.
 
 template <class P>
 struct is_transfer : std::bool_constant<has_affine_flag<P>> {};
@@ -67,12 +67,12 @@ consteval bool require_policies() {
     return known && once && one_boundary;
 }
 
-/// The policies of a simulation: those that are given, and, for the other kinds of policies, the defaults of
+/// The policies of a simulation: the given policies, and, for each kind of policy that is not given, the default of
 /// Simulation.
 /// \tparam Policies  the given policies, in any order
 template <int D, class Material, class... Policies>
 struct chosen {
-    static_assert(require_policies<Policies...>() || true);  // prints its own messages
+    static_assert(require_policies<Policies...>() || true);  // the messages come from require_policies()
     using transfer = typename first_of_kind<is_transfer, Apic, Policies...>::type;
     using force = typename first_of_kind<is_force, MlsForce, Policies...>::type;
     using kernel = typename first_of_kind<is_kernel, QuadraticBSpline, Policies...>::type;

@@ -13,7 +13,7 @@
 
 namespace firn::detail {
 
-/// The lowest of the particle ids that several threads report, and the number of these ids.
+/// Collects particle ids that several threads report: keeps the lowest id, and how many ids were reported.
 class LowestId {
 public:
     void see(std::uint32_t id) {
@@ -21,7 +21,7 @@ public:
         for (std::uint32_t known = lowest_; id < known && !lowest_.compare_exchange_weak(known, id);) {
         }
     }
-    /// Throws if an id was reported.
+    /// Throws an error if an id was reported; otherwise does nothing.
     /// \throws particle_error  if an id was reported; the message gives the lowest id and the number of ids
     void refuse(const char* what, const Moment& now, double dt) const {
         if (count_ > 0)
@@ -74,7 +74,7 @@ public:
     explicit operator bool() const { return held_ != nullptr; }
     Push<S, D>* operator->() const { return held_.get(); }
     /// Returns the Push object. Creates it first if there is none.
-    /// \tparam Which  the class of the Push object; give the same class in each call
+    /// \tparam Which  the class of the Push object; it must be the same class in every call of made()
     template <class Which>
     Which& made() {
         if (!held_) held_ = std::make_unique<Which>();

@@ -16,12 +16,13 @@ namespace firn {
 template <class Self, int D>
 class SetAccess {
 public:
-    const auto& material() const { return self().mine().material; }    ///< The constitutive model.
-    const auto& particles() const { return self().mine().particles; }  ///< The particles.
+    const auto& material() const { return self().mine().material; }    ///< Returns the constitutive model.
+    const auto& particles() const { return self().mine().particles; }  ///< Returns the particles of this material.
     const std::vector<Body>& bodies() const {
         return self().mine().bodies;
-    }  ///< The bodies, in the order of their ids.
-    /// The facets of the nets. Their corners are ids of particles, some of which may have been removed.
+    }  ///< Returns the bodies of this material, in the order of their ids.
+    /// Returns the facets of the nets. The corners of a facet are ids of particles; some of these particles may have
+    /// been removed.
     const std::vector<Facet<D>>& facets() const { return self().mine().facets; }
 
     /// Returns the total mass, momenta and energies of the particles.
@@ -32,7 +33,7 @@ public:
                                     requested_threads(simulation.execution));
     }
 
-    /// Returns the particles, which the program may then change, for example the velocities of a body. The next step
+    /// Returns the particles, so that the program can change them, for example the velocities of a body. The next step
     /// checks and sorts the particles again, and computes their stresses.
     auto& edit_particles() {
         auto& set = self().mine();
@@ -57,8 +58,8 @@ public:
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
         return self().simulation().add_to(self().number_of_mine(), samples, density, velocity);
     }
-    /// Does not compile: the compiler prints a message that the samples or the velocity have another dimension than the
-    /// simulation.
+    /// This overload does not compile: the compiler prints a message that the samples or the velocity do not have the
+    /// dimension of the simulation.
     template <int N, int M = D>
         requires(N != D || M != D)
     Body add(const Samples<N>&, double, const Vec<double, M>& = {}) {
@@ -76,7 +77,8 @@ public:
         return self().mine().add(net, masses, velocity, self().simulation().workers());
     }
 
-    /// Adds a force between the particles of a body, which acts in every following step: springs, membranes, wind.
+    /// Adds a force between the particles of a body, for example springs, membranes or wind. The force acts in every
+    /// following step.
     ///
     /// The force acts between points. The points are the particles of the body, numbered from 0 in the order in which
     /// the particles were added. The radius of each point is 0, and the positions have the precision of the simulation.
@@ -154,7 +156,7 @@ public:
     /// Makes a handle to the particles of material I of this simulation. \see Simulation::set
     explicit SetHandle(Simulation& simulation) : simulation_(&simulation) {}
 
-    Simulation& simulation() const { return *simulation_; }  ///< The simulation.
+    Simulation& simulation() const { return *simulation_; }  ///< Returns the simulation of this handle.
 
 private:
     auto& mine() const { return simulation_->template set_at<I>(); }

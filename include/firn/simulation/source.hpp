@@ -43,7 +43,7 @@ struct Source {
         return source;
     }
 
-    /// Checks the source.
+    /// Checks the samples and parameters of the source.
     /// \throws parameter_error  if the source has no particles, or one of its parameters is out of range
     void check() const {
         if (samples.positions.empty()) throw parameter_error("A source has no particles to give. Sample a shape.");
@@ -86,7 +86,7 @@ struct Sink {
         for (int a = 0; a < D; ++a) inside = inside && x[a] >= lower[a] && x[a] <= upper[a];
         return inside;
     }
-    /// Checks the box.
+    /// Checks the corners of the box.
     /// \throws parameter_error  if, along an axis, `upper` is below `lower` or one of the two is NaN (infinite corners
     ///                          are allowed)
     void check() const {

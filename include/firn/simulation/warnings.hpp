@@ -71,7 +71,7 @@ void for_sets(const Sets& sets, const F& f) {
     std::apply([&](const auto&... set) { (f(set), ...); }, sets);
 }
 
-/// The values of one particle that the warnings need. The particle belongs to a body.
+/// One particle of a body, with the values that the warnings need.
 template <int D>
 struct ParticleOfBody {
     std::size_t body;  ///< index of the particle's body, counted over the bodies of all sets
@@ -141,10 +141,10 @@ struct BodyPoints {
         for (int a = 0; a < D; ++a) meets = meets && lower[a] < other.upper[a] && other.lower[a] < upper[a];
         return meets;
     }
-    double edge() const { return 4 * spacing; }  ///< edge length of the cubes in which bodies are compared [m]
+    double edge() const { return 4 * spacing; }  ///< edge length of the cubes of cubes_filled_by() [m]
 
-    /// Returns the keys of the cubes in this body's bounding box that the points of body `of` fill to at least 60 %, in
-    /// ascending order. The bounding box is divided into cubes of the edge length edge().
+    /// Divides this body's bounding box into cubes of edge length edge(). Returns the keys (block_key) of those cubes
+    /// that the points of the other body (`of`) fill to at least 60 %, in ascending order.
     [[gnu::cold]] std::vector<std::uint64_t> cubes_filled_by(const BodyPoints& of) const {
         RadixSort<std::uint64_t> cubes;
         for (const Vec<double, D>& x : of.points) {
@@ -259,7 +259,7 @@ class Warnings {
 public:
     /// Returns a warning if the bound of the time step [s] has fallen below 1/1000 of its largest value, or is below
     /// 10⁻⁶ s; otherwise an empty string.
-    /// \param reason  a function without arguments that returns a sentence about what sets the bound
+    /// \param reason  a function without arguments that returns a sentence about what limits the time step
     template <class Reason>
     std::string of_bound(double bound, std::uint64_t step, double time, const Reason& reason) {
         largest_ = std::max(largest_, bound);

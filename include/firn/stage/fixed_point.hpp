@@ -20,9 +20,9 @@
 
 namespace firn {
 
-/// The maxima over all particles from which the upper bounds of the sums are computed. They do not depend on the order
-/// of the particles. q and g are defined as follows: a particle adds at most N q + |∇N| g to a momentum component of a
-/// node with weight N. \see firn/stage/fixed_point.hpp
+/// Maxima over all particles, for the computation of the upper bounds of the sums. These maxima do not depend on the
+/// order of the particles. q and g are defined as follows: a particle adds at most N q + |∇N| g to a momentum component
+/// of a node with weight N. \see firn/stage/fixed_point.hpp
 template <class S>
 struct FixedPointLoad {
     S momentum = S(0);   ///< largest q of a particle [kg m/s], for the contributions proportional to N
@@ -31,7 +31,7 @@ struct FixedPointLoad {
     S particles = S(0);  ///< largest number of particles with the same base node
 };
 
-/// Returns a load each member of which is the larger of the two members of a and b.
+/// Returns the maximum of the loads `a` and `b`, member by member.
 template <class S>
 FIRN_INLINE FixedPointLoad<S> larger(const FixedPointLoad<S>& a, const FixedPointLoad<S>& b) {
     return {max(a.momentum, b.momentum), max(a.gradient, b.gradient), max(a.mass, b.mass),
@@ -46,7 +46,7 @@ struct FixedPointBound {
     S contributions;  ///< largest number of contributions to a node, each of which is rounded
 };
 
-/// A node with less mass than this number of quanta counts as empty, because rounding errors would dominate its
+/// A node with less mass than this number of quanta counts as empty, because rounding errors would dominate the node's
 /// velocity.
 inline constexpr int fewest_mass_quanta = 64;
 

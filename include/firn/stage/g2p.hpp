@@ -26,7 +26,7 @@ template <class S, int D>
 struct G2PResult {
     Vec<S, D> velocity;           ///< new velocity v [m/s]
     Mat<S, D> affine;             ///< affine field C [1/s]
-    Mat<S, D> velocity_gradient;  ///< ∇v, with which the deformation gradient F is updated [1/s]
+    Mat<S, D> velocity_gradient;  ///< velocity gradient ∇v, used to update the deformation gradient F [1/s]
 };
 
 /// Returns a particle's velocity, affine field C and velocity gradient, from its sums over nodes. With an affine
@@ -55,7 +55,7 @@ FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<
 template <class S, int D>
 struct G2PMove {
     Vec<S, D> position;  ///< the new position, limited to a box
-    S outside;           ///< distance from the box before limiting, largest over the axes; ≤ 0 if inside
+    S outside;           ///< largest distance along an axis by which the box was left; ≤ 0 if it was not left
 };
 /// Returns the position of a particle after a step: moved by the particle's velocity, then limited to the box between
 /// two corners.
@@ -79,7 +79,7 @@ FIRN_INLINE G2PMove<S, D> moved_by(const Vec<S, D>& velocity, const S& per_veloc
 /// other. N is the weight, v the velocity and o the offset of a node. \see sum_axis
 /// \tparam V       type of v: the velocity of a node, or the velocities of a row of nodes
 /// \tparam Closed  the number of axes over which the sums were taken
-/// \tparam Moments, Gradients  whether there are sums with o, and whether there are sums with gradients of N
+/// \tparam Moments, Gradients  whether there are the sums `moment`, and whether there are the sums `gradient`
 template <class V, int Closed, bool Moments, bool Gradients>
 struct PartialSums {
     V value;                                                      ///< Σ N v

@@ -8,7 +8,8 @@
 namespace firn {
 
 namespace detail {
-/// Returns the acceleration as firn's Vec if it is a constant vector of another library; otherwise unchanged.
+/// Converts the acceleration to firn's Vec if it is a constant vector of another library. Returns any other
+/// acceleration unchanged.
 template <int D, class Acceleration>
 decltype(auto) own_acceleration(const Acceleration& acceleration) {
     if constexpr (holds_numbers<Acceleration, D, 1>)

@@ -51,7 +51,7 @@ FIRN_INLINE P2GRecord<S, D> make_record(const P2GParticle<S, D>& particle, const
 /// There are two ways to get the contribution to a node. Either call contract() for the last open axis until no axis is
 /// open: then `value` is the contribution. Or call moved() for each open axis, and then weighted(), which returns the
 /// contribution. The second way needs fewer operations if many nodes share products of weights.
-/// \tparam V          momentum and mass of a node, or of a row of nodes
+/// \tparam V          type that holds momentum and mass, of one node or of a row of nodes
 /// \tparam Open       the number of open axes
 /// \tparam Gradients  whether the force policy uses weight gradients
 template <class V, int Open, bool Gradients>
@@ -82,7 +82,7 @@ struct OpenRecord {
         return there;
     }
     /// Returns the contribution to a node. Call moved() for all open axes first.
-    /// \param weight     product of the kernel's weights along these axes
+    /// \param weight     product of the kernel's weights along all axes for which moved() was called
     /// \param gradients  for each of these axes: `weight`, but with the kernel's gradient in place of its weight along
     ///                   this axis
     template <class W>

@@ -24,13 +24,13 @@ inline constexpr double time_step_safety = 0.6 * (Kernel::courant_limit / 1.6329
 /// Returns the signal speed of a particle [m/s]: |v| + c, with the velocity v and the wave speed c. If the material has
 /// a diffusivity d [m²/s], 2 d/h is added, with the cell size h. Returns 0 for a particle without mass.
 ///
-/// Why 2 d/h: on a grid of lumped masses, viscosity damps a wave at the rate λ = s d/h², where the number s depends on
-/// the wave (the symbol of the discrete Laplacian). With many particles per cell, the maximum of s over all waves is
-/// 1.5 for quadratic B-splines and weight gradients, and 1.94 for MLS forces. With two or more particles per cell along
-/// each axis, s is at most 2. In two and three dimensions s is not larger, because the weights along the other axes
-/// only lower it. Symplectic Euler with stiffness ω² = s c²/h² and damping λ is stable for (ω dt)² + 2 λ dt < 4 (then,
-/// both roots of z² − (2 − ω²dt² − λdt) z + 1 − λdt lie in the unit circle). With a step of 0.6 h / (c + 2 d/h) the
-/// left side is at most 1.2.
+/// Why 2 d/h: on a grid of lumped masses, viscosity damps a wave at the rate λ = s d/h², where the factor s depends on
+/// the wave (s is the symbol of the discrete Laplacian). With many particles per cell, the maximum of s over all waves
+/// is 1.5 for quadratic B-splines and weight gradients, and 1.94 for MLS forces. With two or more particles per cell
+/// along each axis, s is at most 2. In two and three dimensions s is not larger, because the weights along the other
+/// axes only lower it. Symplectic Euler with stiffness ω² = s c²/h² and damping λ is stable for (ω dt)² + 2 λ dt < 4
+/// (then, both roots of z² − (2 − ω²dt² − λdt) z + 1 − λdt lie in the unit circle). With a step of 0.6 h / (c + 2 d/h)
+/// the left side of this condition is at most 1.2.
 template <class Material, scalar S, int D, class State>
 FIRN_INLINE S signal_speed(const Material& material, const Vec<S, D>& velocity, const S& mass, const S& volume,
                            const State& state, [[maybe_unused]] const S& cell_size) {
