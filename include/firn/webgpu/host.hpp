@@ -191,8 +191,8 @@ public:
     }
 
     /// Returns all values of a buffer, in their order on the device. Waits for all steps so far.
-    /// \tparam T  float, std::int32_t or std::uint32_t, the type of the buffer's numbers
-    /// \throws usage_error  if the program has no buffer of this name, or if the buffer's numbers are not of type T
+    /// \tparam T  float, std::int32_t or std::uint32_t, the type of the buffer's values
+    /// \throws usage_error  if the program has no buffer of this name, or if the buffer's values are not of type T
     template <class T = float>
     std::vector<T> read_buffer(const std::string& name) {
         const wgsl::Buffer& b = program_->buffer(name);
@@ -201,9 +201,9 @@ public:
     }
 
     /// Replaces all values of a buffer.
-    /// \tparam T      float, std::int32_t or std::uint32_t, the type of the buffer's numbers
+    /// \tparam T      float, std::int32_t or std::uint32_t, the type of the buffer's values
     /// \param values  the new values, in their order on the device
-    /// \throws usage_error  if the program has no buffer of this name, if the buffer's numbers are not of type T, or if
+    /// \throws usage_error  if the program has no buffer of this name, if the buffer's values are not of type T, or if
     ///                      `values` has more or fewer values than the buffer
     template <class T>
     void write_buffer(const std::string& name, const std::vector<T>& values) {

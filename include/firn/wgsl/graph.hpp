@@ -86,7 +86,7 @@ struct Loop {
     std::vector<int> initial;  ///< for each variable, index of the node that computes its value before the loop
     std::vector<int> inside;   ///< for each variable, index of its node Op::loop_value
     std::vector<int> next;     ///< for each variable, index of the node that computes its value after a pass
-    int go_on = nothing;       ///< node index of the mask that must be true for another pass; `nothing` if there is none
+    int go_on = nothing;       ///< node index of the mask that must be true for another pass, or `nothing`
 };
 
 /// The operations of a recorded definition (a C++ function). Each operation is a node. The index of a node is its index

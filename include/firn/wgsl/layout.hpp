@@ -16,7 +16,7 @@
 
 namespace firn::wgsl {
 
-/// A uniform of a program: a number or vector that the host (the software that runs the program) sets, and that all
+/// A uniform of a program: a scalar or vector that the host (the software that runs the program) sets, and that all
 /// entry points can read.
 struct Uniform {
     std::string name,            ///< name of the uniform's member in the WGSL struct Params
