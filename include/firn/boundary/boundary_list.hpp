@@ -20,8 +20,8 @@ struct named_list {
 /// A list of boundaries of one type, which together act as one boundary: `BoundaryList<Collider<Sphere<float, 3>>>`.
 ///
 /// The boundaries act on a node one after another, in the order of `all`: if two boundaries change the same node, the
-/// later boundary decides the node's velocity. A face that another boundary covers has no effect, such as the lower
-/// face of a box on a floor; Collider explains this.
+/// later boundary decides the node's velocity. If a boundary covers a face of another boundary, as a floor covers the
+/// lower face of a box that stands on the floor, this face has no effect; see Collider.
 ///
 /// Use a BoundaryList for many colliders of one shape, or where the number of colliders is known only at run time. A
 /// BoundaryList works on the CPU only; on a GPU, use Together.
@@ -92,8 +92,8 @@ struct BoundaryList {
         const auto part = [&](int k, const auto& f) { f(all[std::size_t(k)]); };
         return reach_together(int(all.size()), part, lower, upper);
     }
-    /// Returns the largest distance [m] from a node at which another solid can change how one of the boundaries acts on
-    /// the node. \see firn::looks_around
+    /// Returns a distance [m]: only other solids within this distance of a node can change how a boundary of the list
+    /// acts on the node. \see firn::looks_around
     double looks_around() const {
         double farthest = 0;
         for (const B& one : all) farthest = std::max(farthest, firn::looks_around(one));
@@ -118,7 +118,8 @@ struct BoundaryList {
     }
     /// Returns the velocity [m/s] of a node at x [m] after all boundaries have acted; v [m/s] is the node's velocity
     /// before. Unlike velocity(), this function takes the surfaces of other solids (`others`) into account, and calls
-    /// `seen` with the node's velocity before and after each part acted. \see firn::velocity_among
+    /// `seen` with the node's velocity before and after each part acted. `first` is the index that `seen` gets for the
+    /// first part. \see firn::velocity_among
     template <class S, int D, class Others, class Seen>
     FIRN_INLINE Vec<S, D> velocity_among(const Vec<S, D>& x, Vec<S, D> v, const Others& others, const Seen& seen,
                                          int first) const {

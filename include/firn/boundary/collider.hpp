@@ -37,11 +37,11 @@ struct named_collider {
 /// solid, wherever the surface lies between the nodes. Without a layer, matter enters the solid by up to 1.5 cells.
 /// With the default layer, matter comes to rest up to one cell before the surface.
 ///
-/// Other solids (in a Together or a BoundaryList) can cover a face of this solid, as a floor covers the lower face of a
-/// box that stands on the floor. If contact near the covered face used the normal of this face, the box would push
-/// matter up and down and let matter through sideways. Therefore, for a node inside another solid or within two cells
-/// of that solid, contact uses the normal at a different point: the node's position, moved to two cells outside of the
-/// other solid.
+/// Other solids (in the same `Together` or `BoundaryList`) can cover a face of this solid, as a floor covers the lower
+/// face of a box that stands on the floor. If contact near the covered face used the normal of this face, the box would
+/// push matter up and down and let matter through sideways. Therefore, for a node inside another solid or within two
+/// cells of that solid, contact uses the normal at a different point: the node's position, moved to two cells outside
+/// of the other solid.
 ///
 /// Position, rotation and velocities are stored in double, so that the small motions of single steps are not lost by
 /// rounding. The contact is that of Stomakhin et al. 2013, §8; see velocity_after_contact().
@@ -172,7 +172,7 @@ struct Collider {
     /// Returns the velocity [m/s] of a node at x [m] after contact; v [m/s] is the node's velocity before. Unlike
     /// velocity(), this function takes into account that other solids may cover faces of this solid.
     /// \param others  a function: others(x, seen) calls `seen` for each surface of the other solids, with the arguments
-    /// that surfaces() gives to `seen`
+    /// that has_surfaces explains
     template <class Others>
     FIRN_INLINE Vec<S, D> velocity_beside(const Others& others, const Vec<S, D>& x, const Vec<S, D>& v) const {
         const Mat<S, D> R = matrix_of(cast<S>(rotation));
@@ -216,14 +216,14 @@ struct Collider {
             for (int a = 0; a < D; ++a) farthest += std::abs(normal[a]) * half[a];
         }
         if constexpr (requires { exact.uncertainty(); }) farthest += exact.uncertainty();
-        // velocity() gets positions rounded to S, so a node may lie this much nearer to the solid.
+        // velocity() gets positions rounded to S, so a node may be nearer to the solid by this distance [m].
         const double rounding = 32 * double(std::numeric_limits<S>::epsilon()) *
                                 (norm(middle) + norm(half) + norm(position) + std::abs(distance));
         return distance <= farthest + layer() + rounding;
     }
 
-    /// Returns the largest distance [m] between a node and another solid at which the other solid can change the normal
-    /// that contact uses for this node. \see firn::looks_around
+    /// Returns a distance [m]: only other solids within this distance of a node can change the normal that contact uses
+    /// for this node. \see firn::looks_around
     double looks_around() const
         requires std::floating_point<S>
     {
@@ -234,9 +234,8 @@ struct Collider {
     std::string description() const { return sentence(name, ": ", firn::name_of(contact), ", friction ", friction); }
 
 private:
-    /// Distance from another solid to which way_out_of() moves a node [cells].
-    static constexpr double off_others = 2,
-                            farthest_off = 4;  ///< Largest displacement of a node along each axis [cells].
+    static constexpr double off_others = 2,  ///< distance from other solids to which way_out_of() moves a node [cells]
+        farthest_off = 4;                    ///< largest displacement along each axis in way_out_of() [cells]
     /// Returns the largest length [cells] of the displacement that way_out_of() returns.
     static double sight() { return farthest_off * std::sqrt(double(D)); }
 

@@ -62,7 +62,7 @@ template <class B>
     }
 struct made_for<B> : precision_and_dimension<typename B::S, B::D> {};
 template <class... B>
-struct made_for_first {};  // S and D of the first of the types from which S and D can be read
+struct made_for_first {};  // S and D of the first type in the list that tells S and D
 template <class First, class... Rest>
 struct made_for_first<First, Rest...> : made_for_first<Rest...> {};
 template <class First, class... Rest>
@@ -86,7 +86,7 @@ template <template <class...> class All, class... B, class S, int D>
         (requires(All<B...> all) { all.parts; } || requires(All<B...> all) { all.all; }))
 struct boundary_fits<All<B...>, S, D> : std::conjunction<boundary_fits<B, S, D>...> {};
 
-/// Returns true if B is made for nodes with scalar type S in D dimensions. If B is made for other nodes, the
+/// Returns true if B is made for nodes with scalar type S in D dimensions. If B is made for a different S or D, the
 /// compilation stops with a message.
 template <class B, class S, int D>
 consteval bool require_fitting_boundary() {
@@ -135,7 +135,7 @@ FIRN_INLINE B on_grid(const B& boundary, const H& h) {
 }
 
 // A boundary may have parts, which act one after another and whose reactions are recorded separately. Such a boundary
-// has part_count(), template centre_of_part<D>(k), and velocity_among(x, v, others, seen, first). The last function
+// has part_count(), template centre_of_part<D>(k), and velocity_among(x, v, others, seen, first). velocity_among()
 // calls seen(first + k, before, after) for each part k, with the node's velocities before and after this part acted.
 //
 // The effect of a part may depend on the surfaces of other solids. Such a part has velocity_beside(others, x, v), where
@@ -176,7 +176,7 @@ struct NoOthers {
 /// \param others  a function: others(x, seen) calls `seen` for each surface of the other solids
 /// \param seen    a function, called as seen(first + k, before, after) for every part k, with the node's velocities
 /// [m/s] before and after this part acted
-/// \param first   the number that `seen` gets for part 0 of the boundary
+/// \param first   the index that `seen` gets for part 0 of the boundary
 template <class B, class S, int D, class Others, class Seen>
 FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Others& others,
                                      const Seen& seen, int first = 0) {
@@ -195,9 +195,9 @@ FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, cons
     }
 }
 
-/// Returns the largest distance [m] from a node at which another solid can change how a boundary acts on the node. Near
-/// another solid, the boundary may also change nodes up to this distance outside of the boxes for which reaches() is
-/// true. Returns zero for a boundary without looks_around().
+/// Returns a distance [m]: only other solids within this distance of a node can change how a boundary acts on the node.
+/// Near another solid, the boundary may also change nodes up to this distance outside of the boxes for which reaches()
+/// is true. Returns zero for a boundary without looks_around().
 template <class B>
 double looks_around(const B& boundary) {
     if constexpr (requires { boundary.looks_around(); })
@@ -226,8 +226,8 @@ bool reach_together(int count, const Part& part, const Vec<double, D>& lower, co
     return near == 2;
 }
 
-/// A function object that can be called with any arguments and does nothing. Pass it as `seen` where nothing is to be
-/// recorded.
+/// A function object that can be called with any arguments and does nothing. Pass an AnySurface as `seen` where nothing
+/// needs to be recorded.
 struct AnySurface {
     /// Does nothing.
     template <class... Of>
@@ -235,7 +235,7 @@ struct AnySurface {
 };
 
 /// Whether B has a function `surfaces(x, seen)`. The function reports where the surfaces of the boundary are, seen from
-/// a point x [m], which need not be a node. For each surface, it calls
+/// a point x [m], which need not be a node. For each surface, the function calls
 ///
 ///     seen(distance, normal, velocity, contact, friction)
 ///

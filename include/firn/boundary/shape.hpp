@@ -12,7 +12,7 @@
 ///
 ///     Vec normal(x)          outward unit normal, the gradient of the signed distance. Without this function, firn
 ///                            differentiates the signed distance with dual numbers
-///     double uncertainty()   amount [m] by which the signed distances of two positions may differ more than |Δx|
+///     double uncertainty()   error [m]: the signed distances of two positions differ by at most |Δx| plus this error
 ///     double extent()        largest distance [m] of a point of the shape from the origin
 ///     flat = true            the normal is the same everywhere
 ///     void check()           throws parameter_error if a parameter is out of range

@@ -62,7 +62,7 @@ private:
 /// A sphere with its centre at the origin; in 2D a disc.
 template <scalar S, int D>
 struct Sphere {
-    S radius = S(0.1);  ///< radius [m]
+    S radius = S(0.1);  ///< radius of the sphere [m]
 
     static constexpr const char* name = "sphere";
     static constexpr auto parameters() { return std::tuple{parameter{"radius", "m", &Sphere::radius}}; }
@@ -87,7 +87,7 @@ struct Sphere {
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const { return direction_or_up(x); }
 };
 
-/// A cuboid with its centre at the origin and its edges along the axes; in 2D a rectangle. To turn it, set
+/// A cuboid with its centre at the origin and its edges along the axes; in 2D a rectangle. To turn the cuboid, set
 /// Collider::rotation.
 template <scalar S, int D>
 struct Box {
@@ -153,7 +153,7 @@ private:
 template <scalar S, int D>
 struct Capsule {
     S half_length = S(0.1);  ///< half the length of the segment [m]
-    S radius = S(0.05);      ///< radius [m]
+    S radius = S(0.05);      ///< radius of the cylinder and of its ends [m]
 
     static constexpr const char* name = "capsule";
     static constexpr auto parameters() {
@@ -216,8 +216,8 @@ struct Complement {
     {
         hollow.check();
     }
-    /// Returns hollow.uncertainty(): the amount [m] by which the signed distances of two points may differ more than
-    /// |Δx|, the distance between the two points.
+    /// Returns hollow.uncertainty(), an error [m]: the signed distances of two points differ by at most the distance
+    /// between the two points plus this error.
     double uncertainty() const
         requires requires(const Shape s) { s.uncertainty(); }
     {

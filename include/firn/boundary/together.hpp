@@ -16,7 +16,7 @@ namespace detail {
 
 inline constexpr const char* numerals[] = {"0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11"};
 
-/// The entry of part number I (counted from 0) in the list of parameters of a Together. The parameters of this part get
+/// The entry of the part with index I in the list of parameters of a Together boundary. The parameters of this part get
 /// the names I_NAME, for example 1_friction.
 template <std::size_t I>
 struct part_parameter {
@@ -34,12 +34,12 @@ struct part_parameter {
 /// `Together<Walls<float, 3>, Collider<Sphere<float, 3>>>`.
 ///
 /// The boundaries act on a node one after another, in the order of `parts`: if two boundaries change the same node, the
-/// later boundary decides the node's velocity. A face that another boundary covers has no effect, such as the lower
-/// face of a box on a floor; Collider explains this.
+/// later boundary decides the node's velocity. If a boundary covers a face of another boundary, as a floor covers the
+/// lower face of a box that stands on the floor, this face has no effect; see Collider.
 ///
-/// Use a Together for walls and colliders in one simulation. For many boundaries of one type, use a BoundaryList.
-/// \tparam B  the types of one to twelve boundaries with the same scalar type; a boundary may itself be a Together or a
-/// BoundaryList
+/// Use Together for walls and colliders in one simulation. For many boundaries of one type, use a BoundaryList.
+/// \tparam B  the types of one to twelve boundaries with the same scalar type; a boundary may itself be of type
+/// Together or BoundaryList
 template <class... B>
 struct Together {
     static_assert(sizeof...(B) > 0 && sizeof...(B) <= std::size(detail::numerals),
@@ -52,7 +52,7 @@ struct Together {
     /// Combines the given boundaries.
     constexpr Together(const B&... each) : parts(each...) {}
 
-    /// The type of this Together with scalar type T.
+    /// The type of this boundary with scalar type T.
     template <class T>
     using with_scalar = Together<with_scalar_t<B, T>...>;
 
@@ -63,8 +63,8 @@ struct Together {
         }(std::index_sequence_for<B...>{});
     }
 
-    /// Returns the Together with every part converted to scalar type T. A simulation calls this function once per step,
-    /// before any node changes.
+    /// Returns this boundary with every part converted to scalar type T. A simulation calls this function once per
+    /// step, before any node changes.
     /// \throws parameter_error if check() of a part throws it
     template <class T>
     with_scalar<T> lifted() const {
@@ -77,12 +77,12 @@ struct Together {
         std::apply([](const auto&... part) { (check_boundary(part), ...); }, parts);
     }
 
-    /// Returns the Together at a time dt [s] later: every part is replaced by firn::advanced(part, dt).
+    /// Returns this boundary at a time dt [s] later: every part is replaced by firn::advanced(part, dt).
     Together advanced(double dt) const {
         return std::apply([&](const auto&... part) { return Together(firn::advanced(part, dt)...); }, parts);
     }
 
-    /// Returns the Together with every part adapted to a grid with cells of side h [m].
+    /// Returns this boundary with every part adapted to a grid with cells of side h [m].
     template <class H>
     FIRN_INLINE Together on_grid(const H& h) const {
         return std::apply([&](const auto&... part) { return Together(firn::on_grid(part, h)...); }, parts);
@@ -111,8 +111,8 @@ struct Together {
         };
         return reach_together(int(sizeof...(B)), part, lower, upper);
     }
-    /// Returns the largest distance [m] from a node at which another solid can change how a part acts on the node. \see
-    /// firn::looks_around
+    /// Returns a distance [m]: only other solids within this distance of a node can change how a part acts on the node.
+    /// \see firn::looks_around
     double looks_around() const {
         return std::apply([](const auto&... part) { return std::max({firn::looks_around(part)...}); }, parts);
     }
@@ -125,13 +125,15 @@ struct Together {
                           parts);
     }
 
-    /// Returns the number of parts. If a part is a Together or a BoundaryList, the parts in it are counted instead.
+    /// Returns the number of parts. If a part is itself of type Together or BoundaryList, the parts in this part are
+    /// counted instead.
     int part_count() const {
         return std::apply([](const auto&... part) { return (firn::part_count(part) + ...); }, parts);
     }
     /// Returns the velocity [m/s] of a node at x [m] after all parts have acted; v [m/s] is the node's velocity before.
     /// Unlike velocity(), this function takes the surfaces of other solids (`others`) into account, and calls `seen`
-    /// with the node's velocity before and after each part acted. \see firn::velocity_among
+    /// with the node's velocity before and after each part acted. `first` is the index that `seen` gets for the first
+    /// part. \see firn::velocity_among
     template <class S, int D, class Others, class Seen>
     FIRN_INLINE Vec<S, D> velocity_among(const Vec<S, D>& x, Vec<S, D> v, const Others& others, const Seen& seen,
                                          int first) const {
@@ -146,7 +148,7 @@ struct Together {
         });
         return v;
     }
-    /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. k is the number
+    /// Returns the point [m] about which the torque on part k is computed; zero if there is no part k. k is the index
     /// of a part, from 0 to part_count() − 1. \see firn::part_centre
     template <int D>
     Vec<double, D> centre_of_part(int k) const {

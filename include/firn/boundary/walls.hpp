@@ -21,16 +21,16 @@ struct Wall {
 /// Each face has its own contact and friction; a face with Contact::none has no wall.
 ///
 /// A wall with contact `slip` and without friction is a plane of symmetry: half a body in contact with the wall moves
-/// as the whole body would, except in the two cells next to the wall. In these two cells the stresses are wrong by
+/// as the whole body would, except in the two cells next to the wall. In these two cells the stresses have an error of
 /// about a fifth, also with finer cells. The reason: the nodes behind the wall should move like mirror images of the
 /// nodes in front of the wall, but their normal velocity is set to zero, too. The velocity gradient at particles near
 /// the wall is therefore too small.
 template <scalar S, int D>
 struct Walls {
-    Vec<S, D> lower{};  ///< lower corner of the box [m]
-    Vec<S, D> upper{};  ///< upper corner of the box [m]
-    /// Walls on the faces at the lower ends of the axes, one per axis.
-    std::array<Wall, D> at_lower{}, at_upper{};  ///< Walls on the faces at the upper ends of the axes, one per axis.
+    Vec<S, D> lower{};               ///< lower corner of the box [m]
+    Vec<S, D> upper{};               ///< upper corner of the box [m]
+    std::array<Wall, D> at_lower{},  ///< the wall at the lower end of each axis
+        at_upper{};                  ///< the wall at the upper end of each axis
 
     /// Returns walls on all faces of the box [lower, upper] [m], each with the contact and the friction of `wall`.
     /// \throws parameter_error if check() throws it
@@ -126,9 +126,9 @@ struct Walls {
     }
 
 private:
-    /// Returns a small distance [m]: a node that is nearer to a face counts as a node on the face. Because of rounding,
-    /// the computed position of a node on the upper face differs from `upper` by at most 3 ε (|lower| + |upper|), where
-    /// ε is the machine epsilon of S.
+    /// Returns a small distance [m]. A node counts as lying on a face if it is nearer to the face than this distance.
+    /// Because of rounding, the computed position of a node on the upper face differs from `upper` by at most 3 ε
+    /// (|lower| + |upper|), where ε is the machine epsilon of S.
     FIRN_INLINE S slack(int axis) const {
         return S(4 * double(std::numeric_limits<value_type_t<S>>::epsilon())) *
                (abs(lower.v[axis]) + abs(upper.v[axis]));

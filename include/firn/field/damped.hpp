@@ -29,7 +29,7 @@ struct named_damped {
 /// \tparam Field  the type of the other acceleration field, which is called with a position only
 template <scalar S, int D, template <class, int> class Field = Gravity>
 struct Damped {
-    Field<S, D> field{};  ///< f: the other acceleration field.
+    Field<S, D> field{};  ///< f: the acceleration field to which damping is added
     S rate = S(0);        ///< c: rate of damping [1/s]
 
     /// The type of this field with scalar type T.
@@ -41,7 +41,7 @@ struct Damped {
         return std::tuple{parameter{"field", "", &Damped::field}, parameter{"rate", "1/s", &Damped::rate}};
     }
 
-    /// Checks the rate, and the other acceleration field if this field has a check().
+    /// Checks the rate. Also checks the other acceleration field, if that field has a check().
     /// \throws parameter_error unless the rate is finite and not negative; or if field.check() throws it
     void check() const
         requires std::floating_point<S>

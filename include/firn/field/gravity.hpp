@@ -7,11 +7,11 @@ namespace firn {
 
 /// An acceleration field with the same acceleration everywhere: gravity.
 ///
-/// An acceleration field is a function object. firn calls it with a position [m], or with a position, a velocity [m/s]
-/// and a time step [s], and returns an acceleration [m/s²]. \see acceleration_at
+/// An acceleration field is a function object. firn calls the function object with a position [m], or with a position,
+/// a velocity [m/s] and a time step [s]. The function object returns an acceleration [m/s²]. \see acceleration_at
 template <scalar S, int D>
 struct Gravity {
-    Vec<S, D> gravity{};  ///< the acceleration [m/s²]
+    Vec<S, D> gravity{};  ///< the acceleration of gravity [m/s²]
 
     static constexpr const char* name = "gravity";
     static constexpr auto parameters() { return std::tuple{parameter{"gravity", "m/s^2", &Gravity::gravity}}; }

@@ -8,7 +8,7 @@
 ///
 /// with two matrices A and G. x_i is the position of the node, x_p the position of the particle, and h the cell size. A
 /// force form also decides which velocity gradient updates F. If `weight_gradients` is true, or if the transfer or the
-/// kernel gives no affine field C, the gradient is Σ v_i ⊗ ∇N_i; else it is C.
+/// kernel gives no affine field C, the velocity gradient is Σ v_i ⊗ ∇N_i; else C.
 #pragma once
 
 #include <firn/core/tensor.hpp>

@@ -83,8 +83,8 @@ using material_state_t = typename detail::material_state<M, D>::type;
 
 namespace detail {
 
-// Function objects that call a model's functions. detail::call passes firn's matrices to them, or Eigen's matrices if
-// the model's function takes Eigen's matrices.
+// Function objects that call a model's functions. detail::call calls such a function object with firn's matrices, or
+// with Eigen's matrices if the model's function takes Eigen's matrices.
 
 struct KirchhoffStress {
     template <class M, class... A>
@@ -165,7 +165,7 @@ concept has_diffusivity =
         { m.diffusivity(density, state) } -> std::same_as<material_scalar_t<M>>;
     };
 /// Whether M has a function `updated(state, velocity_gradient, dt)`. The function returns the state after a time step
-/// dt [s] with this velocity gradient [1/s]. firn calls it instead of updating F and calling returned().
+/// dt [s] with this velocity gradient [1/s]. firn calls updated() instead of updating F and calling returned().
 template <class M, int D>
 concept has_updated =
     requires(const M m, const material_state_t<M, D> state, const Mat<material_scalar_t<M>, D> velocity_gradient,
@@ -222,7 +222,7 @@ consteval bool require_material() {
 }
 
 // firn calls the members of a model through the functions below. If argument-dependent lookup finds an overload of one
-// of them for the type of the model, firn calls the overload.
+// of these functions for the type of the model, firn calls this overload.
 
 /// Returns the state of a new particle: model.initial_state<D>() if the model has this function, else the state with
 /// the default value of every field.
@@ -252,7 +252,7 @@ FIRN_INLINE State returned_by(const M& model, const State& trial) {
 }
 
 /// Returns a particle's state after a time step dt [s] with velocity gradient ∇v [1/s]. If the model has updated(),
-/// firn calls this function; else F becomes (I + dt ∇v) F, and the return mapping follows.
+/// firn calls updated(); else F becomes (I + dt ∇v) F, and the return mapping follows.
 template <class M, class State, scalar S, int D>
 FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& velocity_gradient, const S& dt) {
     if constexpr (detail::takes<detail::Updated, M, State, Mat<S, D>, S>) {
@@ -263,7 +263,7 @@ FIRN_INLINE State updated(const M& model, const State& state, const Mat<S, D>& v
 }
 
 /// Returns a particle's state after a time step dt [s] with velocity gradient ∇v [1/s], and the Kirchhoff stress [Pa]
-/// in the new state. Exists only for models that have returned_with_stress().
+/// in the new state. This function exists only for models that have returned_with_stress().
 template <class M, class State, scalar S, int D>
     requires has_returned_with_stress<M, D>
 FIRN_INLINE StateAndStress<State, S, D> updated_with_stress(const M& model, const State& state,
@@ -281,7 +281,7 @@ FIRN_INLINE auto kirchhoff_stress(const M& model, const State& state) {
         return detail::call(detail::KirchhoffStress{}, model, state.F);
 }
 /// Returns the Kirchhoff stress τ [Pa] in the given state, at the velocity gradient ∇v [1/s]. A model whose stress does
-/// not depend on ∇v ignores it.
+/// not depend on ∇v ignores ∇v.
 template <class M, class State, scalar S, int D>
 FIRN_INLINE Mat<S, D> stress_of(const M& model, const State& state, const Mat<S, D>& velocity_gradient) {
     if constexpr (detail::takes<detail::KirchhoffStress, M, State, Mat<S, D>>)

@@ -21,8 +21,8 @@ struct named_dissipating {
 ///
 /// ψ is the model's energy_density(), `trial` the state before the return mapping, `returned` the state after the
 /// return mapping. If hardening increases ψ during plastic flow, this increase is subtracted. Apart from this field,
-/// the material behaves like the model. Use it to see where plastic flow happens, or to check the energy balance.
-/// Example: Dissipating<Sand<float>>.
+/// the material behaves like the model. Use Dissipating to see where plastic flow happens, or to check the energy
+/// balance. Example: Dissipating<Sand<float>>.
 /// \tparam Model  a material with a return mapping and energy_density()
 template <class Model>
 struct Dissipating : Model {
@@ -58,8 +58,8 @@ struct Dissipating : Model {
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         return loss(trial, returned_by(static_cast<const Model&>(*this), base(trial)));
     }
-    /// Returns the state returned(trial) and the Kirchhoff stress [Pa] in this state. Exists only if the model has
-    /// returned_with_stress().
+    /// Returns the state returned(trial) and the Kirchhoff stress [Pa] in this state. This function exists only if the
+    /// model has returned_with_stress().
     template <int D>
         requires has_returned_with_stress<Model, D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {

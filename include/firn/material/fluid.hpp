@@ -47,9 +47,8 @@ struct Fluid {
                           parameter{"viscosity", "Pa s", &Fluid::viscosity},
                           parameter{"tension", "Pa", &Fluid::tension}};
     }
-    /// Lower bound of J [1]; a smaller J is set to this bound.
-    static constexpr double smallest_J = 0.125,
-                            largest_J = 8;  ///< Upper bound of J [1]; a larger J is set to this bound.
+    static constexpr double smallest_J = 0.125,  ///< lower bound of J [1]; a smaller J is set to this bound
+        largest_J = 8;                           ///< upper bound of J [1]; a larger J is set to this bound
 
     /// The state of a particle: its volume ratio.
     template <int D>
@@ -116,8 +115,8 @@ struct Fluid {
     ///
     ///     ψ = K/γ ((J^{1−γ} − 1)/(γ − 1) + J − 1);       for γ = 1 the fraction is −ln J
     ///
-    /// K and γ are `bulk` and `gamma`. Above the value of J at which p = −tension, ψ grows linearly, by tension times
-    /// the increase of J. With tension = 0, ψ is 0 for all J ≥ 1.
+    /// K and γ are `bulk` and `gamma`. Where p = −tension, ψ grows linearly with J, with the slope dψ/dJ = tension.
+    /// With tension = 0, ψ is 0 for all J ≥ 1.
     template <int D>
     FIRN_INLINE S energy_density(const state<D>& fluid) const {
         // The value of J at which p = −tension; largest_J if p > −tension for every J.

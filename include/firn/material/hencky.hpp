@@ -110,8 +110,8 @@ struct Hencky {
     ///     ρ0 c² = λ + 2μ (1 + Δ) − min(0, τ_min),       Δ = ε_max − ε_min
     ///
     /// ε_max and ε_min are the largest and the smallest principal strain, τ_min is the smallest principal stress. For a
-    /// wave along principal axis i, ρ0 c² is λ + 2μ − τᵢ if it is a pressure wave, and at most μ 2Δ / (1 − e^{−2Δ}) ≤ μ
-    /// (1 + 2Δ) if it is a shear wave. In place of ε_max and ε_min, the code uses the bounds ε_max ≤ ½ ln
+    /// pressure wave along principal axis i, ρ0 c² is λ + 2μ − τᵢ. For a shear wave along this axis, ρ0 c² is at most μ
+    /// 2Δ / (1 − e^{−2Δ}) ≤ μ (1 + 2Δ). In place of ε_max and ε_min, the code uses the bounds ε_max ≤ ½ ln
     /// squared_stretch_bound(F) and ε_min ≥ ln J − (D − 1) ε_max, where J = det F and D is the number of dimensions.
     /// Both bounds are exact for F = I.
     template <int D>

@@ -36,8 +36,8 @@ struct NaccProperties {
 /// ratio. M = critical_slope() is the ratio q/p of the critical state; it follows from the friction angle.
 ///
 /// Use Nacc for bread, mud, chocolate and soft rock. A larger β lets the material bear more tension, a larger ξ makes
-/// it harden and soften faster. For metal, or clay that keeps its volume, use VonMises; for grains without cohesion,
-/// use Sand.
+/// the material harden and soften faster. For metal, or clay that keeps its volume, use VonMises; for grains without
+/// cohesion, use Sand.
 ///
 /// Wolper et al. 2019, "CD-MPM: Continuum damage material point methods for dynamic fracture animation", §4; the
 /// hardening depends on the plastic volume.
@@ -186,7 +186,7 @@ struct Nacc {
     /// particle softens, its new stress may lie outside of its new, smaller ellipse until the next step.
     ///
     /// In the third case, the new b̂ = J^{−2/D} FFᵀ is t I + s′/μ, where s′ is the reduced deviator of the stress and
-    /// the number t follows from det b̂ = 1. The paper keeps the old t, which changes J a little.
+    /// the scalar t follows from det b̂ = 1. The paper keeps the old t, which changes J a little.
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
         const HenckyStrain<S, D> hencky = hencky_strain(trial.F);

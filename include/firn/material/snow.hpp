@@ -30,7 +30,7 @@ struct SnowProperties {
 /// and stretch; the rest of the deformation is plastic and changes J_P. In 2D there are two singular values; this is
 /// plane strain.
 ///
-/// The exponent ξ (1 − J_P) is at most `largest_exponent`, by default 4, at which snow is 55 times as stiff as before
+/// The exponent ξ (1 − J_P) is at most `largest_exponent`. At the default value, 4, snow is 55 times as stiff as before
 /// hardening. The paper sets no such bound. Without the bound, moduli and wave speed can grow without limit, and the
 /// time step becomes very small.
 ///

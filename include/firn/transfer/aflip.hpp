@@ -9,8 +9,8 @@ namespace firn {
 ///
 ///     v ← Σ N v_i' + α (v − Σ N v_i)
 ///
-/// v is the particle's velocity, N its weight at node i. v_i are the nodes' velocities before forces acted, v_i' the
-/// nodes' velocities after the step. The particle moves with Σ N v_i'.
+/// v is the particle's velocity, N the particle's weight at node i. v_i are the nodes' velocities before forces acted,
+/// v_i' the nodes' velocities after the step. The particle moves with Σ N v_i'.
 ///
 /// Use AFLIP for lively motion: it is less noisy than FLIP and damps less than APIC. AFLIP conserves momentum except
 /// for rounding; it conserves angular momentum only if the particles' velocities and C describe one common velocity
@@ -46,16 +46,17 @@ struct Aflip {
     }
 };
 
-/// ASFLIP: AFLIP in which a share β of the velocity difference that AFLIP adds also moves the particles, so that bodies
-/// separate more easily.
+/// ASFLIP: like AFLIP, but a particle also moves with a share β of the velocity that AFLIP adds to the grid's velocity.
+/// With this motion, bodies separate more easily.
 ///
 ///     v ← Σ N v_i' + α (v − Σ N v_i)
 ///     dx/dt = Σ N v_i' + β α (v − Σ N v_i)
 ///
-/// v and x are the particle's velocity and position, N its weight at node i. v_i are the nodes' velocities before
-/// forces acted, v_i' the nodes' velocities after the step. β is `separation` where the flow around the particle
-/// expands (tr ∇v ≥ 0), else `approach`. By default `approach` is 0: particles that are pressed together move with the
-/// grid, so matter does not pass through matter. The sign of tr ∇v decides, because ∇v exists for every material.
+/// v and x are the particle's velocity and position, N is the particle's weight at node i. v_i are the nodes'
+/// velocities before forces acted, v_i' the nodes' velocities after the step. β is `separation` where the flow around
+/// the particle expands (tr ∇v ≥ 0), else `approach`. By default `approach` is 0: particles that are pressed together
+/// move with the grid, so matter does not pass through matter. The sign of tr ∇v chooses β, because ∇v exists for every
+/// material.
 ///
 /// Use ASFLIP where bodies in contact must separate without sticking, for example sand and splashing water.
 ///

@@ -5,13 +5,13 @@
 
 namespace firn {
 
-/// APIC, the default transfer: a particle carries a velocity and an affine field around it.
+/// APIC, the default transfer: a particle carries a velocity and an affine velocity field around the particle.
 ///
 ///     v ← Σ N v_i
 ///     C ← B D⁻¹,        B = Σ N v_i (x_i − x_p)ᵀ
 ///
-/// Here v and x_p are the particle's velocity and position, N is its weight at node i, v_i and x_i are the node's
-/// velocity and position, and D = Σ N (x_i − x_p)(x_i − x_p)ᵀ.
+/// Here v and x_p are the particle's velocity and position, N is the particle's weight at node i, v_i and x_i are the
+/// node's velocity and position, and D = Σ N (x_i − x_p)(x_i − x_p)ᵀ.
 ///
 /// APIC conserves momentum and angular momentum, and is stable and free of noise. Use APIC unless it damps motion too
 /// much; Aflip and Fmpm damp less.

@@ -1,11 +1,11 @@
-/// \file The concept of a transfer scheme, which decides which velocity field a particle carries to the grid, and which
-/// velocity the particle takes from the grid.
+/// \file The concept of a transfer scheme. A transfer scheme decides which velocity field a particle carries to the
+/// grid, and which velocity the particle takes from the grid.
 ///
 /// The velocity field that a particle carries is v + C (x − x_p) at the position x near the particle. P2G adds the
 /// momentum m N (v + C (x_i − x_p)) to node i. G2P interpolates the velocity v = Σ N v_i, and computes the affine field
 /// C = B D⁻¹ from the first moment B = Σ N v_i (x_i − x_p)ᵀ. Here m, v and x_p are the particle's mass, velocity and
-/// position, N is its weight at node i, v_i and x_i are the node's velocity and position, and D = Σ N (x_i − x_p)(x_i −
-/// x_p)ᵀ.
+/// position, N is the particle's weight at node i, v_i and x_i are the node's velocity and position, and D = Σ N (x_i −
+/// x_p)(x_i − x_p)ᵀ.
 #pragma once
 
 #include <firn/core/error.hpp>

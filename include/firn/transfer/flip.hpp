@@ -5,12 +5,12 @@
 
 namespace firn {
 
-/// FLIP blended with PIC: a particle keeps its velocity, to which the change of the grid's velocity is added.
+/// FLIP blended with PIC: in each step, the change of the grid's velocity is added to the particle's velocity.
 ///
 ///     v ← α (v + Σ N (v_i' − v_i)) + (1 − α) Σ N v_i'
 ///
-/// v is the particle's velocity, N its weight at node i. v_i are the nodes' velocities before forces acted, v_i' the
-/// nodes' velocities after the step. The particle moves with Σ N v_i'.
+/// v is the particle's velocity, N the particle's weight at node i. v_i are the nodes' velocities before forces acted,
+/// v_i' the nodes' velocities after the step. The particle moves with Σ N v_i'.
 ///
 /// α = 0 is PIC. α = 1 does not damp motion; but the particles' velocities then contain noise that the grid cannot
 /// represent and that never decays. Use FLIP for comparison with other programs; Aflip is less noisy.

@@ -227,8 +227,8 @@ public:
     /// \name Handles
     /// @{
 
-    /// Returns the handle of webgpu.h, for other work on the device, such as drawing the particles in a simulation's
-    /// buffers. The Device owns the handle: do not release it.
+    /// Returns the webgpu.h handle of the device, of its queue or of its instance, for work besides the simulation,
+    /// such as drawing the particles in a simulation's buffers. The Device owns the handle: do not release the handle.
     WGPUDevice handle() const { return state_->device.get(); }
     WGPUQueue queue() const { return state_->queue.get(); }
     WGPUInstance instance() const { return state_->instance.get(); }
@@ -288,8 +288,8 @@ inline void submit(const Device& device, const OwnedEncoder& encoder) {
     wgpuQueueSubmit(device.queue(), std::size(all), all);
 }
 
-/// Returns `count` numbers of type T from a buffer, the first one from index `first`. Waits for all commands that were
-/// submitted so far.
+/// Returns `count` values of type T from a buffer, beginning with the value at index `first`. Waits for all commands
+/// that were submitted so far.
 /// \throws device_error  if the device was lost, if it has refused a command, or if the buffer cannot be read
 template <class T>
 std::vector<T> download(const Device& device, WGPUBuffer from, std::uint64_t first, std::size_t count) {

@@ -30,7 +30,7 @@ inline constexpr std::uint32_t no_particle = 0xffffffff;
 
 /// The contents of the buffer "status": the error (if there is one), and the maxima and scales of the last step.
 struct Status {
-    std::uint32_t error;     ///< error number: 0 if there is none, else wgsl::error_sentences[error − 1] is the message
+    std::uint32_t error;  ///< error code: 0 if there is no error, else wgsl::error_sentences[error − 1] is the message
     std::uint32_t particle;  ///< lowest index of a particle that causes the error, or no_particle
     float signal_speed;      ///< largest signal speed (speed plus wave speed) of a particle [m/s]
     float largest_momentum,  ///< largest q of all particles [kg m/s]; a particle adds at most N q + |∇N| g to each
@@ -45,7 +45,7 @@ struct Status {
 
 namespace detail {
 
-/// The name of type T in WGSL; nullptr if a buffer cannot contain numbers of type T.
+/// The name of type T in WGSL; nullptr if a buffer cannot contain values of type T.
 template <class T>
 constexpr const char* wgsl_name = nullptr;
 template <>
@@ -59,7 +59,7 @@ inline constexpr const char* wgsl_name<std::uint32_t> = "u32";
 
 /// A compiled WGSL program and its buffers on a GPU, ready to take steps.
 ///
-/// In a buffer with values of particles, the c-th number (from 0) of particle i is at index c * capacity + i, where
+/// In a buffer with values of particles, the c-th value (from 0) of particle i is at index c * capacity + i, where
 /// capacity is the uniform of this name. Steps run asynchronously; functions that read from the device wait until all
 /// steps are done. Each function that uses the device throws device_error if the device was lost, or if it has refused
 /// an earlier command.
@@ -71,9 +71,9 @@ public:
     /// \param program  the program, from wgsl::make_program(); the Simulation keeps a copy
     /// \param inputs   the inputs, from wgsl::make_inputs(), made for this program and for device.limits()
     /// \throws parameter_error  if the program exceeds a limit of the device (see wgsl::check_fits())
-    /// \throws device_error     if the device refuses the code (the message has the line), or if it has not enough
-    ///                          memory
-    /// \throws usage_error      if the inputs were made for another program
+    /// \throws device_error     if the device refuses the code (the message has the line), or if the device has not
+    ///                          enough memory
+    /// \throws usage_error      if the inputs were made for a different program
     Simulation(const Device& device, const wgsl::Program& program, const wgsl::Inputs& inputs)
         : device_(device), program_(std::make_unique<wgsl::Program>(program)), uniforms_(*program_) {
         take_uniforms(inputs);
@@ -91,8 +91,8 @@ public:
         clear_error();
     }
 
-    /// Returns the number of particles. It is the value of the uniform "particles", which the inputs or the last call
-    /// of set("particles", …) determine.
+    /// Returns the number of particles: the value of the uniform "particles". This value comes from the inputs or from
+    /// the last call of set("particles", …).
     std::uint32_t particles() const { return particles_; }
     /// Returns the total number of steps that calls of step() have started so far.
     long steps() const { return steps_; }
@@ -109,7 +109,8 @@ public:
     }
 
     /// Takes `count` steps. The function may return before the GPU has done the steps. But after every 256 steps of one
-    /// call, it calls check(), which waits until these steps are done and throws if a step has failed.
+    /// call of step(), the function calls check(): this waits until these steps are done, and throws if a step has
+    /// failed.
     /// \param count   number of steps
     /// \param sorted  whether P2G sorts the particles by block and adds them up in workgroup memory, instead of adding
     ///                them directly to the grid. Both ways give the same bits.
@@ -155,7 +156,7 @@ public:
 
     /// Sets the value of a uniform for the steps that follow. The units of all uniforms are in wgsl::Program::uniforms.
     /// Setting "time_step" [s] also sets "place_per_velocity".
-    /// \param values  the components of the value: one number, or one number for each axis
+    /// \param values  the components of the value: a single component, or one component for each axis
     /// \throws usage_error      if the program has no uniform of this name, or if `values` has more or fewer components
     ///                          than the uniform
     /// \throws parameter_error  if a value is not finite, does not fit the uniform's type or is not allowed for this
@@ -169,13 +170,12 @@ public:
         uniforms_changed_ = true;
     }
 
-    /// Returns the values of one component ("velocity", "mass", …) for all particles: all numbers of particle 0, then
-    /// all numbers of particle 1, … Waits for all steps so far. The units of all components are in
+    /// Returns the values of one component ("velocity", "mass", …) for all particles: all values of particle 0, then
+    /// all values of particle 1, … Waits for all steps so far. The units of all components are in
     /// wgsl::Buffer::components. A position is the sum of the components "corner" and "place", in cells from the
     /// domain's lower corner.
-    /// \tparam T  float, std::int32_t or std::uint32_t, the type of the component's numbers
-    /// \throws usage_error  if particles have no component of this name, or if the component's numbers are not of type
-    ///                      T
+    /// \tparam T  float, std::int32_t or std::uint32_t, the type of the component's values
+    /// \throws usage_error  if particles have no component of this name, or if the component's values are not of type T
     template <class T = float>
     std::vector<T> read(const std::string& component) {
         std::string names;
@@ -190,9 +190,9 @@ public:
         throw usage_error("Particles have no component " + component + "; they have" + names + ".");
     }
 
-    /// Returns all numbers of a buffer, in their order on the device. Waits for all steps so far.
-    /// \tparam T  float, std::int32_t or std::uint32_t, the type of the buffer's numbers
-    /// \throws usage_error  if the program has no buffer of this name, or if the buffer's numbers are not of type T
+    /// Returns all values of a buffer, in their order on the device. Waits for all steps so far.
+    /// \tparam T  float, std::int32_t or std::uint32_t, the type of the buffer's values
+    /// \throws usage_error  if the program has no buffer of this name, or if the buffer's values are not of type T
     template <class T = float>
     std::vector<T> read_buffer(const std::string& name) {
         const wgsl::Buffer& b = program_->buffer(name);
@@ -200,11 +200,11 @@ public:
         return detail::download<T>(device_, buffer(name), 0, numbers(b));
     }
 
-    /// Replaces all numbers of a buffer.
-    /// \tparam T      float, std::int32_t or std::uint32_t, the type of the buffer's numbers
-    /// \param values  the numbers in their order on the device
-    /// \throws usage_error  if the program has no buffer of this name, if the buffer's numbers are not of type T, or if
-    ///                      `values` has more or fewer numbers than the buffer
+    /// Replaces all values of a buffer.
+    /// \tparam T      float, std::int32_t or std::uint32_t, the type of the buffer's values
+    /// \param values  the new values, in their order on the device
+    /// \throws usage_error  if the program has no buffer of this name, if the buffer's values are not of type T, or if
+    ///                      `values` has more or fewer values than the buffer
     template <class T>
     void write_buffer(const std::string& name, const std::vector<T>& values) {
         device_.check();
@@ -227,7 +227,7 @@ public:
     /// further steps change nothing until initialise() is called.
     /// \throws overflow_error  if the sum at a node could exceed the range of the integers
     /// \throws particle_error  if a particle is not finite or has left the domain; the message has the particle's index
-    /// \throws device_error    if the program reports an error number that firn does not know
+    /// \throws device_error    if the program reports an error code that firn does not know
     Status check() {
         const Status now = status();
         if (now.error == 0) return now;

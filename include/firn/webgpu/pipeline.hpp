@@ -8,7 +8,7 @@
 
 namespace firn::webgpu::detail {
 
-/// Returns the line of the code that has the given number. The first line has the number 1.
+/// Returns the line of the code with the given line number. The first line has the line number 1.
 inline std::string line_of(std::string_view code, std::uint64_t number) {
     for (; number > 1; --number) {
         const std::size_t end = code.find('\n');
@@ -18,8 +18,8 @@ inline std::string line_of(std::string_view code, std::uint64_t number) {
 }
 
 /// Compiles a program and returns its shader module.
-/// \throws device_error  if the compiler reports errors; for each error, the message has the program's name, the number
-///                       and the text of the line, and the column
+/// \throws device_error  if the compiler reports errors; for each error, the message has the program's name, the line
+///                       number, the text of the line, and the column
 inline OwnedModule compile(const Device& device, const wgsl::Program& program) {
     WGPUShaderSourceWGSL source{};
     source.chain.sType = WGPUSType_ShaderSourceWGSL;
@@ -68,7 +68,7 @@ struct Kernel {
     wgsl::Dispatch groups;
 };
 
-using Buffers = std::map<int, OwnedBuffer>;  // the key is the number of the buffer's binding
+using Buffers = std::map<int, OwnedBuffer>;  // the key is the buffer's binding number
 
 /// Makes the pipeline and the bind group of entry point e, and returns them as a Kernel.
 /// \param buffers  all buffers of the program; the buffer at binding 0 contains the uniforms

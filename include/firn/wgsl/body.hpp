@@ -35,7 +35,7 @@ class Body {
 public:
     /// Writes the statements that compute `outputs`.
     /// \param graph    the recorded operations; the graph must exist as long as this object
-    /// \param outputs  numbers of the nodes to compute
+    /// \param outputs  indices (in Graph::nodes) of the nodes to compute
     /// \param taken    names that are already in use in the WGSL function, such as those of its parameters
     Body(const Graph& graph, const std::vector<int>& outputs, std::vector<std::string> taken = {})
         : graph_(graph), taken_(std::move(taken)) {
@@ -55,8 +55,8 @@ public:
 
     /// Returns the statements, one per line, indented by one level.
     const std::string& statements() const { return out_; }
-    /// Returns the WGSL expression of an output, given by the number of its node. The expression uses names that
-    /// statements() defines.
+    /// Returns the WGSL expression of the output that node `node` computes. The expression uses names that statements()
+    /// defines.
     std::string text(int node) const { return expression(node).text; }
 
 private:
@@ -80,7 +80,7 @@ private:
     }
 
     /// Returns the node of the graph that uses node k within the region of k, the innermost loop around k. `user` is
-    /// any node that uses k. If `user` is in the region of k, the result is `user`; if it is in a loop inside this
+    /// any node that uses k. If `user` is in the region of k, the result is `user`; if `user` is in a loop inside this
     /// region, the result is the node of that loop; otherwise the result is `outside`.
     int user_in_region(int user, int k) const {
         while (region(user) != region(k)) {
@@ -135,8 +135,8 @@ private:
         return std::binary_search(selection_of_run_.begin(), selection_of_run_.end(), i);
     }
 
-    /// Returns whether node i of the graph is written without a statement: it is a constant, an input or a variable of
-    /// a loop, and its short expression is repeated wherever the value is used.
+    /// Returns whether node i of the graph is written without a statement. This is so for a constant, an input and a
+    /// variable of a loop: their short expressions are repeated wherever their values are used.
     bool is_atom(int i) const {
         const Op op = node(i).op;
         return op == Op::constant || op == Op::truth || op == Op::input || op == Op::loop_value;
@@ -256,9 +256,9 @@ private:
         return name;
     }
 
-    /// Writes the statements of some nodes of the graph. The nodes are those whose innermost loop has the number
-    /// `in_region` (`nothing`: nodes outside of all loops) and that belong to the run with the index `run`. If `run` is
-    /// `nothing`, writes the nodes that belong to no run, and also all runs in the same loop.
+    /// Writes the statements of some nodes of the graph: the nodes that belong to the run with the index `run`, and
+    /// whose innermost loop has the index `in_region` (`nothing`: nodes outside of all loops). If `run` is `nothing`,
+    /// writes the nodes that belong to no run, and also all runs in the same loop.
     void write_block(int in_region, int run, int depth) {
         for (int i = 0; i < int(live_.size()); ++i) {
             if (!live_[std::size_t(i)] || region(i) != in_region) continue;
@@ -325,7 +325,7 @@ private:
     std::vector<bool> live_;
     std::vector<std::vector<int>> users_;
     std::vector<int> run_;                // for each node: index of the run to which the node belongs, or `nothing`
-    std::vector<std::vector<int>> runs_;  // for each run: numbers of its Op::select nodes
+    std::vector<std::vector<int>> runs_;  // for each run: indices of its Op::select nodes
     std::vector<int> selection_of_run_;
     std::vector<int> loop_node_;
     std::vector<Expression> written_;  // for each node: name or expression; no text until the node is written

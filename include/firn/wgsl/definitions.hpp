@@ -16,11 +16,11 @@ namespace firn::wgsl {
 
 namespace detail {
 
-/// Returns the recorded number that stands for the uniform with the given name. (A uniform is a value that the host
-/// sets.)
+/// Returns the scalar of type `recorded` that stands for the uniform with the given name. (A uniform is a value that
+/// the host sets.)
 inline recorded uniform(const std::string& name) { return recorded::of(Recording::current().input("params." + name)); }
 
-/// Returns the recorded number or vector that stands for the uniform with the given name.
+/// Returns the recorded scalar or vector that stands for the uniform with the given name.
 template <class T>
 T uniform_of(const std::string& name) {
     T value{};
@@ -29,7 +29,7 @@ T uniform_of(const std::string& name) {
     return value;
 }
 
-/// Returns a copy of the policy that consists of recorded numbers. In the copy, a parameter NAME of the policy is the
+/// Returns a copy of the policy, with scalar type `recorded`. In the copy, a parameter NAME of the policy is the
 /// uniform PREFIX_NAME, where PREFIX is `prefix`. The other members are constants.
 template <class Policy>
 auto with_uniforms(const Policy& policy, const std::string& prefix) {
@@ -158,7 +158,7 @@ void add_p2g(Module& module) {
         });
 }
 
-/// Adds the function of the grid update, velocity_of_node, to the module. It returns a node's new velocity. \see
+/// Adds the function of the grid update to the module: velocity_of_node, which returns a node's new velocity. \see
 /// stage/grid_update.hpp
 template <int D, class Boundary, class Field>
 void add_grid_update(Module& module, const Boundary& boundary, const Field& field) {
@@ -203,8 +203,8 @@ void add_g2p(Module& module) {
                              });
 }
 
-/// Adds the functions of the material to the module. They return a particle's state after a step, its Kirchhoff stress
-/// [Pa] and its signal speed [m/s].
+/// Adds the functions of the material to the module. These functions return a particle's state after a step, its
+/// Kirchhoff stress [Pa] and its signal speed [m/s].
 template <int D, class Material>
 void add_material(Module& module, const Material& material) {
     using R = recorded;

@@ -21,10 +21,11 @@
 
 namespace firn::wgsl {
 
-/// The kind of operation that a node of the graph does. a, b and c are the operands. For the last three kinds, a is the
-/// number of a loop and b the number of a variable of the loop.
+/// The kind of operation that a node of the graph does. The operands are the values of the nodes with the indices `a`,
+/// `b` and `c`. For the last three kinds (loop, loop_value and loop_result), `a` is the index of a loop and `b` the
+/// index of a variable of this loop.
 enum class Op : std::uint8_t {
-    constant,        ///< a constant number
+    constant,        ///< a constant
     truth,           ///< a constant mask: true or false
     input,           ///< a parameter of the WGSL function, or a uniform of the program
     add,             ///< a + b
@@ -35,41 +36,41 @@ enum class Op : std::uint8_t {
     less,            ///< a \< b
     less_equal,      ///< a ≤ b
     equal,           ///< a = b
-    both,            ///< a and b
-    either,          ///< a or b
-    inverse,         ///< not a
-    select,          ///< b if a is true, otherwise c
+    both,            ///< true if `a` and `b` are true
+    either,          ///< true if `a` or `b` is true
+    inverse,         ///< true if `a` is false
+    select,          ///< `b` if `a` is true, otherwise `c`
     square_root,     ///< √a
     magnitude,       ///< |a|
     round_down,      ///< ⌊a⌋
-    round_to_even,   ///< the integer nearest to a, ties to even
-    settled,         ///< a, where a is a sum that compilers must not simplify
-    power_of_two,    ///< 2ᵃ, where a is a whole number, see firn::power_of_two()
+    round_to_even,   ///< the integer nearest to `a`, ties to even
+    settled,         ///< `a`, a sum that compilers must not simplify
+    power_of_two,    ///< 2ᵃ, where `a` is an integer, see firn::power_of_two()
     exponent_of,     ///< the exponent e of a = m 2ᵉ with 1 ≤ m \< 2
     significand_of,  ///< the factor m of a = m 2ᵉ with 1 ≤ m \< 2
-    leading_half,    ///< a with all binary digits after the leading 12 set to zero
+    leading_half,    ///< `a` with all binary digits after the leading 12 set to zero
     loop,            ///< all passes of the loop Graph::loops[a]
-    loop_value,      ///< value of variable b of loop a at the start of a pass
-    loop_result,     ///< value of variable b of loop a after the last pass
+    loop_value,      ///< value of variable `b` of loop `a` at the start of a pass
+    loop_result,     ///< value of variable `b` of loop `a` after the last pass
 };
 
-/// The number −1, which means "no node" where the number of a node is expected, "no loop" for the number of a loop, and
-/// "no run" for that of a run (see Body).
+/// The index −1, which means that there is no node, no loop or no run (see Body).
 inline constexpr int nothing = -1;
 
-/// A node of the graph: one operation. The nodes that compute the operands have smaller numbers than the node that uses
-/// them.
+/// A node of the graph: one operation. The nodes that compute the operands have smaller indices than the node that uses
+/// the operands.
 struct Node {
-    Op op;            ///< the operation
-    int a = nothing,  ///< node number of the first operand; for Op::loop, loop_value and loop_result: number of the
+    Op op;            ///< kind of the operation
+    int a = nothing,  ///< node index of the first operand; for Op::loop, loop_value and loop_result: index of the
                       ///< loop
-        b = nothing,  ///< node number of the second operand; for Op::loop_value and loop_result: number of the variable
-        c = nothing;  ///< node number of the third operand
-    float value = 0;  ///< for Op::constant: the number; for Op::truth: 1 if true, 0 if false
+        b = nothing,  ///< node index of the second operand; for Op::loop_value and loop_result: index of the variable
+        c = nothing;  ///< node index of the third operand
+    float value = 0;  ///< for Op::constant: its value; for Op::truth: 1 if true, 0 if false
     std::string text{};  ///< for Op::input: the WGSL expression of the input
 
-    /// Returns whether this node comes before `other` in an order that depends on all members, so that a std::map finds
-    /// a node that equals a given one. Constants are compared by bits: 0 and −0 differ.
+    /// Returns whether this node comes before `other` in a fixed order of nodes. The order depends on all members, so a
+    /// std::map with nodes as keys finds a node that equals a given node. Constants are compared by bits: 0 and −0
+    /// differ.
     bool operator<(const Node& other) const {
         return std::tuple(op, a, b, c, std::bit_cast<std::uint32_t>(value), std::string_view(text)) <
                std::tuple(other.op, other.a, other.b, other.c, std::bit_cast<std::uint32_t>(other.value),
@@ -81,41 +82,41 @@ struct Node {
 /// `passes` passes, or earlier, after the first pass in which the mask `go_on` is false.
 struct Loop {
     int passes;                ///< the largest number of passes
-    int parent;                ///< number of the loop that contains this one, or `nothing`
-    std::vector<int> initial;  ///< for each variable, the graph's node of its value before the loop
-    std::vector<int> inside;   ///< for each variable, the node (Op::loop_value) of its value at the start of a pass
-    std::vector<int> next;     ///< for each variable, the graph's node of its value after a pass
-    int go_on = nothing;       ///< node of the mask that must be true for another pass; `nothing` if there is no mask
+    int parent;                ///< index of the loop that contains this loop, or `nothing`
+    std::vector<int> initial;  ///< for each variable, index of the node that computes its value before the loop
+    std::vector<int> inside;   ///< for each variable, index of its node Op::loop_value
+    std::vector<int> next;     ///< for each variable, index of the node that computes its value after a pass
+    int go_on = nothing;       ///< node index of the mask that must be true for another pass, or `nothing`
 };
 
-/// The operations of a recorded definition (a C++ function). Each operation is a node; nodes are numbered in the order
-/// in which they were added.
+/// The operations of a recorded definition (a C++ function). Each operation is a node. The index of a node is its index
+/// in `nodes`.
 class Graph {
 public:
-    std::vector<Node> nodes;  ///< all nodes
-    /// For each node: number of the innermost loop on whose variables the node depends, or `nothing`.
+    std::vector<Node> nodes;  ///< all operations, in the order in which they were added
+    /// For each node: index of the innermost loop on whose variables the node depends, or `nothing`.
     std::vector<int> region;
     std::vector<Loop> loops;           ///< all loops, in the order of the calls of open_loop()
-    std::map<int, std::string> names;  ///< names that the definition gives to nodes; the key is the node's number
-    /// Numbers of the nodes of all masks that were passed to any(). Operations whose results are used only if such a
+    std::map<int, std::string> names;  ///< names that the definition gives to nodes; the key is the node's index
+    /// Indices of the nodes of all masks that were passed to any(). Operations whose results are used only if such a
     /// mask is true become a branch of the WGSL program.
     std::vector<int> guards;
 
     /// \name Operations
-    /// Each function returns the number of the node that has the operation's result. A new node is added only if the
+    /// Each function returns the index of the node that has the operation's result. A new node is added only if the
     /// graph has no equal node, and if the operation cannot be simplified. Simplifications are: most operations on
     /// constants become a constant; x · 1, x / 1, x + 0 and x − 0 become x; x · 0 becomes 0. (A simplification may
     /// change the sign of a zero; NaN · 0 and ∞ · 0 become 0, too.)
     /// @{
 
-    /// Adds a constant number.
+    /// Adds a constant.
     int constant(float value) { return push({Op::constant, nothing, nothing, nothing, value}); }
     /// Adds a mask whose value is always `value`.
     int truth(bool value) { return push({Op::truth, nothing, nothing, nothing, value ? 1.0F : 0.0F}); }
     /// Adds an input: a parameter of the WGSL function or a uniform, whose WGSL expression is `text`.
     int input(std::string text) { return push({Op::input, nothing, nothing, nothing, 0, std::move(text)}); }
 
-    /// Adds an operation with one operand, the value of node a.
+    /// Adds an operation with one operand, the value of the node with index `a`.
     int unary(Op op, int a) {
         if (is_constant(a)) {
             const float x = nodes[a].value;
@@ -139,7 +140,7 @@ public:
         return push({op, a});
     }
 
-    /// Adds an operation with two operands, the values of nodes a and b.
+    /// Adds an operation with two operands, the values of the nodes with the indices `a` and `b`.
     int binary(Op op, int a, int b) {
         if (is_constant(a) && is_constant(b)) {
             const float x = nodes[a].value, y = nodes[b].value;
@@ -193,10 +194,10 @@ public:
         return false;
     }
 
-    /// Starts a loop and returns the loop's number. The operations that are added before the matching call of
+    /// Starts a loop and returns the loop's index in `loops`. The operations that are added before the matching call of
     /// close_loop() are the loop's body.
     /// \param passes   the largest number of passes
-    /// \param initial  for each variable of the loop, the node of its value before the loop
+    /// \param initial  for each variable of the loop, index of the node that computes its value before the loop
     int open_loop(int passes, std::vector<int> initial) {
         const int loop = int(loops.size());
         loops.push_back({passes, open_.empty() ? nothing : open_.back(), std::move(initial), {}, {}});
@@ -205,10 +206,10 @@ public:
             loops.back().inside.push_back(push({Op::loop_value, loop, int(k)}));
         return loop;
     }
-    /// Ends the loop that was started last and has not ended yet. Returns, for each variable of the loop, the number of
-    /// the node that has the value after the last pass.
-    /// \param next   for each variable, the node of its value after a pass
-    /// \param go_on  node of the mask that must be true for another pass; `nothing` if there is no mask
+    /// Ends the loop that was started last and has not ended yet. Returns, for each variable of the loop, the index of
+    /// the node that has the variable's value after the last pass.
+    /// \param next   for each variable, index of the node that computes its value after a pass
+    /// \param go_on  index of the node of the mask that must be true for another pass; `nothing` if there is no mask
     std::vector<int> close_loop(std::vector<int> next, int go_on = nothing) {
         const int loop = open_.back();
         open_.pop_back();
@@ -221,8 +222,8 @@ public:
         return results;
     }
 
-    /// Calls f(k) for the number k of every node whose value node i uses directly. If node i is a loop (Op::loop),
-    /// these are the nodes in Loop::initial, Loop::next and Loop::go_on.
+    /// Calls f(k) for the index k of every node whose value node i uses directly. If node i is a loop (Op::loop), these
+    /// are the nodes in Loop::initial, Loop::next and Loop::go_on.
     template <class F>
     void for_operands(int i, const F& f) const {
         const Node& node = nodes[i];

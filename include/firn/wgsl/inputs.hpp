@@ -21,8 +21,8 @@ public:
 
     std::uint32_t particles = 0;       ///< number of particles
     std::vector<std::uint32_t> nodes;  ///< number of nodes along each axis of the grid
-    /// The name and the contents of each buffer that the host must fill before the first step. The numbers have the
-    /// same order as on the device: in a buffer with values of particles, the c-th number (from 0) of particle i is at
+    /// The name and the contents of each buffer that the host must fill before the first step. The contents have the
+    /// same order as on the device: in a buffer with values of particles, the c-th value (from 0) of particle i is at
     /// index c * capacity + i, where capacity is the uniform of this name.
     std::vector<std::pair<std::string, std::vector<float>>> buffers;
 

@@ -2,7 +2,7 @@
 ///
 /// There is no physics in these texts. They contain placeholders ${NAME}, which text.hpp replaces.
 ///
-/// Buffers with values of particles are structures of arrays: the c-th number (from 0) of particle i is at index
+/// Buffers with values of particles are structures of arrays: the c-th value (from 0) of particle i is at index
 /// c * params.capacity + i. The position of a particle is stored as two vectors [cells]: `corner`, the lower corner of
 /// a block of 4^D cells, and `place`, the position relative to this corner. So positions have the same resolution
 /// everywhere in the domain. The grid is dense (all nodes are stored), with one block of ghost nodes below the domain.
@@ -14,8 +14,8 @@
 
 namespace firn::wgsl::text {
 
-/// WGSL text of helper functions for several entry points. They access the bits of floats, report errors, and compute
-/// indices of nodes.
+/// WGSL text of helper functions for several entry points. These functions access the bits of floats, report errors,
+/// and compute indices of nodes.
 inline constexpr const char* helpers = R"(
 // Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale. Numbers are f32
 // bits: of positive ones the order is the same.

@@ -16,7 +16,7 @@
 
 namespace firn::wgsl {
 
-/// A uniform of a program: a number or vector that the host (the software that runs the program) sets, and that all
+/// A uniform of a program: a scalar or vector that the host (the software that runs the program) sets, and that all
 /// entry points can read.
 struct Uniform {
     std::string name,            ///< name of the uniform's member in the WGSL struct Params
@@ -30,22 +30,22 @@ struct Uniform {
 /// A field of the particles, such as their velocity, that is stored in a buffer.
 struct Component {
     std::string name;  ///< name of the field, such as "velocity"
-    int count;         ///< how many numbers the field has for each particle
+    int count;         ///< number of values that the field has for each particle
     std::string unit;  ///< unit such as "m/s"
-    /// If the field belongs to a material's state: the numbers that the field has in a body at rest. Otherwise empty.
+    /// If the field belongs to a material's state: the values of the field in a body at rest. Otherwise empty.
     std::vector<double> start{};
 };
 
-/// A storage buffer of 32-bit numbers.
+/// A storage buffer of 32-bit values.
 struct Buffer {
     std::string name,  ///< name of the buffer in the program
-        type;          ///< type of the numbers: "f32", "i32" or "u32"
-    int binding;       ///< number of the buffer's binding in group 0
-    /// The kind of item for which the buffer has `count` numbers: "particle", "node", "block" (of 4^D nodes),
+        type;          ///< type of the values: "f32", "i32" or "u32"
+    int binding;       ///< binding number of the buffer in group 0
+    /// The kind of item for which the buffer has `count` values: "particle", "node", "block" (of 4^D nodes),
     /// "axis_node" (a node along one axis; first all nodes along x, then all along y, then all along z) or "program" (a
     /// single item).
     std::string per;
-    int count;                          ///< how many numbers the buffer has for each item
+    int count;                          ///< number of values that the buffer has for each item
     std::vector<Component> components;  ///< fields in the buffer, in their order; empty if `per` is not "particle"
 };
 
@@ -56,8 +56,8 @@ struct EntryPoint {
     /// workgroup for each block of 4^D nodes. "one_workgroup": a single workgroup.
     std::string per;
     int workgroup_size;  ///< number of invocations per workgroup
-    /// For each binding that the entry point uses: the number of the binding, and whether the entry point may write to
-    /// the buffer at this binding.
+    /// For each buffer that the entry point uses: the binding number of the buffer, and whether the entry point may
+    /// write to the buffer.
     std::vector<std::pair<int, bool>> bindings;
 };
 
@@ -95,7 +95,7 @@ struct Program {
     }
 };
 
-/// The properties of the policies on which the text of a program depends.
+/// Properties of the policies. The text of a program depends on these properties.
 struct Facts {
     int dimension,           ///< dimension of space: 2 or 3
         support,             ///< support of the kernel: number of nodes along an axis that a particle touches
@@ -163,9 +163,9 @@ inline Binding buffer_of(FieldRole role) {
     return constants;
 }
 
-/// Calls f(name, field) for every component (stored field) of the buffer whose binding has the number `buffer`. `name`
-/// is the name of the component, `field` its description. The position of a particle consists of two components
-/// [cells]: `corner`, the lower corner of the particle's block, and `place`, the position relative to this corner.
+/// Calls f(name, field) for every component (stored field) of the buffer with the binding number `buffer`. `name` is
+/// the name of the component, `field` its description. The position of a particle consists of two components [cells]:
+/// `corner`, the lower corner of the particle's block, and `place`, the position relative to this corner.
 template <class F>
 void for_fields_in(int buffer, const FieldTable& table, const F& f) {
     for (const FieldInfo& field : table) {

@@ -30,8 +30,8 @@ struct Dispatch {
 };
 
 /// Returns the size (x, y) of a dispatch that has at least `invocations` invocations. As long as the device's limit
-/// along one axis allows it, all workgroups lie along x, and y is 1. For more workgroups, x is this limit, and y is the
-/// smallest number that suffices.
+/// along one axis allows it, all workgroups lie along x, and y is 1. For more workgroups, x is this limit, and y is as
+/// small as possible.
 /// \param invocations     number of invocations that are needed
 /// \param workgroup_size  number of invocations per workgroup
 /// \throws parameter_error  if y would exceed the device's limit along one axis
@@ -53,7 +53,7 @@ inline std::uint32_t grid_nodes(int cells) {
 }
 
 /// Throws if the buffers or the entry points of a program exceed a limit of a device.
-/// \param particles  capacity of the buffers: the number of particles for which they have memory
+/// \param particles  capacity of the buffers: number of particles for which the buffers have memory
 /// \param nodes      number of nodes along each axis of the grid
 /// \throws parameter_error  if a buffer would be too large (the message says how many particles or nodes would fit), or
 ///                          if an entry point uses too many storage buffers; the message names the limit that is

@@ -18,8 +18,8 @@ inline const std::vector<std::string> sorted_step_order{
     "clear",       "measure",         "measure_counts", "choose_scale", "clear_blocks", "count_blocks",
     "scan_blocks", "order_particles", "p2g_blocks",     "grid_update",  "g2p"};
 
-/// The messages of all errors that a program can report. Word 0 of the buffer "status" is the number e of the error: 0
-/// means that there is no error, otherwise error_sentences[e − 1] is the message.
+/// The messages of all errors that a program can report. Word 0 of the buffer "status" is the error code e: 0 means
+/// that there is no error, otherwise error_sentences[e − 1] is the message.
 inline const std::vector<std::string> error_sentences{
     "The momentum that a node may receive is not finite: the simulation has blown up. Reduce the time step, or look at "
     "the initial state.",
@@ -38,19 +38,19 @@ inline const std::vector<std::string> error_sentences{
 /// integers, the other as vectors. Each entry point uses at most one of the two. Besides the names of the policies
 /// (kernel, transfer, material, …), the manifest has these entries:
 ///
-///     uniforms     binding: number of the binding; bytes: size of the buffer; fields: for each uniform its name, type,
+///     uniforms     binding: the binding number; bytes: size of the buffer; fields: for each uniform its name, type,
 ///                  offset [bytes], unit, meaning (`what`) and default value
 ///     buffers      for each buffer its name, binding, type, per, count and components. The buffer has `count` 32-bit
-///                  numbers for each item of the kind `per`: "particle", "node", "block" (of 4^D nodes), "axis_node"
+///                  values for each item of the kind `per`: "particle", "node", "block" (of 4^D nodes), "axis_node"
 ///                  (a node along one axis: first all along x, then all along y, then all along z) or "program" (only
-///                  one item). If `per` is "particle", the c-th number (from 0) of particle i is at index
-///                  c * capacity + i; `components` lists the fields that consist of these numbers, with the name, count
-///                  of numbers and unit of each. A field of a material's state also has a default: its value in a body
-///                  at rest.
-///     kernels      for each entry point its name (`entry`); workgroup_size; bindings: the number and access of each
-///                  binding; per: how much to dispatch. This is one invocation for each "particle" or "node", one
-///                  workgroup for each block ("block_workgroup"), or a single workgroup ("one_workgroup"). A dispatch
-///                  of n workgroups has x = min(n, 65535) workgroups along x and y = ceil(n / x) along y.
+///                  one item). If `per` is "particle", the c-th value (from 0) of particle i is at index
+///                  c * capacity + i; `components` lists the fields that consist of these values, with the name,
+///                  count of values and unit of each. A field of a material's state also has a default: its value in
+///                  a body at rest.
+///     kernels      for each entry point its name (`entry`); workgroup_size; bindings: the binding number and access
+///                  of each buffer; per: how much to dispatch. This is one invocation for each "particle" or "node",
+///                  one workgroup for each block ("block_workgroup"), or a single workgroup ("one_workgroup"). A
+///                  dispatch of n workgroups has x = min(n, 65535) workgroups along x and y = ceil(n / x) along y.
 ///     initialise   the entry points to run once, after the buffers were written
 ///     step         the entry points of a step, in the order to run them
 ///     step_sorted  the entry points of a step with P2G through workgroup memory, in the order to run them

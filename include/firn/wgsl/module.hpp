@@ -11,13 +11,13 @@ namespace firn::wgsl {
 class Module {
 public:
     /// Adds a WGSL function that computes the same as a C++ function, called the definition. Also adds the structs that
-    /// the WGSL function needs. The operations of the definition are recorded in one call of it.
+    /// the WGSL function needs. The definition is called once, to record its operations.
     /// \tparam Arguments  types of the definition's parameters; for each there is a specialisation of wgsl::shape
     /// \param name        name of the WGSL function
     /// \param comment     what the definition is or in which header it is; written above the WGSL function
     /// \param names       names of the WGSL function's parameters
     /// \param definition  the C++ function; there is a specialisation of wgsl::shape for the type of its result, too
-    /// \throws usage_error  if the definition reads a number that has no value, or if a number of the definition's
+    /// \throws usage_error  if the definition reads a scalar that has no value, or if a component of the definition's
     ///                      result has no value
     template <class... Arguments, class Definition>
     void function(const std::string& name, const std::string& comment, const std::vector<std::string>& names,

@@ -47,7 +47,8 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
 /// \tparam Kernel          the kernel, such as QuadraticBSpline
 /// \tparam Transfer        the transfer: Pic or Apic
 /// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
-/// \param workgroup_size   number of invocations per workgroup, except in entry points that need another number
+/// \param workgroup_size   number of invocations per workgroup, except in entry points that need a different number of
+///                          invocations
 /// \throws parameter_error  if a parameter of `boundary` is not valid
 template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary,
           class Field = Gravity<float, D>>

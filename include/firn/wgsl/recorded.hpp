@@ -14,8 +14,8 @@ namespace firn::wgsl {
 // argument-dependent lookup find the functions for arguments of type `recorded`.
 using firn::cos, firn::exp, firn::log, firn::max, firn::min, firn::pow, firn::sin;
 
-/// An object that records operations. While a Recording exists, the operations on `recorded` numbers in the thread that
-/// constructed this Recording are added to the member `graph`.
+/// An object that records operations. While a Recording exists, the operations on scalars of type `recorded` in the
+/// thread that constructed this Recording are added to the member `graph`.
 class Recording {
 public:
     /// Starts recording the operations of the calling thread.
@@ -46,7 +46,7 @@ private:
 struct recorded {
     /// The result of a comparison. It stands for a bool value of a WGSL program.
     struct mask {
-        int node;  ///< number of the graph's node (operation) that computes the mask
+        int node;  ///< index of the graph's node (operation) that computes the mask
 
         /// \name Logic
         /// @{
@@ -71,7 +71,7 @@ struct recorded {
     };
 
     int node =
-        nothing;  ///< number of the graph's node that computes the scalar; `nothing` before the scalar has a value
+        nothing;  ///< index of the graph's node that computes the scalar; `nothing` before the scalar has a value
 
     /// Makes a scalar that has no value yet.
     constexpr recorded() = default;
@@ -79,7 +79,7 @@ struct recorded {
     template <class U>
         requires std::is_arithmetic_v<U>
     recorded(U value) : node(constant(float(value))) {}
-    /// Returns the scalar that stands for the result of the graph's node with the given number.
+    /// Returns the scalar that stands for the result of the graph's node with the index `number`.
     static recorded of(int number) {
         recorded r;
         r.node = number;
@@ -115,7 +115,7 @@ struct recorded {
     [[gnu::noinline]] friend recorded select(mask m, recorded a, recorded b) {
         return of(Recording::current().select(m.node, checked(a), checked(b)));
     }
-    /// Returns a. In the WGSL program the value of a gets the given name, unless this value already has a name.
+    /// Returns `a`. In the WGSL program the value of `a` gets the given name, unless this value already has a name.
     friend recorded named(const char* name, recorded a) {
         Recording::current().names.try_emplace(checked(a), name);
         return a;
@@ -128,11 +128,11 @@ struct recorded {
     friend recorded sqrt(recorded a) { return unary(Op::square_root, a); }
     friend recorded abs(recorded a) { return unary(Op::magnitude, a); }
     friend recorded floor(recorded a) { return unary(Op::round_down, a); }
-    /// Returns a, and keeps GPU drivers from simplifying a. Call settled() for a sum whose rounding matters: drivers
-    /// replace (x + c) − c by x, but not settled(x + c) − c. In WGSL the call becomes max(a, −3e38), which equals a
-    /// because a must be larger than −3e38.
+    /// Returns `a`, and keeps GPU drivers from simplifying `a`. Call settled() for a sum whose rounding matters:
+    /// drivers replace (x + c) − c by x, but not settled(x + c) − c. In WGSL the call becomes max(a, −3e38), which
+    /// equals `a` because `a` must be larger than −3e38.
     friend recorded settled(recorded a) { return unary(Op::settled, a); }
-    /// Returns the integer nearest to a, ties to even. In WGSL the call becomes the built-in function round(). On the
+    /// Returns the integer nearest to `a`, ties to even. In WGSL the call becomes the built-in function round(). On the
     /// CPU, firn rounds x by (x + c) − c with a large constant c, but GPU compilers would replace this by x.
     friend recorded nearest_whole(recorded a) { return unary(Op::round_to_even, a); }
     friend recorded power_of_two(recorded a) { return unary(Op::power_of_two, a); }
@@ -156,7 +156,7 @@ private:
     }
 };
 
-/// Translates a recorded number to the WGSL type f32.
+/// Translates a scalar of type `recorded` to the WGSL type f32.
 template <>
 struct shape<recorded> : detail::plain_shape<recorded> {
     /// \name Interface of shape
@@ -176,11 +176,11 @@ struct shape<recorded> : detail::plain_shape<recorded> {
 };
 
 /// Records a loop and returns the state after the last pass. (A pass is one run of the loop's body.) repeat() and
-/// repeat_while() of core/repeat.hpp call record_repeat() if the state consists of recorded numbers; argument-dependent
-/// lookup finds it.
+/// repeat_while() of core/repeat.hpp call record_repeat() if the state consists of scalars of type `recorded`;
+/// argument-dependent lookup finds record_repeat().
 /// \tparam N      the largest number of passes
 /// \tparam State  a type for which there is a specialisation of wgsl::shape; the variables of the loop are the recorded
-///                numbers in a State
+///                scalars in a State
 /// \param state   the state before the loop
 /// \param body    the loop's body, a function that is called once, to record a single pass. Either the function returns
 ///                the next state; or it takes the state by reference, changes the state and returns a mask. In the
@@ -215,7 +215,7 @@ namespace firn {
 /// Describes the scalar type `recorded` to firn's templates: a `recorded` stands for one float.
 template <>
 struct scalar_traits<wgsl::recorded> {
-    using value_type = float;                  ///< type of the number for which a `recorded` stands
+    using value_type = float;                  ///< type of the value for which a `recorded` stands
     static constexpr int lanes = 1;            ///< number of particles whose values a `recorded` contains
     static constexpr bool has_friends = true;  ///< its functions (sqrt, …) are friends, see firn::has_friends
 };

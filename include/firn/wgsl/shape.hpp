@@ -11,8 +11,8 @@
 
 namespace firn::wgsl {
 
-/// Translates a type T to WGSL. The values of T consist of recorded numbers, the components. Each specialisation has
-/// these functions:
+/// Translates a type T to WGSL. The values of T consist of scalars of type `recorded`, the components. Each
+/// specialisation has these functions:
 ///     type()                  returns the name of the type in WGSL
 ///     declare(add)            calls add(name, text) for every WGSL struct that values of type T need. `text` is the
 ///                             declaration of the struct. A struct comes before the structs that contain it.
@@ -24,8 +24,8 @@ namespace firn::wgsl {
 template <class T>
 struct shape;
 
-/// Calls f(component) for every component (recorded number) of a value, in the order in which the function `visit` of
-/// shape\<T> visits them.
+/// Calls f(component) for every component (scalar of type `recorded`) of a value, in the order in which the function
+/// `visit` of shape\<T> visits them.
 template <class T, class F>
 void for_components(T& value, const F& f) {
     shape<T>::visit(value, "", [&](auto& component, const std::string&) { f(component); });
@@ -47,7 +47,7 @@ struct plain_shape {
 
 }  // namespace detail
 
-/// Translates a vector of N numbers to the WGSL type vecN\<f32>.
+/// Translates a vector of N components to the WGSL type vecN\<f32>.
 template <class S, int N>
 struct shape<Vec<S, N>> : detail::plain_shape<S> {
     /// \name Interface of shape
@@ -92,7 +92,7 @@ struct shape<Mat<S, D>> : detail::plain_shape<S> {
     /// @}
 };
 
-/// Translates an array of one number to the WGSL type f32.
+/// Translates an array of one scalar to the WGSL type f32.
 template <class T>
     requires scalar<T>
 struct shape<std::array<T, 1>> : detail::plain_shape<T> {
@@ -112,11 +112,11 @@ struct shape<std::array<T, 1>> : detail::plain_shape<T> {
     /// @}
 };
 
-/// Translates an array of N elements to WGSL: to the type vecN\<f32> if the elements are numbers, otherwise to an
+/// Translates an array of N elements to WGSL: to the type vecN\<f32> if the elements are scalars, otherwise to an
 /// array.
 template <class T, std::size_t N>
 struct shape<std::array<T, N>> {
-    static constexpr bool numbers = scalar<T>;  ///< whether the elements are numbers (not structs or vectors)
+    static constexpr bool numbers = scalar<T>;  ///< whether the elements are scalars (not structs or vectors)
 
     /// \name Interface of shape
     /// @{
@@ -186,8 +186,8 @@ struct struct_shape {
         });
         add(type(), text + "}\n");
     }
-    /// Calls f(component, expression) for every component (recorded number) in the members of `value`. `text` is the
-    /// WGSL expression of `value`, `expression` that of the component.
+    /// Calls f(component, expression) for every component (scalar of type `recorded`) in the members of `value`. `text`
+    /// is the WGSL expression of `value`, `expression` that of the component.
     template <class F>
     static void visit(T& value, const std::string& text, const F& f) {
         for_members([&](const char* name, auto pointer) {

@@ -46,10 +46,10 @@ std::string listed(int count, const F& f, const char* between = ", ") {
 inline std::string no_matrix(int D) { return "mat" + std::to_string(D) + "x" + std::to_string(D) + "<f32>()"; }
 
 /// Returns the text of the WGSL function load_NAME(i), which reads a value of particle i from a buffer. NAME is `name`.
-/// In such a buffer, the c-th number (from 0) of particle i is at index c * capacity + i.
-/// \tparam T      type of the value; there is a specialisation of wgsl::shape for it
+/// In such a buffer, the c-th scalar (from 0) of particle i is at index c * capacity + i.
+/// \tparam T      type of the value; there is a specialisation of wgsl::shape for T
 /// \param stores  whether the result also contains the function store_NAME(i, value), which writes a value
-/// \param first   the index c of the value's first number
+/// \param first   the index c of the value's first component
 /// \param number  function that tells which c belongs to component k of the value: c = first + number(k); the
 ///                components have the order of shape\<T>::visit()
 template <class T, class Number>
@@ -130,7 +130,7 @@ private:
         return first + (" + " + vec("i32")) + "(" + listed(D_ - 1, counter) + ", k)";
     }
     /// Returns the WGSL expression of a vector with one component for each axis except the last: a vec2 of f(0) and
-    /// f(1) in 3D, the number f(0) in 2D.
+    /// f(1) in 3D, the scalar f(0) in 2D.
     template <class F>
     std::string leading(const F& f) const {
         return D_ == 2 ? f(0) : "vec2<f32>(" + listed(D_ - 1, f) + ")";
@@ -143,7 +143,8 @@ private:
     std::string weight() const {
         return listed(D_ - 1, [](int a) { return of_axis("w", a); }, " * ");
     }
-    /// Returns the same product as weight(), but with the gradient along axis a in place of the weight along axis a.
+    /// Returns the WGSL expression of the product of the weights along all axes except the last, but with the gradient
+    /// along axis a in place of the weight along axis a.
     std::string weight_with_gradient(int a) const {
         return of_axis("g", a) + (D_ == 3 ? " * " + of_axis("w", 1 - a) : "");
     }
