@@ -234,7 +234,7 @@ def undocumented_concepts(site, source):
 
 def without_false_links(site):
     """Takes out links that Doxygen makes without reason: at the head of a page to a section of it that is left out, as all
-    in it is hidden; in a program from a name of the standard library."""
+    in it is hidden; in a program from a name that means something else there."""
     for path in site.rglob("*.html"):
         text = path.read_text()
         links = re.findall(r'(<a href="#([\w-]+)">[^<]*</a>(?: &#124;\s*)?)', text)
@@ -244,6 +244,8 @@ def without_false_links(site):
         # A function of the standard library is no link to firn's of the same name.
         text = re.sub(r"(std::)<a [^>]*>(\w+)</a>|<a [^>]*>(std::\w+)</a>",
                       lambda found: found[3] or found[1] + found[2], text)
+        # Of several overloads Doxygen takes any; of variables of a program it knows nothing.
+        text = re.sub(r'<a class="code[^>]*>((?:firn::)?(?:state_of|restore|totals|name))</a>', r"\1", text)
         path.write_text(text)
 
 

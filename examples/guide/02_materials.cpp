@@ -1,6 +1,6 @@
 //! # Materials
 //!
-//! A material says what stress a deformation causes. firn has eight materials. Each is a small struct of parameters.
+//! A material says what stress a deformation causes. firn has eight materials, and firn::NoStress for the points of nets on a grid. Each is a small struct of parameters.
 //! Its page in the reference gives the formula and the paper.
 //!
 //! | material | models | you give |

@@ -33,6 +33,8 @@
 //! σ_max is the largest principal stretch. `firn::squared_stretch_bound(F)` returns a bound of σ_max² without a
 //! singular value decomposition.
 //!
+//! In 2D, F is 2 × 2 and matter is in plane strain: nothing is stretched across the plane.
+//!
 //! ## The struct
 //!
 //! [own_material.hpp](../own_material.hpp)

@@ -69,7 +69,7 @@ int main() {
     //!
     //! ## What to know
     //!
-    //! Matter comes to rest up to 1.5 cells before the surface of a collider (`thickness_in_cells`). This layer keeps
+    //! Matter comes to rest about one cell before the surface of a collider (`thickness_in_cells`). This layer keeps
     //! matter out of the solid. Friction acts only while matter presses on the surface.
     return std::abs(moved.position[0] - 1.3) < 0.01 && force[0] < 0 && force[1] > 0 ? 0 : 1;
 }

@@ -55,8 +55,19 @@ int main() {
         firn::state_of(simulation) == firn::state_of(whole) && firn::read_series("out/parts.hdf.series").size() == 9;
     std::printf("stopped and gone on with: %s\n", same ? "the same bits" : "other bits");
 
-    //! With several materials, write a series for each set. If the program is killed between two writes, one list is
-    //! longer than the others. Then continue from the last time that all lists have.
+    //! ## Several materials
+    //!
+    //! Write a series for each set. If the program was killed between two writes, one list is longer, so go on from the
+    //! last state that all lists have:
+    //!
+    //! ```cpp
+    //! const auto of_water = firn::read_series("out/water.hdf.series"), of_jelly = firn::read_series("out/jelly.hdf.series");
+    //! const std::size_t last = std::min(of_water.size(), of_jelly.size()) - 1;
+    //! firn::restore(simulation.set<Water>(), firn::read_state<float>("out/" + of_water[last].file));
+    //! firn::restore(simulation.set<Jelly>(), firn::read_state<float>("out/" + of_jelly[last].file));
+    //! water_series.go_on_from(of_water[last].time);
+    //! jelly_series.go_on_from(of_jelly[last].time);
+    //! ```
     //!
     //! ## What is refused
     //!

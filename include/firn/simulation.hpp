@@ -47,7 +47,7 @@ namespace firn {
 /// also call these functions itself, without this class.
 ///
 /// In 2D a simulation is a slice of matter one metre thick, in plane strain: densities are in kg/m³ as in 3D, masses in
-/// kg, forces in N, energies in J.
+/// kg, forces in N, energies in J. The volume of a particle is given as its area [m²].
 /// \see SimulationWith, which names the type of a simulation
 /// \tparam D          2 or 3
 /// \tparam Material   a constitutive model, whose scalar type (float or double) is the precision of the simulation; or

@@ -67,8 +67,9 @@ struct BlockedSpan {
     }
 };
 
-/// A field in the memory of another program, in the program's own layout: component k of particle i is data[i * stride
-/// + offset[k]]. This describes arrays of structures, structures of arrays, and matrices stored by rows or by columns.
+/// A field in the memory of another program, in the program's own layout. Component k of particle i is
+/// `data[i * stride + offset[k]]`. This describes arrays of structures, structures of arrays, and matrices stored by
+/// rows or by columns.
 template <class S>
 struct StridedSpan {
     S* data = nullptr;          ///< address from which `stride` and `offset` are counted

@@ -73,8 +73,9 @@ public:
 
     PointMasses<S, D> points;  ///< All points.
     using Stepper<D>::gravity;
-    using Stepper<D>::warn;  ///< Function that is called with a warning if a time step is above stable_time_step().
-    double damping = 0;      ///< Damping rate c [1/s]: a step of length dt multiplies velocities by exp(−c dt).
+    /// Function that is called with a warning if a time step is above stable_time_step().
+    using Stepper<D>::warn;
+    double damping = 0;  ///< Damping rate c [1/s]: a step of length dt multiplies velocities by exp(−c dt).
     DistanceConstraints<S, D> constraints;  ///< Constraints on the distances between points.
     int iterations = 8;                     ///< Number of iterations of the constraints per step.
     /// The collisions of points with each other. If this std::optional is empty, points do not collide. After

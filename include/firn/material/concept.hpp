@@ -19,6 +19,8 @@
 ///     kirchhoff_stress(state, velocity_gradient)  Kirchhoff stress [Pa], if it depends on the velocity gradient, too
 ///     diffusivity(density, state)            diffusivity of momentum by viscosity [m²/s]; it limits the time step
 ///     initial_state<D>()                     the state of a new particle, if this state is not state<D>{}
+///     check()                                throws parameter_error if a parameter is out of range; called before the
+///                                            first step. Of a model without it, NaN parameters are refused
 #pragma once
 
 #include <firn/core/parameters.hpp>
