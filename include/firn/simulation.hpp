@@ -87,7 +87,8 @@ public:
     using Sets = typename Make::type;  ///< A tuple with one MaterialSet for each material.
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
-    static constexpr std::size_t unnamed = detail::unnamed_material;  ///< As the argument of set(): the only material.
+    /// Passed to set() instead of an index, it stands for the material of a simulation that has only one.
+    static constexpr std::size_t unnamed = detail::unnamed_material;
 
     /// Makes a simulation without particles. If `Boundary` is Walls, walls are put on all faces of the domain, except
     /// those of periodic axes. Matter can separate from these walls (Contact::separate). Any other boundary is

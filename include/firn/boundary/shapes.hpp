@@ -178,7 +178,8 @@ struct Capsule {
 
     /// The signed distance of x from the surface [m], negative inside.
     FIRN_INLINE S signed_distance(const Vec<S, D>& x) const { return norm(from_segment(x)) - radius; }
-    /// The outward unit normal at x [1]; on the segment, it points along the second axis.
+    /// Returns the outward unit normal [1] at the point x [m]. If x lies on the segment, the normal points along the
+    /// second axis.
     FIRN_INLINE Vec<S, D> normal(const Vec<S, D>& x) const { return direction_or_up(from_segment(x)); }
 
 private:

@@ -18,7 +18,7 @@
 
 namespace firn {
 
-/// A pool of threads. The threads sleep between the calls of firn, and end when the pool is destroyed.
+/// A pool of threads. The threads sleep while no loop of firn runs, and end when the pool is destroyed.
 ///
 ///     firn::OwnThreads threads;
 ///     const firn::LentThreads lent(std::ref(threads));  // this thread's loops use the pool from here on

@@ -118,8 +118,8 @@ void for_parameters(P& policy, const F& f, const std::string& before = "") {
             for_parameters(policy.all[k], f, before + std::to_string(k) + "_");
 }
 
-/// Returns the policy converted to scalar T. Every listed parameter is converted, e.g. from a float to a pack of
-/// sixteen equal numbers.
+/// Returns the policy converted to scalar T: every parameter that the policy lists in parameters() is converted, e.g.
+/// from a float to a pack of sixteen equal numbers.
 template <class T, class P>
 FIRN_INLINE auto lift(const P& policy) {
     using Lifted = with_scalar_t<P, T>;

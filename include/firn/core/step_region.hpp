@@ -56,7 +56,8 @@ private:
     std::uint64_t age_ = most_age;  ///< number of steps since without_ was measured
 };
 
-/// Whether steps may run without helpers. Tests that count parallel regions set this to false.
+/// Whether a step may run on the calling thread alone, without helper threads. Tests that count parallel regions set
+/// this to false.
 inline bool helpers_may_be_left_out = true;
 
 /// Takes at most `most` steps: calls body(most) in a parallel region. If helpers (other threads) would slow the steps

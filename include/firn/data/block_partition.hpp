@@ -121,9 +121,9 @@ struct BlockRange {
     std::size_t particles;     ///< number of particles in the range
 };
 
-/// A group of sparse blocks with at most this many particles is called spray. The particles of spray scatter to only
-/// few nodes of the group's arena. Therefore P2G clears only these nodes and adds only these nodes to the grid. G2P
-/// reads the nodes from the grid itself, not from an arena.
+/// If a group of sparse blocks has at most this many particles in total, the group is called spray. The particles of
+/// spray scatter to only few nodes of the group's arena. Therefore P2G clears only these nodes and adds only these
+/// nodes to the grid. G2P reads the nodes from the grid itself, not from an arena.
 inline constexpr std::size_t spray_particles = 64;
 
 /// A group of blocks whose particles one worker scatters together: one dense block, or all sparse blocks of one cube.

@@ -40,7 +40,7 @@ enum class FieldShape : std::uint8_t { scalar, vector, matrix, symmetric_matrix 
 /// The type of a field's numbers. `real` is the particles' floating-point type.
 enum class FieldNumber : std::uint8_t { real, uint32, float64 };
 
-/// Which part of a program writes a field.
+/// The role of a field: when it is written, and by what.
 enum class FieldRole : std::uint8_t {
     motion,    ///< written in every step
     affine,    ///< written by affine transfers; otherwise it keeps its start value, and saved states may lack it

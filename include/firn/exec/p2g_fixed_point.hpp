@@ -166,7 +166,8 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Spar
     clear(sums, node_width, grid, threads);
     clear(integers.counts, 1, grid, threads);
 
-    // Adds contributions with the scale of the last step, or only measures the particles.
+    // If the scale of the last step is known, this pass adds contributions with that scale and measures their loads.
+    // Otherwise it only measures the loads, from which the scale follows.
     using Measured = MeasuredSums<Kernel, Force, Integer, S>;
     const bool tries = How == Adding::coloured && grid.last_scale;
     const FixedPointScale<S> tried = tries ? *grid.last_scale : FixedPointScale<S>{S(1), S(1)};

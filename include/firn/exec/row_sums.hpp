@@ -70,7 +70,7 @@ struct IntegerSums : Unmeasured {
     template <class Row>
     using sum = typename Row::template of<Integer>;
     static constexpr bool costly = false;  ///< Adding to memory is not expensive.
-    FixedPointScale<S> scale;              ///< Quanta (integer steps) per kg m/s and per kg.
+    FixedPointScale<S> scale;              ///< Integer units (quanta) per kg m/s and per kg.
 
     /// Makes an object that adds in quanta of this scale.
     explicit IntegerSums(const FixedPointScale<S>& quanta_per_unit) : scale(quanta_per_unit) {}
@@ -125,7 +125,7 @@ struct AtomicSums : IntegerSums<Integer, S> {
 template <class Sums, class Kernel, std::floating_point S, int D, class RowOfArena = row<S, Kernel::support>>
 class ArenaRows {
 public:
-    using Row = RowOfArena;                        ///< Type of the contributions to a row.
+    using Row = RowOfArena;                        ///< Type of a row of contributions to nodes.
     using Sum = typename Sums::template sum<Row>;  ///< Type of the sums of a row.
 
     /// Gives access to the rows of nodes around the particle whose base node is at `corner`.
@@ -160,14 +160,14 @@ class GridRows {
     using Node = typename Sums::template sum<portable_row<S, 1>>;
 
 public:
-    using Row = portable_row<S, K>;                ///< Type of the contributions to a row.
+    using Row = portable_row<S, K>;                ///< Type of a row of contributions to nodes.
     using Sum = typename Sums::template sum<Row>;  ///< Type of the sums of a row.
 
     /// Gives access to the rows of nodes around the particle whose base node is at `corner`.
     /// \param nodes       the sums of all nodes of the grid
     /// \param neighbours  grid indices of the particle's block and of the blocks around it. \see SparseGrid::neighbours
-    /// \param corner      index of the first value of the particle's base node, among all values in the arena of the
-    ///                    particle's block
+    /// \param corner      index of the first value of the particle's base node, counted as if the blocks around the
+    ///                    particle were stored as one arena
     FIRN_INLINE GridRows(typename Sums::number* nodes, const std::uint32_t* neighbours, std::ptrdiff_t corner) {
         unroll<lines * K>([&](auto i) FIRN_LAMBDA {
             node_[i] = nodes + ArenaNodes<Kernel, D>::in_grid(neighbours, corner, i / K, i % K) * node_width;

@@ -289,7 +289,7 @@ private:
         S mass[lanes];        ///< 1 / (sum of the two inverse masses), or 0 if both points are pinned [kg]
         S leaving[lanes];     ///< normal speed after the collision: restitution × speed of approach [m/s]
         S friction[lanes];    ///< Coulomb's coefficient of friction [1]
-        S last[lanes];        ///< length of `impulse` at the end of the last step [m/s]
+        S last[lanes];        ///< length of `impulse` at the end of the previous step [m/s]
         /// own[q] and other[q] are the ranks of the two points of the contact with index q. (A rank is an index in the
         /// sorted order of grid_.) The index q differs from the lane l.
         std::uint32_t own[lanes], other[lanes];

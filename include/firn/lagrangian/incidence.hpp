@@ -1,5 +1,5 @@
-/// \file Lists for each point the elements that have a corner at this point. With this list, the forces of elements can
-/// be summed point by point, so several threads need neither atomic operations nor colours.
+/// \file For each point, a list of the elements that have a corner at this point. With these lists, the forces of
+/// elements can be summed point by point, so several threads need neither atomic operations nor colours.
 #pragma once
 
 #include <firn/core/requirements.hpp>

@@ -194,12 +194,12 @@ public:
     /// its end points.
     const std::vector<Torn>& torn() const { return torn_; }
 
-    /// Continues another run from a saved moment. The results are the same, bit for bit, as if the other run had
+    /// Continues another run from its saved state. The results are the same, bit for bit, as if the other run had
     /// continued. Before the call, set up this system exactly as the system of the other run was set up before its
     /// first step.
     /// \param moment  the saved state of the other run
     /// \throws usage_error      if this system has already taken a step
-    /// \throws parameter_error  if the moment does not fit this system; the system has not changed then
+    /// \throws parameter_error  if the saved state does not fit this system; the system is then left unchanged
     void resume(SystemMoment<S, D> moment) {
         if (now_.steps > 0)
             throw usage_error(

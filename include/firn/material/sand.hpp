@@ -142,8 +142,8 @@ struct Sand {
     /// `volume_gain`:
     ///
     ///     Σ ε > 0   the grains are apart: ε becomes 0 (the tip of the cone), and v_c becomes Σ ε
-    ///     else      if δγ = ‖dev ε‖ + α (D λ + 2 μ)/(2 μ) Σ ε is positive, ‖dev ε‖ is reduced by δγ;
-    ///               v_c becomes 0
+    ///     else      v_c becomes 0; and if δγ = ‖dev ε‖ + α (D λ + 2 μ)/(2 μ) Σ ε is positive, ‖dev ε‖ is reduced
+    ///               by δγ
     ///
     /// α is slope(), the slope of the cone; μ and λ are the Lamé parameters. Sand that has gained volume at the tip
     /// bears pressure only after it has lost this volume again. Where v_c = 0, Σ ε ≤ 0 and δγ ≤ 0, the state is kept

@@ -17,25 +17,26 @@ public:
         spoiled,   ///< a step failed half-way: the particles cannot be used until they are restored
         changed,   ///< the positions must be checked: the program may have changed particles
         inside,    ///< all positions lie in the domain
-        prepared,  ///< the particles are sorted into blocks; stresses and report are up to date
+        prepared,  ///< the particles are sorted into blocks; the stresses and the report of G2P are up to date
         sorted     ///< prepared, and no step was taken since the particles were sorted
     };
 
     /// Returns whether the set is at this level or above.
     bool is(Value at_least) const { return value_ >= at_least; }
 
-    /// Lowers the level to `changed`, if it is higher. Call when the program may change any field of the particles.
+    /// If the level is above `changed`, lowers it to `changed`. Call when the program may change any field of the
+    /// particles.
     void edit() { value_ = std::min(value_, changed); }
-    /// Lowers the level to `inside`, if it is higher. Call after particles with checked positions were added, after
-    /// particles were removed, or if nothing in the set can move yet.
+    /// If the level is above `inside`, lowers it to `inside`. Call after particles with checked positions were added,
+    /// after particles were removed, or if nothing in the set can move yet.
     void unprepare() { value_ = std::min(value_, inside); }
-    /// Raises the level to `inside`, if it is lower. Call after all positions were found to lie in the domain.
+    /// If the level is below `inside`, raises it to `inside`. Call after all positions were found to lie in the domain.
     void check() { value_ = std::max(value_, inside); }
     /// Sets the level to `sorted`. Call after sorting the particles and computing their stresses.
     void prepare() { value_ = sorted; }
 
-    /// Lowers the level to `changed`, if it is higher. Call when a step begins: the set is not prepared until the step
-    /// ends.
+    /// If the level is above `changed`, lowers it to `changed`. Call when a step begins: the set is not prepared until
+    /// the step ends.
     void begin_step() { edit(); }
     /// Sets the level to `spoiled`. Call before a step changes particles: if the step fails, they cannot be used.
     void spoil() { value_ = spoiled; }

@@ -60,8 +60,8 @@ struct OpenRecord {
     std::array<V, std::size_t(Open)> column;                    ///< columns of A, one for each open axis
     std::array<V, std::size_t(Gradients ? Open : 0)> gradient;  ///< columns of G, one for each open axis
 
-    /// Returns the record with the offset o chosen along the last open axis. w and g are the kernel's weight and
-    /// gradient at this offset.
+    /// Returns the record at offset o along the last open axis, an axis along which no offset is chosen yet. w and g
+    /// are the kernel's weight and gradient at this offset.
     template <class O, class W>
     FIRN_INLINE OpenRecord<V, Open - 1, Gradients> contract(const O& o, const W& w, const W& g) const {
         OpenRecord<V, Open - 1, Gradients> rest;

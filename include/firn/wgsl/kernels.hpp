@@ -1,4 +1,5 @@
-/// \file The WGSL texts of a program's helper functions and entry points. They call the recorded functions.
+/// \file The WGSL texts of a program's helper functions and entry points. The entry points call functions that were
+/// recorded from the definitions in C++ (recorded.hpp).
 ///
 /// There is no physics in these texts. They contain placeholders ${NAME}, which text.hpp replaces.
 ///

@@ -68,7 +68,7 @@ struct Program {
     int dimension;                         ///< dimension of space: 2 or 3
     std::string kernel,                    ///< name of the kernel
         transfer,                          ///< name of the transfer
-        force,                             ///< name of the force form
+        force,                             ///< name of the force form: MLS or weight gradients
         material,                          ///< name of the material
         boundary,                          ///< name of the boundary
         field;                             ///< name of the acceleration field
