@@ -18,7 +18,8 @@ int main() {
     ball.position = {0.5, 0.4, 0.35};
     firn::ParticleSystem system(ball);
     const auto sheet = firn::cloth({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {32, 32});  // 1 m × 1 m, upright
-    const std::size_t first = system.add(sheet, {.masses = firn::facet_masses(sheet, 0.2), .radius = 0.01});  // kg/m²
+    const auto first =
+        std::uint32_t(system.add(sheet, {.masses = firn::facet_masses(sheet, 0.2), .radius = 0.01}));  // kg/m²
     system.points.pin(first + 33 * 32);  // it hangs by two corners
     system.points.pin(first + 33 * 32 + 32);
     system.damping = 0.5;  // 1/s
