@@ -31,9 +31,9 @@ if(FIRN_SANITIZE AND NOT FIRN_WARNINGS_AS_ERRORS)
 else()
     target_compile_options(firn_developer INTERFACE -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion)
 endif()
-# Warnings of g++ 12 are false of std::string's operator+ with -O3 (GCC bug 105651) and of its own AVX-512 intrinsics.
+# Two warnings of g++ 12 are false with -O3: std::string's operator+ (GCC bug 105651) and its own AVX-512 intrinsics.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION MATCHES "^12\\.")
-    target_compile_options(firn_developer INTERFACE -Wno-restrict -Wno-maybe-uninitialized -Wno-uninitialized)
+    target_compile_options(firn_developer INTERFACE -Wno-restrict -Wno-maybe-uninitialized)
 endif()
 if(FIRN_WARNINGS_AS_ERRORS)
     target_compile_options(firn_developer INTERFACE -Werror)
