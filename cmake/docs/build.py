@@ -155,12 +155,17 @@ def prepare_guide(source):
     for path in guide_pages():
         title, text = page(path).lstrip("\n").split("\n", 1)
         (source / f"{page_name(path)}.md").write_text(f"{title} {{#{page_name(path)}}}\n{text}")
-    prepare_examples(source)
     title, text = page(root / "examples/guide/README.md", "@subpage").split("\n", 1)
     (source / "1_guide.md").write_text(f"{title} {{#guide}}\n{text}")
-    front = page(docs / "front.md")
-    front = front.replace("\\rooms", "".join(f"- @ref {room} \"{title}\": {about}\n" for room, (title, about) in rooms.items()))
-    (source / "front.md").write_text(front)
+
+
+def prepare_front(source):
+    """The first page: what the README shows first, and what there is to read."""
+    first = page(root / "README.md").split("\n## ", 1)[0]
+    pages = "".join(f"- @ref {page_name(path)}\n" for path in guide_pages())
+    folders = "".join(f"- @ref {room} \"{title}\": {about}\n" for room, (title, about) in rooms.items())
+    (source / "front.md").write_text(f"{first}\n\n## Guide\n\nEach page of the @ref guide \"guide\" is a program:\n\n{pages}"
+                                     f"\n## Reference\n\n{folders}\nSearch finds any name, without a network.\n")
 
 
 def prepare(output):
@@ -175,7 +180,9 @@ def prepare(output):
         (source / path).write_text(prepared(header.read_text(), room))
     groups = "".join(f"/// \\defgroup {room} {title}\n/// {about}\n\n" for room, (title, about) in rooms.items())
     (source / "rooms.dox").write_text(groups)
+    prepare_examples(source)
     prepare_guide(source)
+    prepare_front(source)
     return source
 
 
@@ -305,7 +312,7 @@ def main():
     sheets = [theme / "doxygen-awesome.css", theme / "doxygen-awesome-sidebar-only.css"] if theme.exists() else []
     if not sheets:
         print(f"{theme} is not here (Debian, Ubuntu: doxygen-awesome-css); the site has Doxygen's own looks")
-    for name, value in {"INPUT": source, "OUTPUT": output, "ROOT": root, "DOCS": docs, "VERSION": version(),
+    for name, value in {"INPUT": source, "OUTPUT": output, "ROOT": root, "VERSION": version(),
                         "SHEETS": " ".join(f'"{sheet}"' for sheet in [*sheets, docs / "style.css"])}.items():
         text = text.replace(f"@{name}@", str(value))
     (output / "Doxyfile").write_text(text)
@@ -314,12 +321,11 @@ def main():
     told, unused = warnings(output / "warnings.txt", source)
     told = sorted(told + undocumented_concepts(output / "html", source))
     without_false_links(output / "html")
-    if options.only:
-        told = [line for line in told if line.startswith(f"firn/{options.only}")]
     dead, links = dead_links(output / "html")
-    told += broken_tables(output / "html")
     if options.only:
-        dead, unused = [], []
+        told, dead, unused = [line for line in told if line.startswith(f"firn/{options.only}")], [], []
+    else:
+        told += broken_tables(output / "html")
     for line in told + dead + [f"false_warnings.txt: no longer told, take it out: {line}" for line in unused]:
         print(line)
     print(f"{len(told)} warnings, {links} links, {len(dead)} of them dead: {output / 'html/index.html'}")
