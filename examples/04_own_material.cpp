@@ -21,8 +21,7 @@ int own_material(int argc, char** argv) {
         {options.threads});
     simulation.add(firn::sample_sphere<3>({0.5, radius + 0.02, 0.5}, radius, {.spacing = spacing}), 1000.0,
                    {0.0, -4.0, 0.0});
-    example::run(simulation, options, spacing, {}, [] {});
-    return 0;
+    return example::run(simulation, options, spacing, {}, [] {}).exit_code();
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 /// \file firn's stages in a program with its own particles. The particles stay in the program's structures; firn reads
 /// and writes them through a view. The program keeps its time step, its loop and its output.
+#include "support/film.hpp"
 #include "support/options.hpp"
 #include "support/png.hpp"
 #include "support/progress.hpp"
@@ -98,8 +99,26 @@ int your_simulator(int argc, char** argv) {
     grid.activate(partition);
     firn::G2PReport report = firn::update_stress(execution, view, partition, material, domain.cell_size);
 
+    // Your own output: a state and, with --pictures, a picture.
+    const auto picture = [&] {
+        example::Cloud cloud;
+        cloud.radius = float(0.6 * spacing);
+        for (const YourParticle& p : all)
+            cloud.positions.push_back({float(p.position[0]), float(p.position[1]), float(p.position[2])});
+        example::View view_of_box;
+        view_of_box.domain = example::Box{{0, 0, 0}, {1, 1, 1}};
+        view_of_box.frame = example::Box{{0.15F, 0, 0.15F}, {0.85F, 0.8F, 0.85F}};
+        return example::render(cloud, view_of_box);
+    };
     firn::StateSeries states(options.output, options.name);
-    states.write(your_state(all, 0, 0, 0));
+    int written = 0;
+    const auto write = [&](std::uint64_t step, double time, double dt) {
+        states.write(your_state(all, step, time, dt));
+        if (options.pictures) example::write_png(options.file(example::numbered(written, ".png")), picture());
+        ++written;
+    };
+
+    write(0, 0, 0);
     example::Progress progress(options.schedule.steps, std::int64_t(all.size()));
     double time = 0;
     for (std::int64_t step = 1; step <= options.schedule.steps; ++step) {
@@ -112,19 +131,14 @@ int your_simulator(int argc, char** argv) {
         firn::grid_update(execution, grid, dt, gravity, walls);
         report = firn::g2p<Kernel, firn::Apic, firn::MlsForce>(execution, view, partition, grid, material, dt);
         time += dt;
-        if (options.schedule.writes_after(step)) states.write(your_state(all, std::uint64_t(step), time, dt));
+        if (options.schedule.writes_after(step)) write(std::uint64_t(step), time, dt);
         progress.advance();
     }
 
-    example::Cloud cloud;
-    cloud.radius = float(0.6 * spacing);
-    for (const YourParticle& p : all)
-        cloud.positions.push_back({float(p.position[0]), float(p.position[1]), float(p.position[2])});
-    example::View view_of_box;
-    view_of_box.domain = example::Box{{0, 0, 0}, {1, 1, 1}};
-    example::write_png(options.file(".png"), example::render(cloud, view_of_box));
+    example::write_png(options.file(".png"), picture());
     std::cout << "picture: " << options.file(".png").string() << std::endl;
-    return 0;
+    const bool films = options.film && example::finds_ffmpeg(options.file(""), written);
+    return films && !example::make_film(options.file(""), written) ? 1 : 0;
 }
 
 }  // namespace

@@ -141,21 +141,19 @@ int snow(int argc, char** argv) {
     view.smoothing = 0.4F;
     auto obstacles = scenery(1.3 * spacing);
     obstacles.colours = {example::snow, example::snow};
-    example::run(fine, options, spacing, view, [] {}, [&] { return obstacles; });
-    if (coarse_cells < 16) return 0;
+    const example::Outcome outcome = example::run(fine, options, spacing, view, [] {}, [&] { return obstacles; });
+    if (coarse_cells < 16 || !outcome.has_moved() || outcome.is_interrupted()) return outcome.exit_code();
 
     Simulation coarse = on_cells(coarse_cells);
     std::cout << "the same with " << coarse_cells << " cells along an edge" << std::endl;
-    example::Progress progress(options.schedule.steps, std::int64_t(example::particle_count(coarse)));
-    for (std::int64_t step = 0; step < options.schedule.steps; ++step) {
-        coarse.step();
-        progress.advance();
-    }
+    const example::Outcome second = example::run_steps(
+        options.schedule.steps, std::int64_t(example::particle_count(coarse)), [&] { coarse.step(); });
+    if (second.is_interrupted()) return second.exit_code();  // a picture of both would show unequal times
     example::write_png(options.file("_fine_and_coarse.png"),
                        example::beside(example::picture(fine, spacing, view, obstacles),
                                        example::picture(coarse, spacing, view, obstacles)));
     std::cout << "picture of both: " << options.file("_fine_and_coarse.png").string() << std::endl;
-    return 0;
+    return outcome.exit_code();
 }
 
 }  // namespace

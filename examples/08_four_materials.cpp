@@ -111,9 +111,9 @@ int four_materials(int argc, char** argv) {
             scenery.points.push_back(body.position + matrix_of(body.rotation) * x);
         return scenery;
     };
-    example::run(simulation, options, spacing, view, move_bunny, surface);
+    const example::Outcome outcome = example::run(simulation, options, spacing, view, move_bunny, surface);
     std::printf("%.3f s in %llu steps\n", simulation.time(), static_cast<unsigned long long>(simulation.steps()));
-    return 0;
+    return outcome.exit_code();
 }
 
 }  // namespace

@@ -114,11 +114,12 @@ int fountain(int argc, char** argv) {
         view.smoothing = 0.3F;
         return example::render(cloud, view);
     };
-    example::run(system, options, [&] { system.step(dt); }, picture);
+    const example::Outcome outcome = example::run(system, options, [&] { system.step(dt); }, picture);
+    if (!outcome.has_moved()) return outcome.exit_code();
     const auto inside = std::count_if(system.points.position.begin(), system.points.position.end(), is_in_basin);
-    std::printf("%zu drops, %zu of them beyond the rim\n", system.points.size(),
+    std::printf("%s%zu drops, %zu of them beyond the rim\n", outcome.part().c_str(), system.points.size(),
                 system.points.size() - std::size_t(inside));
-    return 0;
+    return outcome.exit_code();
 }
 
 }  // namespace

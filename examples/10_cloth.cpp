@@ -100,10 +100,11 @@ int cloth(int argc, char** argv) {
         corners(is_hanging ? -pull : system.time() < hung ? 0.3 : 0);
         system.step(dt);
     };
-    example::run(system, options, step, picture);
-    std::printf("the longest link is %.3f times its length at rest; %zu of %zu links are torn\n", stretch(system),
-                links - system.constraints.size(), links);
-    return 0;
+    const example::Outcome outcome = example::run(system, options, step, picture);
+    if (!outcome.has_moved()) return outcome.exit_code();
+    std::printf("%sthe longest link is %.3f times its length at rest; %zu of %zu links are torn\n",
+                outcome.part().c_str(), stretch(system), links - system.constraints.size(), links);
+    return outcome.exit_code();
 }
 
 }  // namespace

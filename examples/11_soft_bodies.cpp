@@ -104,17 +104,20 @@ int soft_bodies(int argc, char** argv) {
             system, 0.01, [&](std::size_t i) { return colours[(system.points.group[i] - 1) % 7]; });
         example::View view{.direction = {{-0.5F, -0.5F, -1.0F}}};
         view.domain = example::Box{{{0, 0, 0}}, {{float(width), float(width), float(width)}}};
+        view.frame = example::Box{{{0, 0, 0}}, {{float(width), 1.1F * float(width), float(width)}}};
         return example::render(cloud, view);
     };
-    example::run(system, options, [&] { system.step(dt); }, picture);
+    const example::Outcome outcome = example::run(system, options, [&] { system.step(dt); }, picture);
+    if (!outcome.has_moved()) return outcome.exit_code();
     double least = 1e9, mean = 0;
     for (const Placed& body : bodies) {
         const double kept = volume_of(system, body) / body.volume;
         least = std::min(least, kept);
         mean += kept / double(bodies.size());
     }
-    std::printf("%zu bodies keep %.3f of their volume on average, at least %.3f\n", bodies.size(), mean, least);
-    return 0;
+    std::printf("%s%zu bodies keep %.3f of their volume on average, at least %.3f\n", outcome.part().c_str(),
+                bodies.size(), mean, least);
+    return outcome.exit_code();
 }
 
 }  // namespace

@@ -84,9 +84,9 @@ int cloth_and_snow(int argc, char** argv) {
                 shown.points.push_back(hung + Point{x * side, 0.0, z});
         return shown;
     };
-    example::run(simulation, options, spacing, view, [] {}, scenery);
+    const example::Outcome outcome = example::run(simulation, options, spacing, view, [] {}, scenery);
     std::printf("%.3f s in %llu steps\n", simulation.time(), static_cast<unsigned long long>(simulation.steps()));
-    return 0;
+    return outcome.exit_code();
 }
 
 }  // namespace

@@ -77,8 +77,10 @@ struct Options {
     Schedule schedule;
     int threads = 1;  ///< number of threads, never 0
     std::filesystem::path output;
-    bool go_on = false;  ///< whether to go on from the last states in `output`
-    bool obj = false;    ///< whether to write every state as an OBJ file, too
+    bool go_on = false;     ///< whether to go on from the last states in `output`
+    bool obj = false;       ///< whether to write every state as an OBJ file, too
+    bool pictures = false;  ///< whether to draw a picture of every state
+    bool film = false;      ///< whether to make a film of them; then `pictures` is set, too
 
     /// OUTPUT/NAME + ending: `file(".png")`.
     [[nodiscard]] std::filesystem::path file(const std::string& ending) const { return output / (name + ending); }
@@ -112,6 +114,8 @@ public:
                 [](std::string& given) { return given.empty() ? std::string("give the name of a folder.") : ""; }, ""));
         if (defaults_.writes_obj)
             app_.add_flag("--obj", obj_, "Write every state as an OBJ file, too, for Houdini and Blender");
+        app_.add_flag("--pictures", pictures_, "Draw a picture of every state: NAME_0000.png and so on");
+        app_.add_flag("--film", film_, "Draw these pictures, and make a film of them with ffmpeg: NAME.mp4");
         if (defaults_.can_go_on) app_.add_flag("--go-on", go_on_, "Go on from the last states in that folder");
     }
 
@@ -147,7 +151,9 @@ public:
             threads_ == 0 ? all : static_cast<int>(threads_),
             std::filesystem::path(output_),
             go_on_,
-            obj_};
+            obj_,
+            pictures_ || film_,
+            film_};
         return std::nullopt;
     }
 
@@ -175,7 +181,7 @@ private:
     std::int64_t particles_, steps_, frames_;
     std::int64_t threads_ = 0;
     std::string output_;
-    bool go_on_ = false, obj_ = false;
+    bool go_on_ = false, obj_ = false, pictures_ = false, film_ = false;
     CLI::Option* steps_option_ = nullptr;
     CLI::Option* frames_option_ = nullptr;
     Options options_;

@@ -43,8 +43,8 @@ inline std::string readable(double number) {
     return text.str();
 }
 
-/// Counts the steps of a run and prints the progress. advance() may count several steps at once, and ignores steps
-/// beyond the last.
+/// Counts the steps of a run and prints the progress, with the particle-steps per second of the steps done now.
+/// advance() may count several steps at once, and ignores steps beyond the last.
 class Progress {
 public:
     Progress(std::int64_t steps, std::int64_t particles, std::ostream& out = std::cout, bool terminal = on_terminal())
@@ -55,10 +55,24 @@ public:
         if (terminal && steps_ > 0) bar_.emplace(static_cast<unsigned long>(steps_), out_, "");
     }
 
-    void advance(std::int64_t steps = 1) {
+    /// Counts steps that were done before a restart: they are no work of this run.
+    void skip(std::int64_t steps) {
         steps = std::clamp<std::int64_t>(steps, 0, steps_ - done_);
         if (steps == 0) return;
         done_ += steps;
+        tenth_ = static_cast<int>(10 * done_ / steps_);
+        if (bar_) *bar_ += static_cast<unsigned long>(steps);
+    }
+    /// Leaves time out of the rate, such as that of drawing pictures.
+    void leave_out(std::chrono::steady_clock::duration time) { start_ += time; }
+
+    void advance(std::int64_t steps = 1) { advance(steps, particles_); }
+    /// \param particles  their number in these steps, where it changes
+    void advance(std::int64_t steps, std::int64_t particles) {
+        steps = std::clamp<std::int64_t>(steps, 0, steps_ - done_);
+        if (steps == 0) return;
+        done_ += steps;
+        work_ += static_cast<double>(steps) * static_cast<double>(particles);
         if (bar_) {
             *bar_ += static_cast<unsigned long>(steps);
             if (done_ == steps_) out_ << rate() << '\n' << std::flush;
@@ -71,8 +85,7 @@ public:
 private:
     [[nodiscard]] std::string rate() const {
         const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
-        const double work = static_cast<double>(done_) * static_cast<double>(particles_);
-        return readable(work / std::max(passed.count(), 1e-9)) + " particle-steps/s";
+        return readable(work_ / std::max(passed.count(), 1e-9)) + " particle-steps/s";
     }
 
     std::int64_t steps_;
@@ -80,6 +93,7 @@ private:
     std::ostream& out_;
     std::chrono::steady_clock::time_point start_;
     std::int64_t done_ = 0;
+    double work_ = 0.0;  // particle-steps
     int tenth_ = 0;
     std::optional<boost::timer::progress_display> bar_;
 };

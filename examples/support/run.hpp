@@ -8,7 +8,6 @@
 #include <firn/io/states.hpp>
 
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 #include <memory>
 
@@ -34,13 +33,14 @@ void for_materials(const F& f) {
         [&](auto i) { f(std::integral_constant<std::size_t, std::size_t(i)>{}); });
 }
 
-/// The colours of a picture, and points that it shows besides the particles, such as surfaces of solids.
+/// The colours of a picture, and what it shows besides the particles, such as surfaces of solids.
 template <int D>
 struct Scenery {
     std::vector<firn::Vec<double, D>> points{};
-    Colour solid = slate;
+    Colour solid = slate;  ///< colour of the points
     std::vector<Colour>
-        colours{};  ///< of materials, or of bodies if there is one material; if empty, in the palette's order
+        colours{};      ///< of materials, or of bodies if there is one material; if empty, in the palette's order
+    Surface surface{};  ///< triangles, such as of add_mesh()
 };
 
 /// Adds the nets of a simulation's I-th material as surfaces of one colour.
@@ -64,6 +64,7 @@ template <class Simulation>
 Cloud cloud_of(const Simulation& simulation, double spacing, const Scenery<Simulation::dimension>& scenery = {}) {
     constexpr int D = Simulation::dimension;
     Cloud cloud;
+    cloud.surface = scenery.surface;
     cloud.radius = float((D == 3 ? 0.6 : 0.75) * spacing);
     const auto add = [&](const firn::Vec<double, D>& x, std::uint8_t colour) {
         cloud.positions.push_back({float(x[0]), float(x[1]), D == 3 ? float(x[D - 1]) : 0.0F});
@@ -171,16 +172,43 @@ std::size_t particle_count(const Simulation& simulation) {
     return count;
 }
 
-/// Runs a simulation with run_schedule().
+/// Returns the part of the space that all pictures of a run show: the particles at its start and the floor under them,
+/// with some room around.
+template <class Simulation>
+Box frame_of(const Simulation& simulation) {
+    constexpr int D = Simulation::dimension;
+    const auto& domain = simulation.domain();
+    Box box;
+    for_materials<Simulation>([&](auto i) {
+        const auto& particles = simulation.template set<i>().particles();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot)) {
+                const auto x = drawn(particles.position(slot));
+                box.include({{x[0], x[1], x[2]}});
+            }
+    });
+    const bool all = box.empty();
+    const float room = all ? 0 : 0.12F * box.diagonal();
+    for (int a = 0; a < 3; ++a) {
+        const float lower = a < D ? float(domain.lower[a]) : 0, upper = a < D ? float(domain.upper[a]) : 0;
+        box.lower[a] = all || a == 1 ? lower : std::max(lower, box.lower[a] - room);
+        box.upper[a] = all ? upper : std::min(upper, box.upper[a] + (a == 1 ? 0 : room));
+    }
+    return box;
+}
+
+/// Runs a simulation with run_schedule(). All its pictures show the same part of the space: the view's frame or, by
+/// default, frame_of() the simulation at its start.
 /// \param after_step  called after every step
-/// \param scenery     called at the end; returns what the picture shows besides the particles
-template <class Simulation, class AfterStep, class SceneryAtEnd>
-void run(Simulation& simulation, const Options& options, double spacing, const View& view, const AfterStep& after_step,
-         const SceneryAtEnd& scenery) {
+/// \param scenery     called for every picture; returns what it shows besides the particles
+template <class Simulation, class AfterStep, class MakeScenery>
+Outcome run(Simulation& simulation, const Options& options, double spacing, View view, const AfterStep& after_step,
+            const MakeScenery& scenery) {
+    if (!view.frame) view.frame = frame_of(simulation);
     StatesOfAll states(simulation, options);
     const Begun begun = options.go_on ? states.go_on(simulation) : Begun{};
-    run_schedule(
-        options, std::int64_t(particle_count(simulation)), begun, [&] { states.write(simulation); },
+    return run_schedule(
+        options, [&] { return std::int64_t(particle_count(simulation)); }, begun, [&] { states.write(simulation); },
         [&] { states.finish(); },
         [&] {
             simulation.step();
@@ -190,9 +218,9 @@ void run(Simulation& simulation, const Options& options, double spacing, const V
 }
 
 template <class Simulation, class AfterStep>
-void run(Simulation& simulation, const Options& options, double spacing, const View& view,
-         const AfterStep& after_step) {
-    run(simulation, options, spacing, view, after_step, [] { return Scenery<Simulation::dimension>{}; });
+Outcome run(Simulation& simulation, const Options& options, double spacing, const View& view,
+            const AfterStep& after_step) {
+    return run(simulation, options, spacing, view, after_step, [] { return Scenery<Simulation::dimension>{}; });
 }
 
 }  // namespace example

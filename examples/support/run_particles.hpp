@@ -37,9 +37,9 @@ Cloud cloud_of(const System& system, double radius, const ColourOf& colour_of) {
 
 /// Runs a particle system with run_schedule().
 /// \param step     makes a step
-/// \param picture  draws the picture at the end
+/// \param picture  draws a picture; its view must not depend on the state
 template <class System, class Step, class Picture>
-void run(System& system, const Options& options, const Step& step, const Picture& picture) {
+Outcome run(System& system, const Options& options, const Step& step, const Picture& picture) {
     using S = typename System::scalar_type;
     firn::BackgroundSeries<S> series(options.output, options.name);
     Begun begun;
@@ -56,8 +56,9 @@ void run(System& system, const Options& options, const Step& step, const Picture
         series.write(std::move(state));
         ++states;
     };
-    run_schedule(options, options.particles, begun, write, [&] { series.finish(); }, step, picture,
-                 {options.file(".hdf.series")});
+    return run_schedule(
+        options, [&] { return std::int64_t(system.points.size()); }, begun, write, [&] { series.finish(); }, step,
+        picture, {options.file(".hdf.series")});
 }
 
 }  // namespace example

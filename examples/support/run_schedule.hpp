@@ -2,6 +2,7 @@
 #pragma once
 
 #include "support/errors.hpp"
+#include "support/film.hpp"
 #include "support/options.hpp"
 #include "support/png.hpp"
 #include "support/progress.hpp"
@@ -9,11 +10,12 @@
 #include <firn/io/interruption.hpp>
 #include <firn/io/series_file.hpp>
 
+#include <chrono>
 #include <cstdint>
-#include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,13 +23,6 @@ namespace example {
 
 /// Numbers in the renderer's palette.
 enum Colour : std::uint8_t { coral, teal, amber, indigo, moss, plum, slate, sand, snow };
-
-/// Returns "_0012" + ending for the number 12.
-inline std::string numbered(int number, const char* ending) {
-    char text[24];
-    std::snprintf(text, sizeof text, "_%04d", number);
-    return std::string(text) + ending;
-}
 
 /// Waits for the states of a run that ended with an error, and prints the names of the last ones.
 template <class Finish>
@@ -62,52 +57,114 @@ struct Begun {
     int states = 0;  ///< in its series
 };
 
+/// How far a run has come.
+struct Outcome {
+    std::int64_t done = 0;  ///< steps, with those before a restart
+    std::int64_t planned = 0;
+    int signal = 0;           ///< SIGINT (Ctrl-C) or SIGTERM if it has ended the run, else 0
+    bool film_fails = false;  ///< whether ffmpeg has failed to make a film
+
+    [[nodiscard]] bool has_moved() const { return done > 0; }
+    [[nodiscard]] bool is_interrupted() const { return signal != 0; }
+    /// For main(): 0, 1 without the film that was asked for, 130 after Ctrl-C, 143 after SIGTERM.
+    [[nodiscard]] int exit_code() const { return signal != 0 ? 128 + signal : film_fails ? 1 : 0; }
+    /// To print before results: "" for a whole run, else "after 40 of 1600 steps: ".
+    [[nodiscard]] std::string part() const {
+        if (done >= planned) return {};
+        return "after " + std::to_string(done) + " of " + std::to_string(planned) + " steps: ";
+    }
+};
+
+/// Makes `planned` steps with a progress bar. Ctrl-C (or SIGTERM) ends them after a step, and prints so.
+template <class Step>
+Outcome run_steps(std::int64_t planned, std::int64_t particles, const Step& step) {
+    const firn::Interruption interruption;
+    Progress progress(planned, particles);
+    Outcome outcome{0, planned};
+    while (outcome.done < planned && !interruption.requested()) {
+        step();
+        ++outcome.done;
+        progress.advance();
+    }
+    outcome.signal = interruption.signal();
+    if (outcome.is_interrupted()) std::cout << "\ninterrupted after " << outcome.done << " steps" << std::endl;
+    return outcome;
+}
+
 /// Runs the schedule, or the rest of it. It writes states before the first step and by the schedule, and a picture at
-/// the end. Ctrl-C (or SIGTERM) ends the run early, with a state and a picture. If a step throws, the earlier states
-/// are finished, and the name of the last one is printed.
-/// \param begun    the part that was done before a restart
-/// \param write    writes a state
-/// \param finish   returns when all states are on disk
-/// \param step     makes a step
-/// \param picture  draws the picture at the end
-/// \param series   the lists of the states, which ParaView opens
-template <class Write, class Finish, class Step, class Picture>
-void run_schedule(const Options& options, std::int64_t particles, const Begun& begun, const Write& write,
-                  const Finish& finish, const Step& step, const Picture& picture,
-                  const std::vector<std::filesystem::path>& series) {
-    std::cout << options.name << ": " << particles << " particles, " << options.schedule.steps << " steps, "
-              << options.threads << (options.threads == 1 ? " thread" : " threads") << std::endl;
+/// the end; with --pictures one of every state, with --film a film of them. Ctrl-C (or SIGTERM) ends the run early,
+/// with a state and a picture. If a step throws, the earlier states are finished, and the name of the last one is
+/// printed.
+/// \param particles  returns their number, which may change
+/// \param begun      the part that was done before a restart
+/// \param write      writes a state
+/// \param finish     returns when all states are on disk
+/// \param step       makes a step
+/// \param picture    draws the picture of a state
+/// \param series     the lists of the states, which ParaView opens
+template <class Particles, class Write, class Finish, class Step, class Picture>
+Outcome run_schedule(const Options& options, const Particles& particles, const Begun& begun, const Write& write,
+                     const Finish& finish, const Step& step, const Picture& picture,
+                     const std::vector<std::filesystem::path>& series) {
+    Outcome outcome{begun.steps, options.schedule.steps};
+    const auto at_first = particles();
+    std::cout << options.name << ": " << (at_first > 0 ? std::to_string(at_first) : "no") << " particles"
+              << (at_first > 0 ? ", " : " yet, ") << outcome.planned << " steps, " << options.threads
+              << (options.threads == 1 ? " thread" : " threads") << std::endl;
+    const bool films =
+        options.film && finds_ffmpeg(options.file(""), 1 + std::int64_t(options.schedule.write_after.size()));
+
+    std::optional<Progress> progress;
+    Image last;  // the picture of the last state
     int states = begun.states;
+    const auto draw = [&](int state) {
+        const auto start = std::chrono::steady_clock::now();
+        last = picture();
+        write_png(options.file(numbered(state, ".png")), last);
+        if (progress) progress->leave_out(std::chrono::steady_clock::now() - start);
+    };
     const auto write_one = [&] {
         write();
+        if (options.pictures) draw(states);
         ++states;
     };
     if (states == 0)
         write_one();
-    else
+    else if (options.pictures && !std::filesystem::exists(options.file(numbered(states - 1, ".png"))))
+        draw(states - 1);
+    if (outcome.planned == 0 && begun.steps == 0)
+        std::cout << "nothing moves in 0 steps: the state and the picture show the beginning" << std::endl;
+    else if (begun.steps >= outcome.planned)
+        std::cout << "the " << begun.steps << " steps of the run are done: there is nothing left to do" << std::endl;
+    else if (begun.states > 0)
         std::cout << "going on after step " << begun.steps << std::endl;
+
     const firn::Interruption interruption;
-    Progress progress(options.schedule.steps, particles);
-    progress.advance(begun.steps);
-    for (std::int64_t done = begun.steps + 1; done <= options.schedule.steps; ++done) {
+    progress.emplace(outcome.planned, 0);
+    progress->skip(begun.steps);
+    while (outcome.done < outcome.planned && !outcome.is_interrupted()) {
+        const std::int64_t now = particles();
         try {
             step();
         } catch (...) {
             say_last_states(states, finish, series);
             throw;
         }
-        const bool is_last = interruption.requested();
-        if (is_last || options.schedule.writes_after(done)) write_one();
-        progress.advance();
-        if (!is_last) continue;
-        std::cout << "\ninterrupted after " << done << " steps" << std::endl;
-        break;
+        ++outcome.done;
+        outcome.signal = interruption.signal();
+        if (outcome.is_interrupted() || options.schedule.writes_after(outcome.done)) write_one();
+        progress->advance(1, now);
+        if (outcome.is_interrupted()) std::cout << "\ninterrupted after " << outcome.done << " steps" << std::endl;
     }
     finish();
-    write_png(options.file(".png"), picture());
-    std::cout << states << " states";
+    write_png(options.file(".png"), last.pixels.empty() ? picture() : last);
+    std::cout << states << (states == 1 ? " state" : " states");
     for (const auto& file : series) std::cout << (&file == series.data() ? ": " : ", ") << file.string();
     std::cout << "\npicture: " << options.file(".png").string() << std::endl;
+    if (options.pictures)
+        std::cout << "of every state: " << options.file(numbered(0, ".png")).string() << " …" << std::endl;
+    if (films) outcome.film_fails = !make_film(options.file(""), states);
+    return outcome;
 }
 
 }  // namespace example

@@ -5,6 +5,7 @@
 
 #include "../../../examples/support/progress.hpp"
 
+#include <chrono>
 #include <iostream>
 #include <sstream>
 #include <string>
@@ -139,6 +140,12 @@ TEST_CASE("an example takes the common options and its own", "[examples]") {
 
     const auto shorter = parse({"--frames", "5"});
     CHECK(shorter.options.schedule.steps == 100);
+
+    CHECK_FALSE(plain.options.pictures);
+    CHECK(parse({"--pictures"}).options.pictures);
+    CHECK_FALSE(parse({"--pictures"}).options.film);
+    CHECK(parse({"--film"}).options.pictures);  // of which it is made
+    CHECK(parse({"--film"}).options.film);
 }
 
 TEST_CASE("help ends the program well, and names every option with its default", "[examples]") {
@@ -193,6 +200,29 @@ TEST_CASE("away from a terminal, progress is at most a line for each tenth", "[e
     CHECK(lines(7, 1).size() == 7);
     CHECK(lines(13, 5).back().find("step 13 of 13, ") == 0);  // the last stride goes past the end
     CHECK(lines(0, 1).empty());
+}
+
+TEST_CASE("steps before a restart are no work of this run", "[examples]") {
+    std::ostringstream out;
+    example::Progress progress(1000, 1'000'000'000'000, out, false);
+    progress.skip(990);
+    CHECK(out.str().empty());
+    progress.leave_out(std::chrono::milliseconds(-100));  // as if 0.1 s had passed
+    progress.advance(10, 1);
+    // 10 particle-steps in 0.1 s and little more. The bound leaves room for a slow machine.
+    std::istringstream rate(out.str().substr(out.str().find(", ") + 2));
+    double number = 0;
+    std::string unit;
+    rate >> number >> unit;
+    CHECK(number <= 100);
+    CHECK(number > 0);
+    CHECK(unit == "particle-steps/s");
+
+    std::ostringstream done;
+    example::Progress finished(1000, 1, done, false);
+    finished.skip(2000);
+    finished.advance();
+    CHECK(done.str().empty());
 }
 
 TEST_CASE("on a terminal, progress is a bar that is full at the end, for any number of steps", "[examples]") {
