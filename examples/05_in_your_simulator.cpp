@@ -103,11 +103,16 @@ int your_simulator(int argc, char** argv) {
     const auto picture = [&] {
         example::Cloud cloud;
         cloud.radius = float(0.6 * spacing);
-        for (const YourParticle& p : all)
+        cloud.look.assign(all.size(), example::Look::skin);
+        for (const YourParticle& p : all) {
             cloud.positions.push_back({float(p.position[0]), float(p.position[1]), float(p.position[2])});
+            example::Mat3& shape = cloud.shape.emplace_back();
+            for (int i = 0; i < 3; ++i)
+                for (int k = 0; k < 3; ++k) shape(i, k) = float(p.deformation[i][k]);
+        }
         example::View view_of_box;
         view_of_box.domain = example::Box{{0, 0, 0}, {1, 1, 1}};
-        view_of_box.frame = example::Box{{0.15F, 0, 0.15F}, {0.85F, 0.8F, 0.85F}};
+        view_of_box.frame = example::Box{{0.1F, 0, 0.1F}, {0.9F, 1, 0.9F}};
         return example::render(cloud, view_of_box);
     };
     firn::StateSeries states(options.output, options.name);

@@ -26,6 +26,15 @@ std::vector<firn::Vec<double, Simulation::dimension>> positions(const Simulation
     return points;
 }
 
+/// How a material's particles are drawn: what deforms and does not flow, with a skin.
+inline Look look_of(const std::string& name, bool has_deformation) {
+    const auto is = [&](const char* part) { return name.find(part) != std::string::npos; };
+    if (is("fluid")) return Look::water;
+    if (is("snow")) return Look::snow;
+    if (is("sand") || is("nacc")) return Look::sand;
+    return has_deformation ? Look::skin : Look::ball;
+}
+
 /// Calls f(number) for each material of the simulation. The number is a compile-time constant.
 template <class Simulation, class F>
 void for_materials(const F& f) {
@@ -66,13 +75,18 @@ Cloud cloud_of(const Simulation& simulation, double spacing, const Scenery<Simul
     Cloud cloud;
     cloud.surface = scenery.surface;
     cloud.radius = float((D == 3 ? 0.6 : 0.75) * spacing);
-    const auto add = [&](const firn::Vec<double, D>& x, std::uint8_t colour) {
-        cloud.positions.push_back({float(x[0]), float(x[1]), D == 3 ? float(x[D - 1]) : 0.0F});
+    const auto add = [&](const firn::Vec<double, D>& x, std::uint8_t colour, Look look, const Mat3& shape) {
+        cloud.positions.push_back(drawn(x));
         cloud.colour.push_back(colour);
+        cloud.look.push_back(look);
+        cloud.shape.push_back(shape);
     };
     for_materials<Simulation>([&](auto i) {
         const auto& particles = simulation.template set<i>().particles();
         const auto& bodies = simulation.template set<i>().bodies();
+        constexpr bool deforms = requires { particles.state(0).F; };
+        const Look look =
+            look_of(std::remove_cvref_t<decltype(simulation.template set<i>().material())>::name, deforms);
         const auto colour_of = [&](std::size_t number) {
             return number < scenery.colours.size() ? std::uint8_t(scenery.colours[number]) : std::uint8_t(number);
         };
@@ -88,10 +102,12 @@ Cloud cloud_of(const Simulation& simulation, double spacing, const Scenery<Simul
                                                [](auto id, const firn::Body& body) { return id < body.first; });
             const std::size_t number =
                 Simulation::material_count > 1 ? std::size_t(i) : std::size_t(next - bodies.begin() - 1);
-            add(firn::cast<double>(particles.position(slot)), colour_of(number));
+            Mat3 shape = Mat3::identity();
+            if constexpr (D == 3 && deforms) shape = firn::cast<float>(particles.state(slot).F);
+            add(firn::cast<double>(particles.position(slot)), colour_of(number), look, shape);
         }
     });
-    for (const auto& x : scenery.points) add(x, scenery.solid);
+    for (const auto& x : scenery.points) add(x, scenery.solid, Look::ball, Mat3::identity());
     return cloud;
 }
 
@@ -188,7 +204,7 @@ Box frame_of(const Simulation& simulation) {
             }
     });
     const bool all = box.empty();
-    const float room = all ? 0 : 0.12F * box.diagonal();
+    const float room = all ? 0 : 0.04F * box.diagonal();
     for (int a = 0; a < 3; ++a) {
         const float lower = a < D ? float(domain.lower[a]) : 0, upper = a < D ? float(domain.upper[a]) : 0;
         box.lower[a] = all || a == 1 ? lower : std::max(lower, box.lower[a] - room);

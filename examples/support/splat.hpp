@@ -30,7 +30,7 @@ struct Buffer {
 
 struct Splats {
     Buffer<float> depth;          ///< of the nearest sphere, or far_away
-    Buffer<std::uint32_t> owner;  ///< number of the nearest sphere's particle
+    Buffer<std::uint32_t> owner;  ///< number of the nearest sphere
 };
 
 inline bool finite(const std::array<float, 3>& p) {
@@ -61,9 +61,10 @@ void for_disc(float x, float y, float radius, int width, int height, const Paint
 
 /// Draws spheres of one radius (in units of the scene). Positions that are not finite are skipped. A sphere smaller
 /// than a pixel is drawn as one pixel.
-inline Splats splat(const std::vector<std::array<float, 3>>& positions, float radius, const Camera& camera, int width,
-                    int height) {
-    Splats splats{{width, height, far_away}, {width, height, 0}};
+/// \param first  number of the first sphere
+inline void add_spheres(Splats& splats, const std::vector<std::array<float, 3>>& positions, float radius,
+                        const Camera& camera, std::size_t first = 0) {
+    const int width = splats.depth.width, height = splats.depth.height;
     for (std::size_t k = 0; k < positions.size(); ++k) {
         if (!finite(positions[k])) continue;
         const auto centre = camera.project({{positions[k][0], positions[k][1], positions[k][2]}});
@@ -75,10 +76,16 @@ inline Splats splat(const std::vector<std::array<float, 3>>& positions, float ra
             const float depth = centre.depth - radius * std::sqrt(1.0F - q);
             if (depth < nearest) {
                 nearest = depth;
-                splats.owner.row(y)[x] = static_cast<std::uint32_t>(k);
+                splats.owner.row(y)[x] = static_cast<std::uint32_t>(first + k);
             }
         });
     }
+}
+
+inline Splats splat(const std::vector<std::array<float, 3>>& positions, float radius, const Camera& camera, int width,
+                    int height) {
+    Splats splats{{width, height, far_away}, {width, height, 0}};
+    add_spheres(splats, positions, radius, camera);
     return splats;
 }
 

@@ -17,6 +17,7 @@ struct Surface {
     std::vector<std::array<float, 3>> vertices;
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< three vertex numbers each
     std::vector<std::uint8_t> colour;                     ///< number in the palette for each triangle, or empty for 0
+    std::vector<std::array<float, 3>> normals{};  ///< at the first vertices; where 0, and at others, by the triangles
 
     [[nodiscard]] std::array<Vec3, 3> corners(std::size_t triangle) const {
         std::array<Vec3, 3> x;
@@ -42,7 +43,7 @@ struct SurfaceRaster {
 namespace detail {
 
 /// Returns a normal for each corner of each triangle: the mean around the vertex, weighted by area. If the surface
-/// bends by more than 32° there, it is the triangle's normal, so that edges stay sharp.
+/// bends by more than 32° there, it is the triangle's normal, so that edges stay sharp. A vertex may have its own.
 inline std::vector<std::array<Vec3, 3>> corner_normals(const Surface& surface) {
     std::vector<Vec3> sums(surface.vertices.size(), Vec3{});
     std::vector<Vec3> own(surface.triangles.size(), Vec3{});
@@ -56,7 +57,13 @@ inline std::vector<std::array<Vec3, 3>> corner_normals(const Surface& surface) {
     for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
         const Vec3 flat = normalised(own[t]);
         for (std::size_t k = 0; k < 3; ++k) {
-            const Vec3 mean = normalised(sums[surface.triangles[t][k]]);
+            const auto vertex = surface.triangles[t][k];
+            if (vertex < surface.normals.size()) {
+                const auto& n = surface.normals[vertex];
+                normals[t][k] = {{n[0], n[1], n[2]}};
+                if (firn::dot(normals[t][k], normals[t][k]) > 0.25F) continue;
+            }
+            const Vec3 mean = normalised(sums[vertex]);
             normals[t][k] = firn::dot(mean, flat) > 0.85F ? mean : flat;
         }
     }

@@ -12,9 +12,14 @@
 #include <limits>
 #include <random>
 
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
 namespace {
 
 using example::Cloud;
+using example::Look;
 using example::Pixel;
 using example::View;
 
@@ -205,9 +210,157 @@ TEST_CASE("a surface throws a shadow on the floor and on what lies under it", "[
     CHECK(spheres > 100);
 }
 
-TEST_CASE("the same cloud gives the same picture", "[examples]") {
-    const auto cloud = block(12, 0.05F);
+TEST_CASE("the same cloud gives the same picture, on any number of threads", "[examples]") {
+    auto cloud = block(12, 0.05F);
     CHECK(example::render(cloud, small()).pixels == example::render(cloud, small()).pixels);
+    for (std::size_t k = 0; k < cloud.positions.size(); ++k)
+        cloud.look.push_back(Look(cloud.positions[k][1] / 0.05F / 12 * 5));  // five layers
+    const auto expected = example::render(cloud, small());
+#ifdef _OPENMP
+    const int all = omp_get_max_threads();
+    for (const int threads : {1, 3}) {
+        omp_set_num_threads(threads);
+        CHECK(example::render(cloud, small()).pixels == expected.pixels);
+    }
+    omp_set_num_threads(all);
+#endif
+}
+
+TEST_CASE("a skin follows the deformation gradient: stretched matter has no holes", "[examples]") {
+    // A plate of 3 layers, stretched to twice its length and width, before a floor of another colour.
+    constexpr int n = 16;
+    Cloud cloud;
+    cloud.radius = 0.06F;
+    const float spacing = 0.1F, stretch = 1.9F;
+    for (int i = 0; i < n * n * 3; ++i)
+        cloud.positions.push_back({stretch * spacing * float(i % n), stretch * spacing * float(i / n % n),
+                                   spacing / (stretch * stretch) * float(i / n / n)});
+    const auto seen = [&] {  // pixels of the particles' colour in the middle of the plate
+        const auto image = example::render(cloud, small());
+        int found = 0;
+        for (int y = 40; y < 80; ++y)
+            for (int x = 60; x < 100; ++x) found += reddish(image.at(x, y));
+        return found;
+    };
+    CHECK(seen() < 1200);  // of 1600: balls leave holes
+    cloud.look.assign(cloud.positions.size(), Look::skin);
+    CHECK(seen() < 1200);
+    cloud.shape.assign(cloud.positions.size(), example::Mat3::identity());
+    for (auto& F : cloud.shape) {
+        F(0, 0) = F(1, 1) = stretch;
+        F(2, 2) = 1 / (stretch * stretch);
+    }
+    CHECK(seen() == 1600);
+}
+
+TEST_CASE("a skin is smoother than balls", "[examples]") {
+    // The front of a block, lit from the left: a face of one tone, but for the shape of each ball.
+    auto cloud = block(14, 0.1F);
+    cloud.colour.clear();
+    View view = small();
+    view.smoothing = 0;
+    const auto roughness = [&] {
+        const auto image = example::render(cloud, view);
+        int sum = 0;
+        for (int y = 45; y < 75; ++y)
+            for (int x = 60; x < 100; ++x) sum += std::abs(int(image.at(x, y)[0]) - int(image.at(x + 1, y)[0]));
+        return double(sum) / (30 * 40);
+    };
+    const double of_balls = roughness();
+    cloud.look.assign(cloud.positions.size(), Look::skin);
+    const double of_skin = roughness();
+    CAPTURE(of_balls, of_skin);
+    CHECK(of_skin < 0.1 * of_balls);
+}
+
+TEST_CASE("no particle of a skin vanishes", "[examples]") {
+    for (const int particles : {1, 2, 3}) {
+        for (const float distance : {0.5F, 1.0F, 2.0F, 4.0F}) {
+            Cloud cloud;
+            cloud.radius = 0.06F;
+            for (int i = 0; i < particles; ++i) cloud.positions.push_back({0.1F * distance * float(i), 0.0F, 0.0F});
+            cloud.look.assign(cloud.positions.size(), Look::skin);
+            auto view = small();
+            view.frame = example::Box{{{-0.3F, -0.3F, -0.3F}}, {{1.1F, 0.3F, 0.3F}}};
+            const int pixels = count(example::render(cloud, view), reddish);
+            CAPTURE(particles, distance, pixels);
+            CHECK(pixels > (distance < 1 ? 60 : 60 * particles));
+        }
+    }
+}
+
+TEST_CASE("an ellipsoid is never a needle: stretches are limited, axes are kept", "[examples]") {
+    using example::Mat3;
+    const auto of = [](float a, float b, float c) {
+        Mat3 F = Mat3::identity();
+        F(0, 0) = a;
+        F(1, 1) = b;
+        F(2, 2) = c;
+        return F;
+    };
+    const auto near = [](const Mat3& a, const Mat3& b) {
+        float most = 0;
+        for (std::size_t k = 0; k < 9; ++k) most = std::max(most, std::abs(a.m[k] - b.m[k]));
+        return most < 1e-4F;
+    };
+    CHECK(near(example::drawable(of(1.3F, 0.9F, 1.0F)), of(1.3F, 0.9F, 1.0F)));
+    // By hand: of diag(100, 1, 1/100) the volume is 1, and the stretches are cut to 2, 1 and 1/2.
+    CHECK(near(example::drawable(of(100, 1, 0.01F)), of(2, 1, 0.5F)));
+    // Of diag(4, 4, 4) the volume is cut to 2.
+    CHECK(near(example::drawable(of(4, 4, 4)), of(std::cbrt(2.0F), std::cbrt(2.0F), std::cbrt(2.0F))));
+    // Of a matrix without an inverse, too: by hand, diag(0.001 (as the least), 1, 1) has the volume 0.001.
+    CHECK(std::abs(firn::determinant(example::drawable(of(0, 1, 1)))) == Approx(0.5).epsilon(1e-3));
+    CHECK(near(example::drawable(of(std::numeric_limits<float>::quiet_NaN(), 1, 1)), Mat3::identity()));
+    Mat3 F = of(3, 0.2F, 1);
+    F(0, 1) = 0.7F;
+    F(2, 0) = -0.4F;
+    CHECK(near(example::inverse(F) * F, Mat3::identity()));
+}
+
+TEST_CASE("water is clear: what is behind it shows, tinted by its thickness", "[examples]") {
+    const auto picture = [](int layers, bool has_ball) {
+        Cloud cloud;
+        cloud.radius = 0.06F;
+        for (int i = 0; i < 20 * 14 * layers; ++i) {  // a sheet across the view
+            cloud.positions.push_back({0.1F * float(i % 20), 0.1F * float(i / 20 % 14), 0.1F * float(i / 280)});
+            cloud.colour.push_back(teal);
+            cloud.look.push_back(Look::water);
+        }
+        for (int i = 0; has_ball && i < 512; ++i) {
+            cloud.positions.push_back(
+                {0.8F + 0.05F * float(i % 8), 0.5F + 0.05F * float(i / 8 % 8), -0.8F + 0.05F * float(i / 64)});
+            cloud.colour.push_back(coral);
+            cloud.look.push_back(Look::ball);
+        }
+        auto view = small();
+        view.frame = example::Box{{{0.0F, 0.0F, -1.0F}}, {{2.0F, 1.4F, 1.0F}}};
+        return example::render(cloud, view).at(80, 62);
+    };
+    // The light of the red ball, through 2 and through 8 layers of water.
+    const auto thin = picture(2, true), thick = picture(8, true), none = picture(0, true);
+    const auto thin_bare = picture(2, false), thick_bare = picture(8, false);
+    CAPTURE(int(thin[0]), int(thick[0]), int(none[0]), int(thin_bare[0]), int(thick_bare[0]), int(thin[1]),
+            int(none[1]));
+    CHECK(reddish(none));
+    CHECK(std::abs(int(thin[1]) - int(thin_bare[1])) > 40);  // seen through it
+    CHECK(std::abs(int(thin[1]) - int(none[1])) > 10);       // but not as if there were none
+    CHECK(std::abs(int(thick[1]) - int(thick_bare[1])) < std::abs(int(thin[1]) - int(thin_bare[1])));
+    CHECK(thick_bare[0] + 15 < thin_bare[0]);  // deep water takes the red light
+}
+
+TEST_CASE("with a frame, what moves elsewhere does not change the picture here", "[examples]") {
+    auto view = small();
+    view.frame = view.domain = example::Box{{{-1.0F, 0.0F, -1.0F}}, {{2.0F, 2.0F, 2.0F}}};
+    view.direction = View{}.direction;
+    auto cloud = block(6, 0.1F);
+    const auto before = example::render(cloud, view);
+    cloud.positions.push_back({0.3F, 1.9F, 0.3F});
+    cloud.colour.push_back(coral);
+    const auto after = example::render(cloud, view);
+    int differ = 0;
+    for (std::size_t k = 0; k < before.pixels.size(); ++k) differ += before.pixels[k] != after.pixels[k];
+    CHECK(differ > 0);
+    CHECK(differ < 600);  // a sphere and its shadow, of 19,200 pixels
 }
 
 TEST_CASE("a cloud or a view that makes no sense is refused", "[examples]") {
@@ -224,6 +377,14 @@ TEST_CASE("a cloud or a view that makes no sense is refused", "[examples]") {
     }
     SECTION("tones") {
         cloud.tone = {0.5F};
+        CHECK_THROWS_AS(example::render(cloud, small()), firn::parameter_error);
+    }
+    SECTION("looks") {
+        cloud.look = {Look::skin};
+        CHECK_THROWS_AS(example::render(cloud, small()), firn::parameter_error);
+    }
+    SECTION("shapes") {
+        cloud.shape = {example::Mat3::identity()};
         CHECK_THROWS_AS(example::render(cloud, small()), firn::parameter_error);
     }
     SECTION("triangles") {
