@@ -37,3 +37,4 @@
 #include <firn/lagrangian/spring.hpp>
 #include <firn/lagrangian/surface.hpp>
 #include <firn/lagrangian/surface_contact.hpp>
+#include <firn/lagrangian/tearing.hpp>

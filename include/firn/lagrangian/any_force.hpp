@@ -3,6 +3,7 @@
 
 #include <firn/core/parallel.hpp>
 #include <firn/lagrangian/point_masses.hpp>
+#include <firn/lagrangian/tearing.hpp>
 
 #include <array>
 #include <memory>
@@ -17,15 +18,12 @@ namespace firn {
 /// itself. A type whose add_forces never opens one should declare `static constexpr bool opens_no_region = true`; the
 /// system may then call add_forces inside its own parallel region, which is faster.
 ///
-/// Three more member functions are optional: `add_stiffness(points, stiffness, damping, threads)` adds the stiffness
-/// and damping at each point to two arrays, from which the largest stable time step is computed; `renumber(new_place)`
-/// is called after points are removed, and `tear(torn)` after links tear. ElementForces has all three.
+/// More member functions are optional: `add_stiffness(points, stiffness, damping, threads)` adds the stiffness and
+/// damping at each point to two arrays, from which the largest stable time step is computed; `renumber(new_place)` is
+/// called after points are removed, and `tear(torn)` after links tear. ElementForces has all of them.
 template <class F, class S, int D>
 concept point_force =
     requires(F f, const PointView<S, D>& points, std::span<Vec<S, D>> force) { f.add_forces(points, force, 1); };
-
-/// The indices (into PointMasses) of the two end points of a torn link, in any order.
-using Torn = std::array<std::uint32_t, 2>;
 
 namespace detail {
 
@@ -61,6 +59,12 @@ public:
     /// PointMasses::remove_if returned: the new index for each old one.
     void renumber(std::span<const std::uint32_t> new_place) { held_->renumber(new_place); }
     void tear(std::span<const Torn> torn) { held_->tear(torn); }
+    /// Returns whether some element may tear by itself. Only springs do.
+    bool may_tear() const { return held_->may_tear(); }
+    /// Returns whether some element is longer than its tear factor allows.
+    bool is_overlong(const PointView<S, D>& points, int threads) const { return held_->is_overlong(points, threads); }
+    /// Adds the elements to a list if they are springs.
+    void list_links(std::vector<TearingLink<S>>& links) const { held_->list_links(links); }
 
 private:
     struct Base {
@@ -72,6 +76,9 @@ private:
         virtual bool may_open_regions() const = 0;
         virtual void renumber(std::span<const std::uint32_t> new_place) = 0;
         virtual void tear(std::span<const Torn> torn) = 0;
+        virtual bool may_tear() const = 0;
+        virtual bool is_overlong(const PointView<S, D>& points, int threads) const = 0;
+        virtual void list_links(std::vector<TearingLink<S>>& links) const = 0;
     };
     template <class Force>
     struct Held final : Base {
@@ -96,6 +103,17 @@ private:
         }
         void tear(std::span<const Torn> torn) override {
             if constexpr (requires { force.tear(torn); }) force.tear(torn);
+        }
+        bool may_tear() const override {
+            if constexpr (requires { force.may_tear(); }) return force.may_tear();
+            return false;
+        }
+        bool is_overlong(const PointView<S, D>& points, int threads) const override {
+            if constexpr (requires { force.is_overlong(points, threads); }) return force.is_overlong(points, threads);
+            return false;
+        }
+        void list_links(std::vector<TearingLink<S>>& links) const override {
+            if constexpr (requires { force.list_links(links); }) force.list_links(links);
         }
     };
 

@@ -3,8 +3,11 @@
 
 #include <firn/lagrangian/colouring.hpp>
 #include <firn/lagrangian/net_forces.hpp>
+#include <firn/lagrangian/tearing.hpp>
 
+#include <atomic>
 #include <numeric>
+#include <optional>
 
 namespace firn {
 
@@ -29,15 +32,21 @@ struct ConstraintOptions {
     /// depends on the number of iterations.
     double relaxation = 1;
     bool kept = true;  ///< Whether constraints are made from the links of this kind.
+    /// A constraint tears at the end of a step if it is longer than this factor times its length at rest. The factor
+    /// must be above 1; infinite: these constraints never tear. Empty: DistanceConstraints::tear_factor, which is
+    /// infinite by default.
+    std::optional<double> tear_factor = {};
 
-    /// Checks compliance and relaxation.
-    /// \throws parameter_error  if the compliance is negative or not finite, or if the relaxation is outside ]0, 1]
+    /// Checks compliance, relaxation and tear factor.
+    /// \throws parameter_error  if the compliance is negative or not finite, if the relaxation is outside ]0, 1], or if
+    ///                          the tear factor is not above 1
     void check() const {
         if (!(compliance >= 0) || !std::isfinite(compliance) || !(relaxation > 0 && relaxation <= 1))
             throw parameter_error(sentence("A constraint of compliance ", compliance, " m/N and relaxation ",
                                            relaxation,
                                            ": the compliance must be finite and not negative, the relaxation above 0 "
                                            "and at most 1."));
+        if (tear_factor) detail::check_tear_factor(*tear_factor);
     }
 };
 /// The options for each kind of link, in the order of LinkKind.
@@ -96,7 +105,8 @@ public:
 
     ConstraintUpdate update = ConstraintUpdate::coloured;  ///< The order in which an iteration corrects positions.
     /// A constraint tears at the end of a step if it is longer than this factor times its length at rest. The factor
-    /// must be above 1; infinite: constraints never tear. \see torn
+    /// must be above 1; infinite: constraints never tear. It does not hold for constraints with a tear factor of their
+    /// own, see ConstraintOptions::tear_factor. \see ParticleSystem::tear
     double tear_factor = std::numeric_limits<double>::infinity();
 
     /// A constraint: two points and their distance at rest.
@@ -113,9 +123,9 @@ public:
     /// Adds one constraint.
     /// \param ends     the indices of the two points
     /// \param rest     the distance of the two points at rest [m]
-    /// \param options  compliance and relaxation of the constraint; `kept` has no effect
-    /// \param kind     the kind of link. When constraints tear, torn() may also remove constraints of the kinds shear
-    ///                 and bend that are not torn.
+    /// \param options  compliance, relaxation and tear factor of the constraint; `kept` has no effect
+    /// \param kind     the kind of link. When links tear, constraints of the kinds shear and bend may go with them, see
+    ///                 ParticleSystem::tear.
     /// \throws parameter_error  if the distance at rest is not positive and finite, if both indices are equal, or if
     ///                          ConstraintOptions::check throws it
     void add(const Ends& ends, double rest, const ConstraintOptions& options = {}, LinkKind kind = LinkKind::stretch) {
@@ -124,6 +134,7 @@ public:
             throw parameter_error(
                 sentence("A constraint between points ", ends[0], " and ", ends[1], " of length ", rest,
                          " m: the length must be positive and finite, and the two points must differ."));
+        factors_.add(options.tear_factor, size());
         all_.push_back({ends, S(rest)});
         softness_.push_back({S(options.compliance), S(options.relaxation)});
         origin_.push_back({added_++, kind});
@@ -171,9 +182,7 @@ public:
                                            " inverse masses in ", iterations, " iterations over ", dt,
                                            " s: give one inverse mass per point, 0 or more iterations, and a positive "
                                            "step."));
-        if (!(tear_factor > 1))
-            throw parameter_error(sentence("Constraints tear at ", tear_factor,
-                                           " times their length at rest; it must be above 1 (infinite: never)."));
+        detail::check_tear_factor(tear_factor);
         if (size() == 0) return;
         prepare(position.size());
         const S per_dt2 = S(1 / (dt * dt));
@@ -188,24 +197,46 @@ public:
         }
     }
 
-    /// Removes torn constraints, which are longer than tear_factor allows. If any constraint is torn, torn() also
-    /// removes each shear or bend constraint that has lost its support. The support is a point that is joined to both
-    /// end points of the constraint by stretch constraints.
+    /// Removes the constraints that tear, and those that have lost their support. ParticleSystem::tear says which these
+    /// are.
     /// \param position  position of each point [m]
     /// \return the indices of the two end points of each removed constraint
     std::vector<Torn> torn(std::span<const Vec<S, D>> position) {
-        std::vector<Torn> broken;
-        if (!std::isfinite(tear_factor)) return broken;
-        const S most = S(tear_factor * tear_factor);
-        keep_if([&](const Constraint& each, const Origin&) {
-            const Vec<S, D> along = position[each.ends[1]] - position[each.ends[0]];
-            if (dot(along, along) <= most * each.rest * each.rest) return true;
-            broken.push_back(each.ends);
-            return false;
-        });
-        if (broken.empty()) return broken;
-        drop_unsupported(position.size(), broken);
+        if (!is_overlong(position, 1)) return {};
+        std::vector<detail::TearingLink<S>> links;
+        list_links(links);
+        std::vector<Torn> broken = detail::torn_links<S, D>(links, position);
+        tear(broken);
         return broken;
+    }
+    /// Returns whether some constraint is longer than its tear factor allows. Call solve() first, which checks the
+    /// constraints' point indices.
+    /// \param position  position of each point [m]
+    /// \param threads   number of threads; 0: the number that thread_count() returns
+    bool is_overlong(std::span<const Vec<S, D>> position, int threads) const {
+        if (!factors_.may_tear(tear_factor)) return false;
+        const S of_others = factors_.square(tear_factor);
+        std::atomic<bool> found = false;
+        detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
+            bool any = false;
+            for (std::size_t k = first; k < last; ++k) {
+                const auto [a, b] = all_[k].ends;
+                any |= detail::is_too_long(position[a], position[b], all_[k].rest, factors_.square_of(k, of_others));
+            }
+            if (any) found = true;
+        });
+        return found;
+    }
+    /// Adds the constraints to a list of links that tear together.
+    void list_links(std::vector<detail::TearingLink<S>>& links) const {
+        const S of_others = factors_.square(tear_factor);
+        for (std::size_t k = 0; k < size(); ++k)
+            links.push_back({all_[k].ends, all_[k].rest, factors_.square_of(k, of_others), origin_[k].kind});
+    }
+    /// Removes the constraints that join the two end points of a torn link.
+    void tear(std::span<const Torn> torn) {
+        const detail::TornLinks links(torn);
+        keep_if([&](const Constraint& each, const Origin&) { return !links.are_in(each.ends); });
     }
 
     /// Updates the constraints' point indices. Constraints that have lost an end point are removed. Call renumber()
@@ -397,6 +428,7 @@ private:
             values = std::move(sorted);
         };
         permute(all_), permute(softness_), permute(origin_);
+        factors_.permute(order);
     }
     void find_colours() {
         colour_end_.clear();
@@ -413,38 +445,22 @@ private:
             if (wanted(all_[k], origin_[k])) {
                 all_[to] = all_[k];
                 softness_[to] = softness_[k];
+                factors_.move(k, to);
                 origin_[to++] = origin_[k];
             }
         if (to == size()) return;
         all_.resize(to);
         softness_.resize(to);
+        factors_.shrink(to);
         origin_.resize(to);
         incidence_.clear();
         find_colours();
     }
 
-    void drop_unsupported(std::size_t points, std::vector<Torn>& broken) {
-        std::vector<Ends> edges;
-        for (std::size_t k = 0; k < size(); ++k)
-            if (origin_[k].kind == LinkKind::stretch) edges.push_back(all_[k].ends);
-        const Incidence around(std::span<const Ends>(edges), points);
-        const auto neighbours_share = [&](const Ends& ends) {
-            for (const std::uint32_t at_a : around.of(ends[0]))
-                for (const std::uint32_t at_b : around.of(ends[1]))
-                    if (edges[at_a / 2][1 - at_a % 2] == edges[at_b / 2][1 - at_b % 2]) return true;
-            return false;
-        };
-        keep_if([&](const Constraint& each, const Origin& origin) {
-            const bool carried = origin.kind != LinkKind::shear && origin.kind != LinkKind::bend;
-            if (carried || neighbours_share(each.ends)) return true;
-            broken.push_back(each.ends);
-            return false;
-        });
-    }
-
     std::vector<Constraint> all_;
     std::vector<Softness> softness_;
     std::vector<Origin> origin_;
+    detail::TearFactors<S> factors_;
     std::vector<std::size_t> colour_end_;
     Incidence incidence_;
     aligned_vector<Vec<S, D>> impulses_;

@@ -10,35 +10,10 @@
 #include <firn/lagrangian/net.hpp>
 
 #include <algorithm>
+#include <atomic>
+#include <optional>
 
 namespace firn {
-
-namespace detail {
-
-/// A list of torn links, sorted by their end points for fast search.
-class TornLinks {
-public:
-    explicit TornLinks(std::span<const Torn> torn) : links_(torn.begin(), torn.end()) {
-        for (Torn& ends : links_) std::sort(ends.begin(), ends.end());
-        std::sort(links_.begin(), links_.end());
-    }
-
-    /// Returns whether any torn link has both of its end points among `corners`, the point indices of an element's
-    /// corners.
-    template <std::size_t K>
-    bool are_in(std::array<std::uint32_t, K> corners) const {
-        std::sort(corners.begin(), corners.end());
-        for (std::size_t a = 0; a < K; ++a)
-            for (std::size_t b = a + 1; b < K; ++b)
-                if (std::binary_search(links_.begin(), links_.end(), Torn{corners[a], corners[b]})) return true;
-        return false;
-    }
-
-private:
-    std::vector<Torn> links_;
-};
-
-}  // namespace detail
 
 /// The forces of many elements that follow the same law, such as springs or triangles.
 /// \tparam Law  the law of an element: springs, membranes, drag on facets, … A law must have three members: the type
@@ -47,7 +22,8 @@ private:
 ///              [m/s] of the corners. Optional members are: energy(element, x) [J]; stiffness(element, x) [N/m] and
 ///              damping(element) [N s/m], upper bounds for the eigenvalues of the element's stiffness and damping
 ///              matrices, which bound the time step; and check(element) and check(), which throw an error if a
-///              parameter is out of range.
+///              parameter is out of range. If K is 2, the law has a number `tear_factor`, and its elements have a
+///              length at rest `rest` [m], then the elements tear as springs do, see SpringDamper::tear_factor.
 /// \tparam D    2 or 3
 template <class Law, int D>
 class ElementForces {
@@ -74,11 +50,19 @@ public:
     /// @}
 
     /// Adds an element.
-    /// \param corners  the indices (into PointMasses) of the corner points
-    /// \param element  the data of the element
-    /// \throws parameter_error  if law.check(element) throws it
-    void add(const Corners& corners, const Element& element = {}) {
+    /// \param corners      the indices (into PointMasses) of the corner points
+    /// \param element      the data of the element
+    /// \param kind         of a spring: the kind of link. When links tear, springs of the kinds shear and bend may go
+    ///                     with them, see ParticleSystem::tear. Other elements do not use it.
+    /// \param tear_factor  of a spring: see SpringOptions::tear_factor. Other elements do not use it.
+    /// \throws parameter_error  if law.check(element) throws it, or if the tear factor is not above 1
+    void add(const Corners& corners, const Element& element = {}, LinkKind kind = LinkKind::stretch,
+             const std::optional<double>& tear_factor = {}) {
         if constexpr (requires { law.check(element); }) law.check(element);
+        if constexpr (is_link) {
+            factors_.add(tear_factor, size());
+            kinds_.push_back(kind);
+        }
         corners_.push_back(corners);
         elements_.push_back(element);
         incidence_.clear();
@@ -150,7 +134,43 @@ public:
         keep_if([&](const Corners& corners) { return !links.are_in(corners); });
     }
 
+    /// Returns whether some element may tear by itself. Only springs do.
+    bool may_tear() const {
+        if constexpr (is_link) return factors_.may_tear(double(law.tear_factor));
+        return false;
+    }
+    /// Returns whether some spring is longer than its tear factor allows. Call add_forces() first, which checks the
+    /// springs' point indices.
+    bool is_overlong(const PointView<S, D>& points, int threads) const {
+        std::atomic<bool> found = false;
+        if constexpr (is_link) {
+            if (!may_tear()) return false;
+            const S of_others = factors_.square(double(law.tear_factor));
+            detail::for_chunks(size(), threads, [&](std::size_t first, std::size_t last) {
+                bool any = false;
+                for (std::size_t e = first; e < last; ++e) {
+                    const auto [a, b] = at_corners(points.position, e);
+                    any |= detail::is_too_long(a, b, elements_[e].rest, factors_.square_of(e, of_others));
+                }
+                if (any) found = true;
+            });
+        }
+        return found;
+    }
+    /// Adds the springs to a list of links that tear together.
+    void list_links(std::vector<detail::TearingLink<S>>& links) const {
+        if constexpr (is_link) {
+            const S of_others = factors_.square(double(law.tear_factor));
+            for (std::size_t e = 0; e < size(); ++e)
+                links.push_back({corners_[e], elements_[e].rest, factors_.square_of(e, of_others), kinds_[e]});
+        }
+    }
+
 private:
+    static constexpr bool is_link = K == 2 && requires(const Law l, const Element e) {
+        double(l.tear_factor);
+        S(e.rest);
+    };
     static constexpr bool bounds_step =
         requires(const Law l, const Element e, const std::array<Vec<S, D>, K> x) { l.stiffness(e, x); };
     double damping_of(std::size_t e) const {
@@ -165,11 +185,19 @@ private:
         std::size_t to = 0;
         for (std::size_t e = 0; e < size(); ++e) {
             if (!wanted(corners_[e])) continue;
+            if constexpr (is_link) {
+                kinds_[to] = kinds_[e];
+                factors_.move(e, to);
+            }
             corners_[to] = corners_[e];
             elements_[to++] = elements_[e];
         }
         corners_.resize(to);
         elements_.resize(to);
+        if constexpr (is_link) {
+            kinds_.resize(to);
+            factors_.shrink(to);
+        }
         incidence_.clear();
     }
 
@@ -191,6 +219,8 @@ private:
 
     std::vector<Corners> corners_;
     std::vector<Element> elements_;
+    std::vector<LinkKind> kinds_;     // one per spring; empty for other elements
+    detail::TearFactors<S> factors_;  // of springs
     Incidence incidence_;
     aligned_vector<std::array<double, 2>> bounds_;  // one per element: stiffness [N/m] and damping [N s/m]
     aligned_vector<Vec<S, D>> parts_;               // K per element: the forces on its corners [N]

@@ -55,10 +55,16 @@ inline std::uint32_t moved_place(std::uint32_t point, std::size_t first) { retur
 struct SpringOptions {
     double stiffness = 0;  ///< Stiffness k_s [N/m]. If stiffness and damping are both 0, no springs are made.
     double damping = 0;    ///< Damping k_d [N s/m].
+    /// A spring tears at the end of a step if it is longer than this factor times its length at rest. The factor must
+    /// be above 1; infinite: these springs never tear. Empty: SpringDamper::tear_factor, which is infinite by default.
+    std::optional<double> tear_factor = {};
 
-    /// Checks stiffness and damping.
-    /// \throws parameter_error  unless stiffness and damping are finite and not negative
-    void check() const { detail::check_spring(stiffness, damping); }
+    /// Checks stiffness, damping and tear factor.
+    /// \throws parameter_error  unless stiffness and damping are finite and not negative, and the tear factor above 1
+    void check() const {
+        detail::check_spring(stiffness, damping);
+        if (tear_factor) detail::check_tear_factor(*tear_factor);
+    }
 };
 /// The options for each kind of link, in the order of LinkKind.
 using SpringsOfKinds = std::array<SpringOptions, link_kinds>;
@@ -77,7 +83,8 @@ Springs<S, D> springs_of(const Net<D>& net, const SpringsOfKinds& options, std::
         const SpringOptions& of = options[std::size_t(link.kind)];
         if (of.stiffness == 0 && of.damping == 0) continue;
         springs.add({detail::moved_place(link.a, first), detail::moved_place(link.b, first)},
-                    {S(detail::checked_rest_length(net, link)), S(of.stiffness), S(of.damping)});
+                    {S(detail::checked_rest_length(net, link)), S(of.stiffness), S(of.damping)}, link.kind,
+                    of.tear_factor);
     }
     return springs;
 }

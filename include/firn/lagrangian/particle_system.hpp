@@ -47,8 +47,9 @@ struct SystemMoment {
 /// 4. Constraints move their points, so that the distances approach the lengths at rest. This changes velocities, too.
 /// 5. The moving parts of the boundary move. Collisions move overlapping points apart; this does not change velocities.
 /// 6. The contact with the surfaces of the boundary changes velocities and positions, see meet_surfaces().
-/// 7. Links tear, points are removed at the end of their life, and emitters add points. In the first step, emitters
-///    also add the points that are due at the beginning of the step, before everything else.
+/// 7. Constraints and springs tear, see tear(). Points are removed at the end of their life, and emitters add points.
+///    In the first step, emitters also add the points that are due at the beginning of the step, before everything
+///    else.
 ///
 /// \tparam D           2 or 3
 /// \tparam S           float or double
@@ -142,8 +143,8 @@ public:
     const std::vector<Emitter<D>>& emitters() const { return emitters_; }
 
     /// Removes points: for each index i, removes the point with this index if wanted(i) is true. All springs,
-    /// constraints, facets and excluded pairs of a removed point are removed, too. The indices of the remaining points
-    /// may change.
+    /// constraints, facets and excluded pairs of a removed point are removed, too, and shear and bend links that the
+    /// point supported tear, see tear(). The indices of the remaining points may change.
     /// \return the number of points removed
     /// \throws parameter_error  if a force, constraint, excluded pair or facet names a point that does not exist; do
     ///                          not use the system after this error
@@ -151,6 +152,7 @@ public:
     std::size_t remove_if(const Wanted& wanted) {
         const std::vector<std::uint32_t> new_place = points.remove_if(wanted);
         if (new_place.empty()) return 0;
+        remove_torn(detail::unsupported_without<S>(links(), new_place));
         constraints.renumber(new_place);
         if (collisions) collisions->renumber(new_place);
         for (auto& force : forces_) force.renumber(new_place);
@@ -190,8 +192,30 @@ public:
         if (count > 0) take_steps(duration / double(count), count);
     }
 
-    /// Returns the torn links whose two end points still exist. Each link is given by the indices (into `points`) of
-    /// its end points.
+    /// Tears links, as a step does with constraints and springs that are longer than their tear factors allow. With a
+    /// torn link go the constraints, springs, membranes and facets that have both of its end points. A shear or bend
+    /// link that loses its support tears, too; its support is a point that stretch links join to both of its end
+    /// points. What is torn stays so when another run goes on from a state of this one.
+    /// \param cut  the links, by the indices (into `points`) of their end points, in any order
+    /// \throws parameter_error  if one of these links, a constraint or a spring names a point that does not exist, or
+    ///                          if the end points of one of these links are the same; nothing is torn then
+    void tear(std::span<const Torn> cut) {
+        if (cut.empty()) return;
+        const std::vector<detail::TearingLink<S>> all = links();
+        std::vector<Torn> torn(cut.begin(), cut.end());
+        for (const auto& [a, b] : cut)
+            if (std::max(a, b) >= points.size() || a == b)
+                throw parameter_error(sentence("A link to tear joins points ", a, " and ", b, "; name two of the ",
+                                               points.size(), " points, counted from 0."));
+        for (const auto& link : all)
+            if (std::max(link.ends[0], link.ends[1]) >= points.size())
+                throw parameter_error(sentence("A constraint or spring joins points ", link.ends[0], " and ",
+                                               link.ends[1], "; there are ", points.size(), ", counted from 0."));
+        detail::add_unsupported<S>(all, points.size(), torn);
+        remove_torn(detail::each_once(std::move(torn)));
+    }
+    /// Returns the torn links whose two end points still exist, in the order in which they tore. Each link is given by
+    /// the indices (into `points`) of its end points.
     const std::vector<Torn>& torn() const { return torn_; }
 
     /// Continues another run from its saved state. The results are the same, bit for bit, as if the other run had
@@ -281,6 +305,7 @@ private:
         renew(force_, points.size(), thread_count(threads));
         detail::fill_chunks(force_, Vec<S, D>::zero(), threads);
         for (auto& force : forces_) force.add_forces(points.view(now_.time), force_, threads);
+        bool is_overlong = false;
         parallel_region(thread_count(threads), [&] {
             check_finite(dt);
             kick(dt);
@@ -293,9 +318,12 @@ private:
             boundary = advanced(boundary, dt);
             if (collisions) collisions->shift(points, threads);
             if constexpr (!std::same_as<Boundary, NoBoundary>) meet_surfaces(points, boundary, restitution, threads);
+            is_overlong = constraints.is_overlong(points.position, threads);
+            for (const auto& force : forces_)
+                is_overlong = is_overlong || force.is_overlong(points.view(now_.time), threads);
         });
         now_ = {now_.time + dt, now_.steps + 1, dt};
-        tear();
+        if (is_overlong) remove_torn(detail::torn_links<S, D>(links(), points.position));
         remove_if([&](std::size_t i) { return points.end[i] <= now_.time; });
         emit();
     }
@@ -407,9 +435,16 @@ private:
         if (born > 0) largest_step_ = 0;
     }
 
-    void tear() {
-        const std::vector<Torn> torn = constraints.torn(points.position);
+    /// Returns all constraints, and the springs among the forces.
+    std::vector<detail::TearingLink<S>> links() const {
+        std::vector<detail::TearingLink<S>> all;
+        constraints.list_links(all);
+        for (const auto& force : forces_) force.list_links(all);
+        return all;
+    }
+    void remove_torn(const std::vector<Torn>& torn) {
         if (torn.empty()) return;
+        constraints.tear(torn);
         for (auto& force : forces_) force.tear(torn);
         const detail::TornLinks links(torn);
         std::erase_if(facets, [&](const Facet<D>& facet) { return links.are_in(facet); });

@@ -3,9 +3,11 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/tensor.hpp>
+#include <firn/lagrangian/tearing.hpp>
 
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace firn {
 
@@ -36,6 +38,15 @@ struct SpringDamper {
         S stiffness = S(0);  ///< Stiffness k_s [N/m].
         S damping = S(0);    ///< Damping k_d [N s/m].
     };
+
+    /// A spring tears at the end of a step if it is longer than this factor times its length at rest. The factor must
+    /// be above 1; infinite: springs never tear. It does not hold for springs with a tear factor of their own. A spring
+    /// whose length at rest is 0 never tears. \see ParticleSystem::tear
+    double tear_factor = std::numeric_limits<double>::infinity();
+
+    /// Checks the tear factor.
+    /// \throws parameter_error  unless the factor is above 1
+    void check() const { detail::check_tear_factor(tear_factor); }
 
     /// Returns the force [N] on each of the two end points, which have positions x [m] and velocities v [m/s].
     template <int D>

@@ -114,7 +114,11 @@ public:
         return std::any_of(forces_.begin(), forces_.end(), [](const auto& f) { return f.between.may_open_regions(); });
     }
 
+    /// \throws parameter_error  if the force has springs that may tear; on the grid, springs do not tear
     AnyForce<S, D>& add(const Body& body, AnyForce<S, D> force) {
+        if (force.may_tear())
+            throw parameter_error(
+                "Springs between particles of a grid do not tear. Give them no tear factor, or use a ParticleSystem.");
         const auto is_of = [&](const JoinedPoints<S, D>& points) {
             return points.body().first == body.first && points.body().count == body.count;
         };

@@ -85,7 +85,8 @@ public:
     /// The stiffness of the force limits the time step. If a particle is removed, the springs and elements at this
     /// particle are removed, too.
     /// \return a reference to the stored force, through which its parameters may be changed
-    /// \throws parameter_error  if `body` is not one of the bodies of this particle set
+    /// \throws parameter_error  if `body` is not one of the bodies of this particle set, or if the force has springs
+    ///                          with a tear factor: on a grid, springs do not tear
     /// \see element_forces.hpp
     template <class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
