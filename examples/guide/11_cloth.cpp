@@ -27,12 +27,12 @@ int main() {
     //! Constraints keep distances (XPBD). Under a force [N], a link is longer by the compliance [m/N] times the force,
     //! whatever the step. A link tears when it is `tear_factor` times as long as at rest, so under a force of
     //! (tear_factor − 1) × length / compliance: here 16 N. A pinned point takes the pull of the whole cloth, so tearing
-    //! begins there.
-    system.constraints.add(sheet, firn::ConstraintOptions{.compliance = 4e-4}, first);
-    system.constraints.tear_factor = 1.2;
+    //! begins there. Every net may have its own factor, and so may every kind of link: firn::ConstraintsOfKinds.
+    system.constraints.add(sheet, firn::ConstraintOptions{.compliance = 4e-4, .tear_factor = 1.2}, first);
 
     //! `add_force` returns a reference to the stored force, so that it can change in time. Other forces: springs with
-    //! dampers, anchors, drag, membranes of any elastic material, and yours.
+    //! dampers, anchors, drag, membranes of any elastic material, and yours. Springs tear as constraints do, at the
+    //! factor in firn::SpringOptions. firn::ParticleSystem::tear cuts links by hand.
     auto& air = system.add_force(firn::aerodynamic_surface_of<float>(sheet, {}, first));
     double nearest = 1;
     std::size_t torn_in_breeze = 0;

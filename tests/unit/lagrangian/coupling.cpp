@@ -211,6 +211,9 @@ TEST_CASE("nets that do not fit are refused", "[lagrangian]") {
     CHECK(simulation.set<Cloth>().particles().size() == 0);
     net.positions[4][1] = 0.5;
     const Body sheet = simulation.set<Cloth>().add(net, masses(net, 1), {{0, 1, 0}});
+    CHECK_THROWS_WITH(simulation.set<Cloth>().add_force(
+                          sheet, springs_of<double>(net, SpringOptions{.stiffness = 1, .tear_factor = 2})),
+                      Catch::Contains("do not tear"));
     Springs<double, 3> beyond;
     beyond.add({0, 9}, {1, 1, 0});
     simulation.set<Cloth>().add_force(sheet, std::move(beyond));

@@ -42,7 +42,7 @@ void fountain_has_run(const State<double>& middle, const State<double>& end) {
     CHECK(next_id(end) > next_id(middle) + 30);
     CHECK(next_id(middle) - double(middle.size()) > 5);  // so many have died
     CHECK(next_id(end) - double(end.size()) > next_id(middle) - double(middle.size()) + 30);
-    CHECK(rows(middle, "impulses", 4) > 10);
+    CHECK(rows(middle, "impulses", 4) > 5);
     CHECK(rows(end, "impulses", 4) > 10);
 }
 
