@@ -1,6 +1,6 @@
 // node examples/web/serve.mjs [PORT] [PROGRAMS]: serves this folder on http://127.0.0.1:PORT (default 8000). At
 // /programs/ it serves the folder PROGRAMS (default build/web), which has a folder for each program that 06_emit_wgsl
-// wrote. GET /programs/ returns a list of them as JSON.
+// wrote. GET /programs/ returns a list of them as JSON. Modules that wasm/build.sh wrote lie in PROGRAMS/wasm.
 import { createReadStream } from 'node:fs';
 import { readdir, realpath, stat } from 'node:fs/promises';
 import { createServer } from 'node:http';
@@ -11,7 +11,7 @@ import { fileURLToPath, pathToFileURL } from 'node:url';
 const types = {
     '.html': 'text/html; charset=utf-8', '.mjs': 'text/javascript', '.js': 'text/javascript', '.css': 'text/css',
     '.json': 'application/json', '.wgsl': 'text/plain; charset=utf-8', '.png': 'image/png',
-    '.bin': 'application/octet-stream',
+    '.bin': 'application/octet-stream', '.wasm': 'application/wasm',
 };
 
 /** The file at `path` below `root`; null if there is none, or if .. or a link leads out of `root`. */
@@ -40,7 +40,11 @@ async function answer(request, response, pages, programs) {
     } catch {
         return refuse(400);
     }
-    const common = { 'cache-control': 'no-store', 'x-content-type-options': 'nosniff' };
+    // The last two give the pages shared memory, on which WebAssembly's threads work.
+    const common = {
+        'cache-control': 'no-store', 'x-content-type-options': 'nosniff',
+        'cross-origin-opener-policy': 'same-origin', 'cross-origin-embedder-policy': 'require-corp',
+    };
     if (path === '/programs/') {
         response.writeHead(200, { ...common, 'content-type': types['.json'] });
         return response.end(JSON.stringify(await programNames(programs)));

@@ -6,13 +6,11 @@
 
 #include <firn/core/team.hpp>
 
-#include <unistd.h>
-
 #include <functional>
-#include <memory>
 
 #ifdef _OPENMP
 #include <omp.h>
+#include <unistd.h>
 #endif
 
 namespace firn {
@@ -30,6 +28,7 @@ struct Call {
     const ThreadRole* const caller = &role_of_this_thread;
     bool has_run = false;
     std::exception_ptr failure = nullptr;
+    std::atomic<int> holders = 0;  ///< number of CallHolders that refer to this call
 
     void run_by_caller() {
         has_run = true;
@@ -44,6 +43,26 @@ struct Call {
     }
 };
 
+/// Refers to a Call, as a std::shared_ptr does: the last holder deletes the call. A std::shared_ptr is not used, since
+/// a standard library without threads (WebAssembly) counts its references without atomic operations.
+class CallHolder {
+public:
+    explicit CallHolder(Call* call) : call_(call) { ++call->holders; }
+    CallHolder(const CallHolder& other) : CallHolder(other.call_) {}
+    CallHolder(CallHolder&& other) noexcept : call_(std::exchange(other.call_, nullptr)) {}
+    CallHolder& operator=(CallHolder other) noexcept {
+        std::swap(call_, other.call_);
+        return *this;
+    }
+    ~CallHolder() {
+        if (call_ && --call_->holders == 0) delete call_;
+    }
+    Call* operator->() const { return call_; }
+
+private:
+    Call* call_;
+};
+
 }  // namespace detail
 
 /// The work of one call of firn, to be run on the host's threads. Copies of a Work refer to the same call. A Work may
@@ -51,7 +70,7 @@ struct Call {
 class Work {
 public:
     /// This constructor is for firn only. firn makes one Work per call.
-    explicit Work(std::shared_ptr<detail::Call> call) : call_(std::move(call)) {}
+    explicit Work(detail::CallHolder call) : call_(std::move(call)) {}
 
     /// Runs the call's work as the worker with index `worker`.
     ///
@@ -61,7 +80,7 @@ public:
     /// work(1), work(2), … help until the call ends. Each of them may be invoked at any time or not at all, but only
     /// once.
     void operator()(int worker) const noexcept {
-        const std::shared_ptr<detail::Call> call = call_;
+        const detail::CallHolder call = call_;
         if (worker > 0 && worker < call->team.workers())
             call->team.help(worker);
         else if (worker == 0 && call->caller == &detail::role_of_this_thread && !call->has_run)
@@ -69,7 +88,7 @@ public:
     }
 
 private:
-    std::shared_ptr<detail::Call> call_;
+    detail::CallHolder call_;
 };
 
 /// A function of the host that lends threads to one call of firn. The function must invoke work(0) on the thread on
@@ -106,7 +125,9 @@ private:
 
 namespace detail {
 
+#ifdef _OPENMP
 inline const pid_t first_process = ::getpid();
+#endif
 
 /// Whether loops may get helpers (other threads) if this thread starts them while it is not inside a call of firn.
 inline bool may_have_helpers() {
@@ -133,7 +154,7 @@ inline bool may_open_region() {
 
 /// Runs a call of firn. If the call's function throws, run_call() rethrows the exception as soon as no helper runs a
 /// chunk any more.
-inline void run_call(const std::shared_ptr<Call>& call) {
+inline void run_call(const CallHolder& call) {
     const Work work(call);
     if (lender_of_this_thread) {
         try {

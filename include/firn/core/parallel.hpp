@@ -21,7 +21,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <memory>
 #include <span>
 
 namespace firn {
@@ -59,7 +58,7 @@ void parallel_region(int workers, const Body& body) {
     if (workers == 0) workers = thread_count(0);
     if (workers <= 1 || !detail::may_open_region()) return body();
     const auto run = [](const void* f) { (*static_cast<const Body*>(f))(); };
-    detail::run_call(std::make_shared<detail::Call>(workers, run, &body));
+    detail::run_call(detail::CallHolder(new detail::Call(workers, run, &body)));
 }
 
 namespace detail {

@@ -16,7 +16,7 @@
 /// as long the next time.
 #pragma once
 
-#include <firn/core/requirements.hpp>
+#include <firn/core/sleep.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -95,7 +95,7 @@ public:
     void run(const PhasedLoop& loop, int workers) {
         loop_ = loop;
         const std::size_t largest = *std::max_element(loop.counts.begin(), loop.counts.end());
-        loop_.grain = std::max(loop.grain, largest / Share::most_chunks + 1);
+        loop_.grain = std::max(loop.grain, largest / std::size_t(Share::most_chunks) + 1);
         std::size_t most = 0;
         for (std::size_t phase = 0; phase < loop.counts.size(); ++phase) most = std::max(most, loop_.chunks(phase));
         workers_ = std::min({std::uint64_t(workers), std::uint64_t(most), std::uint64_t(seats_.size())});
@@ -258,7 +258,8 @@ private:
             unfinished_ = chunks + 1;
             number_ = (number_ + 1) % 16;
             for (std::uint64_t k = 0; k < workers; ++k)
-                seats[k].share = Share(chunks * k / workers, chunks * (k + 1) / workers, workers, number_).word();
+                seats[std::size_t(k)].share =
+                    Share(chunks * k / workers, chunks * (k + 1) / workers, workers, number_).word();
             if (!loop_.is_owned) given_out_ = number_;
             for (Seat& seat : seats) wake(seat);
             return true;
@@ -281,12 +282,12 @@ private:
         if (is_any_offered(worker) || enough)
             seat.sleeps = 0;
         else
-            seat.sleeps.wait(1);
+            sleep_while(seat.sleeps, 1);
     }
     static void wake(Seat& seat) {
         if (seat.sleeps == 0) return;
         seat.sleeps = 0;
-        seat.sleeps.notify_one();
+        wake_one(seat.sleeps);
     }
 
     alignas(64) std::atomic<std::size_t> unfinished_ = 0;   ///< chunks not done, + 1 until all shares are given

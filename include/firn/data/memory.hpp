@@ -44,8 +44,8 @@ namespace detail {
 inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity();
 
 /// Returns the most memory [bytes] that this program can have: the least of the machine's memory, the limit of the
-/// program's control group (Linux), the limit of its address space (`ulimit -v`) and memory_budget. The result is
-/// infinite if no limit is known.
+/// program's control group (Linux), the limit of its address space (`ulimit -v`; 4 GiB if a pointer has 32 bits) and
+/// memory_budget. The result is infinite if no limit is known.
 [[gnu::cold]] inline double memory_limit() {
     static const double of_machine = [] {
         double most = std::numeric_limits<double>::infinity();
@@ -53,6 +53,8 @@ inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity
         const auto pages = double(sysconf(_SC_PHYS_PAGES)), page = double(sysconf(_SC_PAGESIZE));
         if (pages > 0 && page > 0) most = pages * page;
 #endif
+        if (sizeof(void*) == 4) most = std::fmin(most, 0x1p32);
+#ifdef __linux__
         // In a container, this file contains the container's memory limit: a container sees its own control group as
         // the root of all groups.
         if (std::FILE* const file = std::fopen("/sys/fs/cgroup/memory.max", "r")) {
@@ -60,6 +62,7 @@ inline std::atomic<double> memory_budget = std::numeric_limits<double>::infinity
             if (std::fscanf(file, "%lf", &of_group) == 1 && of_group > 0) most = std::fmin(most, of_group);
             std::fclose(file);
         }
+#endif
         return most;
     }();
     double most = std::fmin(of_machine, memory_budget);
