@@ -27,7 +27,7 @@ export function whyNoThreads() {
 
 /**
  * Loads and starts a program.
- * @param name     the URL of NAME.wasm without .wasm; in node also a path. Beside it lies NAME_shared.wasm.
+ * @param name     the URL of NAME.wasm without .wasm; in node also a path
  * @param threads  the number of threads of firn's loops. One if threads cannot be used here: see module.threads.
  * @param memory   the most memory that the program gets [bytes]
  * @param log      called with each line that the program writes
@@ -36,10 +36,10 @@ export async function load(name, { threads = 1, memory = 2 ** 31, log = console.
     if (!(Number.isInteger(threads) && threads >= 1 && threads <= 64))
         throw new RangeError(`${threads} threads are asked for; give a whole number from 1 to 64.`);
     if (whyNoThreads()) threads = 1;
-    const shared = threads > 1;
-    const compiled = await WebAssembly.compile(await bytesOf(`${name}${shared ? '_shared' : ''}.wasm`));
-    const room = makeMemory(memory, shared);
-    const module = new Module(room, log);
+    const bytes = await bytesOf(`${name}.wasm`), shared = threads > 1;
+    if (!shared) unshare(bytes, name);
+    const compiled = await WebAssembly.compile(bytes);
+    const module = new Module(makeMemory(memory, shared), log);
     await module.start(compiled, threads);
     return module;
 }
@@ -49,7 +49,15 @@ async function bytesOf(name) {
     if (url.protocol === 'file:') return (await import('node:fs/promises')).readFile(url);
     const response = await fetch(url);
     if (!response.ok) throw new Error(`${url} cannot be loaded: ${response.status} ${response.statusText}`);
-    return response.arrayBuffer();
+    return new Uint8Array(await response.arrayBuffer());
+}
+
+/** Makes the program import a memory that is not shared: clears the bit that says so after the import's names. */
+function unshare(bytes, name) {
+    const names = [3, ...new TextEncoder().encode('env'), 6, ...new TextEncoder().encode('memory'), 2];
+    const shared = 2, at = bytes.findIndex((_, start) => names.every((byte, k) => bytes[start + k] === byte));
+    if (at < 0) throw new Error(`${name}.wasm imports no memory; compile it with build.sh.`);
+    bytes[at + names.length] &= ~shared;
 }
 
 /** A memory that can grow to `bytes`, or to less if the browser does not give that much. */

@@ -85,7 +85,6 @@ void __cxa_free_exception(void*) noexcept {}
 
 // Memory. The C library's malloc() knows no threads.
 
-#ifdef __wasm_atomics__
 namespace {
 
 /// A lock for short pieces of code.
@@ -139,7 +138,6 @@ void __wrap_free(void* memory) {
     __real_free(memory);
 }
 }  // extern "C"
-#endif
 
 namespace {
 
@@ -190,8 +188,6 @@ extern "C" long sysconf(int what) {
     if (what == _SC_NPROCESSORS_ONLN) return threads_of_module;
     return what == _SC_PAGESIZE ? 65536 : -1;
 }
-
-#ifdef __wasm_atomics__
 
 extern "C" {
 
@@ -292,5 +288,3 @@ extern "C" {
 }
 
 }  // extern "C"
-
-#endif
