@@ -9,7 +9,9 @@
 #include <firn/core/error.hpp>
 #include <firn/math/rotor.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace example {
@@ -60,7 +62,11 @@ public:
 
     double mass() const { return mass_; }
     Vec<double, D> velocity() const { return momentum * (1 / mass_); }
-    Axial<double, D> angular_velocity() const { return angular_velocity_at(rotation); }
+    Axial<double, D> angular_velocity() const { return spin(rotation, angular_momentum); }
+    /// The velocity of the point x [m] of the body [m/s].
+    Vec<double, D> velocity_at(const Vec<double, D>& x) const {
+        return velocity() + firn::skew(angular_velocity()) * (x - position);
+    }
     /// Kinetic energy [J].
     double kinetic_energy() const {
         const auto w = angular_velocity();
@@ -80,11 +86,29 @@ public:
         angular_momentum += angular_impulse;
     }
 
+    /// Stops the point x [m] of the body from moving into a wall with the unit normal n, by an impulse at this point.
+    /// Friction slows its sliding along the wall by an impulse of at most `friction` times that along n.
+    void stop_at(const Vec<double, D>& x, const Vec<double, D>& n, double friction) {
+        // Changes the point's speed along a direction by `change`, but with an impulse of at most `most`.
+        const auto change_speed = [&](const Vec<double, D>& direction, double change, double most) {
+            const auto axial = axial_product(x - position, direction);
+            const auto turns = firn::skew(spin(rotation, axial)) * (x - position);
+            const double impulse = std::min(change / (1 / mass_ + dot(turns, direction)), most);
+            push(direction * impulse, axial * impulse);
+            return impulse;
+        };
+        const double towards = -dot(velocity_at(x), n);
+        if (!(towards > 0)) return;
+        const double pressed = change_speed(n, towards, std::numeric_limits<double>::infinity());
+        const Vec<double, D> along = velocity_at(x) - n * dot(velocity_at(x), n);
+        if (const double speed = norm(along); speed > 0) change_speed(along * (-1 / speed), speed, friction * pressed);
+    }
+
     /// Moves for a time dt [s] without forces.
     void move(double dt) {
         position += velocity() * dt;
         const auto halfway = turned(rotation, angular_velocity() * (dt / 2));
-        rotation = turned(rotation, angular_velocity_at(halfway) * dt);
+        rotation = turned(rotation, spin(halfway, angular_momentum) * dt);
     }
 
     /// Gives a collider the body's position, rotation and velocities. The collider's origin is the centre of mass.
@@ -97,12 +121,13 @@ public:
     }
 
 private:
-    Axial<double, D> angular_velocity_at(const firn::Rotor<double, D>& turn) const {
+    /// The angular velocity that this angular momentum gives the body after the rotation `turn`.
+    Axial<double, D> spin(const firn::Rotor<double, D>& turn, const Axial<double, D>& momentum_about) const {
         if constexpr (D == 2) {
-            return inverse_inertia_ * angular_momentum;
+            return inverse_inertia_ * momentum_about;
         } else {
             const Mat<double, 3> R = matrix_of(turn);
-            return R * (inverse_inertia_ * (transpose(R) * angular_momentum));
+            return R * (inverse_inertia_ * (transpose(R) * momentum_about));
         }
     }
 
