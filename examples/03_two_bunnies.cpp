@@ -1,9 +1,99 @@
-/// \file Two elastic bunnies, read from an OBJ file and filled with particles. One falls on the other; they tumble and
-/// bounce. Prints how far each has turned.
+/// \file Two elastic bunnies, read from an OBJ file: a mesh, which is filled with particles, or a cloud of points. One
+/// falls on the other; they tumble and bounce. Prints how far each has turned, and sets two runs with other constants
+/// side by side.
+#include "support/elastic.hpp"
 #include "support/rotation.hpp"
-#include "support/run.hpp"
+#include <firn/data/point_spacing.hpp>
 
 namespace {
+
+using Point = firn::Vec<double, 3>;
+
+constexpr double size = 0.32;  // of a bunny [m]
+
+const std::vector<example::Quantity> quantities{{"lower bunny turned by", "°", 1},
+                                                {"upper bunny turned by", "°", 1},
+                                                {"lower bunny's strain", "%", 2},
+                                                {"upper bunny's strain", "%", 2}};
+enum : std::size_t { turned, lower_strain = 2, upper_strain };
+
+/// The particles of both bunnies before they move.
+struct Bunnies {
+    double spacing = 0;
+    firn::Samples<3> below, above;
+};
+
+/// Fills a mesh, so that there are about so many particles in all.
+Bunnies from_mesh(const std::string& file, std::int64_t particles) {
+    const firn::TriangleMesh mesh = firn::read_obj(file);
+    const firn::InsideTest closed(mesh);  // throws for a mesh that cannot be filled
+    const firn::TriangleMesh below = firn::fitted(mesh, {0.47, 0.5 * size, 0.5}, size);
+    const firn::TriangleMesh turned =
+        firn::rotated(firn::fitted(mesh, {0.0, 0.0, 0.0}, size), firn::rotation({0.0, 1.0, 0.0}, 2.2));
+    const firn::TriangleMesh above = firn::translated(turned, {0.56, 0.62, 0.53});
+    const double volume = std::abs(firn::signed_volume(below));
+    const double spacing = std::cbrt(2 * volume / double(particles));
+    const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered, .jitter = 0.1};
+    return {spacing, firn::sample_mesh(below, filling), firn::sample_mesh(above, filling)};
+}
+
+/// Takes points as particles, as they are: those of a body that another program has filled.
+Bunnies from_points(const std::string& file) {
+    const std::vector<Point> points = firn::read_obj_points(file);
+    const double spacing = firn::point_spacing(points);
+    firn::Bounds<3> box{points[0], points[0]};
+    for (const Point& x : points)
+        for (int a = 0; a < 3; ++a) {
+            box.lower[a] = std::min(box.lower[a], x[a]);
+            box.upper[a] = std::max(box.upper[a], x[a]);
+        }
+    const Point extent = box.upper - box.lower, middle = (box.lower + box.upper) * 0.5;
+    // Half a spacing of matter lies around the outermost points.
+    const double factor = size / (std::max({extent[0], extent[1], extent[2]}) + spacing);
+    const firn::Mat<double, 3> turn = firn::rotation({0.0, 1.0, 0.0}, 2.2);
+    Bunnies bunnies{factor * spacing, {}, {}};
+    for (const Point& x : points) {
+        bunnies.below.positions.push_back(Point{0.47, 0.5 * size, 0.5} + (x - middle) * factor);
+        bunnies.above.positions.push_back(Point{0.56, 0.62, 0.53} + turn * ((x - middle) * factor));
+    }
+    bunnies.below.volume = bunnies.above.volume = std::pow(bunnies.spacing, 3);
+    return bunnies;
+}
+
+template <class Force>
+example::Record collide(const example::Options& options, const example::Elastic& elastic, const Bunnies& bunnies,
+                        std::int64_t steps_between_samples) {
+    firn::SimulationWith<3, firn::FixedCorotated<float>, Force> simulation(
+        {.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 2 * bunnies.spacing},
+        firn::FixedCorotated<float>::from_young_poisson(elastic.young, elastic.poisson), {options.threads});
+    simulation.boundary = firn::Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {firn::Contact::separate, 0.3});
+    simulation.add(bunnies.below, 1.0);
+    simulation.add(bunnies.above, 1.0, {0.0, -2.0, 0.0});
+    simulation.fixed_time_step = 0.5 * simulation.stable_time_step();
+
+    example::Record record = example::record_of(simulation, elastic, bunnies.spacing,
+                                                example::Box{{{0.32F, 0, 0.32F}}, {{0.75F, 0.48F, 0.68F}}});
+    record.every = steps_between_samples;
+    std::array<example::Turning, 2> turnings;
+    example::run_recorded(simulation, options, record, upper_strain, [&](const example::Shape& shape) {
+        std::vector<double> values(quantities.size());
+        for (std::size_t b = 0; b < 2; ++b) {
+            values[turned + b] = 180 / std::numbers::pi *
+                                 turnings[b].angle(record.start.of(record.bodies[b]), shape.of(record.bodies[b]));
+            values[lower_strain + b] = 100 * shape.strain[b];
+        }
+        return values;
+    });
+    return record;
+}
+
+void report(const example::Record& record) {
+    const example::Sample& last = record.samples.back();
+    const char* whole = record.begun > 0 ? ", up to whole turns," : "";  // the turns before a restart are not known
+    for (std::size_t b = 0; b < 2; ++b)
+        std::printf("%s%s bunny: turned by %.1f degrees%s in %.3f s\n", record.outcome.part().c_str(),
+                    b == 0 ? "lower" : "upper", last.values[turned + b], whole, last.time);
+}
 
 int two_bunnies(int argc, char** argv) {
     example::CommandLine line({.name = "two_bunnies",
@@ -11,45 +101,29 @@ int two_bunnies(int argc, char** argv) {
                                .particles = 150'000,
                                .steps = 2400,
                                .frames = 30,
-                               .can_go_on = true});
-    double young = 1e3, poisson = 0.3;
-    std::string mesh_file = FIRN_EXAMPLES_DATA_DIR "/bunny.obj";
-    line.add("--young", young, "Young's modulus in Pa", 1.0, 1e9);
-    line.add("--poisson", poisson, "Poisson's ratio", -0.99, 0.495);
-    line.app().add_option("--mesh", mesh_file, "A closed triangle mesh")->type_name("FILE.obj")->capture_default_str();
+                               .can_go_on = true,
+                               .takes_time = true});
+    std::string mesh_file = FIRN_EXAMPLES_DATA_DIR "/bunny.obj", point_file;
+    example::ElasticOptions elastic(line);
+    auto* mesh = line.app().add_option("--mesh", mesh_file, "A closed triangle mesh")->type_name("FILE.obj");
+    mesh->capture_default_str();
+    line.app()
+        .add_option("--points", point_file, "The particles of a body, as vertices of an OBJ file without faces")
+        ->type_name("FILE.obj");
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
+    if (!point_file.empty() && mesh->count() + line.app().count("--particles") > 0)
+        throw firn::parameter_error(
+            "The points of --points are the particles, as they are: leave out --mesh and --particles.");
     const example::Options& options = line.options();
+    const Bunnies bunnies = point_file.empty() ? from_mesh(mesh_file, options.particles) : from_points(point_file);
 
-    constexpr double size = 0.32;
-    const firn::TriangleMesh mesh = firn::read_obj(mesh_file);
-    const firn::TriangleMesh below = firn::fitted(mesh, {0.47, 0.5 * size, 0.5}, size);
-    const firn::TriangleMesh turned =
-        firn::rotated(firn::fitted(mesh, {0.0, 0.0, 0.0}, size), firn::rotation({0.0, 1.0, 0.0}, 2.2));
-    const firn::TriangleMesh above = firn::translated(turned, {0.56, 0.62, 0.53});
-    const double volume = std::abs(firn::signed_volume(below));
-    const double spacing = std::cbrt(2 * volume / double(options.particles));
-
-    firn::Simulation<3> simulation({.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 2 * spacing},
-                                   firn::FixedCorotated<float>::from_young_poisson(young, poisson), {options.threads});
-    simulation.boundary = firn::Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {firn::Contact::separate, 0.3});
-    const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered, .jitter = 0.1};
-    simulation.add(firn::sample_mesh(below, filling), 1.0);
-    simulation.add(firn::sample_mesh(above, filling), 1.0, {0.0, -2.0, 0.0});
-    simulation.fixed_time_step = 0.5 * simulation.stable_time_step();
-
-    const auto before = example::positions(simulation);
-    example::run(simulation, options, spacing, {}, [] {});
-    const auto after = example::positions(simulation);
-    for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
-        const firn::Body& body = simulation.bodies()[b];
-        const std::span<const firn::Vec<double, 3>> all_before(before), all_after(after);
-        std::printf("%s bunny: turned by %.1f degrees in %.3f s\n", b == 0 ? "lower" : "upper",
-                    example::rotation_angle(all_before.subspan(body.first, body.count),
-                                            all_after.subspan(body.first, body.count)) *
-                        180 / std::acos(-1.0),
-                    simulation.time());
-    }
-    return 0;
+    const auto as_it_is = [](const example::Record&, std::size_t, const Point&, const Point& now) { return now; };
+    return elastic.with_force([&](auto force) {
+        const auto run = [&](const example::Options& of_run, const example::Elastic& constants) {
+            return collide<decltype(force)>(of_run, constants, bunnies, elastic.other() ? 10 : 200);
+        };
+        return example::run_and_compare(options, elastic, run, report, quantities, as_it_is);
+    });
 }
 
 }  // namespace

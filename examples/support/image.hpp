@@ -1,6 +1,7 @@
 /// \file An image: rows from the top, 8-bit sRGB.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -33,6 +34,14 @@ inline Image beside(const Image& left, const Image& right) {
     for (int y = 0; y < both.height; ++y)
         for (int x = 0; x < both.width; ++x)
             both.at(x, y) = x < left.width ? left.at(x, y) : right.at(x - left.width, y);
+    return both;
+}
+
+/// Puts two pictures of the same width above each other.
+inline Image above(const Image& upper, const Image& lower) {
+    Image both(upper.width, upper.height + lower.height);
+    std::copy(upper.pixels.begin(), upper.pixels.end(), both.pixels.begin());
+    std::copy(lower.pixels.begin(), lower.pixels.end(), both.pixels.begin() + std::ptrdiff_t(upper.pixels.size()));
     return both;
 }
 

@@ -5,6 +5,7 @@
 #include "support/solids.hpp"
 #include <firn/firn.hpp>
 #include <firn/io/obj.hpp>
+#include <firn/io/ply.hpp>
 #include <firn/io/states.hpp>
 
 #include <algorithm>
@@ -127,7 +128,7 @@ Image picture(const Simulation& simulation, double spacing, View view = {},
 }
 
 /// Writes the states of a run as OUTPUT/NAME_0000.hdf …; with several materials, as OUTPUT/NAME_MATERIAL_0000.hdf …
-/// With --obj it also writes OBJ files.
+/// With --obj or --ply it also writes OBJ or PLY files.
 template <class Simulation>
 class StatesOfAll {
 public:
@@ -151,7 +152,10 @@ public:
         for_materials<Simulation>([&](auto i) {
             const firn::SeriesEntry& last = states[i][count - 1];
             const auto file = files_[i].parent_path() / last.file;
-            firn::restore(simulation.template set<i>(), firn::read_state<typename Simulation::scalar_type>(file));
+            restore_as(options_, [&](firn::Restart how) {
+                firn::restore(simulation.template set<i>(), firn::read_state<typename Simulation::scalar_type>(file),
+                              how);
+            });
             series_[i]->go_on_from(last.time);
         });
         count_ = int(count);
@@ -162,6 +166,8 @@ public:
             auto state = series_[i]->spare();
             firn::state_of(simulation.template set<i>(), state);
             if (options_.obj) firn::write_obj(options_.file(endings_[i] + numbered(count_, ".obj")), state);
+            if (options_.ply)
+                firn::write_ply(options_.file(endings_[i] + numbered(count_, ".ply")), state, {"velocity", "mass"});
             series_[i]->write(std::move(state));
         });
         ++count_;
@@ -223,8 +229,11 @@ Outcome run(Simulation& simulation, const Options& options, double spacing, View
     if (!view.frame) view.frame = frame_of(simulation);
     StatesOfAll states(simulation, options);
     const Begun begun = options.go_on ? states.go_on(simulation) : Begun{};
+    Options timed = options;
+    if (options.time)
+        timed.schedule = options.schedule_of_time(simulation.time(), begun.steps, simulation.fixed_time_step);
     return run_schedule(
-        options, [&] { return std::int64_t(particle_count(simulation)); }, begun, [&] { states.write(simulation); },
+        timed, [&] { return std::int64_t(particle_count(simulation)); }, begun, [&] { states.write(simulation); },
         [&] { states.finish(); },
         [&] {
             simulation.step();

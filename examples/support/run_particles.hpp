@@ -6,6 +6,7 @@
 #include <firn/io/background_series.hpp>
 #include <firn/io/obj.hpp>
 #include <firn/io/particle_system_state.hpp>
+#include <firn/io/ply.hpp>
 #include <firn/io/state_reader.hpp>
 
 #include <vector>
@@ -45,7 +46,9 @@ Outcome run(System& system, const Options& options, const Step& step, const Pict
     Begun begun;
     if (options.go_on) {
         const auto list = states_to_go_on_from(series.path());
-        firn::restore(system, firn::read_state<S>(options.output / list.back().file));
+        restore_as(options, [&](firn::Restart how) {
+            firn::restore(system, firn::read_state<S>(options.output / list.back().file), how);
+        });
         series.go_on_from(list.back().time);
         begun = {std::int64_t(system.steps()), int(list.size())};
     }
@@ -53,6 +56,7 @@ Outcome run(System& system, const Options& options, const Step& step, const Pict
     const auto write = [&] {
         auto state = firn::state_of(system);
         if (options.obj) firn::write_obj(options.file(numbered(states, ".obj")), state);
+        if (options.ply) firn::write_ply(options.file(numbered(states, ".ply")), state, {"velocity", "mass"});
         series.write(std::move(state));
         ++states;
     };

@@ -9,7 +9,9 @@
 #include "support/renderer.hpp"
 #include <firn/io/interruption.hpp>
 #include <firn/io/series_file.hpp>
+#include <firn/io/state_parts.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <exception>
@@ -49,6 +51,22 @@ inline std::vector<firn::SeriesEntry> states_to_go_on_from(const std::filesystem
     auto states = firn::read_series(series);
     if (states.empty()) throw firn::io_error(firn::sentence("There is no state in ", series, " to go on from."));
     return states;
+}
+
+/// Calls restore(how) with the states that --restart accepts.
+/// \throws firn::io_error  as restore(), with the option that its advice means
+template <class Restore>
+void restore_as(const Options& options, const Restore& restore) {
+    const auto& names = restarts();
+    try {
+        restore(firn::Restart(std::find(names.begin(), names.end(), options.restart) - names.begin()));
+    } catch (const firn::io_error& problem) {
+        const std::string what = problem.what(), advice = "Restart::";
+        const auto at = what.find(advice);
+        if (at == std::string::npos) throw;
+        const auto name = at + advice.size();
+        throw firn::io_error(what + " Here that is --restart " + what.substr(name, what.find('.', name) - name) + ".");
+    }
 }
 
 /// The part of a run that was done before a restart.
