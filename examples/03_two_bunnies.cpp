@@ -37,9 +37,18 @@ Bunnies from_mesh(const std::string& file, std::int64_t particles) {
     return {spacing, firn::sample_mesh(below, filling), firn::sample_mesh(above, filling)};
 }
 
+std::vector<Point> bare_points(const std::string& file) {
+    try {
+        return firn::read_obj_points(file);
+    } catch (const firn::io_error& problem) {
+        const std::string what = problem.what();
+        throw firn::io_error(what + (what.find("sample_mesh") == std::string::npos ? "" : " Here --mesh fills it."));
+    }
+}
+
 /// Takes points as particles, as they are: those of a body that another program has filled.
 Bunnies from_points(const std::string& file) {
-    const std::vector<Point> points = firn::read_obj_points(file);
+    const std::vector<Point> points = bare_points(file);
     const double spacing = firn::point_spacing(points);
     firn::Bounds<3> box{points[0], points[0]};
     for (const Point& x : points)

@@ -3,10 +3,12 @@ import sys
 
 try:
     import h5py
-except ModuleNotFoundError:
-    sys.exit("read_state.py needs h5py. Install it with pip install h5py, or python3-h5py on Debian and Ubuntu.")
+except ImportError as problem:
+    sys.exit(f"read_state.py needs h5py ({problem}). Install it with pip install h5py, or python3-h5py on Debian and "
+             "Ubuntu.")
 
-with h5py.File(sys.argv[1]) as state:
+
+def print_state(state):
     vtk = state["VTKHDF"]
     print({name: array[0] for name, array in vtk["FieldData"].items()}, dict(state["firn"].attrs))
     for name, field in [("position", vtk["Points"]), *vtk["PointData"].items()]:
@@ -14,3 +16,12 @@ with h5py.File(sys.argv[1]) as state:
     for group, parameters in state["firn/parameters"].items():
         for name, parameter in parameters.items():
             print(f"{group} {name} = {parameter[()]} {parameter.attrs['unit'].decode()}")
+
+
+if len(sys.argv) != 2:
+    sys.exit("Give one state to print, such as: python3 read_state.py out/two_bunnies_0000.hdf")
+try:
+    with h5py.File(sys.argv[1]) as file:
+        print_state(file)
+except (OSError, KeyError) as problem:
+    sys.exit(f"{sys.argv[1]} is not a state that firn has written: {problem}")
