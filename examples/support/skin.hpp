@@ -202,53 +202,24 @@ private:
     std::uint32_t latest_ = 0;
 };
 
-/// Smooths the vertices from `first_vertex` on, which only the triangles from `first_triangle` on use, without
-/// shrinking (Taubin 1995), and gives them normals.
-inline void polish(Surface& surface, std::size_t first_vertex, std::size_t first_triangle, int rounds) {
+/// Gives normals to the vertices from `first_vertex` on, which only the triangles from `first_triangle` on use: means
+/// of the triangles', weighted by area, and then of the neighbours'.
+inline void add_normals(Surface& surface, std::size_t first_vertex, std::size_t first_triangle) {
     const std::size_t count = surface.vertices.size() - first_vertex;
-    std::vector<Vec3> x(count), sum(count);
-    std::vector<float> degree(count);
-    for (std::size_t v = 0; v < count; ++v) {
-        const auto& p = surface.vertices[first_vertex + v];
-        x[v] = {{p[0], p[1], p[2]}};
-    }
-    // Calls f(v, w) for the sides of each quadrilateral, which is a pair of triangles.
-    const auto for_sides = [&](const auto& f) {
-        for (std::size_t t = first_triangle; t + 1 < surface.triangles.size(); t += 2) {
-            const auto& [a, b, c] = surface.triangles[t];
-            const std::array<std::size_t, 4> quad{a, b, c, surface.triangles[t + 1][2]};
-            for (std::size_t n = 0; n < 4; ++n) f(quad[n] - first_vertex, quad[(n + 1) % 4] - first_vertex);
-        }
-    };
-    const auto mean_of_neighbours = [&](const std::vector<Vec3>& of) {
-        std::fill(sum.begin(), sum.end(), Vec3{{0.0F, 0.0F, 0.0F}});
-        std::fill(degree.begin(), degree.end(), 0.0F);
-        for_sides([&](std::size_t v, std::size_t w) {
-            sum[v] += of[w];
-            sum[w] += of[v];
-            degree[v] += 1.0F;
-            degree[w] += 1.0F;
-        });
-    };
-    for (int round = 0; round < rounds; ++round)
-        for (const float step : {0.5F, -0.53F}) {
-            mean_of_neighbours(x);
-            for (std::size_t v = 0; v < count; ++v) x[v] += (sum[v] * (1.0F / degree[v]) - x[v]) * step;
-        }
-
-    std::vector<Vec3> normal(count, Vec3{{0.0F, 0.0F, 0.0F}});
+    std::vector<Vec3> own(count, Vec3{{0.0F, 0.0F, 0.0F}});
     for (std::size_t t = first_triangle; t < surface.triangles.size(); ++t) {
-        const auto& [a, b, c] = surface.triangles[t];
-        const Vec3 own = cross(x[b - first_vertex] - x[a - first_vertex], x[c - first_vertex] - x[a - first_vertex]);
-        for (const auto v : surface.triangles[t]) normal[v - first_vertex] += own;
+        const auto [a, b, c] = surface.corners(t);
+        for (const auto v : surface.triangles[t]) own[v - first_vertex] += cross(b - a, c - a);
     }
-    for (auto& n : normal) n = normalised(n);
-    mean_of_neighbours(normal);
-    surface.normals.resize(surface.vertices.size(), {0.0F, 0.0F, 0.0F});
-    for (std::size_t v = 0; v < count; ++v) {
-        const Vec3 n = normalised(normal[v] + sum[v]);
-        surface.vertices[first_vertex + v] = {x[v][0], x[v][1], x[v][2]};
-        surface.normals[first_vertex + v] = {n[0], n[1], n[2]};
+    for (auto& n : own) n = normalised(n);
+    auto sum = own;
+    for (std::size_t t = first_triangle; t < surface.triangles.size(); ++t)
+        for (std::size_t k = 0; k < 3; ++k)
+            sum[surface.triangles[t][k] - first_vertex] += own[surface.triangles[t][(k + 1) % 3] - first_vertex];
+    surface.normals.resize(first_vertex, {0.0F, 0.0F, 0.0F});
+    for (const Vec3& of_neighbours : sum) {
+        const Vec3 n = normalised(of_neighbours);
+        surface.normals.push_back({n[0], n[1], n[2]});
     }
 }
 
@@ -286,7 +257,7 @@ inline std::vector<std::uint32_t> add_skin(Surface& surface, const std::vector<s
     surface.colour.resize(first_triangle, 0);
     field.add_surface(surface, level);
     surface.colour.resize(surface.triangles.size(), body.colour);
-    detail::polish(surface, first_vertex, first_triangle, 10);
+    detail::add_normals(surface, first_vertex, first_triangle);
     return alone;
 }
 

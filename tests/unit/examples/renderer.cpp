@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <random>
 
 #ifdef _OPENMP
@@ -254,9 +255,11 @@ TEST_CASE("a skin follows the deformation gradient: stretched matter has no hole
 }
 
 TEST_CASE("a skin is smoother than balls", "[examples]") {
-    // The front of a block, lit from the left: a face of one tone, but for the shape of each ball.
+    // The front of a block: a face of one tone, but for the shape of each ball, and its place.
     auto cloud = block(14, 0.1F);
     cloud.colour.clear();
+    for (std::uint32_t k = 0; k < cloud.positions.size(); ++k)
+        for (std::uint32_t a = 0; a < 3; ++a) cloud.positions[k][a] += 0.05F * (example::detail::chance(k, a) - 0.5F);
     View view = small();
     view.smoothing = 0;
     const auto roughness = [&] {
@@ -270,7 +273,89 @@ TEST_CASE("a skin is smoother than balls", "[examples]") {
     cloud.look.assign(cloud.positions.size(), Look::skin);
     const double of_skin = roughness();
     CAPTURE(of_balls, of_skin);
-    CHECK(of_skin < 0.1 * of_balls);
+    CHECK(of_skin < 0.05 * of_balls);
+}
+
+TEST_CASE("the skin of a ball is closed, and has its volume and its normals", "[examples]") {
+    constexpr float spacing = 0.1F, pi = 3.14159265F;
+    std::vector<std::array<float, 3>> points;
+    example::Body ball;
+    for (std::uint32_t k = 0; k < 21 * 21 * 21; ++k) {
+        const std::array<std::uint32_t, 3> cell{k % 21, k / 21 % 21, k / 441};
+        firn::Vec<float, 3> x{};
+        for (std::uint32_t a = 0; a < 3; ++a)
+            x[int(a)] = spacing * (float(cell[a]) - 10 + 0.6F * (example::detail::chance(k, a) - 0.5F));
+        if (firn::norm(x) > 1) continue;
+        ball.particles.push_back(std::uint32_t(points.size()));
+        points.push_back({x[0] + 3, x[1], x[2]});
+    }
+    const float volume = float(points.size()) * spacing * spacing * spacing;
+    const float radius = std::cbrt(volume * 3 / (4 * pi));
+    example::Surface skin;
+    CHECK(example::add_skin(skin, points, {}, ball, spacing).empty());
+    REQUIRE(skin.normals.size() == skin.vertices.size());
+
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;  // each is that of two triangles, once each way
+    float enclosed = 0;
+    for (const auto& t : skin.triangles) {
+        std::array<firn::Vec<float, 3>, 3> x;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const auto& p = skin.vertices[t[k]];
+            x[k] = {{p[0] - 3, p[1], p[2]}};
+            ++sides[{t[k], t[(k + 1) % 3]}];
+            --sides[{t[(k + 1) % 3], t[k]}];
+        }
+        enclosed += firn::dot(x[0], example::cross(x[1], x[2])) / 6;
+    }
+    CHECK(std::all_of(sides.begin(), sides.end(), [](const auto& side) { return side.second == 0; }));
+    CHECK(enclosed == Approx(volume).epsilon(0.12));  // it lies a little outside
+
+    float rough = 0, slant = 0;
+    const float mean = std::cbrt(enclosed * 3 / (4 * pi));
+    for (std::size_t v = 0; v < skin.vertices.size(); ++v) {
+        const firn::Vec<float, 3> x{{skin.vertices[v][0] - 3, skin.vertices[v][1], skin.vertices[v][2]}};
+        const firn::Vec<float, 3> n{{skin.normals[v][0], skin.normals[v][1], skin.normals[v][2]}};
+        rough += (firn::norm(x) - mean) * (firn::norm(x) - mean);
+        slant += 1 - firn::dot(n, x) / firn::norm(x);
+    }
+    rough = std::sqrt(rough / float(skin.vertices.size())) / spacing;
+    slant = std::acos(1 - slant / float(skin.vertices.size())) * 180 / pi;
+    CAPTURE(radius, mean, rough, slant);
+    CHECK(rough < 0.14F);  // in spacings
+    CHECK(slant < 6.5F);   // in degrees
+}
+
+TEST_CASE("the skin of many particles at one place is closed, at any place on the lattice", "[examples]") {
+    for (const float x :
+         {0.04F, 0.1787F, -0.35F, 1e4F}) {  // at the second, the field begins with a node above the level
+        const std::vector<std::array<float, 3>> points(100, {x, x, x});
+        example::Body body;
+        for (std::uint32_t k = 0; k < points.size(); ++k) body.particles.push_back(k);
+        example::Surface skin;
+        CHECK(example::add_skin(skin, points, {}, body, 0.1F).empty());
+        std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
+        for (const auto& t : skin.triangles)
+            for (std::size_t k = 0; k < 3; ++k) {
+                ++sides[{t[k], t[(k + 1) % 3]}];
+                --sides[{t[(k + 1) % 3], t[k]}];
+            }
+        CHECK(sides.size() > 50);
+        CHECK(std::all_of(sides.begin(), sides.end(), [](const auto& side) { return side.second == 0; }));
+    }
+    example::Surface skin;  // too far away for the lattice
+    CHECK(example::add_skin(skin, {{1e9F, 0.0F, 0.0F}}, {}, {{0}, 0}, 0.1F).size() == 1);
+}
+
+TEST_CASE("a vertex may have its own normal", "[examples]") {
+    example::Surface surface{{{-1.0F, -1.0F, 0.0F}, {1.0F, -1.0F, 0.0F}, {0.0F, 1.0F, 0.0F}}, {{0, 1, 2}}, {}};
+    auto camera = example::looking({{0.0F, 0.0F, -1.0F}}, {{0.0F, 1.0F, 0.0F}});
+    camera.orthographic = true;
+    example::frame(camera, {{{-1.0F, -1.0F, 0.0F}}, {{1.0F, 1.0F, 0.0F}}}, 20, 20, 0.0F, 0.24F);
+    CHECK(example::rasterise(surface, camera, 20, 20).normal.row(12)[10][0] == Approx(0.0).margin(1e-5));
+    surface.normals.assign(3, {0.6F, 0.0F, 0.8F});
+    CHECK(example::rasterise(surface, camera, 20, 20).normal.row(12)[10][0] == Approx(0.6));
+    surface.normals.assign(3, {0.0F, 0.0F, 0.0F});
+    CHECK(example::rasterise(surface, camera, 20, 20).normal.row(12)[10][0] == Approx(0.0).margin(1e-5));
 }
 
 TEST_CASE("no particle of a skin vanishes", "[examples]") {
@@ -278,7 +363,7 @@ TEST_CASE("no particle of a skin vanishes", "[examples]") {
         for (const float distance : {0.5F, 1.0F, 2.0F, 4.0F}) {
             Cloud cloud;
             cloud.radius = 0.06F;
-            for (int i = 0; i < particles; ++i) cloud.positions.push_back({0.1F * distance * float(i), 0.0F, 0.0F});
+            for (int i = 0; i < particles; ++i) cloud.positions.push_back({0.1F * distance * float(i), 0.0F, 0.1F});
             cloud.look.assign(cloud.positions.size(), Look::skin);
             auto view = small();
             view.frame = example::Box{{{-0.3F, -0.3F, -0.3F}}, {{1.1F, 0.3F, 0.3F}}};
@@ -299,9 +384,10 @@ TEST_CASE("an ellipsoid is never a needle: stretches are limited, axes are kept"
         return F;
     };
     const auto near = [](const Mat3& a, const Mat3& b) {
-        float most = 0;
-        for (std::size_t k = 0; k < 9; ++k) most = std::max(most, std::abs(a.m[k] - b.m[k]));
-        return most < 1e-4F;
+        bool all = true;
+        for (int i = 0; i < 3; ++i)
+            for (int k = 0; k < 3; ++k) all = all && std::abs(a(i, k) - b(i, k)) < 1e-4F;
+        return all;
     };
     CHECK(near(example::drawable(of(1.3F, 0.9F, 1.0F)), of(1.3F, 0.9F, 1.0F)));
     // By hand: of diag(100, 1, 1/100) the volume is 1, and the stretches are cut to 2, 1 and 1/2.
@@ -345,7 +431,29 @@ TEST_CASE("water is clear: what is behind it shows, tinted by its thickness", "[
     CHECK(std::abs(int(thin[1]) - int(thin_bare[1])) > 40);  // seen through it
     CHECK(std::abs(int(thin[1]) - int(none[1])) > 10);       // but not as if there were none
     CHECK(std::abs(int(thick[1]) - int(thick_bare[1])) < std::abs(int(thin[1]) - int(thin_bare[1])));
-    CHECK(thick_bare[0] + 15 < thin_bare[0]);  // deep water takes the red light
+    CHECK(thick_bare[0] + 15 < thin_bare[0]);
+}
+
+TEST_CASE("water takes the red of the light that comes through, the more the thicker it is", "[examples]") {
+    const Cloud cloud = block(4, 0.1F);
+    const example::detail::Scene scene(cloud, small());
+    const auto through = [&](float thickness) {  // of white light, less what the water scatters
+        const auto light = [&](float behind) {
+            const firn::Vec<float, 3> to_eye{{0.0F, 0.0F, 1.0F}};
+            return example::detail::light_of_water(scene,
+                                                   {to_eye, to_eye, thickness, 1.0F, example::detail::palette()[teal],
+                                                    firn::Vec<float, 3>::filled(behind)},
+                                                   {{1.0F, 1.0F, 1.0F}}, {{0.5F, 0.5F, 0.5F}});
+        };
+        return light(1.0F) - light(0.0F);
+    };
+    const auto none = through(0.0F), thin = through(0.05F), thick = through(0.1F);
+    for (int c = 0; c < 3; ++c) {
+        CHECK(none[c] == Approx(0.98));  // 2 % are reflected
+        CHECK(thick[c] / none[c] == Approx(thin[c] * thin[c] / (none[c] * none[c])).epsilon(1e-4));
+    }
+    CHECK(thick[0] < 0.75F * thick[1]);
+    CHECK(thick[0] < 0.75F * thick[2]);
 }
 
 TEST_CASE("with a frame, what moves elsewhere does not change the picture here", "[examples]") {
@@ -360,7 +468,8 @@ TEST_CASE("with a frame, what moves elsewhere does not change the picture here",
     int differ = 0;
     for (std::size_t k = 0; k < before.pixels.size(); ++k) differ += before.pixels[k] != after.pixels[k];
     CHECK(differ > 0);
-    CHECK(differ < 600);  // a sphere and its shadow, of 19,200 pixels
+    CAPTURE(differ);
+    CHECK(differ < 350);  // a sphere and its shadow, of 19,200 pixels
 }
 
 TEST_CASE("a cloud or a view that makes no sense is refused", "[examples]") {
