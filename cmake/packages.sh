@@ -24,8 +24,17 @@ doxygen      doxygen           command:doxygen
 doxygen_theme doxygen-awesome-css file:/usr/share/doxygen-awesome-css/doxygen-awesome.css
 python_venv  python3-venv      command:conan python:ensurepip
 pkg_config   pkgconf           command:pkg-config
+wasm_linker  lld-19            file:/usr/lib/llvm-19/bin/wasm-ld
+wasm_libc    wasi-libc         file:/usr/lib/wasm32-wasi/libc.a
+wasm_cxx     libc++-19-dev-wasm32 file:/usr/lib/wasm32-wasi/libc++.a
+wasm_cxxabi  libc++abi-19-dev-wasm32 file:/usr/lib/wasm32-wasi/libc++abi.a
+wasm_rt      libclang-rt-19-dev-wasm32 file:/usr/lib/llvm-19/lib/clang/19/lib/wasi/libclang_rt.builtins-wasm32.a
 clang_rt     libclang-rt-19-dev file:/usr/lib/llvm-19/lib/clang/19/lib/linux/libclang_rt.tsan-x86_64.a
 '
+
+# What examples/web/wasm/build.sh needs.
+# shellcheck disable=SC2034 # for the scripts that source this file
+firn_wasm_needs=(clang wasm_linker wasm_libc wasm_cxx wasm_cxxabi wasm_rt)
 
 firn_compiler_major=12 # g++, at least
 

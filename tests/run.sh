@@ -73,9 +73,10 @@ test_stage() {
     skipped=$((skipped + without))
 }
 
-# logged NAME COMMAND...: runs the command and writes its output to build/wgsl/NAME.log.
+# logged NAME COMMAND...: runs the command and writes its output to build/logs/NAME.log.
 logged() {
-    local log=$root/build/wgsl/$1.log status=0 start=$SECONDS
+    local log=$root/build/logs/$1.log status=0 start=$SECONDS
+    mkdir -p "$root/build/logs"
     shift
     "$@" >"$log" 2>&1 || status=$?
     printf '\n== ended with %d after %d s: %s\n' "$status" "$((SECONDS - start))" "$*" >>"$log"
@@ -84,7 +85,7 @@ logged() {
 # counted NAME: prints the log, and adds its last lines to passed and failed: "N passed, N failed", or "# pass N" and
 # "# fail N" of node.
 counted() {
-    local line good=0 bad=0 status=1 log=$root/build/wgsl/$1.log
+    local line good=0 bad=0 status=1 log=$root/build/logs/$1.log
     touch "$log"
     cat "$log"
     while read -r line; do
@@ -158,6 +159,24 @@ wgsl_lane() { # NAME...; uses the variables of wgsl_stage
     done
 }
 
+# Compiles a program to WebAssembly and runs it in node: the bits of a native build, and how a program ends.
+wasm_stage() {
+    local start=$SECONDS
+    printf '\n== WebAssembly\n'
+    if ! firn_install_if_offered node "${firn_wasm_needs[@]}"; then
+        skip 'WebAssembly, which needs node, clang 19 and its packages for wasm32'
+        return
+    fi
+    if "$root/examples/web/wasm/build.sh" "$root/tests/wasm/program.cpp" "$root/build/wasm" "-I$root/tests"; then
+        logged wasm timeout 120 node --test "$root/tests/wasm/module.mjs"
+        counted wasm
+    else
+        echo "== WebAssembly: does not build"
+        failed=$((failed + 1))
+    fi
+    echo "== WebAssembly: $((SECONDS - start)) s"
+}
+
 firn_install compiler cmake ninja eigen hdf5 catch2 cli11 png boost
 for need in python python_venv doxygen doxygen_theme pkg_config; do firn_install_if_offered "$need" || true; done
 clang=no
@@ -203,6 +222,7 @@ stage 'portable build: behaviour, determinism, examples' "tests-$where" \
     "${portable[@]}" "${second[@]}" ${webgpu[@]+"${webgpu[@]}"} -DFIRN_TEST_PART=behaviour \
     -DFIRN_EXAMPLES="$([[ $full == yes ]] && echo '.*' || echo '01|05|06|12|13|14|15')"
 wgsl_stage "tests-$where"
+wasm_stage
 
 if [[ $full == yes ]]; then
     printf '\n== long tests\n'

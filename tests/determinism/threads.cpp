@@ -99,6 +99,9 @@ TEST_CASE("Coloured, 2D, double, PIC, weight gradients: the same bits for 1, 2, 
 TEST_CASE("Fixed point, 3D, float, APIC, MLS: the same bits for 1, 2, 3, 4 and 7 threads") {
     check_threads(golden::fixed_point_3d, golden::of_fixed_point_3d);
 }
+TEST_CASE("Points that collide and keep distances, 3D, float, Verlet: the same bits for 1, 2, 3, 4 and 7 threads") {
+    check_threads(golden::points_3d, golden::of_points_3d);
+}
 TEST_CASE("Fixed point with 64 bits, 3D: the same bits for 1 and 7 threads") {
     const auto one = golden::hash_of_run<3, float, Apic, WeightGradientForce>(FixedPoint<std::int64_t>{1});
     CHECK(golden::hash_of_run<3, float, Apic, WeightGradientForce>(FixedPoint<std::int64_t>{7}) == one);

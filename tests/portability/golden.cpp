@@ -13,5 +13,6 @@ int main() {
     check("coloured, 3D", golden::coloured_3d(2), golden::of_coloured_3d);
     check("coloured, 2D", golden::coloured_2d(2), golden::of_coloured_2d);
     check("fixed point, 3D", golden::fixed_point_3d(2), golden::of_fixed_point_3d);
+    check("points, 3D", golden::points_3d(2), golden::of_points_3d);
     return wrong;
 }

@@ -115,27 +115,34 @@ void shuffle(firn::Particles<S, D, State>& particles, std::uint64_t seed) {
     particles.reorder(partition, 1);
 }
 
-/// FNV-1a over the bits of everything that a particle has, in the order of ids.
+/// FNV-1a over the bits of numbers.
+struct Hash {
+    std::uint64_t value = 0xcbf29ce484222325ull;
+
+    template <class T>
+    void add(const T* numbers, std::size_t count) {
+        unsigned char bytes[sizeof(T) * 9];
+        std::memcpy(bytes, numbers, count * sizeof(T));
+        for (std::size_t i = 0; i < count * sizeof(T); ++i) value = (value ^ bytes[i]) * 0x100000001b3ull;
+    }
+};
+
+/// The hash of everything that a particle has, in the order of ids.
 template <class S, int D, class State>
 std::uint64_t hash(const firn::Particles<S, D, State>& particles) {
     std::vector<std::size_t> slot_of(particles.size());
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)
         if (particles.is_particle(slot)) slot_of[particles.id(slot)] = slot;
-    std::uint64_t h = 0xcbf29ce484222325ull;
-    const auto add = [&](const auto* numbers, std::size_t count) {
-        unsigned char bytes[sizeof(*numbers) * 9];
-        std::memcpy(bytes, numbers, count * sizeof(*numbers));
-        for (std::size_t i = 0; i < count * sizeof(*numbers); ++i) h = (h ^ bytes[i]) * 0x100000001b3ull;
-    };
+    Hash all;
     for (const std::size_t slot : slot_of) {
         const auto x = particles.position(slot), v = particles.velocity(slot);
         const auto C = particles.affine(slot), F = particles.state(slot).F;
-        add(x.v, std::size_t(D));
-        add(v.v, std::size_t(D));
-        add(C.m, std::size_t(D * D));
-        add(F.m, std::size_t(D * D));
+        all.add(x.v, std::size_t(D));
+        all.add(v.v, std::size_t(D));
+        all.add(C.m, std::size_t(D * D));
+        all.add(F.m, std::size_t(D * D));
     }
-    return h;
+    return all.value;
 }
 template <class Simulation>
 std::uint64_t hash(const Simulation& simulation) {

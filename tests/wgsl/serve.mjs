@@ -11,7 +11,7 @@ const folder = mkdtempSync(join(tmpdir(), 'firn-serve-'));
 for (const name of ['pages', 'pages/sub', 'programs', 'programs/one', 'programs/none', 'pages-beside'])
     mkdirSync(join(folder, name));
 const files = { 'pages/index.html': 'page', 'pages/host.mjs': 'host', 'programs/one/manifest.json': '{}',
-    'programs/one/program.wgsl': 'code', 'pages-beside/secret': 'secret', 'secret': 'secret' };
+    'programs/one/program.wgsl': 'code', 'programs/one/module.wasm': 'code', 'pages-beside/secret': 'secret', 'secret': 'secret' };
 for (const [name, text] of Object.entries(files)) writeFileSync(join(folder, name), text);
 symlinkSync(join(folder, 'secret'), join(folder, 'pages/link'));
 const server = await serve({ port: 0, pages: join(folder, 'pages'), programs: join(folder, 'programs') });
@@ -25,16 +25,30 @@ const get = (path, method = 'GET') => new Promise((done, fail) => {
     request({ port: server.address().port, host: '127.0.0.1', path, method, agent: false }, (response) => {
         let text = '';
         response.setEncoding('utf8').on('data', (part) => { text += part; });
-        response.on('end', () => done({ status: response.statusCode, type: response.headers['content-type'], text }));
+        const { statusCode: status, headers } = response;
+        response.on('end', () => done({ status, type: headers['content-type'], text, headers }));
     }).on('error', fail).end();
 });
 
 test('pages and programs are served with their types', async () => {
-    assert.deepEqual(await get('/'), { status: 200, type: 'text/html; charset=utf-8', text: 'page' });
-    assert.deepEqual(await get('/host.mjs?x=1'), { status: 200, type: 'text/javascript', text: 'host' });
+    const answer = async (path) => {
+        const { status, type, text } = await get(path);
+        return { status, type, text };
+    };
+    assert.deepEqual(await answer('/'), { status: 200, type: 'text/html; charset=utf-8', text: 'page' });
+    assert.deepEqual(await answer('/host.mjs?x=1'), { status: 200, type: 'text/javascript', text: 'host' });
+    assert.equal((await get('/programs/one/module.wasm')).type, 'application/wasm');
     assert.equal((await get('/programs/one/program.wgsl')).text, 'code');
     assert.deepEqual(JSON.parse((await get('/programs/')).text), ['one']);
     assert.equal(server.address().address, '127.0.0.1');
+});
+
+test('pages may share memory between threads', async () => {
+    for (const path of ['/', '/host.mjs', '/programs/one/module.wasm']) {
+        const { headers } = await get(path);
+        assert.equal(headers['cross-origin-opener-policy'], 'same-origin');
+        assert.equal(headers['cross-origin-embedder-policy'], 'require-corp');
+    }
 });
 
 test('nothing outside the two folders is served', async () => {

@@ -78,7 +78,9 @@ void __cxa_free_exception(void*) noexcept {}
 [[noreturn]] void __cxa_throw(void* thrown, std::type_info* type, void (*)(void*)) {
     if (*type == typeid(std::bad_alloc)) end_without_memory();
     if (is_exception(type)) wasm::end(static_cast<std::exception*>(thrown)->what());
-    wasm::end(type->name());
+    static char text[200];
+    std::snprintf(text, sizeof text, "The program threw a value of the type %s, which says nothing.", type->name());
+    wasm::end(text);
 }
 
 }  // extern "C"
