@@ -169,7 +169,9 @@ wasm_stage() {
     fi
     if "$root/examples/web/wasm/build.sh" "$root/tests/wasm/program.cpp" "$root/build/wasm" "-I$root/tests"; then
         logged wasm timeout 120 node --test "$root/tests/wasm/module.mjs"
+        logged wasm_guide timeout 300 "$root/tests/wasm/guide.sh" "$root/build/wasm"
         counted wasm
+        counted wasm_guide
     else
         echo "== WebAssembly: does not build"
         failed=$((failed + 1))
