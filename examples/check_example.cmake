@@ -151,7 +151,7 @@ if(program STREQUAL "02_two_cubes")
     endif()
     says("compressed by \\| -?[0-9.]+ % \\| -?[0-9.]+ % \\|" ${small} --time 0.002 --other-poisson 0.15
          --force weight_gradient --output two)
-    if(NOT said MATCHES "at the end[^\n]* 0.0020 s, step 5 \\| 0.0020 s, step 5 " OR
+    if(NOT said MATCHES "at the end[^\n]* 0.0020 s, step 20 \\| 0.0020 s, step 20 " OR
        NOT EXISTS "${OUTPUT}/two/two_cubes_compared.png")
         message(FATAL_ERROR "${program} has not set two runs side by side:\n${said}")
     endif()
