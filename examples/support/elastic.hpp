@@ -60,6 +60,7 @@ private:
 /// The particles of a simulation at one time.
 struct Shape {
     std::vector<firn::Vec<double, 3>> positions;  ///< in the order of ids
+    std::vector<Mat3> F;                          ///< deformation gradients, in the order of ids
     std::vector<double> strain;                   ///< of each body: the root mean square of ‖½ (FᵀF − I)‖
 
     [[nodiscard]] std::span<const firn::Vec<double, 3>> of(const firn::Body& body) const {
@@ -72,12 +73,14 @@ template <class Simulation>
 Shape shape_of(const Simulation& simulation) {
     const auto& particles = simulation.particles();
     const auto& bodies = simulation.bodies();
-    Shape shape{std::vector<firn::Vec<double, 3>>(particles.size()), std::vector<double>(bodies.size())};
+    Shape shape{std::vector<firn::Vec<double, 3>>(particles.size()), std::vector<Mat3>(particles.size()),
+                std::vector<double>(bodies.size())};
     for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
         if (!particles.is_particle(slot)) continue;
         const auto id = particles.id(slot);
         shape.positions[id] = firn::cast<double>(particles.position(slot));
-        const auto F = firn::cast<double>(particles.state(slot).F);
+        shape.F[id] = firn::cast<float>(particles.state(slot).F);
+        const auto F = firn::cast<double>(shape.F[id]);
         const auto body = std::upper_bound(bodies.begin(), bodies.end(), id,
                                            [](auto number, const firn::Body& b) { return number < b.first; });
         shape.strain[std::size_t(body - bodies.begin() - 1)] +=
@@ -110,6 +113,8 @@ struct Record {
     View view{};         ///< of the pictures of two runs
     Shape start{};       ///< before the first step
     std::vector<firn::Body> bodies{};
+    double exaggeration = 1;                      ///< of deformations, in the pictures of the greatest
+    std::vector<firn::Vec<double, 3>> brought{};  ///< each body's way from the start to where deformations begin
     Outcome outcome{};
     std::int64_t begun = 0;  ///< steps that were done before a restart
     std::int64_t every = 1;  ///< steps from one sample to the next
@@ -131,6 +136,10 @@ struct Record {
         const auto later = std::upper_bound(samples.begin(), samples.end(), step,
                                             [](std::int64_t n, const Sample& sample) { return n < sample.step; });
         return later == samples.begin() ? *later : *(later - 1);
+    }
+    /// Returns the place of a body's particle from which its deformation is exaggerated.
+    [[nodiscard]] firn::Vec<double, 3> reference(std::size_t body, std::size_t id) const {
+        return body < brought.size() ? start.positions[id] + brought[body] : start.positions[id];
     }
     /// To print before results: which part of the run they are of; "" for a whole run.
     [[nodiscard]] std::string part() const {
@@ -207,15 +216,19 @@ inline void print_table(const Record& first, const Record& second, const std::ve
     std::printf("\n");
 }
 
-/// Draws the bodies of a run. `moved` gives each particle the place where it is drawn.
-template <class Moved>
-Image drawing(const Record& record, const Shape& shape, const Moved& moved) {
+/// Draws the bodies of a run.
+/// \param exaggeration  factor of the displacements from Record::reference()
+inline Image drawing(const Record& record, const Shape& shape, double exaggeration) {
+    const Mat3 identity = Mat3::identity();
     Cloud cloud;
     cloud.radius = float(0.6 * record.spacing);
     for (std::size_t b = 0; b < record.bodies.size(); ++b)
         for (std::uint32_t i = 0; i < record.bodies[b].count; ++i) {
             const std::size_t id = record.bodies[b].first + i;
-            cloud.positions.push_back(drawn(moved(record, b, record.start.positions[id], shape.positions[id])));
+            const auto from = record.reference(b, id);
+            cloud.positions.push_back(drawn(from + (shape.positions[id] - from) * exaggeration));
+            cloud.shape.push_back(identity + (shape.F[id] - identity) * float(exaggeration));
+            cloud.look.push_back(Look::skin);
             cloud.colour.push_back(std::uint8_t(b));
         }
     View view = record.view;
@@ -224,23 +237,20 @@ Image drawing(const Record& record, const Shape& shape, const Moved& moved) {
 }
 
 /// Draws two runs beside each other: above when each is most deformed, below at the end.
-/// \param moved  moved(record, body, x at the start, x) returns where the upper pictures show a particle of a body
-template <class Moved>
-Image side_by_side(const Record& first, const Record& second, const Moved& moved) {
-    const auto as_it_is = [](const Record&, std::size_t, const auto&, const auto& x) { return x; };
-    return above(beside(drawing(first, first.at_greatest, moved), drawing(second, second.at_greatest, moved)),
-                 beside(drawing(first, first.at_end, as_it_is), drawing(second, second.at_end, as_it_is)));
+inline Image side_by_side(const Record& first, const Record& second) {
+    return above(beside(drawing(first, first.at_greatest, first.exaggeration),
+                        drawing(second, second.at_greatest, second.exaggeration)),
+                 beside(drawing(first, first.at_end, 1), drawing(second, second.at_end, 1)));
 }
 
 /// Runs a scene once or, if other constants are given, twice, and then sets both runs side by side.
 /// \param run         run(options, constants) makes a run
 /// \param report      report(record) prints what a run has shown
 /// \param quantities  what the samples of run() have
-/// \param moved       as in side_by_side()
 /// \return            an exit code for main()
-template <class Run, class Report, class Moved>
+template <class Run, class Report>
 int run_and_compare(const Options& options, const ElasticOptions& elastic, const Run& run, const Report& report,
-                    const std::vector<Quantity>& quantities, const Moved& moved) {
+                    const std::vector<Quantity>& quantities) {
     const auto other = elastic.other();
     if (other && options.go_on)
         throw firn::parameter_error(
@@ -260,7 +270,7 @@ int run_and_compare(const Options& options, const ElasticOptions& elastic, const
     if (second.outcome.is_interrupted()) return second.outcome.exit_code();
     print_table(first, second, quantities);
     const auto picture = options.file("_compared.png");
-    write_png(picture, side_by_side(first, second, moved));
+    write_png(picture, side_by_side(first, second));
     std::printf("picture of both, above most deformed, below at the end: %s\n", picture.string().c_str());
     return std::max(first.outcome.exit_code(), second.outcome.exit_code());
 }
