@@ -81,7 +81,7 @@ example::Record collide(const example::Options& options, const example::Elastic&
     simulation.fixed_time_step = 0.5 * simulation.stable_time_step();
 
     example::Record record = example::record_of(simulation, elastic, bunnies.spacing,
-                                                example::Box{{{0.32F, 0, 0.32F}}, {{0.75F, 0.48F, 0.68F}}});
+                                                example::Box{{{0.3F, 0, 0.3F}}, {{0.88F, 0.5F, 0.7F}}});
     record.every = steps_between_samples;
     std::array<example::Turning, 2> turnings;
     example::run_recorded(simulation, options, record, upper_strain, [&](const example::Shape& shape) {

