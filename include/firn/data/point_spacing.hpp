@@ -84,7 +84,7 @@ double mean_count_inside(const std::vector<Vec<double, D>>& points, const Vec<do
 /// Points are counted in cubes that lie inside the cloud, so that its surface does not matter. The points may lie on a
 /// lattice of any kind, on a jittered lattice, or at random. In a cloud so thin or small that no such cubes lie inside
 /// it, the spacing is the median distance from a point to its nearest neighbour.
-/// The error is below 3 % from about 2000 points in a compact body on; of a lattice of cubes it is nothing but
+/// The error is below 6 % from about 2000 points on, and 2 % from 7000; of a lattice of cubes it is only rounding.
 /// rounding.
 /// \throws parameter_error  if there are fewer than 2^D points, if a point is not finite, or if so many points lie on
 ///                          others that there is no spacing
@@ -114,8 +114,15 @@ double point_spacing(const std::vector<Vec<double, D>>& points) {
     for (auto& x : corner.v) x -= 0.5 * nearest;
     for (const int spacings : {4, 3, 2}) {
         const double side = spacings * nearest;
-        if (const double count = detail::mean_count_inside(points, corner, side); count > 0)
-            return side / (D == 2 ? std::sqrt(count) : std::cbrt(count));
+        double counts = 0;
+        int grids = 0;
+        for (int shift = 0; shift < spacings; ++shift) {  // a grid may be in step with another kind of lattice
+            const auto shifted = corner - Vec<double, D>::filled(shift * nearest);
+            const double count = detail::mean_count_inside(points, shifted, side);
+            counts += count;
+            grids += count > 0;
+        }
+        if (grids > 0) return side / (D == 2 ? std::sqrt(counts / grids) : std::cbrt(counts / grids));
     }
     return nearest;
 }
