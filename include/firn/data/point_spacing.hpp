@@ -85,7 +85,6 @@ double mean_count_inside(const std::vector<Vec<double, D>>& points, const Vec<do
 /// lattice of any kind, on a jittered lattice, or at random. In a cloud so thin or small that no such cubes lie inside
 /// it, the spacing is the median distance from a point to its nearest neighbour.
 /// The error is below 6 % from about 2000 points on, and 2 % from 7000; of a lattice of cubes it is only rounding.
-/// rounding.
 /// \throws parameter_error  if there are fewer than 2^D points, if a point is not finite, or if so many points lie on
 ///                          others that there is no spacing
 template <int D>
