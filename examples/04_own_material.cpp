@@ -19,8 +19,9 @@ int own_material(int argc, char** argv) {
     firn::Simulation<3, SoftTissue<float>> simulation(
         {.lower = {0, 0, 0}, .upper = {1, 1, 1}, .cell_size = 2 * spacing}, {.mu = 2e4, .lambda = 3e4},
         {options.threads});
-    simulation.add(firn::sample_sphere<3>({0.5, radius + 0.02, 0.5}, radius, {.spacing = spacing}), 1000.0,
-                   {0.0, -4.0, 0.0});
+    simulation.add(firn::sample_sphere<3>({0.5, radius + 0.02, 0.5}, radius,
+                                          {.spacing = spacing, .pattern = firn::Pattern::jittered}),
+                   1000.0, {0.0, -4.0, 0.0});
     return example::run(simulation, options, spacing, {}, [] {}).exit_code();
 }
 

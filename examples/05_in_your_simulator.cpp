@@ -39,7 +39,8 @@ firn::ForeignParticles<double, 3> view_of(std::vector<YourParticle>& all) {
 
 std::vector<YourParticle> your_scene(double spacing) {
     std::vector<YourParticle> all;
-    for (const auto& x : firn::sample_sphere<3>({0.5, 0.6, 0.5}, 0.2, {.spacing = spacing}).positions) {
+    const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered};
+    for (const auto& x : firn::sample_sphere<3>({0.5, 0.6, 0.5}, 0.2, filling).positions) {
         YourParticle p{};
         for (int a = 0; a < 3; ++a) {
             p.position[a] = x[a];

@@ -1,6 +1,7 @@
 /// \file Snow (Stomakhin et al. 2013): a snowball breaks on a wall and sticks, and a layer of snow slides down a slope.
 /// Then it runs the same particles on coarse cells, where the snow moves like soap, because cells must be smaller than
 /// the pieces that snow breaks into.
+#include "support/lumpy_snow.hpp"
 #include "support/run.hpp"
 
 namespace {
@@ -9,8 +10,7 @@ constexpr int D = 3;
 using Point = firn::Vec<double, D>;
 using Obstacle = firn::Collider<firn::Box<float, D>>;
 using Boundary = firn::Together<firn::Walls<float, D>, Obstacle, Obstacle>;
-/// Each particle has its own strength, so that the snow breaks where it is weak.
-using Snow = firn::PerParticle<firn::Snow<float>, "mu", "lambda", "lowest_stretch", "highest_stretch">;
+using Snow = example::LumpySnow;
 using Simulation = firn::SimulationWith<D, Snow, Boundary>;
 
 constexpr double size = 4;  // side of the box [m]
@@ -37,65 +37,39 @@ Point placed(const Obstacle& obstacle, const Point& x) {
 firn::Samples<D> ball(const firn::SamplingOptions& filling) {
     return firn::sample_sphere<D>({1.6, 1.1, 2.8}, 0.26, filling);
 }
+/// A layer with round edges and an uneven top.
 firn::Samples<D> layer(const firn::SamplingOptions& filling) {
-    firn::Samples<D> snow = firn::sample_box<D>({-1.3, 0.07, -0.45}, {-0.2, 0.25, 0.45}, filling);
+    constexpr double length = 1.1, width = 0.9, thick = 0.22;
+    firn::Samples<D> snow =
+        firn::sample_box<D>({-1.3, 0.07, -width / 2}, {-1.3 + length, 0.07 + 1.5 * thick, width / 2}, filling);
+    std::erase_if(snow.positions, [](const Point& x) {
+        const double along = std::pow(std::abs(2 * (x[0] + 1.3) / length - 1), 3),
+                     across = std::pow(std::abs(2 * x[2] / width), 3);
+        const double top = std::sqrt((1 - along) * (1 - across)) * (1 + 0.13 * example::noise({x[0], 0.0, x[2]}, 0.2));
+        return x[1] - 0.07 > thick * top;
+    });
     for (Point& x : snow.positions) x = placed(plank(), x);
     return snow;
 }
 
-/// Smooth noise of mean 0 and variance 1: a sum of waves in random directions. `lump` is the size of its lumps [m].
-double noise(const Point& x, double lump) {
-    static const auto waves = [] {
-        std::array<std::array<double, 4>, 48> all{};
-        firn::RandomSequence random(7);
-        for (auto& wave : all) {
-            for (double& k : wave) k = 2 * firn::unit_interval(random.bits()) - 1;
-        }
-        return all;
-    }();
-    double sum = 0;
-    for (const auto& [a, b, c, phase] : waves)
-        sum += std::cos(3.14159265358979 * ((a * x[0] + b * x[1] + c * x[2]) * 1.7 / lump + phase));
-    return sum / std::sqrt(0.5 * double(waves.size()));
-}
-
-/// Factors by which a body differs from the snow of the paper.
-struct Kind {
-    double stiffness = 1, compression = 1, stretch = 1, variation = 0.7;
-};
-void vary(Simulation& simulation, const firn::Body& body, const Kind& kind) {
-    simulation.set_states(body, [&](const Point& x, auto& state) {
-        const double harder = std::exp(kind.variation * noise(x, 0.12));
-        const auto stretched = [](float stretch, double factor) { return 1 + (stretch - 1) * float(factor); };
-        firn::of<"mu">(state) *= float(kind.stiffness * harder);
-        firn::of<"lambda">(state) *= float(kind.stiffness * harder);
-        firn::of<"lowest_stretch">(state) = stretched(firn::of<"lowest_stretch">(state), kind.compression);
-        firn::of<"highest_stretch">(state) = stretched(firn::of<"highest_stretch">(state), kind.stretch * harder);
-    });
-}
-
-Simulation make(int cells, const firn::SamplingOptions& filling, double speed, const Snow& snow, const Kind& packed,
-                double time_step, int threads) {
+Simulation make(int cells, const firn::SamplingOptions& filling, double speed, const Snow& snow,
+                const example::SnowKind& packed, int threads) {
     const firn::Domain<D> domain{{0, 0, 0}, {size, size, size}, size / cells};
     const auto walls = firn::Walls<float, D>::all({0, 0, 0}, {size, size, size}, {firn::Contact::separate, 0.5});
     Simulation simulation(domain, snow, {threads}, {walls, wall(), plank()});
-    simulation.fixed_time_step = time_step;
     const double density = 400;
-    vary(simulation, simulation.add(ball(filling), density, {speed, 1.5, 0.0}), packed);
-    vary(simulation, simulation.add(layer(filling), density), {});
+    example::vary(simulation, simulation.add(ball(filling), density, {speed, 1.5, 0.0}), packed);
+    example::vary(simulation, simulation.add(layer(filling), density), {});
     return simulation;
 }
 
-/// The surfaces of the obstacles, as points.
-example::Scenery<D> scenery(double spacing) {
-    example::Scenery<D> scenery;
+example::Scenery<D> obstacles() {
+    example::Scenery<D> scenery{.colours = {example::snow, example::snow}};
     for (const Obstacle& obstacle : {wall(), plank()}) {
         const Point half = firn::cast<double>(obstacle.shape.half_extents);
-        for (const Point& x : firn::sample_box<D>(half * -1.0, half, {.spacing = spacing}).positions) {
-            bool is_surface = false;
-            for (int a = 0; a < D; ++a) is_surface = is_surface || std::abs(x[a]) > half[a] - 1.5 * spacing;
-            if (is_surface) scenery.points.push_back(placed(obstacle, x));
-        }
+        firn::TriangleMesh mesh = example::box_mesh(half * -1.0, half);
+        for (Point& x : mesh.vertices) x = placed(obstacle, x);
+        example::add_mesh(scenery.surface, mesh, example::slate);
     }
     return scenery;
 }
@@ -109,7 +83,7 @@ int snow(int argc, char** argv) {
     std::int64_t cells = 128, coarse_cells = 32;
     double speed = 8;
     firn::SnowProperties properties;
-    Kind packed{.stiffness = 6, .compression = 3, .stretch = 0.5, .variation = 1.2};  // pressed by hand
+    example::SnowKind packed{.stiffness = 6, .compression = 3, .stretch = 0.5, .variation = 1.2};  // pressed by hand
     line.add("--cells", cells, "Cells along an edge of the box", 16, 1024);
     line.add("--coarse-cells", coarse_cells, "Cells along an edge in the second run; 0 for no second run", 0, 1024);
     line.add("--speed", speed, "Speed of the snowball in m/s", 0, 50);
@@ -124,14 +98,14 @@ int snow(int argc, char** argv) {
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
 
-    constexpr double volume = 4.0 / 3 * 3.14159265358979 * 0.26 * 0.26 * 0.26 + 1.1 * 0.18 * 0.9;
+    constexpr double volume = 4.0 / 3 * 3.14159265358979 * 0.26 * 0.26 * 0.26 + 0.16;  // ball, layer
     const double spacing = std::cbrt(volume / double(options.particles));
     const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered};
-    const Snow material{firn::Snow<float>::from_properties(properties)};
+    auto material = firn::Snow<float>::from_properties(properties);
+    material.largest_exponent = 2;  // crushed snow is at most 7 times as stiff, which allows longer steps
 
-    const double time_step = 0.0128 / double(cells);  // [s], in both runs; stable for hardened snow
     const auto on_cells = [&](std::int64_t n) {
-        return make(int(n), filling, speed, material, packed, time_step, options.threads);
+        return make(int(n), filling, speed, Snow{material}, packed, options.threads);
     };
     Simulation fine = on_cells(cells);
     example::View view{.direction = {{0.7F, -0.3F, -0.8F}}};
@@ -139,19 +113,22 @@ int snow(int argc, char** argv) {
     view.width = 1100;
     view.height = 825;
     view.smoothing = 0.4F;
-    auto obstacles = scenery(1.3 * spacing);
-    obstacles.colours = {example::snow, example::snow};
-    const example::Outcome outcome = example::run(fine, options, spacing, view, [] {}, [&] { return obstacles; });
+    const example::Outcome outcome = example::run(fine, options, spacing, view, [] {}, obstacles);
     if (coarse_cells < 16 || !outcome.has_moved() || outcome.is_interrupted()) return outcome.exit_code();
 
     Simulation coarse = on_cells(coarse_cells);
+    int part = 0;
     std::cout << "the same with " << coarse_cells << " cells along an edge" << std::endl;
-    const example::Outcome second = example::run_steps(
-        options.schedule.steps, std::int64_t(example::particle_count(coarse)), [&] { coarse.step(); });
+    constexpr int parts = 100;  // of the first run's time
+    const example::Outcome second = example::run_steps(parts, std::int64_t(example::particle_count(coarse)), [&] {
+        coarse.advance(fine.time() * (double(++part) / parts) - coarse.time());
+    });
     if (second.is_interrupted()) return second.exit_code();  // a picture of both would show unequal times
     example::write_png(options.file("_fine_and_coarse.png"),
-                       example::beside(example::picture(fine, spacing, view, obstacles),
-                                       example::picture(coarse, spacing, view, obstacles)));
+                       example::beside(example::picture(fine, spacing, view, obstacles()),
+                                       example::picture(coarse, spacing, view, obstacles())));
+    std::printf("both at %.3f s, after %llu and %llu steps\n", fine.time(),
+                static_cast<unsigned long long>(fine.steps()), static_cast<unsigned long long>(coarse.steps()));
     std::cout << "picture of both: " << options.file("_fine_and_coarse.png").string() << std::endl;
     return outcome.exit_code();
 }

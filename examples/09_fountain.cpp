@@ -53,7 +53,8 @@ int fountain(int argc, char** argv) {
                                .steps = 1600,
                                .frames = 60,
                                .can_go_on = true});
-    double dt = 2e-3, wind = 1.5, speed = 5.8, lifespan = 3;
+    constexpr double emission = 3.2;  // the time in which as many drops as --particles are born [s]
+    double dt = 2e-3, wind = 7, speed = 5.8, lifespan = 3;
     std::int64_t jets = 8;
     line.add("--dt", dt, "Time step in s", 1e-5, 1e-2);
     line.add("--speed", speed, "Speed of the middle jet in m/s", 0.1, 50);
@@ -72,16 +73,15 @@ int fountain(int argc, char** argv) {
     system.collisions.emplace();
     system.collisions->restitution = 0.1;
 
-    // The run emits as many drops as --particles says, half of them from the middle jet.
-    const double time = dt * double(std::max<std::int64_t>(options.schedule.steps, 1));
-    const double rate = double(options.particles) / time;
+    // The rate does not depend on the steps, so that a run can go on beyond its end. Half of the drops are from the
+    // middle jet.
+    const double rate = double(options.particles) / emission;
     firn::Emitter<D> emitter{.position = {0, 0.48, 0},
                              .nozzle = 0.06,
                              .speed = speed,
                              .speed_spread = 0.04 * speed,
                              .cone = 0.09,
                              .rate = jets > 0 ? rate / 2 : rate,
-                             .end = time,
                              .lifespan = lifespan,
                              .lifespan_spread = 0.5,
                              .mass = 1000 * 4.0 / 3 * std::numbers::pi * radius * radius * radius,
@@ -103,6 +103,8 @@ int fountain(int argc, char** argv) {
     const auto picture = [&] {
         auto cloud = example::cloud_of<D>(system, radius, [](std::size_t) { return example::teal; });
         for (const auto& v : system.points.velocity) cloud.tone.push_back(0.5F + 0.1F * norm(v));
+        cloud.look.assign(cloud.positions.size(), example::Look::water);
+        example::add_mesh(cloud.surface, example::post_mesh({}, 0.46, 0.06), example::slate);
         for (const Rim& side : rim()) {
             const Point extents = firn::cast<double>(side.shape.half_extents);
             example::add_mesh(cloud.surface, example::box_mesh(side.position - extents, side.position + extents),
@@ -110,7 +112,7 @@ int fountain(int argc, char** argv) {
         }
         example::View view{.direction = {{-0.4F, -0.5F, -1.0F}}};
         view.domain = example::Box{{{-1.8F, 0, -1.8F}}, {{1.8F, 1, 1.8F}}};
-        view.frame = example::Box{{{-1.2F, 0, -1.2F}}, {{1.2F, 1.5F, 1.2F}}};
+        view.frame = example::Box{{{-1.2F, 0, -1.2F}}, {{1.5F, 1.5F, 1.2F}}};
         view.smoothing = 0.3F;
         return example::render(cloud, view);
     };

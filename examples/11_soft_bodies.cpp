@@ -15,13 +15,15 @@ using System = firn::ParticleSystem<D, float, firn::Verlet, firn::Walls<float, D
 constexpr double width = 1;   // width of the box [m]
 constexpr double size = 0.3;  // size of a body [m]
 
-/// A body of about `points` points, with its middle at the origin.
-firn::SoftBody<D> body_of_kind(int kind, std::int64_t points) {
-    if (kind == 0)
-        return firn::mesh_body(firn::fitted(firn::read_obj(FIRN_EXAMPLES_DATA_DIR "/bunny.obj"), {}, 1.3 * size));
-    if (kind == 1)
-        return firn::mesh_body(example::sphere_mesh({}, 0.5 * size, std::max(2, int(std::sqrt(double(points) / 4)))));
-    const double cells = std::max(1.0, std::round(std::cbrt(double(points)) - 1));
+// Bodies with their middle at the origin. A bunny has the vertices of its mesh, the others about `points` points.
+firn::SoftBody<D> bunny() {
+    return firn::mesh_body(firn::fitted(firn::read_obj(FIRN_EXAMPLES_DATA_DIR "/bunny.obj"), {}, 1.3 * size));
+}
+firn::SoftBody<D> ball(double points) {
+    return firn::mesh_body(example::sphere_mesh({}, 0.5 * size, std::max(1, int(std::lround(std::sqrt(points / 4))))));
+}
+firn::SoftBody<D> cube(double points) {
+    const double cells = std::max(1.0, std::round(std::cbrt(points) - 1));
     const Point half = Point::filled(0.45 * size);
     return firn::lattice_body(firn::sample_box<D>(half * -1.0, half * (1 + 1e-9), {.spacing = 0.9 * size / cells}));
 }
@@ -49,7 +51,8 @@ double mean_length(const firn::Net<D>& net, firn::LinkKind kind) {
 
 int soft_bodies(int argc, char** argv) {
     example::CommandLine line({.name = "soft_bodies",
-                               .about = "Soft bodies fall into a box and pile up.",
+                               .about = "Soft bodies fall into a box and pile up. --particles is met approximately: a "
+                                        "bunny has 1,839 points, and bunnies get at most half of all.",
                                .particles = 20'000,
                                .steps = 3000,
                                .frames = 60});
@@ -72,14 +75,22 @@ int soft_bodies(int argc, char** argv) {
     system.collisions.emplace();
     system.collisions->friction = friction;
 
+    // Of three bodies one is a bunny, unless the bunnies would have more than half of the points; then there are more
+    // balls. The cubes share the rest with the balls, which make up for what does not fit into a cube.
     std::array<firn::SoftBody<D>, 3> kinds;
-    for (int kind = 0; kind < 3; ++kind)
-        kinds[std::size_t(kind)] = body_of_kind(kind, std::max<std::int64_t>(8, options.particles / count));
+    kinds[0] = bunny();
+    const double of_bunny = double(kinds[0].net.positions.size());
+    const auto bunnies = std::min((count + 2) / 3, std::int64_t(double(options.particles) / 2 / of_bunny));
+    const std::int64_t cubes = count / 3, balls = count - bunnies - cubes;
+    double rest = double(options.particles) - double(bunnies) * of_bunny;
+    kinds[2] = cube(rest / double(std::max<std::int64_t>(balls + cubes, 1)));
+    rest -= double(cubes) * double(kinds[2].net.positions.size());
+    kinds[1] = ball(rest / double(std::max<std::int64_t>(balls, 1)));
     std::vector<Placed> bodies;
     firn::RandomSequence random(3);
     const auto within = [&](double most) { return most * (2 * firn::unit_interval(random.bits()) - 1); };
     for (std::int64_t b = 0; b < count; ++b) {
-        const firn::SoftBody<D>& body = kinds[std::size_t(b % 3)];
+        const firn::SoftBody<D>& body = kinds[std::size_t(b % 3 == 0 && b / 3 >= bunnies ? 1 : b % 3)];
         firn::Net<D> net = body.net;
         // Four bodies per layer, with random rotations.
         const auto turned = firn::rotation({within(1), 1.5 + within(1), within(1)}, within(3.1));

@@ -68,6 +68,13 @@ inline firn::TriangleMesh sphere_mesh(const firn::Vec<double, 3>& centre, double
     return mesh;
 }
 
+/// A post that stands upright on `foot`: a cylinder under half a sphere.
+inline firn::TriangleMesh post_mesh(const firn::Vec<double, 3>& foot, double height, double radius) {
+    firn::TriangleMesh mesh = sphere_mesh(foot, radius);
+    for (auto& x : mesh.vertices) x[1] = x[1] < foot[1] ? foot[1] : x[1] + height - radius;
+    return mesh;
+}
+
 inline firn::TriangleMesh box_mesh(const firn::Vec<double, 3>& lower, const firn::Vec<double, 3>& upper) {
     firn::TriangleMesh mesh;
     for (int k = 0; k < 8; ++k)
