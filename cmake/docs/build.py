@@ -143,7 +143,7 @@ def page(path, link="@ref"):
     """A page in Doxygen's Markdown, from a program or a text. A line that only links to a program shows the program."""
     text = woven(path) if path.suffix == ".cpp" else path.read_text()
     text = with_links_to_examples(text)
-    text = re.sub(r"!\[(.*)\]\(\S*?([^/\s]+\.png)\)", r"![\1](\2)", text)  # a picture by its name alone
+    text = re.sub(r"!\[(.*)\]\(\S*?([^/\s]+\.(?:png|webp))\)", r"![\1](\2)", text)  # a picture by its name alone
     of_guide = "|".join(re.escape(each.name) for each in guide_pages())
     text = re.sub(rf"\[([^\]]*)\]\(\S*?({of_guide})\)", lambda found: f'{link} {page_name(Path(found[2]))} "{found[1]}"',
                   text)

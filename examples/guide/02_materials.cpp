@@ -109,4 +109,4 @@ int main() {
 //! the energy that plastic flow takes. Next: [Your own material](03_own_material.cpp), and
 //! [several materials](05_several_materials.cpp) on one grid.
 //!
-//! ![Jelly, water, sand, snow and a rigid bunny on one grid: examples/08_four_materials](../images/four_materials.png)
+//! ![Jelly, water, sand, snow and a rigid bunny on one grid: examples/08_four_materials](../images/four_materials.webp)
