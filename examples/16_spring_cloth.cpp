@@ -82,7 +82,8 @@ int spring_cloth(int argc, char** argv) {
         air.law.wind = wind(system.time(), speed);
         system.step(dt);
     };
-    example::run(system, options, step, picture);
+    const example::Outcome outcome = example::run(system, options, step, picture);
+    if (!outcome.has_moved()) return outcome.exit_code();
     double most = 0, out = 0;
     for (const auto& x : system.points.position) out = std::max(out, double(x[2]));
     for (std::size_t e = 0; e < threads.size(); ++e) {
@@ -91,10 +92,10 @@ int spring_cloth(int argc, char** argv) {
         most = std::max(most, length / double(threads.element(e).rest));
     }
     std::printf(
-        "steps of %.3g s; the cloth blows out to %.2f m; the longest spring is %.3f times its length at rest; "
+        "%ssteps of %.3g s; the cloth blows out to %.2f m; the longest spring is %.3f times its length at rest; "
         "%zu links are torn\n",
-        dt, out, most, system.torn().size());
-    return 0;
+        outcome.part().c_str(), dt, out, most, system.torn().size());
+    return outcome.exit_code();
 }
 
 }  // namespace

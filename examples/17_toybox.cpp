@@ -194,16 +194,18 @@ int toybox(int argc, char** argv) {
         system.points.add({.position = x, .mass = density * std::numbers::pi * radius * radius, .radius = radius});
     }
 
-    example::run(system, options, [&] { system.step(dt); }, [&] { return drawn(system, box.toys); });
+    const example::Outcome outcome =
+        example::run(system, options, [&] { system.step(dt); }, [&] { return drawn(system, box.toys); });
+    if (!outcome.has_moved()) return outcome.exit_code();
     double speed = 0, longest = 0;
     for (const auto& v : system.points.velocity) speed += double(norm(v)) / double(system.points.size());
     for (const auto& each : system.constraints.all())
         longest = std::max(
             longest,
             double(norm(system.points.position[each.ends[1]] - system.points.position[each.ends[0]]) / each.rest));
-    std::printf("%zu points move at %.3f m/s on average; the longest link is %.3f times its length at rest\n",
-                system.points.size(), speed, longest);
-    return 0;
+    std::printf("%s%zu points move at %.3f m/s on average; the longest link is %.3f times its length at rest\n",
+                outcome.part().c_str(), system.points.size(), speed, longest);
+    return outcome.exit_code();
 }
 
 }  // namespace
