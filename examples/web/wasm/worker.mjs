@@ -22,5 +22,7 @@ function tell(memory, ending, sentence) {
 }
 
 if (typeof process === 'object' && process.versions?.node)
-    import('node:worker_threads').then(({ parentPort, workerData }) => serve(workerData, (text) => parentPort.postMessage(text)));
+    import('node:worker_threads').then(({ parentPort, workerData }) => {
+        serve(workerData, (text) => parentPort.postMessage(text));
+    });
 else globalThis.onmessage = ({ data }) => serve(data, (text) => globalThis.postMessage(text));
