@@ -116,7 +116,7 @@ int cloth(int argc, char** argv) {
                           example::slate);
         example::View view{.direction = {{-0.5F, -0.35F, -1.0F}}};
         view.domain = example::Box{{{-1.5F, 0, -0.6F}}, {{1.5F, 1.7F, 2.2F}}};
-        view.frame = example::Box{{{-1.1F, 0, -0.3F}}, {{1.1F, 1.7F, 2.0F}}};
+        view.frame = example::Box{{{-1.2F, 0, -0.3F}}, {{1.3F, 1.8F, 2.0F}}};
         return example::render(cloud, view);
     };
     constexpr double hung = 1, held = 2.5;  // when the corners stop, and when they are pulled apart [s]

@@ -16,7 +16,7 @@ using Simulation = firn::Simulation<3, firn::Materials<Cloth, Snow>>;
 
 /// Cloth is an elastic sheet, as stiff as cotton of a hundredth of the thickness.
 struct Fabric {
-    double young = 1e5;  ///< [Pa]
+    double young = 4e5;  ///< [Pa]
     double poisson = 0.3;
     double thickness = 1e-3;  ///< [m]
     double mass = 0.3;        ///< [kg/m²]
@@ -56,29 +56,30 @@ int cloth_and_snow(int argc, char** argv) {
     const example::Options& options = line.options();
 
     constexpr double ball = 0.08, heap = 0.2, pi = 3.14159265358979;  // radii [m]
-    const double snow_volume = 3 * 4.0 / 3 * pi * ball * ball * ball + 2.0 / 3 * pi * heap * heap * heap;
+    const double snow_volume = 5 * 4.0 / 3 * pi * ball * ball * ball + 2.0 / 3 * pi * heap * heap * heap;
     const double spacing = std::cbrt(snow_volume / double(options.particles)), cell = 2 * spacing;
     const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered};
 
-    const Point hung{0.5, 0.55, 0.5}, laid{1.45, 0.4, 0.5};
+    const Point hung{0.5, 0.55, 0.5}, laid{1.55, 0.4, 0.5};
     const double side = 0.8;
-    const auto walls = firn::Walls<float, 3>::all({0, 0, 0}, {2, 1.4F, 1}, {firn::Contact::separate, 0.5});
+    const auto walls = firn::Walls<float, 3>::all({0, 0, 0}, {2.1F, 1.4F, 1}, {firn::Contact::separate, 0.5});
     firn::Snow<float> loose;
     loose.largest_exponent = 2;  // crushed snow is at most 7 times as stiff, which allows longer steps
-    Simulation simulation({{0.0, 0.0, 0.0}, {2.0, 1.4, 1.0}, cell}, {Cloth{}, Snow{loose}}, {options.threads}, walls);
+    Simulation simulation({{0.0, 0.0, 0.0}, {2.1, 1.4, 1.0}, cell}, {Cloth{}, Snow{loose}}, {options.threads}, walls);
 
     add_cloth(simulation, fabric, hung, side, 0.8 * cell, true);
     add_cloth(simulation, fabric, laid, side, 0.8 * cell, false);
-    const example::SnowKind crumbly{.stretch = 0.2, .variation = 0.8, .lump = 0.05};
+    const example::SnowKind crumbly{.compression = 0.4, .stretch = 0.05, .variation = 1.0, .lump = 0.05};
     auto snow = simulation.set<Snow>();
-    for (const Point& centre : {Point{0.45, 0.7, 0.5}, Point{0.6, 0.85, 0.4}, Point{0.42, 1.0, 0.65}})
-        example::vary(snow, snow.add(firn::sample_sphere<3>(centre, ball, filling), 400, {0.0, -4.0, 0.0}), crumbly);
+    for (const Point& centre : {Point{0.45, 0.7, 0.5}, Point{0.6, 0.85, 0.4}, Point{0.42, 1.0, 0.65},
+                                Point{1.02, 0.6, 0.75}, Point{1.03, 0.95, 0.35}})
+        example::vary(snow, snow.add(firn::sample_sphere<3>(centre, ball, filling), 400, {0.0, -5.0, 0.0}), crumbly);
     auto dome = firn::sample_sphere<3>({laid[0], 0.0, laid[2]}, heap, filling);
     std::erase_if(dome.positions, [](const Point& x) { return x[1] <= 0; });
     snow.add(dome, 400);
 
     example::View view{.direction = {{-0.25F, -0.45F, -1.0F}}};
-    view.frame = example::Box{{{0.0F, 0.0F, 0.0F}}, {{2.0F, 0.7F, 1.0F}}};
+    view.frame = example::Box{{{0.0F, 0.0F, 0.0F}}, {{2.1F, 0.7F, 1.0F}}};
     view.width = 1100;
     view.height = 700;
     view.smoothing = 0.4F;
