@@ -22,7 +22,9 @@ int own_material(int argc, char** argv) {
     simulation.add(firn::sample_sphere<3>({0.5, radius + 0.02, 0.5}, radius,
                                           {.spacing = spacing, .pattern = firn::Pattern::jittered}),
                    1000.0, {0.0, -4.0, 0.0});
-    return example::run(simulation, options, spacing, {}, [] {}).exit_code();
+    example::View view;
+    view.frame = example::Box{{{0.2F, 0.0F, 0.2F}}, {{0.8F, 0.85F, 0.8F}}};  // the ball bounces
+    return example::run(simulation, options, spacing, view, [] {}).exit_code();
 }
 
 }  // namespace

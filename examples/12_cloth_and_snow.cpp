@@ -14,7 +14,7 @@ using Snow = example::LumpySnow;
 using Point = firn::Vec<double, 3>;
 using Simulation = firn::Simulation<3, firn::Materials<Cloth, Snow>>;
 
-/// Cloth is an elastic sheet, as stiff as cotton of a hundredth of the thickness.
+/// Cloth is an elastic sheet.
 struct Fabric {
     double young = 4e5;  ///< [Pa]
     double poisson = 0.3;
@@ -55,8 +55,8 @@ int cloth_and_snow(int argc, char** argv) {
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
     const example::Options& options = line.options();
 
-    constexpr double ball = 0.08, heap = 0.2, pi = 3.14159265358979;  // radii [m]
-    const double snow_volume = 5 * 4.0 / 3 * pi * ball * ball * ball + 2.0 / 3 * pi * heap * heap * heap;
+    constexpr double ball = 0.1, heap = 0.17, pi = 3.14159265358979;  // radii [m]
+    const double snow_volume = 4 * 4.0 / 3 * pi * ball * ball * ball + 2.0 / 3 * pi * heap * heap * heap;
     const double spacing = std::cbrt(snow_volume / double(options.particles)), cell = 2 * spacing;
     const firn::SamplingOptions filling{.spacing = spacing, .pattern = firn::Pattern::jittered};
 
@@ -64,16 +64,16 @@ int cloth_and_snow(int argc, char** argv) {
     const double side = 0.8;
     const auto walls = firn::Walls<float, 3>::all({0, 0, 0}, {2.1F, 1.4F, 1}, {firn::Contact::separate, 0.5});
     firn::Snow<float> loose;
-    loose.largest_exponent = 2;  // crushed snow is at most 7 times as stiff, which allows longer steps
+    loose.largest_exponent = 1;  // crushed snow is at most 2.7 times as stiff, which allows longer steps
     Simulation simulation({{0.0, 0.0, 0.0}, {2.1, 1.4, 1.0}, cell}, {Cloth{}, Snow{loose}}, {options.threads}, walls);
 
     add_cloth(simulation, fabric, hung, side, 0.8 * cell, true);
     add_cloth(simulation, fabric, laid, side, 0.8 * cell, false);
-    const example::SnowKind crumbly{.compression = 0.4, .stretch = 0.05, .variation = 1.0, .lump = 0.05};
+    const example::SnowKind crumbly{.stiffness = 2, .compression = 3, .stretch = 0.2, .variation = 0.8, .lump = 0.05};
     auto snow = simulation.set<Snow>();
-    for (const Point& centre : {Point{0.45, 0.7, 0.5}, Point{0.6, 0.85, 0.4}, Point{0.42, 1.0, 0.65},
-                                Point{1.02, 0.6, 0.75}, Point{1.03, 0.95, 0.35}})
-        example::vary(snow, snow.add(firn::sample_sphere<3>(centre, ball, filling), 400, {0.0, -5.0, 0.0}), crumbly);
+    for (const Point& centre :
+         {Point{0.36, 0.75, 0.62}, Point{0.62, 1.1, 0.36}, Point{1.02, 0.5, 0.72}, Point{1.02, 0.85, 0.3}})
+        example::vary(snow, snow.add(firn::sample_sphere<3>(centre, ball, filling), 400, {0.0, -6.0, 0.0}), crumbly);
     auto dome = firn::sample_sphere<3>({laid[0], 0.0, laid[2]}, heap, filling);
     std::erase_if(dome.positions, [](const Point& x) { return x[1] <= 0; });
     snow.add(dome, 400);

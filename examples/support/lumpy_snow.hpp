@@ -10,6 +10,7 @@
 #include <firn/material/snow.hpp>
 #include <firn/simulation/body.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -47,7 +48,8 @@ struct SnowKind {
 template <class Set>
 void vary(Set&& snow, const firn::Body& body, const SnowKind& kind) {
     snow.set_states(body, [&](const auto& x, auto& state) {
-        const double harder = std::exp(kind.variation * noise(x, kind.lump));
+        // The hardest lumps bound the time step, so the noise is cut off at 1.5 standard deviations.
+        const double harder = std::exp(kind.variation * std::clamp(noise(x, kind.lump), -1.5, 1.5));
         const auto stretched = [](float stretch, double factor) { return 1 + (stretch - 1) * float(factor); };
         firn::of<"mu">(state) *= float(kind.stiffness * harder);
         firn::of<"lambda">(state) *= float(kind.stiffness * harder);
