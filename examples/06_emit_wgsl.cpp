@@ -4,6 +4,9 @@
 ///     06_emit_wgsl --dimension 3 --transfer apic --material soft_tissue --output program
 ///     06_emit_wgsl --all programs
 #include "support/errors.hpp"
+#include <firn/boundary/collider.hpp>
+#include <firn/boundary/shapes.hpp>
+#include <firn/boundary/together.hpp>
 #include <firn/boundary/walls.hpp>
 #include <firn/field/attraction.hpp>
 #include <firn/force/mls.hpp>
@@ -16,6 +19,7 @@
 #include <firn/material/hencky.hpp>
 #include <firn/material/nacc.hpp>
 #include <firn/material/neo_hookean.hpp>
+#include <firn/material/per_particle.hpp>
 #include <firn/material/sand.hpp>
 #include <firn/material/snow.hpp>
 #include <firn/material/von_mises.hpp>
@@ -86,17 +90,47 @@ template <class Kernel, class Transfer, class Force>
 constexpr bool is_offered = std::same_as<Kernel, First<Kernels>> ||
                             (std::same_as<Transfer, firn::Apic> && std::same_as<Force, firn::WeightGradientForce>);
 
+/// The walls of the unit box; a host can move them.
+template <int D>
+firn::Walls<float, D> walls(firn::Contact contact, double friction) {
+    return firn::Walls<float, D>::all(firn::Vec<float, D>::zero(), firn::Vec<float, D>::filled(1), {contact, friction});
+}
+
 template <class Kernel, class Transfer, class Force, class Material, class Field, int D>
 Combination combination(const Contact& contact, const double& friction) {
     const auto make = [contact, &friction] {
-        const auto box = firn::Walls<float, D>::all(firn::Vec<float, D>::zero(), firn::Vec<float, D>::filled(1),
-                                                    {contact.contact, friction});
+        const auto box = walls<D>(contact.contact, friction);
         Field field{};
         field.gravity[1] = -9.81F;
         return firn::wgsl::make_program<Kernel, Transfer, Force, D>(Material{}, box, field);
     };
     return {std::to_string(D), Kernel::name, Transfer::name, Force::name,
             Material::name,    contact.name, Field::name,    make};
+}
+
+/// Snow whose strength varies from particle to particle, between rough walls, with a box that it can be thrown at.
+Combination snow_and_box(const double& friction) {
+    constexpr int D = 3;
+    using Material = firn::PerParticle<firn::Snow<float>, "mu", "lambda", "lowest_stretch", "highest_stretch">;
+    using Field = firn::Attraction<float, D>;
+    const auto make = [&friction] {
+        const double rough = std::max(friction, 0.5);
+        const firn::Together boundary(
+            walls<D>(firn::Contact::separate, rough),
+            firn::Collider<firn::Box<float, D>>{.contact = firn::Contact::separate, .friction = rough});
+        Field field{};
+        field.gravity[1] = -9.81F;
+        return firn::wgsl::make_program<First<Kernels>, First<Transfers>, First<Forces>, D>(Material{}, boundary,
+                                                                                            field);
+    };
+    return {std::to_string(D),
+            First<Kernels>::name,
+            First<Transfers>::name,
+            First<Forces>::name,
+            Material::name,
+            "walls_separate_box",
+            Field::name,
+            make};
 }
 
 /// Adds every kernel, transfer and force form with the first material, and every material with the first of each. Other
@@ -148,10 +182,14 @@ int emit_wgsl(int argc, char** argv) {
     double friction = 0;
     std::vector<Combination> all;
     add_combinations<3>(all, friction);
+    all.push_back(snow_and_box(friction));
     add_combinations<2>(all, friction);
 
-    CLI::App app("Writes WGSL programs from firn's definitions, each with a manifest that says how to run it.",
-                 "emit_wgsl");
+    CLI::App app(
+        "Writes WGSL programs from firn's definitions, each with a manifest that says how to run it. It has "
+        "every kernel, transfer and force form with one material, every material with one of these, and snow "
+        "with an obstacle. A program of your own can make any other combination with firn::wgsl.",
+        "emit_wgsl");
     bool list = false;
     std::string output, all_output;
     Combination wanted = all.front();
@@ -161,7 +199,7 @@ int emit_wgsl(int argc, char** argv) {
             if (std::find(names.begin(), names.end(), c.*part) == names.end()) names.push_back(c.*part);
         app.add_option(flag, wanted.*part, about)->check(CLI::IsMember(names))->capture_default_str();
     };
-    app.add_flag("--list", list, "Print every combination and exit");
+    app.add_flag("--list", list, "Print the programs that this can write and exit");
     choice("--dimension", &Combination::dimension, "Dimension of space");
     choice("--kernel", &Combination::kernel, "Interpolation kernel");
     choice("--transfer", &Combination::transfer, "Transfer scheme");
@@ -169,12 +207,12 @@ int emit_wgsl(int argc, char** argv) {
     choice("--material", &Combination::material, "Constitutive model");
     choice("--boundary", &Combination::boundary, "Walls of the box");
     choice("--field", &Combination::field, "Acceleration field");
-    app.add_option("--friction", friction, "Coulomb friction of the walls")
+    app.add_option("--friction", friction, "Coulomb friction of the walls; per_particle_snow has at least 0.5")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     CLI::Option* one =
         app.add_option("--output", output, "Folder for program.wgsl and manifest.json")->type_name("DIR");
-    app.add_option("--all", all_output, "Write every combination, each to its own folder in DIR")
+    app.add_option("--all", all_output, "Write all that --list prints, each to its own folder in DIR")
         ->type_name("DIR")
         ->excludes(one);
     try {
@@ -205,7 +243,7 @@ int emit_wgsl(int argc, char** argv) {
             std::cout << c.name() << " in " << output << '\n';
             return 0;
         }
-    throw firn::usage_error("There is no program " + wanted.name() + "; --list prints all.");
+    throw firn::usage_error("This program does not write " + wanted.name() + "; --list prints all that it can write.");
 }
 
 }  // namespace

@@ -183,6 +183,70 @@ void write_solids(const std::filesystem::path& root, const scenes::Matter& matte
                                   Together(scenes::rough_walls<D>(), ball, tube));
 }
 
+/// The largest signal speed of the particles [m/s].
+template <class Simulation>
+float largest_signal_speed(const Simulation& simulation) {
+    const auto& particles = simulation.particles();
+    const float h = float(simulation.domain().cell_size);
+    float fastest = 0;
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+        if (particles.is_particle(slot))
+            fastest =
+                std::max(fastest, signal_speed(simulation.material(), particles.velocity(slot), particles.mass(slot),
+                                               particles.volume(slot), particles.state(slot), h));
+    return fastest;
+}
+
+/// Snow whose strength varies, an obstacle in its way, and steps that the program takes at their bound, which rises and
+/// falls.
+void write_bounded(const std::filesystem::path& root) {
+    using Snow = PerParticle<firn::Snow<float>, "mu", "lambda", "lowest_stretch", "highest_stretch">;
+    Collider<Box<float, 3>> wall{.shape = {{0.05F, 0.4F, 0.3F}}, .contact = Contact::separate, .friction = 0.3};
+    wall.position = {0.45, 0.4, 0.5};
+    scenes::MovingBlocks<3, Apic, MlsForce, Snow, QuadraticBSpline, Together<Walls<float, 3>, Collider<Box<float, 3>>>>
+        blocks({0.25, 1.0 / 32, 1.0 / 16}, Snow{}, Together(scenes::rough_walls<3>(), wall));
+    auto& simulation = blocks.simulation;
+    auto& changed = simulation.edit_particles();
+    for (std::size_t slot = 0; slot < changed.slots(); ++slot) {
+        if (!changed.is_particle(slot)) continue;
+        auto state = changed.state(slot);
+        firn::of<"mu">(state) *= float(0.5 + scenes::noise(slot));
+        firn::of<"highest_stretch">(state) = 1 + 0.01F * float(scenes::noise(slot + 1));
+        changed.set_state(slot, state);
+    }
+    simulation.partition();
+    const wgsl::Program& program = blocks.program;
+    wgsl::Inputs inputs = blocks.inputs();
+    inputs.set("time_step", {1});  // far too long
+    inputs.set("bound_time_step", {1});
+    Case files(root / "3d_bounded", program);
+    std::vector<Expectation> expectations;
+    float slowest = 1, fastest = 0, time = 0;
+    constexpr int steps = 30;
+    for (int i = 0; i < steps; ++i) {
+        const float dt =
+            stable_time_step<QuadraticBSpline>(float(blocks.domain.cell_size), largest_signal_speed(simulation));
+        slowest = std::min(slowest, dt);
+        fastest = std::max(fastest, dt);
+        time += dt;
+        simulation.fixed_time_step = double(dt);
+        if (i == 0) {
+            const auto sums = scenes::node_sums<QuadraticBSpline, Apic, MlsForce>(simulation, inputs.nodes);
+            expectations.push_back({"nodes", "p2g", 1, files.file("nodes_1", sums), 0});
+        }
+        simulation.step();
+        if (i == 0)
+            for (const auto& [buffer, numbers] : blocks.inputs().buffers)
+                if (buffer != "constants" && buffer != "coordinates")
+                    expectations.push_back({buffer, "step", 1, files.file(buffer + "_1", numbers), 0});
+    }
+    if (!(fastest > 1.02F * slowest)) throw usage_error("The bound of the bounded case is always the same.");
+    expectations.push_back({"time", "step", steps, files.file("time", std::vector<float>{time}), 1e-5});
+    write_case_file<3>(files, program, inputs, "step", steps, expectations);
+    std::cout << "3d_bounded: " << inputs.particles << " particles, steps of " << slowest << " to " << fastest
+              << " s\n";
+}
+
 /// For the page, whose pointer pulls: where the CPU has the centre of mass after a hundred steps.
 void write_page_case(const std::filesystem::path& root) {
     scenes::MovingBlocks<3, Apic, MlsForce, FixedCorotated<float>> blocks(
@@ -318,6 +382,7 @@ int main(int count, char** words) {
         varied.mu = 4e4F;
         varied.lambda = 6e4F;
         write_case<2, Apic, MlsForce>(root, "2d_per_particle", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, varied);
+        write_bounded(root);
         write_case<2, Apic, MlsForce>(root, "2d_mises", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, VonMises<float>{});
         write_case<2, Apic, MlsForce>(root, "2d_10k", {0.35, 1.0 / 204, 1.0 / 102}, "step", 1);
         write_case<3, Apic, MlsForce>(root, "3d_10k", {0.3, 1.0 / 57, 1.0 / 28.5}, "step", 1);

@@ -11,7 +11,8 @@
 //     "error": 2,                                 the status that the steps must end with; 0 if left out
 //     "expect": [ { "buffer": "nodes", "after": "p2g", "file": "nodes.bin", "exactly": true },
 //                 { "buffer": "motion", "after": "step", "steps": 1, "file": "motion_1.bin", "tolerance": 1e-6 } ] }
-// "buffer" may also be a component, or "position" in cells from the lower corner, all numbers of particle 0 first.
+// "buffer" may also be a component, or "position" in cells from the lower corner, all numbers of particle 0 first; or a
+// word of the status that is a float.
 // "after" is a kernel of the schedule, or the schedule, in the step number "steps" (the last one if left out), or
 // "initialise". "exactly" compares 32-bit words; "tolerance" is the largest |a - b| between floats.
 // The environment's FIRN_WEBGPU names the folder that cmake/webgpu.sh made. Exit status: 1 if anything differs.
@@ -67,6 +68,7 @@ function* wordsOf(simulation, name, length) {
 /** A whole buffer, or a component (all of particle 0 first); "position" is place + corner, in cells. */
 async function numbersOf(simulation, name) {
     if (simulation.manifest.buffers.some((buffer) => buffer.name === name)) return simulation.readBuffer(name);
+    if (name in simulation.manifest.status) return Float32Array.of((await simulation.status())[name]);
     if (name !== 'position') return simulation.read(name);
     const corner = await simulation.read('corner');
     return (await simulation.read('place')).map((place, k) => place + corner[k]);

@@ -53,9 +53,13 @@ inline void check_step(double dt) {
 /// Returns the largest stable time step [s], also called the bound of the time step.
 /// \param cell_size             cell size h [m]
 /// \param largest_signal_speed  the largest signal speed of all particles [m/s]. \see signal_speed
+template <class Kernel, scalar S>
+S stable_time_step(const S& cell_size, const S& largest_signal_speed) {
+    return S(time_step_safety<Kernel>) * cell_size / largest_signal_speed;
+}
 template <class Kernel>
 double stable_time_step(double cell_size, double largest_signal_speed) {
-    return time_step_safety<Kernel> * cell_size / largest_signal_speed;
+    return stable_time_step<Kernel, double>(cell_size, largest_signal_speed);
 }
 
 }  // namespace firn

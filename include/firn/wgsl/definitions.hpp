@@ -64,7 +64,10 @@ void add_axis_sums(Module& module) {
     }
 }
 
-inline recorded time_step() { return uniform("time_step"); }
+/// Returns the scalars of type `recorded` that stand for the time step dt [s] that the program has chosen, and for dt/h
+/// [s/m]; see text::time_step.
+inline recorded time_step() { return recorded::of(Recording::current().input("chosen.time_step")); }
+inline recorded place_per_velocity() { return recorded::of(Recording::current().input("chosen.place_per_velocity")); }
 inline recorded cell_size() { return uniform("cell_size"); }
 
 }  // namespace detail
@@ -158,6 +161,14 @@ void add_p2g(Module& module) {
         });
 }
 
+/// Adds the function stable_step to the module: the largest stable time step [s]. \see stage/time_step.hpp
+template <class Kernel>
+void add_time_step(Module& module) {
+    using R = recorded;
+    module.function<R>("stable_step", "firn/stage/time_step.hpp: the largest stable time step", {"signal_speed"},
+                       [](const R& speed) { return stable_time_step<Kernel>(detail::cell_size(), speed); });
+}
+
 /// Adds the function of the grid update to the module: velocity_of_node, which returns a node's new velocity. \see
 /// stage/grid_update.hpp
 template <int D, class Boundary, class Field>
@@ -198,8 +209,8 @@ void add_g2p(Module& module) {
                              });
     module.function<V, V, V>("moved_by", "firn/stage/g2p.hpp: where a particle goes, which counts from `corner`",
                              {"velocity", "place", "corner"}, [&](const V& velocity, const V& place, const V& corner) {
-                                 return moved_by(velocity, detail::uniform("place_per_velocity"), place,
-                                                 V::zero() - corner, detail::uniform_of<V>("cells") - corner);
+                                 return moved_by(velocity, detail::place_per_velocity(), place, V::zero() - corner,
+                                                 detail::uniform_of<V>("cells") - corner);
                              });
 }
 

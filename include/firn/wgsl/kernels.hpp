@@ -18,8 +18,8 @@ namespace firn::wgsl::text {
 /// WGSL text of helper functions for several entry points. These functions access the bits of floats, report errors,
 /// and compute indices of nodes.
 inline constexpr const char* helpers = R"(
-// Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale. Numbers are f32
-// bits: of positive ones the order is the same.
+// Status words: 0 error, 1 first particle with it, 2 largest signal speed, 3 to 6 load, 7 and 8 scale, 9 and 10 the time
+// step, 11 time. Numbers are f32 bits: of positive ones the order is the same.
 var<private> no_constant: u32 = 0u; // infinities and NaN must not be constants
 
 fn from_bits(bits: u32) -> f32 { return bitcast<f32>(bits + no_constant); }
@@ -53,14 +53,40 @@ inline constexpr const char* gradient_helpers = R"(
 fn kernel_gradients_of(f: ${VEC}) -> array<${WEIGHTS}, ${D}> { return array<${WEIGHTS}, ${D}>(${KERNEL_GRADIENTS}); }
 )";
 
-/// WGSL text of the entry point clear, which sets the sums and the particle counts of all nodes to zero, and resets
-/// those words of the buffer "status" that each step computes.
+/// WGSL text of the functions that choose the time step and read the chosen one.
+inline constexpr const char* time_step = R"(
+struct TimeStep {
+    time_step: f32,          // [s]
+    place_per_velocity: f32, // dt / h [s/m]
+}
+var<private> chosen: TimeStep;
+
+/// The given time step, or the bound if that is asked for and shorter. The signal speed is that after the last step.
+fn choose_time_step() {
+    chosen = TimeStep(params.time_step, params.place_per_velocity);
+    let speed = bitcast<f32>(atomicLoad(&status[2]));
+    if (params.bound_time_step != 0u && speed > 0.0f) {
+        let bound = stable_step(speed);
+        if (bound < chosen.time_step) { chosen = TimeStep(bound, bound / params.cell_size); }
+    }
+    atomicStore(&status[9], bitcast<u32>(chosen.time_step));
+    atomicStore(&status[10], bitcast<u32>(chosen.place_per_velocity));
+    atomicStore(&status[11], bitcast<u32>(bitcast<f32>(atomicLoad(&status[11])) + chosen.time_step));
+}
+fn read_time_step() {
+    chosen = TimeStep(bitcast<f32>(atomicLoad(&status[9])), bitcast<f32>(atomicLoad(&status[10])));
+}
+)";
+
+/// WGSL text of the entry point clear, which chooses the time step, sets the sums and the particle counts of all nodes
+/// to zero, and resets those words of the buffer "status" that each step computes.
 inline constexpr const char* clear = R"(
 @compute @workgroup_size(${GROUP})
 fn clear(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (stopped()) { return; }
     if (i == 0u) {
+        choose_time_step();
         atomicStore(&status[1], 0xffffffffu); // no particle
         for (var k = 2u; k < 7u; k++) { atomicStore(&status[k], 0u); }
     }
@@ -80,6 +106,7 @@ var<workgroup> largest: array<atomic<u32>, 3>;
 fn measure(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i < params.particles && !stopped()) {
+        read_time_step();
         let place = load_place(i);
         let base = base_node_of(place);
         let record = record_of(load_particle(i), place - base);
@@ -159,6 +186,7 @@ inline constexpr const char* p2g = R"(
 fn p2g(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i >= params.particles || stopped()) { return; }
+    read_time_step();
     scatter(i, chosen_scale(), ${IVEC}(0));
 }
 )";
@@ -230,6 +258,7 @@ fn p2g_blocks(${INVOCATION}) {
     workgroupBarrier();
     let origin = ${BLOCK_ORIGIN};
     if (block < block_count() && !stopped()) {
+        read_time_step();
         let scale = chosen_scale();
         let end = atomicLoad(&blocks[2u * block + 1u]);
         for (var s = atomicLoad(&blocks[2u * block]) + local; s < end; s += ${GROUP}u) {
@@ -259,6 +288,7 @@ fn grid_update(${INVOCATION}) {
         nodes[i] = vec4<i32>(0);
         return;
     }
+    read_time_step();
     let scale = chosen_scale();
     let momentum = ${VEC}(sums.${AXES}) * (1.0f / scale.momentum);
     let mass = f32(sums.w) * (1.0f / scale.mass);
@@ -286,6 +316,7 @@ var<workgroup> fastest: atomic<u32>;
 fn g2p(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (i < params.particles && !stopped()) {
+        read_time_step();
         let place = load_place(i);
         let corner = load_corner(i);
         let base = base_node_of(place);

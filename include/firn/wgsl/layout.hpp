@@ -73,6 +73,7 @@ struct Program {
         boundary,                          ///< name of the boundary
         field;                             ///< name of the acceleration field
     int workgroup_size;                    ///< number of invocations per workgroup in most entry points
+    double time_step_safety;               ///< firn::time_step_safety of the kernel
     std::vector<Uniform> uniforms;         ///< members of the WGSL struct at binding 0
     std::size_t uniform_bytes = 0;         ///< size of the struct of uniforms, a multiple of 16 [bytes]
     std::vector<Buffer> buffers;           ///< the storage buffers, at the bindings from 1 on
@@ -188,7 +189,6 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
         for_fields_in(binding, table, [&](const char* of_field, const FieldInfo& field) {
             const int count = field.components(facts.dimension);
             fields.push_back({of_field, count, field.unit, {}});
-            if (binding == state) fields.back().start.assign(field.start.data(), field.start.data() + count);
             numbers += count;
         });
         add(name, "f32", binding, "particle", numbers, std::move(fields));
@@ -204,6 +204,21 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add("coordinates", "f32", coordinates, "axis_node", 1);
     add("blocks", "u32", blocks, "block", 2);
     add("order", "u32", order, "particle", 1, {{"order", 1, "1"}});
+}
+
+/// Sets the default values of the state's components: those of a body at rest, which may depend on the material.
+/// \param start  the state of a particle at rest
+template <class State>
+void set_start(Program& program, State start) {
+    const auto set = [&](const auto& field) {
+        auto& member = start.*(field.member);
+        for (Buffer& buffer : program.buffers)
+            for (Component& component : buffer.components)
+                if (buffer.binding == state && component.name == field.name)
+                    component.start.assign(firn::detail::components(member),
+                                           firn::detail::components(member) + component.count);
+    };
+    std::apply([&](const auto&... field) { (set(field), ...); }, State::fields());
 }
 
 /// Adds the descriptions of the entry points in kernels.hpp to the program. Each description lists the bindings that

@@ -38,6 +38,9 @@ inline const std::vector<std::string> error_sentences{
 /// integers, the other as vectors. Each entry point uses at most one of the two. Besides the names of the policies
 /// (kernel, transfer, material, …), the manifest has these entries:
 ///
+///     time_step_safety  f: the stable time step, or bound, is f h / (the largest signal speed of the particles), where
+///                  h is the cell size. If the uniform bound_time_step is 1, a step takes the bound if that is shorter
+///                  than the uniform time_step.
 ///     uniforms     binding: the binding number; bytes: size of the buffer; fields: for each uniform its name, type,
 ///                  offset [bytes], unit, meaning (`what`) and default value
 ///     buffers      for each buffer its name, binding, type, per, count and components. The buffer has `count` 32-bit
@@ -55,7 +58,8 @@ inline const std::vector<std::string> error_sentences{
 ///     step         the entry points of a step, in the order to run them
 ///     step_sorted  the entry points of a step with P2G through workgroup memory, in the order to run them
 ///     status       for each status word its index in the buffer "status". The words error and particle are of type
-///                  u32, the others of type f32.
+///                  u32, the others of type f32. The word time_step is the step that was taken [s], and time the sum
+///                  of all steps since the host set it to 0 [s].
 ///     errors       for each value e > 0 of the word error its message; after an error, steps change nothing
 ///
 /// The number of nodes along an axis is 4 (b + 2), where b = ceil(cells / 4). Let the node at the domain's lower corner
@@ -70,6 +74,7 @@ inline std::string manifest(const Program& program) {
         json.field("force", program.force).field("material", program.material).field("boundary", program.boundary);
         json.key("field").value(program.field);
         json.field("workgroup_size", program.workgroup_size);
+        json.field("time_step_safety", program.time_step_safety);
         json.key("uniforms").object([&] {
             json.field("binding", 0)
                 .field("bytes", program.uniform_bytes)
@@ -120,8 +125,9 @@ inline std::string manifest(const Program& program) {
         json.key("step").array(step_order, text).key("step_sorted").array(sorted_step_order, text);
         json.key("status").object([&] {
             int word = 0;
-            for (const char* name : {"error", "particle", "signal_speed", "largest_momentum", "largest_gradient",
-                                     "largest_mass", "most_particles", "momentum_scale", "mass_scale"})
+            for (const char* name :
+                 {"error", "particle", "signal_speed", "largest_momentum", "largest_gradient", "largest_mass",
+                  "most_particles", "momentum_scale", "mass_scale", "time_step", "place_per_velocity", "time"})
                 json.field(name, word++);
         });
         json.key("errors").object([&] {

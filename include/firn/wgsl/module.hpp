@@ -46,7 +46,7 @@ public:
             if (output == nothing)
                 throw usage_error("The definition of " + name + " leaves a number of its result without a value.");
         std::vector<std::string> taken = names;
-        taken.push_back("params");
+        taken.insert(taken.end(), {"params", "chosen"});
         const Body body(recording.graph, outputs, taken);
         functions_ += "/// " + comment + "\n" + "fn " + name + "(" + detail::joined(parameters, ", ") + ") -> " +
                       shape<Result>::type() + " {\n" + body.statements() + "    return " +

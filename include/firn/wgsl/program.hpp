@@ -30,11 +30,12 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
     uniforms.add("particles", "u32", "1", "number of particles", {0});
     uniforms.add("cells", of_f32, "cells", "extent of the domain", zero);
     uniforms.add("capacity", "u32", "1", "distance between two numbers of a particle", {0});
-    uniforms.add("time_step", "f32", "s", "dt", {0});
+    uniforms.add("time_step", "f32", "s", "dt; the longest, with bound_time_step", {0});
     uniforms.add("cell_size", "f32", "m", "h", {0});
     uniforms.add("place_per_velocity", "f32", "s/m", "dt / h, rounded once", {0});
     uniforms.add("momentum_scale", "f32", "s/(kg m)", "quanta per momentum, a power of two; 0: chosen", {0});
     uniforms.add("mass_scale", "f32", "1/kg", "quanta per mass, a power of two; 0: chosen", {0});
+    uniforms.add("bound_time_step", "u32", "1", "1: no step is longer than the stable one", {0});
 }
 
 }  // namespace detail
@@ -83,6 +84,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     program.field = Field::name;
     program.name = detail::name_of(program);
     program.workgroup_size = workgroup_size;
+    program.time_step_safety = time_step_safety<Kernel>;
 
     detail::UniformLayout uniforms(program);
     detail::add_uniforms(uniforms, D);
@@ -92,10 +94,12 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     program.uniform_bytes = (program.uniform_bytes + 15) / 16 * 16;
     const FieldTable table = field_table<float, D, material_state_t<Material, D>>();
     detail::add_buffers(program, facts, table);
+    detail::set_start(program, initial_state<D>(material));
     detail::add_entry_points(program, facts);
 
     Module module;
     add_kernel<Kernel, D>(module, facts.sum_gradients);
+    add_time_step<Kernel>(module);
     add_p2g<Kernel, Transfer, Force, D>(module);
     add_grid_update<D>(module, boundary, field);
     add_g2p<Kernel, Transfer, Force, D>(module);

@@ -84,7 +84,7 @@ public:
         return filled(text::helpers) + (facts_.sum_gradients ? filled(text::gradient_helpers) : "");
     }
     std::string entry_points() const {
-        return filled(text::clear) + filled(text::measure) +
+        return filled(text::time_step) + filled(text::clear) + filled(text::measure) +
                scatter("scatter", "node_sums", "node_index(" + node_from("first") + ")") + filled(text::p2g) +
                filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}}) + filled(text::grid_update) +
                filled(text::g2p, {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
