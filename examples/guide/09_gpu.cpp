@@ -55,9 +55,12 @@ int main() {
     //! - Programs support one material, PIC and APIC, float and a dense grid. They do not support periodic axes, or
     //!   meshes as boundaries.
     //!
-    //! `06_emit_wgsl --list` lists all combinations of policies that firn can write as a program. `--all FOLDER` writes
-    //! these programs.
+    //! `06_emit_wgsl --list` lists the programs that it writes: every kernel, transfer and force form with one material,
+    //! every material with one of these, and snow with an obstacle. `--all FOLDER` writes them. firn::wgsl makes a
+    //! program of any other combination.
     //!
-    //! ![Two elastic cubes in the browser: examples/web](../images/web.png)
+    //! If the uniform `bound_time_step` is 1, no step is longer than the stable time step.
+    //!
+    //! ![A snowball breaks on a wall in the browser: examples/web](../images/web.png)
     return program.code.size() > 1000 ? 0 : 1;
 }

@@ -1,5 +1,5 @@
 // The page. Its address can set: program=NAME, a folder in programs/; case=FOLDER with particles from files (see
-// scene.mjs); paused=1; and any control by its name: particles=10000, cells=32, time_step=1e-4, ... (see controls.mjs).
+// scene.mjs); paused=1; and any control by its name: scene=sand, particles=10000, cells=32, ... (see controls.mjs).
 //
 // Tests and the console can use `firn`: ready (a promise), simulation, device, pause(), resume(), restart(),
 // await step(n), await positions(), await centreOfMass(), project(point), figures, error. document.body.dataset.state
@@ -8,24 +8,27 @@ import { OrbitCamera } from './camera.mjs';
 import { Controls, withUnit } from './controls.mjs';
 import { Player } from './player.mjs';
 import { listen } from './pointer.mjs';
+import { Programs } from './programs.mjs';
 import { fullSpeed, ramp } from './render.mjs';
-import { scenes, youngPoisson } from './scene.mjs';
+import { longest, plainBox, plainView, scenes, youngPoisson } from './scene.mjs';
 
 const figuresMilliseconds = 250;
 const byId = (id) => document.getElementById(id);
 const parameters = new URLSearchParams(location.search);
 const canvas = byId('view'), camera = new OrbitCamera();
 const controls = new Controls(byId('controls'), changed);
-const from = { url: 'program', folder: parameters.get('case') };
-const player = new Player(canvas, camera, controls, from, { failed, loaded });
-let moreMaterial = ''; // the program whose material's further controls are shown
+const from = { url: 'program', folder: parameters.get('case'), scene: '' };
+const player = new Player(canvas, camera, controls, from, { failed, loaded, built });
+const programs = new Programs();
+const askedProgram = parameters.get('program'); // instead of that of the scene
+let isFirst = true; // until the values of the address are taken
 
 // ---- errors ----
 
 function failed(error) {
     console.info(error);
     byId('notice_text').textContent = error.message;
-    byId('notice_restart').hidden = !navigator.gpu;
+    byId('notice_restart').hidden = !navigator.gpu || error.isFinal === true;
     byId('notice').hidden = false;
     if (!player.manifest) byId('subtitle').textContent = '';
     Object.assign(document.body.dataset, { state: 'failed', reason: error.message });
@@ -40,74 +43,149 @@ function requireWebGpu() {
         : 'Browsers offer WebGPU only to pages from https or localhost: open this page from there.');
 }
 
-// ---- programs ----
+// ---- scenes and programs ----
 
-/** The names of the folders in programs/, if the server lists them. */
-async function programNames() {
-    for (const list of ['programs/', 'programs/index.json']) {
-        const names = await fetch(list).then((answer) => answer.json()).catch(() => null);
-        if (Array.isArray(names)) return names.filter((name) => !/^2d/.test(name));
+const isOfMaterial = (name) => name.startsWith('material_');
+
+/** Throws if the address has a name that means nothing here. */
+function checkNames() {
+    const known = ['program', 'case', 'paused', ...controls.names];
+    const unknown = [...new Set(parameters.keys())].filter((name) => !known.includes(name) && !isOfMaterial(name));
+    const list = (names) => names.join(', ');
+    if (unknown.length)
+        throw new Error(`The address has ${list(unknown)}, which means nothing here. It can have ${list(known)}, and ` +
+            'material_… with a parameter of the material.');
+    const paused = parameters.get('paused') ?? '0';
+    if (!['0', '1'].includes(paused)) throw new Error(`In the address, paused is ${paused}; it must be 0 or 1.`);
+}
+
+/** Throws if the address has a parameter that the material does not have. */
+function checkMaterialNames(manifest) {
+    const known = controls.names.filter(isOfMaterial);
+    for (const name of parameters.keys())
+        if (isOfMaterial(name) && !known.includes(name))
+            throw new Error(`The address has ${name}; the material ${manifest.material} has ` +
+                `${known.join(', ') || 'no such parameters'}.`);
+}
+
+/** Sets the controls that depend on the scene. */
+function useScene(name) {
+    from.scene = name;
+    const scene = scenes[name];
+    controls.set('scene', name);
+    controls.setOptions('cells', scene.cells);
+    const { title } = scenes[name];
+    for (const [control, value] of Object.entries({ speed: 1, radius: 0.2, ...scene.values }))
+        if (!isOfMaterial(control)) controls.set(control, value);
+    const materials = programs.materialsOf(scene.materials);
+    controls.setOptions('material', materials.map((each) => [each, words(each.replace('per_particle_', ''))]));
+    controls.set('material', materials[0]);
+    controls.show('speed', scene.bodies.some(({ velocity }) => velocity.some((v) => v !== 0)));
+    canvas.setAttribute('aria-label', `${title}. The arrow keys or a drag turn the view, + and − or the wheel zoom.`);
+    usePolicies({ walls: scene.walls });
+    lookAround();
+}
+
+function lookAround() {
+    const [view, box] = from.folder ? [plainView, plainBox] : [scenes[from.scene].view, scenes[from.scene].box];
+    camera.look(view, longest(box));
+}
+
+const words = (name) => name.replaceAll('_', ' ');
+
+/** Chooses the program with the material that has most of the wanted policies, and shows its policies. */
+function usePolicies(wanted) {
+    const material = controls.values.material, chosen = programs.nearest(material, wanted);
+    for (const name of programs.policies) {
+        const options = programs.choices(material, name);
+        controls.setOptions(name, options.map((each) => [each, words(each)]));
+        controls.set(name, chosen[name]);
+        controls.show(name, !askedProgram && options.length > 1);
     }
-    return [];
+    from.url = `programs/${askedProgram ?? chosen.program}`;
 }
 
-/** A title made from the name of a program, the material first. */
-function programTitle(name) {
-    const [, transfer, force, material, walls, field] =
-        /^3d_.+?_(apic|pic)_(mls|weight_gradient)_(.+?)(?:_walls_([a-z]+))?_(attraction|gravity)$/.exec(name) ?? [];
-    if (!material) return name;
-    const pointer = field === 'gravity' ? 'no pointer' : '';
-    return [material, transfer.toUpperCase(), force.replace('mls', 'MLS'), walls, pointer].filter((part) => part)
-        .join(', ').replaceAll('_', ' ');
-}
-
-/** The program that the scenes were made for, or the one most similar to it. */
-function usualProgram(names) {
-    const words = ['_apic_', '_mls_', '_fixed_corotated_', '_attraction', '_separate'];
-    const likeness = (name) => words.filter((word) => name.includes(word)).length;
-    return names.reduce((best, name) => (likeness(name) > likeness(best) ? name : best), names[0]);
-}
-
-async function choosePrograms() {
-    const names = await programNames(), asked = parameters.get('program');
-    controls.setOptions('program', names.map((name) => [name, programTitle(name)]));
-    controls.show('program', names.length > 1);
-    if (asked || names.length) controls.set('program', asked || usualProgram(names));
+function chosenPolicies() {
+    return Object.fromEntries(programs.policies.map((name) => [name, controls.values[name]]));
 }
 
 function loaded(manifest) {
-    byId('subtitle').textContent = [manifest.material.replaceAll('_', ' '), manifest.transfer.toUpperCase(),
-        from.folder ? 'a case from files' : ''].filter((word) => word).join(' · ');
+    byId('subtitle').textContent = [from.folder ? 'a case from files' : scenes[from.scene].title,
+        words(manifest.material.replace('per_particle_', '')), manifest.transfer.toUpperCase()].join(' · ');
     const value = (name) => manifest.uniforms.fields.find((field) => field.name === name)?.default;
     const hasLame = value('material_mu') !== undefined && value('material_lambda') !== undefined;
+    const isScene = !from.folder;
     for (const name of ['young', 'poisson']) controls.show(name, hasLame);
-    for (const name of ['bodies', 'particles', 'cells']) controls.show(name, !from.folder);
-    controls.showGroup('Scene', !from.folder);
+    controls.showGroup('Scene', isScene);
+    controls.show('density', isScene);
+    controls.show('frame', isScene);
     controls.showGroup('Pointer', player.hasForce);
     byId('force_keys').hidden = !player.hasForce;
     controls.show('schedule', 'step_sorted' in manifest);
-    // Controls for further parameters of the material.
-    if (moreMaterial === manifest.name) return;
-    moreMaterial = manifest.name;
     controls.removeGroup('More of the material');
-    const more = manifest.uniforms.fields.filter(({ name, type }) => name.startsWith('material_') && type === 'f32' &&
+    const more = manifest.uniforms.fields.filter(({ name, type }) => isOfMaterial(name) && type === 'f32' &&
         !['material_mu', 'material_lambda'].includes(name));
-    if (!more.length) return;
-    // Further parameters, such as those of plasticity, suit only the stiffness that is the default of the material.
-    if (hasLame) {
-        const stiffness = youngPoisson(value('material_mu'), value('material_lambda'));
-        for (const name of ['young', 'poisson']) if (!parameters.has(name)) controls.set(name, stiffness[name]);
+    const { values } = scenes[from.scene];
+    const isOfAddress = (name) => isFirst && parameters.has(name);
+    if (hasLame && isScene) {
+        // Further parameters, such as those of plasticity, suit only the stiffness that is the default of the material.
+        const stiffness = more.length || !values.young ? youngPoisson(value('material_mu'), value('material_lambda'))
+            : values;
+        for (const name of ['young', 'poisson']) if (!isOfAddress(name)) controls.set(name, stiffness[name]);
     }
-    const group = controls.addGroup('More of the material', more.map(({ name, unit, default: value }) => ({
-        name, unit, label: name.slice('material_'.length).replaceAll('_', ' '), kind: 'number',
-        value: Number(value.toPrecision(6)) })));
-    document.querySelector('fieldset[data-group="Material"]').after(group);
+    if (more.length) {
+        const group = controls.addGroup('More of the material', more.map(({ name, unit, default: standard }) => ({
+            name, unit, label: words(name.slice('material_'.length)), kind: 'number',
+            value: (isScene && values[name]) || Number(standard.toPrecision(6)) })));
+        document.querySelector('fieldset[data-group="Material"]').after(group);
+    }
+    if (isFirst) {
+        checkMaterialNames(manifest);
+        controls.read(parameters, controls.names.filter(isOfMaterial));
+    }
+    isFirst = false;
+}
+
+/** Offers the numbers of particles that the device has room for. */
+function built() {
+    const options = controls.optionsOf('particles').map(([number, text]) => {
+        const refusal = player.refusal(Number(number));
+        return [number, refusal ? `${text}: too many here` : text, refusal];
+    });
+    controls.setOptions('particles', options);
+    const refusals = options.map(([, , refusal]) => refusal).filter((refusal) => refusal);
+    byId('limit').textContent = refusals[0] ?? '';
+    byId('limit').hidden = !refusals.length;
+}
+
+/** Lists the programs, and takes the values of the address. */
+async function choose() {
+    controls.setOptions('scene', Object.entries(scenes).map(([name, { title }]) => [name, title]));
+    checkNames();
+    await programs.fetchNames();
+    controls.show('material', !askedProgram);
+    controls.set('scene', askedProgram || from.folder ? 'cubes' : 'snow');
+    controls.read(parameters, ['scene']);
+    useScene(controls.values.scene);
+    controls.read(parameters, ['material']);
+    usePolicies(chosenPolicies());
+    const before = controls.names.filter((name) => !isOfMaterial(name) && !['scene', 'material'].includes(name));
+    controls.read(parameters, before);
+    const asked = chosenPolicies(), found = programs.nearest(controls.values.material, asked);
+    const differs = programs.policies.find((name) => parameters.has(name) && found[name] !== asked[name]);
+    if (differs && !askedProgram)
+        throw new Error(`There is no program with the ${programs.policies.map((name) => `${name} ${asked[name]}`)
+            .join(', ')} and the material ${controls.values.material}; 06_emit_wgsl --list prints those there are.`);
+    usePolicies(asked);
 }
 
 // ---- controls ----
 
 function changed(name, { scene }) {
-    if (name === 'program') from.url = `programs/${controls.values.program}`;
+    if (name === 'scene') useScene(controls.values.scene);
+    if (name === 'material') usePolicies(chosenPolicies());
+    // What was chosen last counts more than the others.
+    if (programs.policies.includes(name)) usePolicies({ ...chosenPolicies(), first: name });
     if (name === 'pointer') showState();
     if (scene) restart();
     else player.apply(name);
@@ -121,7 +199,7 @@ function restart() {
     return player.restart().then(showState, () => {}); // failed() has shown the error
 }
 
-let wantsPause = parameters.has('paused') ? parameters.get('paused') !== '0'
+let wantsPause = parameters.has('paused') ? parameters.get('paused') === '1'
     : matchMedia('(prefers-reduced-motion: reduce)').matches;
 
 function setPaused(paused) {
@@ -172,7 +250,8 @@ dark.addEventListener('change', showTheme);
 // ---- figures ----
 
 const figures = Object.fromEntries([['particles', 'particles'], ['time', 'simulated time'], ['frame', 'frame'],
-    ['step', 'step'], ['rate', 'particle steps'], ['bound', 'time step’s bound']].map(([name, label]) => {
+    ['step', 'step'], ['rate', 'particle steps'], ['time_step', 'time step'], ['bound', 'its bound'],
+].map(([name, label]) => {
     const row = document.createElement('div'), term = document.createElement('dt'), text = document.createElement('dd');
     term.textContent = label;
     row.append(term, text);
@@ -181,17 +260,18 @@ const figures = Object.fromEntries([['particles', 'particles'], ['time', 'simula
 }));
 
 function showFigures() {
-    const { simulation, bound, figures: { frame, step, rate, time } } = player;
+    const { simulation, bound, paused, figures: { frame, step, rate, time, time_step: taken, ...steps } } = player;
     const milliseconds = (x) => (Number.isFinite(x) ? `${x.toFixed(x < 10 ? 2 : 1)} ms` : '–');
     const texts = { particles: simulation ? simulation.particles.toLocaleString('en').replaceAll(',', ' ') : '–',
         time: `${time.toFixed(3)} s`, frame: milliseconds(frame), step: milliseconds(step),
-        rate: Number.isFinite(rate) ? withUnit(rate, '/s') : '–', bound: withUnit(bound, 's') };
+        rate: Number.isFinite(rate) ? withUnit(rate, '/s') : '–', time_step: withUnit(taken, 's'),
+        bound: withUnit(bound, 's') };
     for (const [name, text] of Object.entries(texts))
         if (figures[name].textContent !== text) figures[name].textContent = text;
-    const dt = simulation?.values.time_step, exceeds = dt > bound * 1.0001;
-    byId('warning').hidden = !exceeds;
-    const warning = exceeds ? `The time step of ${withUnit(dt, 's')} is above its bound of ${withUnit(bound, 's')}: ` +
-        'make it shorter, or the material softer.' : '';
+    const slowness = steps.needed / steps.taken, isSlow = Boolean(simulation) && !paused && slowness > 1.5;
+    byId('warning').hidden = !isSlow;
+    const warning = isSlow ? `A frame should take ${steps.needed} steps and takes ${steps.taken}: the simulation ` +
+        `runs ${slowness.toFixed(1)} times slower than asked for.` : '';
     if (byId('warning').textContent !== warning) byId('warning').textContent = warning;
 }
 
@@ -216,13 +296,9 @@ function showLegend() {
 async function start() {
     showTheme();
     showState();
-    controls.show('program', false); // until the programs are known
-    controls.setOptions('bodies', Object.entries(scenes).map(([name, { title }]) => [name, title]));
     requireWebGpu();
-    await choosePrograms();
-    controls.read(parameters);
+    await choose().catch((error) => { throw Object.assign(error, { isFinal: true }); });
     showLegend();
-    if (controls.values.program) from.url = `programs/${controls.values.program}`;
     player.paused = wantsPause;
     await player.restart();
     player.draw();

@@ -30,18 +30,22 @@ export function lightMatrix(frame, centre, radius) {
 }
 
 export class OrbitCamera {
-    yaw = 0.62;
-    pitch = 0.24;
-    distance = 2.5; // m
-    target = [0.5, 0.42, 0.5]; // m
-    near = 0.05;
-    far = 20;
+    yaw = 0;
+    pitch = 0;
+    distance = 1; // m
+    target = [0, 0, 0]; // m
+    size = 1; // of what is seen [m]
+
+    /** Looks from `distance` [m] in the direction of yaw and pitch at `target`, in a box of `size` [m]. */
+    look({ target, distance, yaw, pitch }, size) { Object.assign(this, { target, distance, yaw, pitch, size }); }
+    get near() { return 0.05 * this.size; }
+    get far() { return 20 * this.size; }
 
     turn(yaw, pitch) {
         this.yaw += yaw;
         this.pitch = clamp(this.pitch + pitch, -0.1, 1.5);
     }
-    zoom(factor) { this.distance = clamp(this.distance * factor, 0.5, 6); }
+    zoom(factor) { this.distance = clamp(this.distance * factor, 0.5 * this.size, 6 * this.size); }
 
     /** Half the height of the picture at distance 1. Narrow pictures show the same width as square ones. */
     tangent(aspect) { return 0.36 / Math.min(1, aspect * 1.05); }

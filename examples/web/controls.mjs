@@ -5,6 +5,7 @@
 export function withUnit(x, unit) {
     if (!Number.isFinite(x)) return '–';
     if (x === 0) return `0 ${unit}`;
+    if (unit.startsWith('kg')) return `${Number(x.toPrecision(3))} ${unit}`; // it has a prefix already
     const prefixes = ['n', 'µ', 'm', '', 'k', 'M', 'G', 'T'];
     const power = Math.min(Math.max(Math.floor(Math.log10(Math.abs(x) * 1.0005) / 3), -3), 4);
     const number = x / 1000 ** power, digits = Math.abs(number) >= 99.95 ? 0 : Math.abs(number) >= 9.995 ? 1 : 2;
@@ -12,38 +13,48 @@ export function withUnit(x, unit) {
 }
 
 // kind: 'select' (options), 'log' (a slider over powers of ten), 'range', 'number' or 'vector'.
-// scene: whether a change restarts the simulation.
+// scene: whether a change restarts the simulation. more: the group is folded away.
 export const table = [
     { group: 'Scene', controls: [
-        { name: 'program', label: 'Program', kind: 'select', wide: true, options: [], value: '', scene: true },
-        { name: 'bodies', label: 'Bodies', kind: 'select', options: [], value: 'cubes', scene: true },
+        { name: 'scene', label: 'Scene', kind: 'select', options: [], value: '', scene: true },
+        { name: 'material', label: 'Material', kind: 'select', options: [], value: '', scene: true },
+        { name: 'cells', label: 'Cells', kind: 'select', whole: true, value: '64', scene: true, min: 8, max: 512,
+            options: [] },
         { name: 'particles', label: 'Particles, about', kind: 'select', whole: true, value: '50000', scene: true,
-            options: [['10000', '10 000'], ['50000', '50 000'], ['200000', '200 000']] },
-        { name: 'cells', label: 'Cells', kind: 'select', whole: true, value: '64', scene: true,
-            options: [['32', '32³'], ['64', '64³']] },
+            min: 100, max: 4_000_000, options: [['10000', '10 000'], ['50000', '50 000'], ['100000', '100 000'],
+                ['200000', '200 000'], ['500000', '500 000']] },
+        { name: 'speed', label: 'Speed of the start', kind: 'range', min: 0, max: 2, step: 0.05, value: 1, unit: '×',
+            scene: true },
     ] },
     { group: 'Time', controls: [
-        { name: 'time_step', label: 'Time step', kind: 'log', min: 1e-5, max: 2e-3, value: 2.5e-4, unit: 's' },
-        { name: 'steps', label: 'Steps a frame', kind: 'range', min: 1, max: 60, step: 1, value: 14 },
-        { name: 'schedule', label: 'P2G', kind: 'select', value: 'step',
-            options: [['step', 'direct'], ['step_sorted', 'sorted by block']] },
+        { name: 'frame', label: 'Simulated time a frame', kind: 'log', min: 1e-4, max: 2e-2, value: 4e-3, unit: 's' },
+        { name: 'time_step', label: 'Longest time step', kind: 'log', min: 1e-6, max: 1e-2, value: 2.5e-4, unit: 's' },
+        { name: 'steps', label: 'Steps a frame, at most', kind: 'log', min: 1, max: 1000, step: 1, value: 100 },
     ] },
     { group: 'Material', controls: [
-        { name: 'young', label: 'Young’s modulus', kind: 'log', min: 1e3, max: 1e6, value: 4e4, unit: 'Pa' },
+        { name: 'density', label: 'Density', kind: 'log', min: 10, max: 10000, value: 1000, unit: 'kg/m³',
+            scene: true },
+        { name: 'young', label: 'Young’s modulus', kind: 'log', min: 1e3, max: 1e7, value: 4e4, unit: 'Pa' },
         { name: 'poisson', label: 'Poisson’s ratio', kind: 'range', min: 0, max: 0.45, step: 0.01, value: 0.3 },
     ] },
     { group: 'Gravity', controls: [
-        { name: 'gravity', label: 'm/s²', kind: 'vector', step: 0.1, value: [0, -9.81, 0] },
+        { name: 'gravity', label: 'm/s²', kind: 'vector', step: 0.1, min: -1000, max: 1000, value: [0, -9.81, 0] },
     ] },
     { group: 'Pointer', controls: [
         { name: 'pointer', label: 'Left button, or a finger', kind: 'select', value: 'orbit',
             options: [['orbit', 'turns the view'], ['attract', 'attracts'], ['repel', 'repels']] },
-        { name: 'radius', label: 'Radius', kind: 'range', min: 0.05, max: 0.5, step: 0.01, value: 0.2, unit: 'm' },
+        { name: 'radius', label: 'Radius', kind: 'range', min: 0.05, max: 1.5, step: 0.01, value: 0.2, unit: 'm' },
         { name: 'strength', label: 'Strength', kind: 'range', min: 10, max: 300, step: 5, value: 100, unit: 'm/s²' },
     ] },
     { group: 'Picture', controls: [
         { name: 'colour', label: 'Colour shows', kind: 'select', value: 'body',
             options: [['body', 'the body'], ['speed', 'the speed']] },
+    ] },
+    { group: 'More', more: true, controls: [
+        ...['kernel', 'transfer', 'force', 'walls', 'field'].map((name) => ({ name, scene: true, kind: 'select',
+            label: `${name[0].toUpperCase()}${name.slice(1)}`, options: [], value: '' })),
+        { name: 'schedule', label: 'P2G', kind: 'select', value: 'step',
+            options: [['step', 'direct'], ['step_sorted', 'sorted by block']] },
     ] },
 ];
 
@@ -63,24 +74,27 @@ export class Controls {
         this.form = form;
         this.changed = changed;
         form.addEventListener('submit', (event) => event.preventDefault());
-        for (const { group, controls } of table) this.addGroup(group, controls);
+        for (const { group, controls, more } of table) this.addGroup(group, controls, more);
     }
 
-    addGroup(title, controls) {
-        const group = element('fieldset', { dataset: { group: title } }, [element('legend', { textContent: title })]);
+    addGroup(title, controls, more = false) {
+        const heading = element(more ? 'summary' : 'legend', { textContent: title });
+        const group = element(more ? 'details' : 'fieldset', { dataset: { group: title } }, [heading]);
         for (const control of controls) group.append(this.#row(control));
         this.form.append(group);
         return group;
     }
 
     removeGroup(title) {
-        const group = this.form.querySelector(`fieldset[data-group="${title}"]`);
+        const group = this.#group(title);
         for (const { name } of group?.querySelectorAll('[name]') ?? []) {
             delete this.values[name];
             delete this.#inputs[name];
         }
         group?.remove();
     }
+
+    #group(title) { return this.form.querySelector(`[data-group="${title}"]`); }
 
     #row(control) {
         const { name, label, kind, unit = '' } = control, id = `control_${name}`;
@@ -89,8 +103,7 @@ export class Controls {
         const isSlider = kind === 'log' || kind === 'range';
         const text = element('label', { htmlFor: kind === 'vector' ? `${id}_0` : id, textContent: label });
         if (kind === 'number' && unit && unit !== '1') text.textContent += ` [${unit}]`;
-        const isWide = kind === 'select' && control.wide;
-        const row = element('div', { className: isWide ? 'control wide' : 'control' }, [text]);
+        const row = element('div', { className: 'control' }, [text]);
         const output = isSlider ? element('output', {}) : null;
         if (output) {
             output.htmlFor = id;
@@ -134,8 +147,10 @@ export class Controls {
         input.addEventListener('input', () => {
             const x = input.valueAsNumber;
             if (!Number.isFinite(x)) return;
+            if (kind !== 'log') return this.#user(name, x);
             // A slider is not more precise than two digits.
-            this.#user(name, kind === 'log' ? Number((min * (max / min) ** x).toPrecision(2)) : x);
+            const chosen = Number((min * (max / min) ** x).toPrecision(2));
+            return this.#user(name, step ? Math.round(chosen / step) * step : chosen);
         });
         return input;
     }
@@ -163,29 +178,42 @@ export class Controls {
         this.#describe(name);
     }
 
+    /** Sets the choices of a select: [value, text], or [value, text, why it cannot be chosen]. */
     setOptions(name, options) {
-        const { input } = this.#inputs[name];
-        input.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
+        const { input, control } = this.#inputs[name];
+        input.replaceChildren(...options.map(([value, text, refusal = '']) =>
+            Object.assign(new Option(text, value), { disabled: Boolean(refusal), title: refusal })));
+        control.options = options;
         this.set(name, this.values[name]);
     }
 
     show(name, visible) { this.#inputs[name].row.hidden = !visible; }
-    showGroup(title, visible) { this.form.querySelector(`fieldset[data-group="${title}"]`).hidden = !visible; }
+    showGroup(title, visible) { this.#group(title).hidden = !visible; }
 
-    /** Sets the controls that the page's address names. Throws an Error if a value is not valid. */
-    read(parameters) {
-        for (const [name, { control }] of Object.entries(this.#inputs)) {
+    optionsOf(name) { return this.#inputs[name].control.all ??= this.#inputs[name].control.options; }
+    get names() { return Object.keys(this.#inputs); }
+
+    /** Sets those of the named controls that the page's address names. Throws an Error if a value is not valid. */
+    read(parameters, names) {
+        for (const name of names) {
             const text = parameters.get(name);
-            if (text === null) continue;
-            const choices = control.options?.map(([value]) => value) ?? [];
-            const isFree = control.kind === 'select' && (control.whole || !choices.length);
-            if (control.kind === 'select' && !isFree && !choices.includes(text))
-                throw new Error(`In the address, ${name} is ${text}; it can be ${choices.join(', ')}.`);
-            const numbers = text.split(',').map(Number), needed = control.kind === 'vector' ? 3 : 1;
-            const isNumber = control.kind !== 'select' || control.whole;
-            if (isNumber && (numbers.length !== needed || !numbers.every(Number.isFinite) || text.trim() === ''))
-                throw new Error(`In the address, ${name} is ${text}; not ${needed === 3 ? 'x,y,z' : 'a number'}.`);
-            this.set(name, !isNumber ? text : needed === 3 ? numbers : numbers[0]);
+            if (text !== null) this.set(name, this.#value(this.#inputs[name].control, text));
         }
+    }
+
+    #value({ name, kind, options, whole, min = -Infinity, max = Infinity, unit = '' }, text) {
+        const refuse = (allowed) => { throw new Error(`In the address, ${name} is ${text}; it must be ${allowed}.`); };
+        if (kind === 'select' && !whole) {
+            const choices = options.map(([value]) => value);
+            if (!choices.includes(text)) refuse(choices.length > 1 ? `one of ${choices.join(', ')}` : choices[0]);
+            return text;
+        }
+        const numbers = text.split(',').map((part) => (part.trim() === '' ? NaN : Number(part)));
+        const needed = kind === 'vector' ? 3 : 1, what = kind === 'vector' ? 'x,y,z' : whole ? 'a whole number' :
+            'a number';
+        const isGood = (x) => Number.isFinite(x) && x >= min && x <= max && (!whole || Number.isInteger(x));
+        const range = Number.isFinite(min) ? ` from ${min} to ${max}${unit && ` ${unit}`}` : '';
+        if (numbers.length !== needed || !numbers.every(isGood)) refuse(what + range);
+        return kind === 'vector' ? numbers : numbers[0];
     }
 }

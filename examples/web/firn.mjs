@@ -14,7 +14,7 @@
 import { FirnError, bindingSizes, blockWidth, checkLimits, extents, gridOf, groupsPerAxis, numbersEach,
     requiredLimits } from './firn_size.mjs';
 
-export { FirnError, gridOf, requiredLimits };
+export { FirnError, checkLimits, gridOf, requiredLimits };
 
 const format = 1; // of the manifest
 const noParticle = 0xffffffff;
@@ -242,7 +242,15 @@ export class Simulation {
         this.device.queue.writeBuffer(gpu, 0, numbers);
     }
 
-    /** Runs the manifest's "initialise". Call it once, after the particles were written. */
+    /** Lets the status' `time` count the steps from here on. */
+    resetTime() {
+        this.device.queue.writeBuffer(this.#buffer('status').gpu, 4 * this.manifest.status.time, new Uint32Array(1));
+    }
+
+    /**
+     * Runs the manifest's "initialise". Call it once, after the particles were written, and after parameters of the
+     * material have changed.
+     */
     initialise() { this.run(this.manifest.initialise ?? []); }
 
     /** Takes `count` steps, `batch` in each submission: "step", or "step_sorted" (P2G through workgroup memory). */

@@ -1,32 +1,37 @@
 // Runs a program on the page: owns the device, the simulation and its picture, and steps and draws in each frame.
-import { FirnError, Program, Simulation, fetchProgram, requestDevice } from './firn.mjs';
+import { FirnError, Program, Simulation, checkLimits, fetchProgram, gridOf, requestDevice } from './firn.mjs';
 import { Renderer } from './render.mjs';
-import { box, fetchCase, lame, youngPoisson, scenes, throwBodies, writeBodies, writeCase } from './scene.mjs';
+import { fetchCase, fillBodies, lame, longest, plainBox, plainLook, scenes, writeBodies, writeCase, writeVaried,
+    youngPoisson } from './scene.mjs';
 
 const framesInFlight = 2;
 const stepsAtOnce = 20; // the steps that step() takes between two waits for the device
-const largest = { particles: 250_000, cells: 128 }; // the device can run this size, or more if needed
-const timeStepBound = 0.3; // cells that the fastest signal may cross in a step
-const checkMilliseconds = 300;
+const longestFrame = 200; // ms; a slow device takes fewer steps a frame
+const largest = { particles: 500_000, cells: 128 }; // the device can run this size if it is large enough
 
 export class Player {
     paused = false;
     simulation = null;
-    figures = { frame: NaN, step: NaN, rate: NaN, time: 0, signal_speed: NaN };
+    box = plainBox;
+    figures = { frame: NaN, step: NaN, rate: NaN, time: 0, signal_speed: NaN, time_step: NaN, needed: 0, taken: 0 };
     dirty = true;
     #device = null;
     #program = null;
     #renderer = null;
+    #bodies = null;
     #force = { x: 0, y: 0, sign: 0 };
     #pending = 0; // frames that the device has not finished
     #builds = 0;
     #waiting = Promise.resolve();
-    #last = { frame: NaN, check: 0, done: 0, look: '' };
+    #last = { frame: NaN, done: 0, look: '' };
+    #owed = 0; // simulated time that frames have taken too little [s]
 
     /**
      * @param controls {Controls} the form, whose values the simulation gets
-     * @param from {{url: string, folder: string}} the folder of the program, and that of the case, if there is one
-     * @param told {{failed: function, loaded: function}} callbacks: failed(error), loaded(manifest)
+     * @param from {{url: string, folder: string, scene: string}} the folder of the program, and that of the case, if
+     *        there is one, or else the name of the scene
+     * @param told {{failed: function, loaded: function, built: function}} callbacks: failed(error), loaded(manifest)
+     *        with a new program, built() with a new simulation
      */
     constructor(canvas, camera, controls, from, told) {
         Object.assign(this, { canvas, camera, controls, from, told });
@@ -35,10 +40,25 @@ export class Player {
 
     get device() { return this.#device; }
     get manifest() { return this.simulation?.manifest ?? this.#program?.manifest; }
-    get bound() { return timeStepBound * this.simulation?.values.cell_size / this.figures.signal_speed; }
+    get scene() { return scenes[this.from.scene]; }
+    get look() { return this.from.folder ? plainLook : this.scene.look; }
+    /** The bound of the next time step [s]. */
+    get bound() {
+        return this.manifest?.time_step_safety * this.simulation?.values.cell_size / this.figures.signal_speed;
+    }
     #has(uniform) { return this.manifest?.uniforms.fields.some(({ name }) => name === uniform) ?? false; }
     get gravityName() { return this.#has('field_gravity') ? 'field_gravity' : 'gravity'; }
     get hasForce() { return this.#has('field_strength') && this.#has('field_centre'); }
+
+    /** Why the device cannot run so many particles; empty if it can. */
+    refusal(particles) {
+        try {
+            checkLimits(this.manifest, { capacity: particles, nodes: this.simulation.nodes }, this.#device.limits);
+            return '';
+        } catch (error) {
+            return error.message;
+        }
+    }
 
     // ---- starting ----
 
@@ -55,37 +75,65 @@ export class Player {
     #drop() {
         this.simulation?.destroy();
         this.simulation = null;
-        Object.assign(this.figures, { step: NaN, rate: NaN, time: 0, signal_speed: NaN });
+        this.#owed = 0;
+        Object.assign(this.figures, { step: NaN, rate: NaN, time: 0, signal_speed: NaN, time_step: NaN, needed: 0 });
     }
 
     async #build() {
         const { values } = this.controls, { url, folder } = this.from;
         const start = folder ? await fetchCase(folder) : null;
-        if (this.#program?.url !== url || !this.#device) await this.#load(url, start);
-        const cellSize = start?.uniforms.cell_size ?? 1 / values.cells;
-        const bodies = start ?? throwBodies(scenes[values.bodies], values.particles, cellSize);
+        this.box = start ? plainBox : this.scene.box;
+        const cellSize = start?.uniforms.cell_size ?? longest(this.box) / values.cells;
+        const domain = { ...this.box, cell_size: cellSize };
+        const bodies = start ?? fillBodies(this.scene, values.particles, cellSize, values.speed);
         const { particles, capacity = particles } = bodies;
-        const size = start ? { nodes: start.uniforms.nodes } : { domain: { ...box, cell_size: cellSize } };
-        const simulation = await Simulation.create(this.#program, { particles, capacity, ...size });
+        const size = { particles, capacity, ...(start ? { nodes: start.uniforms.nodes } : { domain }) };
+        if (this.#program?.url !== url || !this.#device) await this.#load(url, size);
+        const simulation = await Simulation.create(this.#program, size);
         let drawn = bodies;
         if (start) {
             drawn = await writeCase(simulation, start);
             this.#showCase(start.uniforms);
         } else {
-            writeBodies(simulation, bodies);
-            for (const name of ['boundary_lower', 'boundary_upper'])
-                if (this.#has(name)) simulation.set(name, box[name.slice(9)]);
+            writeBodies(simulation, bodies, values.density);
+            this.#place(simulation);
+            simulation.set('bound_time_step', 1); // a case takes the steps of the CPU
         }
         this.simulation = simulation;
-        if (!start) for (const name of Object.keys(values)) this.apply(name);
+        this.#bodies = bodies;
+        if (!start) {
+            for (const name of Object.keys(values)) this.apply(name, true);
+            writeVaried(simulation, this.scene, bodies);
+        }
         simulation.initialise();
-        this.#renderer.show(simulation, { ...drawn, cellSize });
+        this.#renderer.show(simulation, { ...drawn, cellSize, box: this.box, look: this.look,
+            obstacle: this.#obstacle(simulation) });
         this.apply('colour');
         this.dirty = true;
+        this.told.built();
         await this.#check(simulation);
     }
 
-    async #load(url, start) {
+    /** Puts the walls and the obstacle where the scene has them. */
+    #place(simulation) {
+        const { box, scene: { obstacle } } = this;
+        for (const { name } of simulation.manifest.uniforms.fields) {
+            const [, what] = /^boundary_(?:\d+_)?(?:shape_)?(lower|upper|half_extents|position)$/.exec(name) ?? [];
+            const value = what && (box[what] ?? obstacle?.[what]);
+            if (value) simulation.set(name, value);
+        }
+    }
+
+    /** The obstacle that the program has, where its uniforms say. */
+    #obstacle({ values }) {
+        const name = Object.keys(values).find((each) => each.endsWith('_shape_half_extents'));
+        if (!name) return null;
+        const of = name.slice(0, -'shape_half_extents'.length);
+        return { half_extents: values[name], position: values[`${of}position`], rotation: values[`${of}rotation`],
+            colour: this.scene.obstacle?.colour ?? '#9c6248' };
+    }
+
+    async #load(url, size) {
         const { manifest, code } = await fetchProgram(url).catch((error) => {
             throw new FirnError(`There is no program: ${error.message} Write one there with 06_emit_wgsl of firn's ` +
                 'examples, or start serve.mjs with a folder of programs.');
@@ -93,10 +141,9 @@ export class Player {
         if (manifest.dimension !== 3)
             throw new FirnError(`${manifest.name} is in ${manifest.dimension} dimensions; this page shows three.`);
         if (!this.#device) {
-            const { particles, cells } = this.controls.values, width = Math.max(largest.cells, cells);
-            const size = start ? { particles: start.capacity, nodes: start.uniforms.nodes }
-                : { particles: Math.max(largest.particles, 2 * particles), domain: { ...box, cell_size: 1 / width } };
-            const device = await requestDevice(navigator.gpu, manifest, size);
+            const { nodes } = gridOf({ lower: [0, 0, 0], upper: [1, 1, 1], cell_size: 1 / largest.cells });
+            const device = await requestDevice(navigator.gpu, manifest, { particles: largest.particles, nodes })
+                .catch((error) => (error.limit ? requestDevice(navigator.gpu, manifest, size) : Promise.reject(error)));
             device.lost.then(({ reason, message }) => {
                 if (this.#device !== device) return;
                 this.#device = this.#program = this.#renderer = null;
@@ -120,18 +167,29 @@ export class Player {
         for (const [name, value] of Object.entries(known)) if (value !== undefined) this.controls.set(name, value);
     }
 
-    /** Passes the value of a control to the simulation or the picture. */
-    apply(name) {
+    /** Passes the value of a control to the simulation or the picture. `starting`: before the first step. */
+    apply(name, starting = false) {
         const { simulation } = this, { values } = this.controls;
         if (!simulation) return;
         this.dirty = true;
         if (name === 'time_step') simulation.set(name, values[name]);
         else if (name === 'gravity') simulation.set(this.gravityName, values[name]);
-        else if ((name === 'young' || name === 'poisson') && this.#has('material_mu')) {
+        else if (name === 'colour') this.#renderer.speeds = values[name] === 'speed';
+        if (!this.#applyMaterial(name) || starting || this.from.folder) return;
+        writeVaried(simulation, this.scene, this.#bodies);
+        simulation.initialise(); // the stress and the signal speed of the changed material
+    }
+
+    #applyMaterial(name) {
+        const { simulation } = this, { values } = this.controls;
+        if (['young', 'poisson'].includes(name) && this.#has('material_mu') && this.#has('material_lambda')) {
             const { mu, lambda } = lame(values.young, values.poisson);
             simulation.set({ material_mu: mu, material_lambda: lambda });
-        } else if (name.startsWith('material_')) simulation.set(name, values[name]);
-        else if (name === 'colour') this.#renderer.speeds = values[name] === 'speed';
+            return true;
+        }
+        if (!name.startsWith('material_')) return false;
+        simulation.set(name, values[name]);
+        return true;
     }
 
     setTheme(name) {
@@ -153,12 +211,18 @@ export class Player {
             field_strength: sign * strength });
     }
 
-    #advance(count) {
-        const { simulation } = this;
+    /** Takes steps. Resolves to the time that they took [s]. */
+    #advance(simulation, count) {
         this.#applyForce();
+        simulation.resetTime();
         simulation.step(count, this.controls.values.schedule);
-        this.figures.time += count * simulation.values.time_step;
         this.dirty = true;
+        return this.#check(simulation).then((status) => {
+            if (simulation !== this.simulation) return 0;
+            this.figures.time += status.time;
+            this.figures.time_step = status.time_step;
+            return status.time;
+        });
     }
 
     /** Pauses, takes `count` steps, and resolves when they are done and drawn. Rejects if a step has failed. */
@@ -167,19 +231,16 @@ export class Player {
         await this.#waiting;
         const { simulation } = this;
         if (!simulation) throw new FirnError('There is no simulation to step.');
-        for (let left = count; left > 0 && simulation === this.simulation; left -= stepsAtOnce) {
-            this.#advance(Math.min(left, stepsAtOnce));
-            await this.#device.queue.onSubmittedWorkDone();
-        }
+        for (let left = count; left > 0 && simulation === this.simulation; left -= stepsAtOnce)
+            await this.#advance(simulation, Math.min(left, stepsAtOnce));
         this.draw();
-        await this.#check(simulation);
     }
 
     async #check(simulation) {
-        this.#last.check = performance.now();
         try {
-            const { signal_speed } = await simulation.check();
-            if (simulation === this.simulation) this.figures.signal_speed = signal_speed;
+            const status = await simulation.check();
+            if (simulation === this.simulation) this.figures.signal_speed = status.signal_speed;
+            return status;
         } catch (error) {
             if (simulation === this.simulation) this.#fail(error);
             throw error;
@@ -218,6 +279,15 @@ export class Player {
         }
     }
 
+    /** How many steps the next frame takes, so that frames simulate equal times. */
+    #stepsOfFrame(wanted) {
+        const { figures, controls: { values } } = this, dt = Math.min(values.time_step, this.bound || Infinity);
+        figures.needed = Math.max(1, Math.round((wanted + this.#owed) / dt));
+        const inTime = Number.isFinite(figures.step) ? Math.floor(longestFrame / figures.step) : figures.needed;
+        figures.taken = Math.min(figures.needed, values.steps, Math.max(1, inTime));
+        return figures.taken;
+    }
+
     #frame(now, simulation) {
         const { figures, paused } = this, { queue } = this.#device;
         const smooth = (name, value) => {
@@ -225,8 +295,12 @@ export class Player {
         };
         ++this.#pending;
         if (!paused) {
-            const count = this.controls.values.steps, start = performance.now(), since = now - this.#last.frame;
-            this.#advance(count);
+            const wanted = this.controls.values.frame, count = this.#stepsOfFrame(wanted);
+            const start = performance.now(), since = now - this.#last.frame;
+            this.#advance(simulation, count).then((time) => {
+                if (simulation !== this.simulation) return;
+                this.#owed = Math.min(Math.max(this.#owed + wanted - time, -wanted), 0.5 * wanted);
+            }, () => {});
             queue.onSubmittedWorkDone().then(() => { // the previous frame may still have been running
                 const began = Math.max(start, this.#last.done);
                 if (simulation === this.simulation) smooth('step', (performance.now() - began) / count);
@@ -236,7 +310,6 @@ export class Player {
                 figures.rate = 1000 * count * simulation.particles / figures.frame;
             }
             this.#last.frame = now;
-            if (start - this.#last.check > checkMilliseconds) this.#check(simulation).catch(() => {});
         }
         this.draw();
         queue.onSubmittedWorkDone().catch(() => {}).finally(() => {
@@ -249,14 +322,14 @@ export class Player {
 
     /** The positions of the particles [m]: x, y, z of particle 0, then of particle 1, ... */
     async positions() {
-        const { simulation } = this, { cell_size } = simulation.values;
+        const { simulation, box } = this, { cell_size } = simulation.values;
         const [place, corner] = [await simulation.read('place'), await simulation.read('corner')];
         return Float32Array.from(place, (p, k) => box.lower[k % 3] + (corner[k] + p) * cell_size);
     }
 
     /** The centre of mass [m], summed in 64 bits. */
     async centreOfMass() {
-        const { simulation } = this, { cell_size } = simulation.values, sum = [0, 0, 0];
+        const { simulation, box } = this, { cell_size } = simulation.values, sum = [0, 0, 0];
         const [place, corner, mass] = [await simulation.read('place'), await simulation.read('corner'),
             await simulation.read('mass')];
         let all = 0;

@@ -1,22 +1,15 @@
 // Draws a simulation with WebGPU, directly from the simulation's buffers.
 import { frameOf, lightMatrix } from './camera.mjs';
-import { box } from './scene.mjs';
+import { longest, plainBox, plainLook } from './scene.mjs';
 
 const samples = 4;
 const shadowPixels = 1024;
 const fullSpeed = 4; // m/s; it has the last colour
-const radiusPerSpacing = 0.62;
 const light = frameOf([0.42, 0.83, 0.36].map((x) => x / Math.hypot(0.42, 0.83, 0.36)));
 
 /** The colours of speeds from 0 to fullSpeed, for particles and for the page's legend. */
 export const ramp = ['#33407f', '#1f8a95', '#7fbf62', '#f5d94e'];
 export { fullSpeed };
-const bodyColours = ['#d9703f', '#3d86c6'];
-const themes = {
-    light: { background: '#f4f3f0', ink: '#3a3e45', dark: 0 },
-    dark: { background: '#14161a', ink: '#aab0b8', dark: 1 },
-};
-
 /** A colour #rrggbb in linear light. */
 const linear = (colour) => [1, 3, 5].map((i) => (parseInt(colour.slice(i, i + 2), 16) / 255) ** 2.2);
 
@@ -29,17 +22,16 @@ export class Renderer {
         const format = navigator.gpu.getPreferredCanvasFormat();
         const context = canvas.getContext('webgpu');
         context.configure({ device, format, alphaMode: 'opaque' });
-        Object.assign(renderer, { device, canvas, context, format, speeds: false, theme: themes.light });
+        Object.assign(renderer, { device, canvas, context, format, speeds: false, isDark: false,
+            box: plainBox, look: plainLook });
         await renderer.#createPipelines(module);
-        renderer.uniforms = device.createBuffer({ size: 416, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
+        renderer.uniforms = device.createBuffer({ size: 512, usage: GPUBufferUsage.UNIFORM | GPUBufferUsage.COPY_DST });
         renderer.shadows = device.createTexture({ size: [shadowPixels, shadowPixels], format: 'depth32float',
             usage: GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.TEXTURE_BINDING }).createView();
-        const uniforms = { binding: 0, resource: { buffer: renderer.uniforms } };
-        renderer.viewGroup = device.createBindGroup({ layout: renderer.viewLayout, entries: [uniforms,
-            { binding: 1, resource: renderer.shadows },
-            { binding: 2, resource: device.createSampler({ compare: 'less', magFilter: 'linear',
-                minFilter: 'linear' }) }] });
-        renderer.lightGroup = device.createBindGroup({ layout: renderer.lightLayout, entries: [uniforms] });
+        renderer.uniformEntry = { binding: 0, resource: { buffer: renderer.uniforms } };
+        renderer.sampler = device.createSampler({ compare: 'less', magFilter: 'linear', minFilter: 'linear' });
+        renderer.lightGroup = device.createBindGroup({ layout: renderer.lightLayout,
+            entries: [renderer.uniformEntry] });
         return renderer;
     }
 
@@ -49,7 +41,8 @@ export class Renderer {
         this.lightLayout = device.createBindGroupLayout({ entries: [uniforms] });
         this.viewLayout = device.createBindGroupLayout({ entries: [uniforms,
             { binding: 1, visibility: FRAGMENT, texture: { sampleType: 'depth' } },
-            { binding: 2, visibility: FRAGMENT, sampler: { type: 'comparison' } }] });
+            { binding: 2, visibility: FRAGMENT, sampler: { type: 'comparison' } },
+            { binding: 3, visibility: FRAGMENT, texture: { sampleType: 'depth' } }] });
         this.particleLayout = device.createBindGroupLayout({ entries: [0, 1, 2, 3].map((binding) =>
             ({ binding, visibility: VERTEX, buffer: { type: 'read-only-storage' } })) });
         const over = { color: { srcFactor: 'src-alpha', dstFactor: 'one-minus-src-alpha' }, alpha: {} };
@@ -60,20 +53,30 @@ export class Renderer {
             depthStencil: { format: 'depth24plus', depthWriteEnabled: true, depthCompare: 'less' },
             multisample: { count: samples }, ...more,
         });
+        const depthOnly = (vertex, fragment) => ({ multisample: {}, vertex: { module, entryPoint: vertex },
+            fragment: fragment && { module, entryPoint: fragment, targets: [] },
+            depthStencil: { format: 'depth32float', depthWriteEnabled: true, depthCompare: 'less' } });
         const pictured = [this.viewLayout], particles = [this.viewLayout, this.particleLayout];
-        [this.shadowPipeline, this.spherePipeline, this.groundPipeline, this.edgePipeline] = await Promise.all([
-            create('shadow', [this.lightLayout, this.particleLayout], { multisample: {},
-                fragment: { module, entryPoint: 'shadow_fragment', targets: [] },
-                depthStencil: { format: 'depth32float', depthWriteEnabled: true, depthCompare: 'less' } }),
+        const lit = [this.lightLayout, this.particleLayout];
+        [this.shadowPipeline, this.boxShadowPipeline, this.sphereDepthPipeline, this.boxDepthPipeline,
+            this.spherePipeline, this.boxPipeline, this.groundPipeline, this.edgePipeline] = await Promise.all([
+            create('shadow', lit, depthOnly('shadow_vertex', 'shadow_fragment')),
+            create('box shadow', [this.lightLayout], depthOnly('box_shadow_vertex')),
+            create('sphere depth', lit, depthOnly('sphere_vertex', 'sphere_depth_fragment')),
+            create('box depth', [this.lightLayout], depthOnly('box_vertex')),
             create('sphere', particles, { multisample: { count: samples, alphaToCoverageEnabled: true } }),
+            create('box', pictured),
             create('ground', pictured, { primitive: { topology: 'triangle-strip' } }),
             create('edge', pictured, { depthStencil: { format: 'depth24plus', depthWriteEnabled: false,
                 depthCompare: 'less' } }, { blend: over }),
         ]);
     }
 
-    /** Sets what to draw. `body`: the number of each particle's body; `spacing` of particles and `cellSize` in m. */
-    show(simulation, { body, spacing, cellSize }) {
+    /**
+     * Sets what to draw. `body`: the number of each particle's body; `spacing` of particles and `cellSize` in m; `box`,
+     * `look`: of the scene; `obstacle`: { half_extents, position [m], rotation, colour }, or null.
+     */
+    show(simulation, { body, spacing, cellSize, box, look, obstacle }) {
         this.bodies?.destroy();
         this.bodies = this.device.createBuffer({ size: body.byteLength,
             usage: GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_DST });
@@ -84,10 +87,11 @@ export class Renderer {
             entries: buffers.map((buffer, binding) => ({ binding, resource: { buffer } })) });
         const { capacity, particles } = simulation;
         this.rows = [place.row * capacity, corner.row * capacity, velocity.row * capacity, capacity];
-        Object.assign(this, { particles, cellSize, radius: radiusPerSpacing * spacing });
+        Object.assign(this, { particles, cellSize, radius: look.radius * spacing, box, look, obstacle });
     }
 
-    setTheme(name) { this.theme = themes[name]; }
+    setTheme(name) { this.isDark = name === 'dark'; }
+    get theme() { return this.isDark ? this.look.dark : this.look.light; } // background and lines
 
     /** Fits the textures to the size of the canvas on the page. Returns width / height. */
     #fit() {
@@ -102,39 +106,55 @@ export class Renderer {
                 usage: GPUTextureUsage.RENDER_ATTACHMENT });
             this.colour = create(this.format);
             this.depth = create('depth24plus');
+            this.front?.destroy();
+            this.front = this.device.createTexture({ size, format: 'depth32float',
+                usage: GPUTextureUsage.RENDER_ATTACHMENT | GPUTextureUsage.TEXTURE_BINDING });
+            this.viewGroup = this.device.createBindGroup({ layout: this.viewLayout, entries: [this.uniformEntry,
+                { binding: 1, resource: this.shadows }, { binding: 2, resource: this.sampler },
+                { binding: 3, resource: this.front.createView() }] });
         }
         return this.size[0] / this.size[1];
     }
 
     #writeView(camera, aspect) {
-        const data = new Float32Array(104), { right, up, back } = camera.frame(), { theme } = this;
-        const middle = box.lower.map((x, a) => 0.5 * (x + box.upper[a]));
-        const lineWidth = Math.min(devicePixelRatio || 1, 2) * 1.1;
+        const data = new Float32Array(128), { right, up, back, eye } = camera.frame(), { box, look, obstacle } = this;
+        const middle = box.lower.map((x, a) => 0.5 * (x + box.upper[a])), size = longest(box);
+        const lineWidth = Math.min(devicePixelRatio || 1, 2) * 1.1, [background, ink] = this.theme;
         data.set(camera.clip(aspect), 0);
-        data.set(lightMatrix(light, middle, 0.9), 16);
+        data.set(lightMatrix(light, middle, 0.9 * size), 16);
+        const { position = [0, 0, 0], half_extents: half = [0, 0, 0], rotation = [1, 0, 0, 0], colour = '#000000' } =
+            obstacle ?? {};
         const vectors = [[right, this.radius], [up, this.cellSize], [back, fullSpeed], [light.right, lineWidth],
-            [light.up, theme.dark], [light.back, this.speeds ? 1 : 0], [box.lower, 0], [box.upper, 0],
-            ...[theme.background, theme.ink, ...bodyColours, ...ramp].map((colour) => [linear(colour), 1]),
-            [[...this.size, 0], 0]];
+            [light.up, this.isDark ? 1 : 0], [light.back, this.speeds ? 1 : 0], [box.lower, size],
+            [box.upper, look.smooth], [linear(background), look.shade], [linear(ink), look.gloss],
+            ...[...look.bodies, ...ramp].map((each) => [linear(each), 1]), [[...this.size, camera.near], camera.far],
+            [[0, 0, 0], 0], [eye, camera.tangent(aspect)], [position, 0], [half, 0],
+            [rotation.slice(0, 3), rotation[3]], [linear(colour), 1]];
         vectors.forEach(([vector, w], i) => data.set([...vector, w], 32 + 4 * i));
-        new Uint32Array(data.buffer).set(this.rows, 32 + 4 * vectors.length);
+        new Uint32Array(data.buffer).set(this.rows, 32 + 4 * (vectors.length - 6));
         this.device.queue.writeBuffer(this.uniforms, 0, data);
     }
 
     draw(camera) {
         this.#writeView(camera, this.#fit());
         const encoder = this.device.createCommandEncoder();
-        const shadow = encoder.beginRenderPass({ colorAttachments: [], depthStencilAttachment: { view: this.shadows,
-            depthClearValue: 1, depthLoadOp: 'clear', depthStoreOp: 'store' } });
         const drawn = (pass, pipeline, vertices) => {
             pass.setPipeline(pipeline);
             pass.draw(vertices);
         };
-        shadow.setBindGroup(0, this.lightGroup);
-        shadow.setBindGroup(1, this.particleGroup);
-        drawn(shadow, this.shadowPipeline, 3 * this.particles);
-        shadow.end();
-        const [r, g, b] = [1, 3, 5].map((i) => parseInt(this.theme.background.slice(i, i + 2), 16) / 255);
+        const drawDepth = (view, spheres, box) => {
+            const pass = encoder.beginRenderPass({ colorAttachments: [], depthStencilAttachment: { view,
+                depthClearValue: 1, depthLoadOp: 'clear', depthStoreOp: 'store' } });
+            pass.setBindGroup(0, this.lightGroup);
+            if (this.obstacle && box) drawn(pass, box, 36);
+            pass.setBindGroup(1, this.particleGroup);
+            if (spheres) drawn(pass, spheres, 3 * this.particles);
+            pass.end();
+        };
+        drawDepth(this.shadows, this.shadowPipeline, this.boxShadowPipeline);
+        if (this.look.shade > 0 || this.obstacle) // otherwise it is not read
+            drawDepth(this.front.createView(), this.sphereDepthPipeline, this.boxDepthPipeline);
+        const [r, g, b] = [1, 3, 5].map((i) => parseInt(this.theme[0].slice(i, i + 2), 16) / 255);
         const pass = encoder.beginRenderPass({
             colorAttachments: [{ view: this.colour.createView(), clearValue: { r, g, b, a: 1 }, loadOp: 'clear',
                 resolveTarget: this.context.getCurrentTexture().createView(), storeOp: 'discard' }],
@@ -142,6 +162,7 @@ export class Renderer {
                 depthStoreOp: 'discard' },
         });
         pass.setBindGroup(0, this.viewGroup);
+        if (this.obstacle) drawn(pass, this.boxPipeline, 36);
         pass.setBindGroup(1, this.particleGroup);
         drawn(pass, this.spherePipeline, 3 * this.particles);
         drawn(pass, this.groundPipeline, 4);

@@ -3,6 +3,11 @@
 # runs them on http://127.0.0.1:PORT (default 8000).
 set -euo pipefail
 
+port=${1:-8000}
+if [[ ! $port =~ ^[0-9]+$ ]] || ((10#$port > 65535)); then
+    echo "The port is $port; it must be a whole number from 0 (any free port) to 65535." >&2
+    exit 2
+fi
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 # shellcheck source=../../cmake/packages.sh
 source "$root/cmake/packages.sh"
@@ -15,4 +20,4 @@ if [[ ! -e $build/CMakeCache.txt ]]; then options+=(-DFIRN_BUILD_TESTS=OFF); fi
 cmake -S "$root" -B "$build" "${options[@]}"
 cmake --build "$build" --parallel "$(firn_jobs)" --target 06_emit_wgsl
 "$build/examples/06_emit_wgsl" --all "$build/web"
-exec node "$root/examples/web/serve.mjs" "${1:-8000}" "$build/web"
+exec node "$root/examples/web/serve.mjs" "$port" "$build/web"

@@ -1,6 +1,7 @@
 // node examples/web/serve.mjs [PORT] [PROGRAMS]: serves this folder on http://127.0.0.1:PORT (default 8000). At
 // /programs/ it serves the folder PROGRAMS (default build/web), which has a folder for each program that 06_emit_wgsl
-// wrote. GET /programs/ returns a list of them as JSON. Modules that wasm/build.sh wrote lie in PROGRAMS/wasm.
+// wrote. GET /programs/ returns a list of them as JSON. Modules that wasm/build.sh wrote lie in PROGRAMS/wasm. Exit
+// status: 1 if the port is in use, 2 if it is not a number.
 import { createReadStream } from 'node:fs';
 import { readdir, realpath, stat } from 'node:fs/promises';
 import { createServer } from 'node:http';
@@ -74,6 +75,15 @@ export function serve({ port = 8000, pages = dirname(fileURLToPath(import.meta.u
 if (process.argv[1] && import.meta.url === pathToFileURL(await realpath(process.argv[1])).href) {
     const build = join(dirname(fileURLToPath(import.meta.url)), '../../build/web');
     const [port = '8000', programs = build] = process.argv.slice(2);
-    const server = await serve({ port: Number(port), programs });
+    if (!/^\d+$/.test(port) || Number(port) > 65535) {
+        console.error(`The port is ${port}; it must be a whole number from 0 (any free port) to 65535.`);
+        process.exit(2);
+    }
+    const server = await serve({ port: Number(port), programs }).catch((error) => {
+        console.error({ EADDRINUSE: `Port ${port} is in use: give another one, or 0 for any that is free.`,
+            EACCES: `Port ${port} may not be opened by this user: give one from 1024 on.` }[error.code] ??
+            error.message);
+        process.exit(1);
+    });
     console.log(`http://127.0.0.1:${server.address().port}/`);
 }

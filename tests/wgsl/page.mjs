@@ -4,6 +4,7 @@
 //
 // FOLDER holds a program, case.json with its files (see run.mjs), and page.json, where the CPU says what comes out:
 //   { "steps": 100, "centre_of_mass": [x, y, z], "tolerance": 1e-5 }                        m
+// ../../programs, seen from FOLDER, holds the programs of the page's scenes, as 06_emit_wgsl --all writes them.
 // Run through firn_chromium of cmake/webgpu.sh. Exit status: 1 if a promise is broken.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
@@ -11,9 +12,11 @@ import { basename, dirname, join, resolve } from 'node:path';
 import process from 'node:process';
 import { serve } from '../../examples/web/serve.mjs';
 import { launch } from './chromium.mjs';
+import { sceneTests } from './page_scenes.mjs';
 
 const milliseconds = 120_000; // pipelines, and steps on a software GPU
 const desktop = { width: 1280, height: 800 }, phone = { width: 390, height: 844 };
+const small = { width: 800, height: 400 };
 const colourful = 60; // largest less smallest channel: particles are, the background, the box and text are not
 
 function readArguments(words) {
@@ -26,10 +29,11 @@ const { screenshot, folder } = readArguments(process.argv.slice(2));
 const name = basename(folder);
 const expected = JSON.parse(readFileSync(join(folder, 'page.json'), 'utf8'));
 const server = await serve({ port: 0, programs: dirname(folder) });
+const sceneServer = await serve({ port: 0, programs: join(folder, '../../programs') });
 const browser = await launch();
 
 /** Opens the page and waits until it says how it is. Collects what a browser complains about. */
-async function open(query, { viewport = desktop, script = null, colorScheme = 'light' } = {}) {
+async function open(query, { viewport = desktop, script = null, colorScheme = 'light', at = server } = {}) {
     const page = await browser.newPage({ viewport, colorScheme }), problems = [];
     page.setDefaultTimeout(milliseconds);
     page.on('pageerror', (error) => problems.push(error.message));
@@ -37,7 +41,7 @@ async function open(query, { viewport = desktop, script = null, colorScheme = 'l
         if (['error', 'warning'].includes(message.type())) problems.push(message.text());
     });
     if (script) await page.addInitScript(script);
-    await page.goto(`http://127.0.0.1:${server.address().port}/?${query}`);
+    await page.goto(`http://127.0.0.1:${at.address().port}/?${query}`);
     await page.waitForFunction(() => document.body?.dataset.state)
         .catch(() => { throw new Error(`the page does not start: ${problems.join('; ')}`); });
     return { page, problems };
@@ -221,7 +225,7 @@ const tests = {
     },
 
     async 'its own scenes are drawn, on a phone, too, and every control has a name'() {
-        for (const [query, options] of [['particles=3000&cells=32&bodies=ring', { viewport: phone }],
+        for (const [query, options] of [['particles=3000&cells=32&scene=ring', { viewport: phone }],
             ['particles=3000&cells=32', { colorScheme: 'dark' }]]) {
             const { page, problems } = await open(`program=${name}&paused=1&${query}`, options);
             await page.evaluate(() => firn.step(2));
@@ -243,6 +247,8 @@ const tests = {
             await page.close();
         }
     },
+
+    ...sceneTests({ open: (query) => open(query, { viewport: small, at: sceneServer }), pixelsOf, screenshot }),
 };
 
 console.log(`Chromium ${browser.version()}, ${name}`);
@@ -258,5 +264,6 @@ for (const [promise, test] of Object.entries(tests)) {
 }
 await browser.close();
 server.close();
+sceneServer.close();
 console.log(`${Object.keys(tests).length - failed} passed, ${failed} failed`);
 process.exitCode = failed ? 1 : 0;

@@ -1,10 +1,13 @@
 // What examples/web/serve.mjs gives away, and what it does not.
 import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
 import { mkdirSync, mkdtempSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
 import { request } from 'node:http';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
+import process from 'node:process';
 import { after, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
 import { serve } from '../../examples/web/serve.mjs';
 
 const folder = mkdtempSync(join(tmpdir(), 'firn-serve-'));
@@ -67,4 +70,18 @@ test('nothing outside the two folders is served', async () => {
     assert.equal((await get('/%00')).status, 404);
     assert.equal((await get('/', 'POST')).status, 405);
     assert.equal((await get('/', 'HEAD')).text, '');
+});
+
+test('a port that is no number, or in use, gets a sentence', () => {
+    const script = fileURLToPath(new URL('../../examples/web/serve.mjs', import.meta.url));
+    const start = (port) => {
+        const { status, stderr } = spawnSync(process.execPath, [script, port], { encoding: 'utf8', timeout: 20_000 });
+        return { status, stderr };
+    };
+    for (const port of ['http', '-1', '8000x', '70000'])
+        assert.deepEqual(start(port), { status: 2,
+            stderr: `The port is ${port}; it must be a whole number from 0 (any free port) to 65535.\n` });
+    const { port } = server.address();
+    assert.deepEqual(start(String(port)), { status: 1,
+        stderr: `Port ${port} is in use: give another one, or 0 for any that is free.\n` });
 });

@@ -57,6 +57,7 @@ template <class Kernel, scalar S>
 S stable_time_step(const S& cell_size, const S& largest_signal_speed) {
     return S(time_step_safety<Kernel>) * cell_size / largest_signal_speed;
 }
+/// Returns the largest stable time step [s], as above, in double.
 template <class Kernel>
 double stable_time_step(double cell_size, double largest_signal_speed) {
     return stable_time_step<Kernel, double>(cell_size, largest_signal_speed);

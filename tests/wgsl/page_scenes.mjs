@@ -1,0 +1,190 @@
+// What the page's own scenes promise: tests for page.mjs.
+import assert from 'node:assert/strict';
+
+const small = 'cells=32&particles=1000&paused=1';
+
+/** How many pixels of a picture are white, and how many have the colour of the obstacle, inside a box of pixels. */
+function coloursIn({ width, rgba }, [left, right], [top, bottom]) {
+    const seen = { white: 0, obstacle: 0, all: 0 };
+    const from = (edge) => Math.max(Math.ceil(edge), 0);
+    for (let y = from(top); y < bottom; ++y) for (let x = from(left); x < right; ++x) {
+        const [r, g, b] = rgba.subarray(4 * (y * width + x));
+        ++seen.all;
+        if (Math.min(r, g, b) > 205 && Math.max(r, g, b) - Math.min(r, g, b) < 25) ++seen.white;
+        if (r > 1.3 * g && g > b && r - b > 35) ++seen.obstacle;
+    }
+    return seen;
+}
+
+/** Where points [m] are on the canvas: their range along x and y. */
+const rangeOf = (page, points) => page.evaluate((all) => {
+    const places = all.map((point) => firn.project(point));
+    return [0, 1].map((a) => [Math.min(...places.map((p) => p[a])), Math.max(...places.map((p) => p[a]))]);
+}, points);
+
+/** The snow: where it is, how much of it is crushed, and in how many pieces it is, seen on boxes of 2.5 spacings. */
+const snowOf = (page) => page.evaluate(async () => {
+    const position = await firn.positions(), [x, y, z] = await firn.centreOfMass();
+    const volume = await firn.simulation.read('volume'), width = 2.5 * Math.cbrt(volume[0]);
+    const open = new Set();
+    for (let i = 0; i < position.length; i += 3)
+        open.add([0, 1, 2].map((a) => Math.floor(position[i + a] / width)).join());
+    const steps = [-1, 0, 1], beside = steps.flatMap((a) => steps.flatMap((b) => steps.map((c) => [a, b, c])));
+    let pieces = 0;
+    while (open.size) {
+        const front = [open.values().next().value];
+        open.delete(front[0]);
+        ++pieces;
+        while (front.length) {
+            const at = front.pop().split(',').map(Number);
+            for (const step of beside) {
+                const next = at.map((n, a) => n + step[a]).join();
+                if (open.delete(next)) front.push(next);
+            }
+        }
+    }
+    const plastic = await firn.simulation.read('plastic_volume');
+    return { x, y, z, pieces, crushed: plastic.filter((J) => Math.abs(J - 1) > 0.02).length / plastic.length };
+});
+
+export const sceneTests = ({ open, pixelsOf, screenshot }) => ({
+    async 'snow is white, its obstacle is drawn, it is crushed there, and no step is longer than its bound'() {
+        const { page, problems } = await open(`${small}&speed=2&time_step=0.0015`);
+        const bounded = (steps) => page.evaluate(async (count) => {
+            const { simulation } = firn, { time_step_safety: safety } = simulation.manifest;
+            const { cell_size: h } = simulation.values;
+            let most = 0;
+            for (let k = 0; k < count; ++k) {
+                const { signal_speed: speed } = await simulation.check();
+                simulation.step(1);
+                most = Math.max(most, (await simulation.check()).time_step * speed / (safety * h));
+            }
+            return most;
+        }, steps);
+        const start = await snowOf(page);
+        const picture = await pixelsOf(page);
+        const ball = await rangeOf(page, [[start.x, start.y - 0.15, start.z], [start.x, start.y + 0.15, start.z]]);
+        const [[middle]] = ball, snow = coloursIn(picture, [middle - 30, middle + 30], ball[1]);
+        assert.ok(snow.white > 0.6 * snow.all, `${snow.white} of ${snow.all} pixels of the ball are white`);
+        const { values } = await page.evaluate(() => ({ values: firn.simulation.values }));
+        const [x, y, z] = values.boundary_1_position, [a, b, c] = values.boundary_1_shape_half_extents;
+        // The lower half of the face that the ball flies at, away from the ball's shadow.
+        const face = await rangeOf(page, [[x + a, y - 0.8 * b, z + 0.75 * c], [x + a, y - 0.3 * b, z + 0.95 * c]]);
+        const wall = coloursIn(picture, ...face);
+        assert.ok(wall.all > 100 && wall.obstacle > 0.9 * wall.all,
+            `${wall.obstacle} of ${wall.all} pixels have the colour of the obstacle`);
+        const far = coloursIn(picture, [picture.width - 120, picture.width - 20], [60, 160]);
+        assert.equal(far.obstacle + far.white, 0, 'the background has neither colour');
+
+        let longest = await bounded(4);
+        await page.evaluate(() => firn.step(26)); // it hits the wall
+        longest = Math.max(longest, await bounded(10));
+        await page.evaluate(() => firn.step(20));
+        const hit = await snowOf(page);
+        longest = Math.max(longest, await bounded(4));
+        assert.ok(longest <= 1.00001 && longest > 0.999, `the longest step is ${longest} of its bound`);
+        assert.ok(start.crushed === 0 && hit.crushed > 0.5, `${start.crushed}, then ${hit.crushed} are crushed`);
+        assert.ok(hit.x < start.x - 0.5 && hit.x > x + a, `from x = ${start.x} m to ${hit.x} m`);
+        const speed = await page.evaluate(async () => {
+            const [before] = await firn.centreOfMass(), { time } = firn.figures;
+            await firn.step(20);
+            return ((await firn.centreOfMass())[0] - before) / (firn.figures.time - time);
+        });
+        const after = await snowOf(page);
+        assert.ok(speed > 0.3, `after the wall the ball moves at ${speed} m/s`);
+        assert.equal(after.pieces, 1, 'on 32 cells snow stays in one piece');
+        if (screenshot) await page.screenshot({ path: screenshot.replace(/(\.png)?$/, '_snow.png') });
+        assert.deepEqual(problems, []);
+        console.log(`     longest step ${longest.toFixed(5)} of its bound, ${Math.round(100 * hit.crushed)} % crushed, ` +
+            `back at ${speed.toFixed(2)} m/s`);
+        await page.close();
+    },
+
+    async 'a dam breaks, and frames simulate equal times, though the bound changes'() {
+        const { page, problems } = await open('scene=dam&cells=16&particles=1000&frame=0.006&time_step=0.01&paused=1');
+        const { needed, bound, before, after } = await page.evaluate(async () => {
+            const [start] = await firn.centreOfMass();
+            firn.resume();
+            const frames = () => new Promise((done) => { requestAnimationFrame(() => setTimeout(done, 20)); });
+            while (!(firn.figures.time > 0.03)) await frames();
+            const { figures } = firn;
+            firn.pause();
+            await firn.step(40);
+            return { ...figures, before: start, after: (await firn.centreOfMass())[0] };
+        });
+        assert.ok(Math.abs(needed * bound / 0.006 - 1) < 0.6, `${needed} steps of at most ${bound} s`);
+        assert.ok(after > before + 0.015, `water: from x = ${before} m to ${after} m`);
+        if (screenshot) await page.screenshot({ path: screenshot.replace(/(\.png)?$/, '_dam.png') });
+        assert.deepEqual(problems, []);
+        await page.close();
+    },
+
+    async 'a sand column runs out'() {
+        const { page, problems } = await open('scene=sand&cells=16&particles=1000&paused=1&time_step=0.01');
+        const [, before] = await page.evaluate(() => firn.centreOfMass());
+        await page.evaluate(() => firn.step(40));
+        const [, after] = await page.evaluate(() => firn.centreOfMass());
+        assert.ok(after < before - 0.02, `sand: from a height of ${before} m to ${after} m`);
+        if (screenshot) await page.screenshot({ path: screenshot.replace(/(\.png)?$/, '_sand.png') });
+        assert.deepEqual(problems, []);
+        await page.close();
+    },
+
+    async 'few choices are in sight, and density and the parameters of the material can be set'() {
+        const { page, problems } = await open(`${small}&density=200&material_hardening=4`);
+        const { values } = await page.evaluate(() => ({ values: firn.simulation.values }));
+        assert.equal(values.material_hardening, 4);
+        const total = () => page.evaluate(async () => {
+            const [mass, volume] = [await firn.simulation.read('mass'), await firn.simulation.read('volume')];
+            return mass[0] / volume[0];
+        });
+        assert.ok(Math.abs(await total() - 200) < 0.01);
+        const select = (name) => page.locator(`#control_${name}`);
+        const optionsOf = (name) => select(name).evaluate((each) => [...each.options].map(({ value }) => value));
+        assert.deepEqual(await optionsOf('scene'), ['snow', 'sand', 'dam', 'cubes', 'ring']);
+        assert.deepEqual(await optionsOf('material'), ['per_particle_snow']);
+        assert.ok((await optionsOf('particles')).includes('500000'));
+        assert.equal(await page.locator('select:visible').count(), 6, 'selects outside of "More"');
+        const mu = () => page.evaluate(() => firn.simulation.read('mu').then((all) => all[0]));
+        const { standard, first } = await page.evaluate(() => ({
+            standard: firn.simulation.manifest.uniforms.fields.find(({ name }) => name === 'material_mu').default,
+            first: firn.simulation.manifest.buffers.flatMap(({ components = [] }) => components)
+                .find(({ name }) => name === 'mu').default[0] }));
+        assert.equal(first, standard, 'a particle at rest has the material’s stiffness');
+        const soft = await mu();
+        await page.locator('#control_young').evaluate((input) => {
+            input.value = '1';
+            input.dispatchEvent(new Event('input'));
+        });
+        assert.ok(await mu() > 5 * soft, 'the particles’ own stiffness follows the control');
+        await select('scene').selectOption('cubes');
+        await page.waitForFunction(() => firn.simulation?.manifest.material === 'fixed_corotated');
+        await select('material').selectOption('neo_hookean');
+        await page.waitForFunction(() => firn.simulation?.manifest.material === 'neo_hookean');
+        await page.locator('summary').click();
+        await select('walls').selectOption('stick');
+        await page.waitForFunction(() => firn.simulation?.manifest.boundary === 'walls_stick');
+        assert.deepEqual(problems, []);
+        await page.close();
+    },
+
+    async 'what the address cannot have gets a sentence'() {
+        for (const [query, sentence] of [
+            ['sceen=sand', /^The address has sceen, which means nothing here\. It can have .*scene/],
+            ['scene=lava', /scene is lava; it must be one of snow, sand, dam, cubes, ring\./],
+            ['scene=dam&material=sand', /material is sand; it must be fluid\./],
+            ['particles=many', /particles is many; it must be a whole number from 100 to 4000000\./],
+            ['particles=5', /particles is 5; .* from 100/], ['poisson=0.7', /poisson is 0\.7; .* from 0 to 0\.45\./],
+            ['gravity=1,2', /gravity is 1,2; it must be x,y,z/], ['paused=maybe', /paused is maybe; it must be 0 or 1/],
+            ['scene=cubes&kernel=sine', /kernel is sine; it must be one of/],
+            [`${small}&material_stickiness=3`, /material_stickiness; the material .*snow has .*material_hardening/],
+            ['program=none', /There is no program: .*none.*404/]]) {
+            const { page } = await open(query);
+            const { state, reason } = await page.evaluate(() => ({ ...document.body.dataset }));
+            assert.equal(state, 'failed', query);
+            assert.match(reason, sentence);
+            assert.ok((await page.locator('#notice').innerText()).includes(reason));
+            await page.close();
+        }
+    },
+});
