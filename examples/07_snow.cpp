@@ -78,7 +78,7 @@ int snow(int argc, char** argv) {
     example::CommandLine line({.name = "snow",
                                .about = "A snowball breaks on a wall, and snow slides down a slope.",
                                .particles = 60'000,
-                               .steps = 10'000,
+                               .steps = 12'000,
                                .frames = 30});
     std::int64_t cells = 128, coarse_cells = 32;
     double speed = 8;
