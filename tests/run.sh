@@ -159,7 +159,8 @@ wgsl_lane() { # NAME...; uses the variables of wgsl_stage
     done
 }
 
-# Compiles a program to WebAssembly and runs it in node: the bits of a native build, and how a program ends.
+# Compiles a program to WebAssembly and runs it in node: the bits of a native build, and how a program ends. Then the
+# page of particles, in a browser.
 wasm_stage() {
     local start=$SECONDS
     printf '\n== WebAssembly\n'
@@ -174,6 +175,16 @@ wasm_stage() {
         counted wasm_guide
     else
         echo "== WebAssembly: does not build"
+        failed=$((failed + 1))
+    fi
+    if ! firn_webgpu; then
+        skip 'the page of particles, which needs the packages above for a browser'
+    elif "$root/examples/web/wasm/build.sh" "$root/examples/web/particles.cpp" "$root/build/wasm/web/wasm" \
+        "-I$root/examples"; then
+        logged particles firn_chromium "$root/tests/wgsl/particles.mjs" "$root/build/wasm/web"
+        counted particles
+    else
+        echo "== the page of particles: does not build"
         failed=$((failed + 1))
     fi
     echo "== WebAssembly: $((SECONDS - start)) s"

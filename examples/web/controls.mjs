@@ -69,12 +69,15 @@ export class Controls {
     values = {};
     #inputs = {}; // by name: the control and its elements
 
-    /** @param changed (name, control) => void: called when the user has changed a value */
-    constructor(form, changed) {
+    /**
+     * @param changed (name, control) => void: called when the user has changed a value
+     * @param groups the groups of controls, as in `table`
+     */
+    constructor(form, changed, groups = table) {
         this.form = form;
         this.changed = changed;
         form.addEventListener('submit', (event) => event.preventDefault());
-        for (const { group, controls, more } of table) this.addGroup(group, controls, more);
+        for (const { group, controls, more } of groups) this.addGroup(group, controls, more);
     }
 
     addGroup(title, controls, more = false) {

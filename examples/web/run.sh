@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # examples/web/run.sh [PORT]: installs missing packages, writes the WGSL programs to build/web, and serves the page that
-# runs them on http://127.0.0.1:PORT (default 8000).
+# runs them on http://127.0.0.1:PORT (default 8000). /particles.html there runs a WebAssembly module, which clang 19
+# compiles if apt offers it.
 set -euo pipefail
 
 port=${1:-8000}
@@ -20,4 +21,9 @@ if [[ ! -e $build/CMakeCache.txt ]]; then options+=(-DFIRN_BUILD_TESTS=OFF); fi
 cmake -S "$root" -B "$build" "${options[@]}"
 cmake --build "$build" --parallel "$(firn_jobs)" --target 06_emit_wgsl
 "$build/examples/06_emit_wgsl" --all "$build/web"
+if firn_install_if_offered "${firn_wasm_needs[@]}"; then
+    "$root/examples/web/wasm/build.sh" "$root/examples/web/particles.cpp" "$build/web/wasm" "-I$root/examples"
+else
+    echo 'The page particles.html is left out: it needs clang 19 and its packages for wasm32.' >&2
+fi
 exec node "$root/examples/web/serve.mjs" "$port" "$build/web"

@@ -7,6 +7,7 @@ set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 compiler=${CXX:-clang++-19}
+if [[ $compiler != *clang* ]]; then compiler=clang++-19; fi # scripts that source cmake/packages.sh export CXX=g++
 if [[ ${1:-} == -h || ${1:-} == --help ]]; then
     sed -n '2,5s/^# //p' "${BASH_SOURCE[0]}" && exit
 fi
