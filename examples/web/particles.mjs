@@ -69,7 +69,6 @@ const table = [
         { name: 'variance', label: 'Variance', kind: 'range', min: 0, max: 1, step: 0.05, value: 0.2 },
     ] },
 ];
-const limits = Object.fromEntries(table.flatMap(({ controls: all }) => all.map((each) => [each.name, each])));
 const parametersOf = (scene) => Object.keys(scenes[scene].values);
 
 const byId = (id) => document.getElementById(id);
@@ -295,7 +294,7 @@ function showScene(scene) {
 
 function changed(name) {
     if (name === 'scene') {
-        for (const each of Object.keys(limits)) address.delete(each); // what the address said was for another scene
+        for (const each of controls.names) address.delete(each); // what the address said was for another scene
         showScene(controls.values.scene);
     }
     if (['scene', 'particles', 'threads'].includes(name)) {
@@ -306,7 +305,7 @@ function changed(name) {
 
 /** Takes what the address says. Throws an Error if it cannot be. */
 function readAddress() {
-    const known = [...Object.keys(limits), 'tool', 'paused'];
+    const known = [...controls.names, 'tool', 'paused'];
     for (const name of address.keys())
         if (!known.includes(name))
             throw new Error(`In the address, ${name} is not known; there can be ${known.join(', ')}.`);
