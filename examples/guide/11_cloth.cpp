@@ -57,6 +57,7 @@ int main() {
     //! - **On the grid**: the points of a net are particles of a Simulation (material firn::NoStress), with the same
     //!   forces between them. So cloth meets snow, sand and water: `examples/12_cloth_and_snow.cpp`.
     //!
-    //! ![A cloth over a ball, a pile of soft bodies, a fountain: examples/09 to 11](../images/cloth_bodies_fountain.png)
+    //! ![A cloth over a ball is pulled apart: examples/10_cloth](../images/cloth.webp)
+    //! ![Balls, ropes, soft bodies and ragdolls in the plane: examples/17_toybox](../images/toybox.webp)
     return torn_in_breeze == 0 && system.torn().size() > 0 && nearest > 0.005 ? 0 : 1;
 }
