@@ -114,13 +114,11 @@ int two_bunnies(int argc, char** argv) {
                                .takes_time = true});
     std::string mesh_file = FIRN_EXAMPLES_DATA_DIR "/bunny.obj", point_file;
     example::ElasticOptions elastic(line);
-    auto* mesh = line.app().add_option("--mesh", mesh_file, "A closed triangle mesh")->type_name("FILE.obj");
-    mesh->capture_default_str();
-    line.app()
-        .add_option("--points", point_file, "The particles of a body, as vertices of an OBJ file without faces")
-        ->type_name("FILE.obj");
+    line.add_file("--mesh", mesh_file, "A closed triangle mesh", "FILE.obj");
+    line.add_file("--points", point_file, "The particles of a body, as vertices of an OBJ file without faces",
+                  "FILE.obj");
     if (const auto exit_code = line.parse(argc, argv)) return *exit_code;
-    if (!point_file.empty() && mesh->count() + line.app().count("--particles") > 0)
+    if (!point_file.empty() && (line.is_given("--mesh") || line.is_given("--particles")))
         throw firn::parameter_error(
             "The points of --points are the particles, as they are: leave out --mesh and --particles.");
     const example::Options& options = line.options();

@@ -27,12 +27,9 @@ public:
         const char* of_second = " of a second run, which is set beside the first";
         line.add("--young", first_.young, "Young's modulus in Pa", least_young, most_young);
         line.add("--poisson", first_.poisson, "Poisson's ratio", least_poisson, most_poisson);
-        young_ =
-            line.add("--other-young", other_.young, std::string("Young's modulus") + of_second, least_young, most_young)
-                ->default_str("");
-        poisson_ = line.add("--other-poisson", other_.poisson, std::string("Poisson's ratio") + of_second,
-                            least_poisson, most_poisson)
-                       ->default_str("");
+        line.add("--other-young", other_young_, std::string("Young's modulus") + of_second, least_young, most_young);
+        line.add("--other-poisson", other_poisson_, std::string("Poisson's ratio") + of_second, least_poisson,
+                 most_poisson);
         line.add("--force", force_, "How stresses become forces on nodes",
                  {firn::MlsForce::name, firn::WeightGradientForce::name});
     }
@@ -40,9 +37,8 @@ public:
     [[nodiscard]] const Elastic& first() const { return first_; }
     /// The constants of the second run, if there is one. It has those of the first that are not given for it.
     [[nodiscard]] std::optional<Elastic> other() const {
-        if (young_->count() == 0 && poisson_->count() == 0) return std::nullopt;
-        return Elastic{young_->count() > 0 ? other_.young : first_.young,
-                       poisson_->count() > 0 ? other_.poisson : first_.poisson};
+        if (!other_young_ && !other_poisson_) return std::nullopt;
+        return Elastic{other_young_.value_or(first_.young), other_poisson_.value_or(first_.poisson)};
     }
     /// Returns f(force) with the force form of --force.
     template <class F>
@@ -52,9 +48,9 @@ public:
 
 private:
     static constexpr double least_young = 1.0, most_young = 1e9, least_poisson = -0.99, most_poisson = 0.495;
-    Elastic first_, other_;
+    Elastic first_;
+    std::optional<double> other_young_, other_poisson_;
     std::string force_ = firn::MlsForce::name;
-    CLI::Option *young_ = nullptr, *poisson_ = nullptr;
 };
 
 /// The particles of a simulation at one time.
