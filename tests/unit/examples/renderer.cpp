@@ -4,7 +4,10 @@
 
 #include "support/catch.hpp"
 
+#include "../../../examples/support/grains.hpp"
 #include "../../../examples/support/png.hpp"
+#include "../../../examples/support/skin.hpp"
+#include "../../../examples/support/water.hpp"
 
 #include <cstdlib>
 #include <filesystem>
