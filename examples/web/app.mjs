@@ -6,6 +6,7 @@
 // becomes "running" with the first picture, or "failed" with a sentence in dataset.reason.
 import { OrbitCamera } from './camera.mjs';
 import { Controls, withUnit } from './controls.mjs';
+import { figureList, milliseconds, whole } from './figures.mjs';
 import { Player } from './player.mjs';
 import { listen } from './pointer.mjs';
 import { Programs } from './programs.mjs';
@@ -249,25 +250,16 @@ dark.addEventListener('change', showTheme);
 
 // ---- figures ----
 
-const figures = Object.fromEntries([['particles', 'particles'], ['time', 'simulated time'], ['frame', 'frame'],
-    ['step', 'step'], ['rate', 'particle steps'], ['time_step', 'time step'], ['bound', 'its bound'],
-].map(([name, label]) => {
-    const row = document.createElement('div'), term = document.createElement('dt'), text = document.createElement('dd');
-    term.textContent = label;
-    row.append(term, text);
-    byId('figures').append(row);
-    return [name, text];
-}));
+const showTexts = figureList(byId('figures'), [['particles', 'particles'], ['time', 'simulated time'],
+    ['frame', 'frame'], ['step', 'step'], ['rate', 'particle steps'], ['time_step', 'time step'],
+    ['bound', 'its bound']]);
 
 function showFigures() {
     const { simulation, bound, paused, figures: { frame, step, rate, time, time_step: taken, ...steps } } = player;
-    const milliseconds = (x) => (Number.isFinite(x) ? `${x.toFixed(x < 10 ? 2 : 1)} ms` : '–');
-    const texts = { particles: simulation ? simulation.particles.toLocaleString('en').replaceAll(',', ' ') : '–',
+    showTexts({ particles: whole(simulation?.particles),
         time: `${time.toFixed(3)} s`, frame: milliseconds(frame), step: milliseconds(step),
         rate: Number.isFinite(rate) ? withUnit(rate, '/s') : '–', time_step: withUnit(taken, 's'),
-        bound: withUnit(bound, 's') };
-    for (const [name, text] of Object.entries(texts))
-        if (figures[name].textContent !== text) figures[name].textContent = text;
+        bound: withUnit(bound, 's') });
     const slowness = steps.needed / steps.taken, isSlow = Boolean(simulation) && !paused && slowness > 1.5;
     byId('warning').hidden = !isSlow;
     const warning = isSlow ? `A frame should take ${steps.needed} steps and takes ${steps.taken}: the simulation ` +

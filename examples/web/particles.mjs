@@ -7,6 +7,7 @@
 // document.body.dataset.state becomes "running" with the first picture, or "failed" with a sentence in dataset.reason.
 import { OrbitCamera } from './camera.mjs';
 import { Controls } from './controls.mjs';
+import { figureList, milliseconds, whole } from './figures.mjs';
 import { Painter } from './particles_draw.mjs';
 
 const module = 'programs/wasm/particles';
@@ -251,23 +252,13 @@ function showState() {
     showFigures();
 }
 
-const rows = Object.fromEntries([['particles', 'particles'], ['links', 'links'], ['time', 'simulated time'],
-    ['frame', 'frame'], ['step', 'step'], ['threads', 'threads']].map(([name, label]) => {
-    const row = document.createElement('div'), term = document.createElement('dt'), text = document.createElement('dd');
-    term.textContent = label;
-    row.append(term, text);
-    byId('figures').append(row);
-    return [name, text];
-}));
+const showTexts = figureList(byId('figures'), [['particles', 'particles'], ['links', 'links'],
+    ['time', 'simulated time'], ['frame', 'frame'], ['step', 'step'], ['threads', 'threads']]);
 
 function showFigures() {
-    const milliseconds = (x) => (Number.isFinite(x) ? `${x.toFixed(x < 10 ? 2 : 1)} ms` : '–');
-    const whole = (x) => (Number.isFinite(x) ? x.toLocaleString('en').replaceAll(',', ' ') : '–');
-    const texts = { particles: whole(figures.particles), links: whole(figures.links),
+    showTexts({ particles: whole(figures.particles), links: whole(figures.links),
         time: `${(figures.time ?? 0).toFixed(2)} s`, frame: milliseconds(times.frame), step: milliseconds(times.step),
-        threads: String(threads.count) };
-    for (const [name, text] of Object.entries(texts))
-        if (rows[name].textContent !== text) rows[name].textContent = text;
+        threads: String(threads.count) });
 }
 
 // ---- controls ----

@@ -3,13 +3,13 @@
 //
 //   particles.mjs [--screenshot FOLDER] PROGRAMS
 //
-// PROGRAMS/wasm holds particles.wasm and particles_shared.wasm (see examples/web/wasm/build.sh). Run through
+// PROGRAMS/wasm holds particles.wasm (see examples/web/wasm/build.sh). Run through
 // firn_chromium of cmake/webgpu.sh. Exit status: 1 if a promise is broken.
 import assert from 'node:assert/strict';
 import { join, resolve } from 'node:path';
 import process from 'node:process';
 import { serve } from '../../examples/web/serve.mjs';
-import { launch } from './chromium.mjs';
+import { launch, layoutOf, runTests } from './chromium.mjs';
 
 const milliseconds = 60_000;
 const small = { width: 780, height: 380 }, phone = { width: 390, height: 844 };
@@ -361,16 +361,7 @@ const tests = {
         const pixels = await pixelsOf(page);
         assert.ok(count(pixels, is.red) > 2000, 'the cloth is not seen');
         assert.ok(count(pixels, is.dark) > 20_000, 'the background is not dark');
-        const found = await page.evaluate(() => ({
-            wide: document.documentElement.scrollWidth - innerWidth,
-            nameless: [...document.querySelectorAll('input, select, button')]
-                .filter((each) => !each.labels?.[0]?.textContent && !each.ariaLabel && !each.textContent)
-                .map((each) => each.id),
-            outside: [...document.querySelectorAll('.transport button, .figures div, .tools label')].filter((each) => {
-                const { left, right, top, bottom } = each.getBoundingClientRect();
-                return left < 0 || top < 0 || right > innerWidth || bottom > innerHeight;
-            }).length,
-        }));
+        const found = await layoutOf(page, '.transport button, .figures div, .tools label');
         assert.deepEqual(found, { wide: 0, nameless: [], outside: 0 });
         assert.deepEqual(problems, []);
         if (screenshots) await page.screenshot({ path: join(screenshots, 'phone.png') });
@@ -379,17 +370,6 @@ const tests = {
 };
 
 console.log(`Chromium ${browser.version()}, particles.html`);
-let failed = 0;
-for (const [promise, test] of Object.entries(tests)) {
-    try {
-        await test();
-        console.log(`ok   ${promise}`);
-    } catch (error) {
-        ++failed;
-        console.log(`FAIL ${promise}: ${error.message}`);
-    }
-}
+await runTests(tests);
 await browser.close();
 server.close();
-console.log(`${Object.keys(tests).length - failed} passed, ${failed} failed`);
-process.exitCode = failed ? 1 : 0;

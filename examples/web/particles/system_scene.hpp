@@ -7,6 +7,7 @@
 #include <firn/boundary/together.hpp>
 #include <firn/boundary/walls.hpp>
 #include <firn/lagrangian/particle_system.hpp>
+#include <firn/lagrangian/point_forces.hpp>
 
 #include "scene.hpp"
 
@@ -73,7 +74,11 @@ public:
     }
 
     bool set(std::string_view name, double value) override {
-        if (name == "gravity")
+        if (drag_ && name == "wind")
+            drag_->law.wind[0] = float(value);
+        else if (drag_ && name == "drag")
+            drag_->law.coefficient = float(value);
+        else if (name == "gravity")
             system_.gravity[1] = -value;
         else if (name == "iterations")
             system_.iterations = int(value);
@@ -199,6 +204,9 @@ protected:
         firn::Torn ends;
         float radius, kind;
     };
+
+    /// Gives every point the drag of the air. The page's wind and drag coefficient then apply to it.
+    void add_drag() { drag_ = &system_.add_force(firn::DragOnPoints<float, D>{}); }
 
     Point position(std::size_t i) const { return in_space<D>(system_.points.position[i]); }
     firn::Walls<float, D> room(double friction) const {
@@ -330,6 +338,7 @@ private:
         picture.pins.push_back(is_held);
     }
 
+    firn::DragOnPoints<float, D>* drag_ = nullptr;  ///< owned by the system; null: no drag
     std::set<std::uint32_t> pins_;
     std::vector<Held> hand_;
     Plane plane_{};

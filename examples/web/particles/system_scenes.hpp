@@ -31,16 +31,6 @@ public:
     Balls(std::size_t particles, int threads)
         : Balls(checked_number("balls", particles, 1000, 1, 10'000), threads, 0) {}
 
-    bool set(std::string_view name, double value) override {
-        if (name == "wind")
-            drag_->law.wind[0] = float(value);
-        else if (name == "drag")
-            drag_->law.coefficient = float(value);
-        else
-            return SystemScene::set(name, value);
-        return true;
-    }
-
 private:
     Balls(std::size_t count, int threads, int)
         : SystemScene({.dimension = 2, .target = {1, 0.62, 0}, .lower = {0, 0, 0}, .upper = {2, 1.25, 0}},
@@ -58,12 +48,10 @@ private:
                                 .radius = r});
         }
         system_.collisions.emplace();
-        drag_ = &system_.add_force(firn::DragOnPoints<float, 2>{});
+        add_drag();
     }
     bool is_ball(std::size_t) const override { return true; }
     float kind_of(std::size_t i) const override { return float(system_.points.id[i] % 6); }
-
-    firn::DragOnPoints<float, 2>* drag_ = nullptr;
 };
 
 /// Two ropes, soft discs and boxes, and two ragdolls, in 2D.
@@ -75,7 +63,7 @@ public:
         system_.collisions.emplace();
         system_.damping = 0.15;
         reach = 0.05;
-        drag_ = &system_.add_force(firn::DragOnPoints<float, 2>{});
+        add_drag();
         bridge();
         wrecking_ball();
         for (int i = 0; i < 3; ++i) disc({0.35 + 0.33 * i, 1.15 + 0.12 * i}, 0.13 - 0.015 * i);
@@ -83,16 +71,6 @@ public:
         box({1.55, 0.6}, {0.24, 0.24});
         ragdoll({0.55, 0.15});
         ragdoll({1.45, 1.0});
-    }
-
-    bool set(std::string_view name, double value) override {
-        if (name == "wind")
-            drag_->law.wind[0] = float(value);
-        else if (name == "drag")
-            drag_->law.coefficient = float(value);
-        else
-            return SystemScene::set(name, value);
-        return true;
     }
 
 private:
@@ -248,7 +226,6 @@ private:
 
     std::uint32_t groups_ = 0;
     std::set<std::uint32_t> inner_;  ///< points inside boxes
-    firn::DragOnPoints<float, 2>* drag_ = nullptr;
 };
 
 /// A cloth that is pinned at two corners falls over a ball in the wind.
@@ -400,7 +377,7 @@ public:
             obstacles().all.push_back(stone);
         }
         system_.collisions.emplace();
-        drag_ = &system_.add_force(firn::DragOnPoints<float, 3>{});
+        add_drag();
         for (int k = 0; k < 7; ++k) {
             const double angle = 2 * pi * k / 6;
             firn::Emitter<3> jet{.position = {0, 0.27, 0},
@@ -421,11 +398,7 @@ public:
     }
 
     bool set(std::string_view name, double value) override {
-        if (name == "wind")
-            drag_->law.wind[0] = float(value);
-        else if (name == "drag")
-            drag_->law.coefficient = float(value);
-        else if (name == "rate")
+        if (name == "rate")
             rate_ = value, set_jets();
         else if (name == "lifespan")
             lifespan_ = value, set_jets();
@@ -468,7 +441,6 @@ private:
 
     double rate_ = 1200, lifespan_ = 3, maximum_ = 6000, variance_ = 0.2;
     std::vector<firn::Emitter<3>> jets_;
-    firn::DragOnPoints<float, 3>* drag_ = nullptr;
 };
 
 }  // namespace live
