@@ -23,6 +23,10 @@ struct Piece {
     std::uint32_t turn;   ///< place in the order of additions
 };
 
+/// Whether a summing rank adds its own pieces before all others, instead of in the order of turns. The bits then depend
+/// on the number of ranks. Tests set this to true, to see that they would notice.
+inline bool adds_own_first = false;
+
 /// Pieces that travel in one message, or that stay on this rank.
 struct PieceMessage {
     int rank;                     ///< the rank that receives the pieces, or that has sent them
@@ -314,8 +318,10 @@ private:
             for (std::uint32_t i = 0; i < incoming_[m].pieces.size(); ++i)
                 sources.push_back({incoming_[m].pieces[i].block, incoming_[m].pieces[i].turn, {m, i}});
         for (const std::uint32_t i : own_pieces_) sources.push_back({pieces_[i].block, pieces_[i].turn, {own(), i}});
-        std::stable_sort(sources.begin(), sources.end(), [](const Source& a, const Source& b) {
-            return a.block != b.block ? a.block < b.block : a.turn < b.turn;
+        std::stable_sort(sources.begin(), sources.end(), [&](const Source& a, const Source& b) {
+            if (a.block != b.block) return a.block < b.block;
+            if (adds_own_first && (a.of.message == own()) != (b.of.message == own())) return a.of.message == own();
+            return a.turn < b.turn;
         });
         for (std::size_t i = 0; i < sources.size(); ++i) {
             if (i == 0 || sources[i].block != sources[i - 1].block) {
