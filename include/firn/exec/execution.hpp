@@ -1,9 +1,13 @@
 /// \file The execution policies of P2G: how P2G sums the contributions to a node, and with how many threads.
 #pragma once
 
+#include <firn/core/exact_sum.hpp>
+
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 namespace firn {
 
@@ -63,5 +67,25 @@ template <class Execution>
 int requested_threads(const Execution& execution) {
     return execution.threads;
 }
+
+namespace detail {
+
+// An execution on several ranks (processes that share one simulation) overloads these two functions in its own
+// namespace. Callers do not qualify their names.
+
+/// Adds the sums of all ranks, such that every rank then has the sum over all of them. Does nothing: there is one rank.
+/// \see ExactSum::digits
+template <class Execution>
+void merge_sums(const Execution&, std::span<ExactSum>) {}
+
+/// Whether this rank counts the reactions in a block of the grid. If several ranks update the same block, one of them
+/// counts it. Returns true: there is one rank.
+/// \param block  index of the block in the grid
+template <class Execution>
+constexpr bool counts_block(const Execution&, [[maybe_unused]] std::size_t block) {
+    return true;
+}
+
+}  // namespace detail
 
 }  // namespace firn
