@@ -30,8 +30,10 @@ public:
         using L = binary_layout<double>;
         const auto bits = std::bit_cast<std::uint64_t>(x);
         const std::uint64_t exponent = bits >> L::fraction_bits & largest_exponent;
-        if (exponent == largest_exponent) [[unlikely]]
-            return count(x);
+        if (exponent == largest_exponent) [[unlikely]] {
+            ++digits_[(bits & L::fraction_mask) != 0 ? not_numbers : x > 0 ? infinities : minus_infinities];
+            return;
+        }
         const std::uint64_t normal = exponent != 0;
         const std::uint64_t significand = (bits & L::fraction_mask) | normal << L::fraction_bits;
         const std::uint64_t place = exponent - normal, shift = place % digit_bits, low = significand << shift;
@@ -123,8 +125,6 @@ private:
     static constexpr int log_at_once = 8;
     static constexpr std::size_t at_once = std::size_t(1) << log_at_once;
 
-    void count(double x) { ++digits_[x != x ? not_numbers : x > 0 ? infinities : minus_infinities]; }
-
     ExactSum& add_digits(const ExactSum& other) {
         for (std::size_t k = 0; k < size; ++k) digits_[k] += other.digits_[k];
         return *this;
@@ -134,6 +134,10 @@ private:
     /// that the sum of the leading bits is exact in double, in any order (Rump, Ogita and Oishi 2008, ExtractVector).
     /// The rests, which are exact as well, are treated in the same way until nothing is left.
     void add_some(std::span<const double> numbers) {
+        if constexpr (!keeps_order) {
+            for (const double x : numbers) add(x);
+            return;
+        }
         using P = pack<double, int(register_bytes / sizeof(double))>;
         constexpr std::size_t lanes = register_bytes / sizeof(double);
         constexpr int ways = 4;  // independent sums, so that an addition need not wait for the one before it
@@ -163,7 +167,7 @@ private:
         for (;;) {
             const double largest = reduce_max(most[0]);
             if (is_finite && largest == 0) return;
-            if (!is_finite || !splits || largest < 0x1p-900 || largest > 0x1p1000) {
+            if (!is_finite || largest < 0x1p-900 || largest > 0x1p1000) {
                 for (std::size_t i = 0; i < end; ++i) add(rests[i]);
                 return;
             }
@@ -187,7 +191,7 @@ private:
         }
     }
     /// Whether the compiler keeps the order of additions and subtractions.
-    static constexpr bool splits =
+    static constexpr bool keeps_order =
 #ifdef __FAST_MATH__
         false;
 #else
