@@ -1,10 +1,13 @@
 /// \file The execution policies of P2G: how P2G sums the contributions to a node, and with how many threads.
 #pragma once
 
+#include <firn/core/exact_sum.hpp>
+
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -100,6 +103,13 @@ struct OneRank {
     template <class Sets, class Describe>
     static void end_g2p(Sets&, double /* time */, bool right, const Describe& describe) {
         if (!right) describe();
+    }
+    /// Adds up the sums of all ranks; each rank then has the sums over all. \see ExactSum::digits
+    static void merge(std::span<ExactSum>) {}
+    /// Returns whether this rank counts what happens in a block of the grid: every block is counted by one rank.
+    template <int D>
+    static constexpr bool counts(std::size_t /* block */) {
+        return true;
     }
     /// Returns whether a particle of set `number` was removed on another rank when the last step ended.
     static bool has_lost(std::size_t /* number */) { return false; }

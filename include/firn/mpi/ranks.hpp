@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/core/error.hpp>
+#include <firn/core/exact_sum.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/io/interruption.hpp>
 #include <firn/mpi/session.hpp>
@@ -104,7 +105,7 @@ void send_home(const Communicator& all, ParticleStore<S, D>& particles, const Cu
 }  // namespace detail
 
 /// What the ranks of a run tell each other. A Simulation calls these functions; on one rank firn::OneRank has them.
-/// All functions are collective except share(), speaks(), state() and has_lost().
+/// All functions are collective except share(), speaks(), state(), counts() and has_lost().
 class Ranks {
 public:
     Ranks(detail::RankState& state, double largest_imbalance) : state_(&state), largest_imbalance_(largest_imbalance) {}
@@ -201,6 +202,17 @@ public:
         for (std::size_t m = 0; m < sets_count; ++m) state_->lost[m] = numbers[3 * m + 2] > 0;
         state_->interrupted = numbers.back() > 0;
         if (numbers[numbers.size() - 2] > 0) fail(right, describe);
+    }
+    /// Adds up the sums of all ranks; each rank then has the sums over all.
+    void merge(std::span<ExactSum> sums) const {
+        for (ExactSum& sum : sums) sum.normalise();
+        all().sum(digits_of(sums));
+        for (ExactSum& sum : sums) sum.normalise();
+    }
+    /// Returns whether this rank counts what happens in a block of the grid: every block is counted by one rank.
+    template <int D>
+    bool counts(std::size_t block) const {
+        return state_->of<D>().shared.counts(block);
     }
     /// Returns whether a particle of set `number` was removed on any rank when the last step ended.
     bool has_lost(std::size_t number) const { return number < state_->lost.size() && state_->lost[number]; }

@@ -25,12 +25,11 @@ public:
     /// been removed.
     const std::vector<Facet<D>>& facets() const { return self().mine().facets; }
 
-    /// Returns the total mass, momenta and energies of the particles.
+    /// Returns the total mass, momenta and energies of the particles. \see Totals
     Totals<D> totals() const {
         const auto& simulation = self().simulation();
         using Kernel = typename std::remove_cvref_t<decltype(simulation)>::kernel_type;
-        return firn::totals<Kernel>(particles(), simulation.domain(), material(),
-                                    requested_threads(simulation.execution));
+        return detail::totals_of_ranks<Kernel>(simulation.execution, particles(), simulation.domain(), material());
     }
 
     /// Returns the particles, so that the program can change them, for example the velocities of a body. The next step
