@@ -11,21 +11,33 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <numeric>
+#include <span>
 #include <vector>
 
 namespace firn {
 
+/// Some of the phases of a partition: those with the indices first ≤ i < last. By default all.
+struct PhaseRange {
+    std::size_t first = 0,                               ///< index of the first phase
+        last = std::numeric_limits<std::size_t>::max();  ///< index of the last phase, plus 1
+};
+
 /// Calls body(group, thread) for every group of particles, one phase after the other. A phase is a list of groups that
 /// share no node, so that several threads can work on these groups at the same time.
+/// \param range  the phases whose groups body() gets
 template <int D, class Body>
-void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const Body& body) {
+void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const Body& body, PhaseRange range = {}) {
     const std::vector<std::size_t>& ends = partition.phase_ends;
     std::vector<std::size_t> counts(ends.size());
     std::adjacent_difference(ends.begin(), ends.end(), counts.begin());
-    parallel_phases(counts, threads, [&](std::size_t phase, std::size_t i, int thread) {
-        body(partition.groups[partition.by_phase[ends[phase] - counts[phase] + i]], thread);
-    });
+    const std::size_t last = std::min(range.last, ends.size()), first = std::min(range.first, last);
+    parallel_phases(std::span<const std::size_t>(counts).subspan(first, last - first), threads,
+                    [&](std::size_t k, std::size_t i, int thread) {
+                        const std::size_t phase = first + k;
+                        body(partition.groups[partition.by_phase[ends[phase] - counts[phase] + i]], thread);
+                    });
 }
 
 namespace detail {
@@ -131,22 +143,26 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, cla
 
 /// Adds the contributions of all groups of a set, one phase after the other (a phase is a list of groups that share no
 /// node). No two threads add to one node at the same time, and the order of additions to a node is always the same.
+/// \param range  the phases whose groups are scattered
 /// \param grid  a SparseGrid, or an object that has its functions domain() and neighbours()
 template <class Kernel, class Transfer, class Force, class View, class Sums, class Grid>
 void scatter_coloured(const ParticleSet<View>& set, const Grid& grid, double dt, int threads, const Sums& sums,
-                      typename Sums::number* nodes) {
+                      typename Sums::number* nodes, PhaseRange range = {}) {
     const Positions<View> positions(grid.domain());
     const ParticleReader<View> reader(set.view, grid.domain(), dt);
-    for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int thread) {
-        const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        auto&& mine = sums.of_thread(thread);  // MeasuredSums measures for each thread separately
-        if (!group.is_spray())
-            scatter_to_arena<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
-        else if constexpr (std::floating_point<typename Sums::number>)
-            scatter_spray<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
-        else  // integer sums do not depend on the order: no arena is needed
-            scatter_to_nodes<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
-    });
+    for_groups_by_phase(
+        set.partition, threads,
+        [&](const BlockGroup& group, int thread) {
+            const GroupPlaces<View> places(set.view, set.partition, group, positions);
+            auto&& mine = sums.of_thread(thread);  // MeasuredSums measures for each thread separately
+            if (!group.is_spray())
+                scatter_to_arena<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
+            else if constexpr (std::floating_point<typename Sums::number>)
+                scatter_spray<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
+            else  // integer sums do not depend on the order: no arena is needed
+                scatter_to_nodes<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
+        },
+        range);
 }
 
 /// Adds the contributions of one group directly to the nodes of the grid. If several threads do this at the same time,
