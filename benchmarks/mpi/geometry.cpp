@@ -139,13 +139,13 @@ void count(const Options& options, const std::vector<std::vector<geometry::Block
     double particles = 0;
     for (const auto& matter : phases) {
         const auto cuts = geometry::cuts<3>(matter, ranks);
-        const geometry::Messages messages = geometry::count_messages<3>(matter, cuts, options.scheme);
+        const geometry::Messages messages = geometry::count_messages<3>(matter, {&cuts, 1}, options.scheme);
         std::vector<double> leaves(std::size_t(ranks), 0), leaves_count(leaves);
         for (const auto& [pair, bytes] : messages.pairs) {
             const auto from = std::size_t(pair >> 32), to = std::size_t(pair & 0xffffffffu);
             if (from / std::size_t(options.node) == to / std::size_t(options.node)) continue;
             leaves[from] += double(bytes.sums + bytes.returns);
-            leaves_count[from] += (bytes.sums > 0) + (bytes.returns > 0);
+            leaves_count[from] += double(bytes.messages());
         }
         std::vector<double> of_machine(std::size_t((ranks + options.node - 1) / options.node), 0);
         const double weight = 1 / double(ranks) / double(phases.size());
@@ -240,7 +240,7 @@ void count_positions(const Options& options) {
     const auto matter = read_positions(options.positions);
     for (const int ranks : options.ranks) {
         const auto cuts = geometry::cuts<3>(matter, ranks);
-        const auto messages = geometry::count_messages<3>(matter, cuts, options.scheme);
+        const auto messages = geometry::count_messages<3>(matter, {&cuts, 1}, options.scheme);
         std::printf("%d ranks\n  from    to        sums     returns [bytes]\n", ranks);
         for (int from = 0; from < ranks; ++from)
             for (int to = 0; to < ranks; ++to)
