@@ -184,12 +184,12 @@ void count(const Options& options, const std::vector<std::vector<geometry::Block
     const bool exists = std::ifstream(options.csv).good();
     std::ofstream file(options.csv, std::ios::app);
     if (!exists) {
-        file << "scene,drift,positions,node,ranks,all_particles";
+        file << "scene,drift,turn,positions,node,ranks,all_particles";
         for (const Line& line : lines) file << ',' << line.name << "_mean," << line.name << "_max";
         file << '\n';
     }
     const char* const drifts[] = {"none", "flow", "every_side"};
-    file << options.scene.shape << ',' << drifts[int(options.scene.drift)] << ','
+    file << options.scene.shape << ',' << drifts[int(options.scene.drift)] << ',' << options.scene.turn << ','
          << (options.scene.lattice ? "lattice" : "random") << ',' << options.node << ',' << ranks << ',' << particles;
     for (const Line& line : lines) file << ',' << line.figure.mean << ',' << line.figure.max;
     file << '\n';
