@@ -1,5 +1,6 @@
 # What only those see who build firn itself: tests, examples, benchmarks, warnings, sanitizers.
 option(FIRN_BUILD_TESTS "Build firn's tests" ON)
+option(FIRN_BUILD_MPI_TESTS "Build also firn's tests on several ranks, which need MPI" OFF)
 option(FIRN_BUILD_EXAMPLES "Build firn's examples" ON)
 option(FIRN_BUILD_BENCHMARKS "Build firn's benchmarks" OFF)
 option(FIRN_BUILD_VERIFICATION "Build firn's verification suite" OFF)

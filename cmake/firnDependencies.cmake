@@ -52,6 +52,15 @@ macro(firn_link_hdf5 target)
     endif()
 endmacro()
 
+# MPI, as C++ programs link it. A target that has none is left as it is, with firn_mpi_found false.
+macro(firn_link_mpi target)
+    find_package(MPI QUIET COMPONENTS CXX)
+    set(firn_mpi_found ${MPI_CXX_FOUND})
+    if(firn_mpi_found)
+        target_link_libraries(${target} INTERFACE $<BUILD_INTERFACE:MPI::MPI_CXX>)
+    endif()
+endmacro()
+
 # firn::compiled: the common simulations compiled once, by the project that uses them, for its processor and with its
 # options; firn::compiled_hdf5: their states. They are built where something links them.
 function(firn_add_compiled include_folder)

@@ -11,9 +11,11 @@ target_include_directories(firn INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_IN
 install(TARGETS firn EXPORT firnTargets)
 install(TARGETS firn_hdf5 EXPORT firnHdf5Targets)
 install(TARGETS firn_webgpu EXPORT firnWebgpuTargets)
+install(TARGETS firn_mpi EXPORT firnMpiTargets)
 install(EXPORT firnTargets NAMESPACE firn:: DESTINATION "${firn_package_dir}")
 install(EXPORT firnHdf5Targets NAMESPACE firn:: DESTINATION "${firn_package_dir}")
 install(EXPORT firnWebgpuTargets NAMESPACE firn:: DESTINATION "${firn_package_dir}")
+install(EXPORT firnMpiTargets NAMESPACE firn:: DESTINATION "${firn_package_dir}")
 
 configure_package_config_file(
     "${PROJECT_SOURCE_DIR}/cmake/firnConfig.cmake.in" "${PROJECT_BINARY_DIR}/firnConfig.cmake"
@@ -26,15 +28,15 @@ write_basic_package_version_file(
 install(FILES "${PROJECT_BINARY_DIR}/firnConfig.cmake" "${PROJECT_BINARY_DIR}/firnConfigVersion.cmake"
               "${PROJECT_SOURCE_DIR}/cmake/firnDependencies.cmake" DESTINATION "${firn_package_dir}")
 
-# For builds without CMake: pkg-config --cflags --libs firn, or firn-hdf5. Which compiler will read them is not known, so
-# that they have the option of g++ 12 (see ../CMakeLists.txt), which later ones take, too.
+# For builds without CMake: pkg-config --cflags --libs firn, firn-hdf5 or firn-mpi. Which compiler will read them is not
+# known, so that they have the option of g++ 12 (see ../CMakeLists.txt), which later ones take, too.
 file(RELATIVE_PATH firn_prefix_from_pc "/prefix/${CMAKE_INSTALL_DATADIR}/pkgconfig" "/prefix")
 string(REGEX REPLACE "/$" "" firn_prefix_from_pc "${firn_prefix_from_pc}")
 set(firn_pc_openmp "")
 if(FIRN_OPENMP)
     set(firn_pc_openmp "-fopenmp ")
 endif()
-foreach(package IN ITEMS firn firn-hdf5)
+foreach(package IN ITEMS firn firn-hdf5 firn-mpi)
     configure_file("${CMAKE_CURRENT_LIST_DIR}/${package}.pc.in" "${PROJECT_BINARY_DIR}/${package}.pc" @ONLY)
     install(FILES "${PROJECT_BINARY_DIR}/${package}.pc" DESTINATION "${CMAKE_INSTALL_DATADIR}/pkgconfig")
 endforeach()

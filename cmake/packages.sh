@@ -17,6 +17,8 @@ clang        clang-19          command:clang++-19
 clang_openmp libomp-19-dev     file:/usr/lib/llvm-19/lib/libomp.so
 arm_compiler g++-aarch64-linux-gnu command:aarch64-linux-gnu-g++
 arm_machine  qemu-user-static  command:qemu-aarch64-static
+mpi          libopenmpi-dev    command:mpicxx
+mpi_run      openmpi-bin       command:mpiexec
 node         nodejs            command:node
 npm          npm               command:npm
 python       python3           command:python3

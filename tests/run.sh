@@ -190,6 +190,17 @@ wasm_stage() {
     echo "== WebAssembly: $((SECONDS - start)) s"
 }
 
+# Programs on several ranks of this machine.
+mpi_stage() {
+    if ! firn_install_if_offered mpi mpi_run; then
+        skip 'several ranks, which need MPI (on Debian and Ubuntu: openmpi-bin libopenmpi-dev)'
+        return
+    fi
+    stage 'several ranks' tests-mpi firn_mpi_tests mpi "${release[@]}" -DFIRN_BUILD_EXAMPLES=OFF \
+        -DFIRN_BUILD_MPI_TESTS=ON
+    [[ $full == no ]] || test_stage 'several ranks, long' "$root/build/tests-mpi" '^full$' -R '^firn_mpi_' -C Full
+}
+
 firn_install compiler cmake ninja eigen hdf5 catch2 cli11 png boost
 for need in python python_venv doxygen doxygen_theme pkg_config; do firn_install_if_offered "$need" || true; done
 clang=no
@@ -236,6 +247,7 @@ stage 'portable build: behaviour, determinism, examples' "tests-$where" \
     -DFIRN_EXAMPLES="$([[ $full == yes ]] && echo '.*' || echo '01|05|06|12|13|14|15')"
 wgsl_stage "tests-$where"
 wasm_stage
+mpi_stage
 
 if [[ $full == yes ]]; then
     printf '\n== long tests\n'

@@ -1,5 +1,5 @@
 """firn for Conan 2: conan create cmake/conan. Programs then require firn/0.2.0 and find it by find_package(firn), with
-firn's own targets. Eigen comes from Conan; OpenMP and HDF5 are those of the machine."""
+firn's own targets. Eigen comes from Conan; OpenMP, HDF5 and MPI are those of the machine."""
 import re
 from pathlib import Path
 

@@ -23,6 +23,7 @@ simulation :
 firn       :
 io         : hdf5 vendor posix
 webgpu     : webgpu
+mpi        : mpi posix
 '
 
 include_dir=$1
@@ -89,6 +90,7 @@ while IFS= read -r -d '' file; do
             omp.h) uses "$header" "$own" openmp "$line" ;;
             hdf5*.h | H5*.h) uses "$header" "$own" hdf5 "$line" ;;
             webgpu.h | webgpu/*.h) uses "$header" "$own" webgpu "$line" ;;
+            mpi.h) uses "$header" "$own" mpi "$line" ;;
             immintrin.h | arm_neon.h) uses "$header" "$own" intrinsics "$line" ;;
             fcntl.h | sched.h | unistd.h | sys/*.h) uses "$header" "$own" posix "$line" ;;
             Eigen/* | unsupported/Eigen/* | math.h | stdlib.h) ;;
