@@ -107,6 +107,7 @@ public:
                const Boundary& walls)
         : boundary(walls), execution(how), grid_(domain), sets_(Make::make(material, domain)) {
         for_sets([](const auto& set) { check_material<D>(set.material); });
+        this->speaks_ = ranks().speaks();
     }
 
     /// Makes a simulation without particles, with the given policies, in any order. The type of each policy must be a
@@ -284,15 +285,17 @@ private:
     const auto& set_at() const {
         return std::get<I>(sets_);
     }
-    void warn_of_spacing(const Samples<D>& samples) { warnings_.of_spacing(samples, domain(), warn); }
+    void warn_of_spacing(const Samples<D>& samples) { warnings_.of_spacing(samples, domain(), warn, this->speaks_); }
 
+    decltype(auto) ranks() const { return ranks_of(execution); }
     int workers() const { return thread_count(requested_threads(execution)); }
 
     /// Takes steps until the time is `end` [s], or until the number of steps taken since the start is `last_step`. The
     /// last step is shortened to end at `end`.
     template <class Acceleration>
     void take_steps(const Acceleration& acceleration, double end, std::uint64_t last_step) {
-        if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, warn);
+        if (ranks().share().parts > 1) prepare();  // near particles are then mostly on one rank, and each sees overlaps
+        if (now_.steps == 0) warnings_.of_start(sets_, domain(), boundary, warn, ranks());
         const bool leaves_regions =
             any_set([](const auto& set) { return set.forces && set.forces->may_open_regions(); });
         Stepper<D>::take_steps(
@@ -310,7 +313,7 @@ private:
     bool is_the_bound(double dt) const { return fixed_time_step == 0 && bound_ > 0 && !(dt < bound_); }
     [[gnu::cold]] std::string reason_of_bound() {
         return detail::reason_of_bound<Kernel>(sets_, domain(), detail::speed_of_boundary<S>(boundary, domain()),
-                                               detail::force_bound(sets_, now_.time, workers()));
+                                               detail::force_bound(sets_, now_.time, workers()), ranks());
     }
 
     /// Returns the next time step [s]: the fixed time step if the program has set one, otherwise the bound of the time
@@ -324,7 +327,7 @@ private:
         if (fixed_time_step > bound) warning = warnings_.of_step(fixed_time_step, bound, now_.steps, warn);
         if (warn && warning.empty() && detail::fastest_signal(sets_) > 0)
             warning = warnings_.of_bound(bound, now_.steps, now_.time, [&] { return reason_of_bound(); });
-        if (warn && warning.empty()) warning = warnings_.of_the_end(sets_, domain(), boundary, now_.steps);
+        if (warn && warning.empty()) warning = warnings_.of_the_end(sets_, domain(), boundary, now_.steps, ranks());
         return fixed_time_step > 0 ? fixed_time_step : bound;
     }
 
@@ -363,17 +366,19 @@ private:
             set.report = pass.report;
             right = right && pass.right;
         });
-        if (!right)
+        ranks().end_g2p(sets_, now_.time + dt, right, [&] {
             detail::throw_wrong_particles(
                 sets_, domain(), sentence("At step ", now_.steps, ", of ", dt, " s from ", now_.time, " s on: "), dt,
                 detail::likely_cause(grid_, dt, bound_, acceleration) +
                     " The simulation can neither go on nor be written: restore() its last state.");
+        });
         for_sets([](auto& set) { set.readiness.end_step(); });
         now_ = {now_.time + dt, now_.steps + 1, dt};
         boundary = advanced(boundary, dt);
         for_sets([&](auto& set) {
             set.take(now_.time);
-            set.give(now_.time, workers());
+            if (ranks().has_lost(number_of(set))) set.readiness.unprepare();
+            set.give(now_.time, workers(), ranks().share());
         });
     }
 
@@ -399,7 +404,7 @@ private:
     void prepare();
     template <class Set>
     void prepare(Set& set) {
-        if (set.particles.size() == 0 && (has_particles() || is_waiting())) {  // particles may be added later
+        if (ranks().sum(set.particles.size()) == 0 && (has_particles() || is_waiting())) {  // some may be added later
             set.partition = {};
             set.report = {};
             set.readiness.prepare();
@@ -409,10 +414,11 @@ private:
         sort(set);
         const auto pass = detail::update_stress_pass(execution, set.particles.view(), set.partition, set.material,
                                                      domain().cell_size);
-        if (!pass.right)
+        ranks().require(pass.right, [&] {
             detail::throw_wrong_particles(
                 sets_, domain(), sentence("Before step ", now_.steps, ", at ", now_.time, " s: "), 0,
                 "No step has done this: look at set_states(), edit_particles(), a restored state and the moduli.");
+        });
         set.report = pass.report;
         set.readiness.prepare();
     }
@@ -422,7 +428,9 @@ private:
         return std::apply([&](const auto&... set) { return (is(set) || ...); }, sets_);
     }
     bool has_particles() const {
-        return any_set([](const auto& set) { return set.particles.size() > 0; });
+        std::size_t particles = 0;
+        std::apply([&](const auto&... set) { ((particles += set.particles.size()), ...); }, sets_);
+        return ranks().sum(particles) > 0;
     }
     /// Returns whether there are no particles now, but a source will add some.
     bool is_waiting() const { return !has_particles() && std::isfinite(next_burst()); }
@@ -431,8 +439,20 @@ private:
         return std::apply([](const auto&... set) { return std::min({set.next_burst()...}); }, sets_);
     }
 
+    /// Returns the index of the material of a set in the list of materials.
+    template <class Set>
+    std::size_t number_of(const Set& set) const {
+        std::size_t number = 0, i = 0;
+        const auto look = [&](const auto& other) {
+            if (static_cast<const void*>(&other) == &set) number = i;
+            ++i;
+        };
+        std::apply([&](const auto&... each) { (look(each), ...); }, sets_);
+        return number;
+    }
     template <class Set>
     void sort(Set& set) {
+        ranks().template bring_home<Kernel>(sets_, number_of(set));
         set.partition = sort_particles<Kernel>(set.particles, requested_threads(execution));
         if (set.forces) set.forces->forget();
     }
@@ -441,6 +461,7 @@ private:
         std::size_t i = 0;
         for_sets([&](auto& set) { all[i++] = &set.partition; });
         grid_.activate(all, workers());
+        ranks().template meet<Kernel>(grid_, all, workers());
     }
 
     template <class F>
@@ -481,12 +502,15 @@ template <int D, class Material, class Transfer, class Force, class Kernel, clas
 void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prepare() {
     if (any_set([](const auto& set) { return !set.readiness.is(Readiness::changed); }))
         detail::throw_spoiled(now_.steps);
-    if (now_.steps == 0) for_sets([&](auto& set) { set.give(now_.time, workers()); });
+    if (now_.steps == 0) for_sets([&](auto& set) { set.give(now_.time, workers(), ranks().share()); });
     if (!any_set([](const auto& set) { return !set.readiness.is(Readiness::prepared); })) return;
     double fastest = 0;
     parallel_region(workers(), [&] {
         for_sets([&](auto& set) {
             if (!set.readiness.is(Readiness::prepared)) prepare(set);
+        });
+        ranks().join_reports(sets_);
+        for_sets([&](const auto& set) {
             if (!(set.report.signal_speed <= fastest)) fastest = set.report.signal_speed;
         });
     });

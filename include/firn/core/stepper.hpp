@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <functional>
 #include <string>
-#include <utility>
 
 namespace firn {
 
@@ -61,11 +60,13 @@ protected:
                 }
                 return taken;
             });
-            if (!warning.empty()) warn(std::exchange(warning, {}));
+            if (!warning.empty() && speaks_) warn(warning);
+            warning.clear();
         }
     }
 
-    Moment now_;  ///< Time and number of steps so far, and the size of the last step.
+    bool speaks_ = true;  ///< Whether warnings are given: of several processes, only one gives them.
+    Moment now_;          ///< Time and number of steps so far, and the size of the last step.
 
 private:
     detail::StepHelpers helpers_;

@@ -12,6 +12,7 @@
 #include <firn/data/particle_view.hpp>
 
 #include <algorithm>
+#include <cstring>
 #include <span>
 
 namespace firn {
@@ -75,12 +76,7 @@ public:
     /// \throws memory_error     if there is no memory for more slots
     std::size_t push_back(const Vec<double, D>& x) {
         ids_.require(1);
-        if (end_ == slots()) {
-            const std::size_t more =
-                std::max<std::size_t>(4 * pack_size, slots() + slots() / 2 / pack_size * pack_size);
-            grow(more, more, 0);
-        }
-        const std::size_t slot = end_++;
+        const std::size_t slot = new_slot();
         set_start(slot);
         set_position(slot, x);
         id_[slot] = ids_.give();
@@ -96,6 +92,8 @@ public:
         set_start(slot);
         --size_;
     }
+    /// Returns how many ids can still be given out.
+    std::uint32_t ids_left() const { return no_particle - ids_.next(); }
     /// Marks all ids below `next` as given out, so that no new particle gets one of them. This keeps the ids of removed
     /// particles from being given out again.
     void skip_ids(std::uint32_t next) { ids_.skip(next); }
@@ -177,9 +175,7 @@ public:
     /// \param of     coordinates of a block
     /// \param place  position within the block [cells], counted from the block's lower corner
     void set_place(std::size_t slot, const BlockCoordinate<D>& of, const Vec<S, D>& place) {
-        const std::uint64_t key = block_key<D>(of);
-        if (blocks_.empty() || blocks_.back() != key) blocks_.push_back(key);
-        block_[slot] = std::uint32_t(blocks_.size() - 1);
+        set_block(slot, block_key<D>(of));
         put(of_place, slot, place.v, D);
     }
     /// Sets the velocity v [m/s] of the particle in a slot.
@@ -196,6 +192,47 @@ public:
             for (int j = i; j < D; ++j)
                 fields_.template at<S>(of_stress, slot, symmetric_index<D>(i, j)) = stress(i, j);
     }
+
+    /// \name Records
+    /// A record is one particle with all that the store keeps of it, to move it to the store of another process.
+    /// @{
+
+    /// Size of a record [bytes].
+    std::size_t record_bytes() const {
+        std::size_t numbers = 0;
+        for (std::size_t f = 0; f < table_.size(); ++f) numbers += std::size_t(fields_.components(f));
+        return sizeof(std::uint64_t) + sizeof(std::uint32_t) + numbers * sizeof(S);
+    }
+    /// Writes the record of the particle in a slot: the key of its block, its id, then the numbers of its fields.
+    /// \param to  memory of record_bytes() bytes
+    void write_record(std::size_t slot, std::byte* to) const {
+        const auto put = [&](const auto& value) {
+            std::memcpy(to, &value, sizeof value);
+            to += sizeof value;
+        };
+        put(blocks_[block_[slot]]);
+        put(id_[slot]);
+        for (std::size_t f = 0; f < table_.size(); ++f)
+            for (int k = 0; k < fields_.components(f); ++k) put(fields_.template at<S>(f, slot, k));
+    }
+    /// Appends the particle of a record, with its id. Particles must be sorted again before the next step.
+    /// \throws memory_error  if there is no memory for more slots
+    void append_record(const std::byte* from) {
+        const auto take = [&](auto value) {
+            std::memcpy(&value, from, sizeof value);
+            from += sizeof value;
+            return value;
+        };
+        const std::size_t slot = new_slot();
+        const std::uint64_t block = take(std::uint64_t(0));
+        id_[slot] = take(std::uint32_t(0));
+        for (std::size_t f = 0; f < table_.size(); ++f)
+            for (int k = 0; k < fields_.components(f); ++k) fields_.template at<S>(f, slot, k) = take(S(0));
+        set_block(slot, block);
+        ids_.skip(id_[slot] + 1);
+        ++size_;
+    }
+    /// @}
 
     /// Returns the address of scratch memory for at least D² numbers of type S per slot. The memory may be used until
     /// reorder() is called.
@@ -282,6 +319,19 @@ private:
     template <class Body>
     static void for_padding(const BlockGroup& group, const Body& body) {
         for (std::size_t i = group.particles; i < group.packs() * pack_size; ++i) body(group.first_slot + i);
+    }
+    /// Returns the next unused slot. Increases the number of slots if there is none.
+    std::size_t new_slot() {
+        if (end_ == slots()) {
+            const std::size_t more =
+                std::max<std::size_t>(4 * pack_size, slots() + slots() / 2 / pack_size * pack_size);
+            grow(more, more, 0);
+        }
+        return end_++;
+    }
+    void set_block(std::size_t slot, std::uint64_t key) {
+        if (blocks_.empty() || blocks_.back() != key) blocks_.push_back(key);
+        block_[slot] = std::uint32_t(blocks_.size() - 1);
     }
     /// Increases the number of slots, and keeps the particles.
     /// \param slots      the new number of slots

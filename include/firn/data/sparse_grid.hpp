@@ -95,6 +95,15 @@ public:
         make_room(std::vector<const BlockPartition<D>*>(partitions.begin(), partitions.end()), thread_count(threads));
     }
 
+    /// Adds `count` blocks of nodes behind those of the grid, for sums of the caller: the first of them is
+    /// nodes(block_count()). They belong to no place, and no other function of the grid touches them. All numbers of
+    /// the grid's nodes are lost. activate() removes these blocks.
+    /// \param threads  number of threads; 0: thread_count() chooses
+    /// \throws memory_error  if the nodes do not fit into memory
+    void add_blocks_behind(std::size_t count, int threads = 0) {
+        renew_nodes(blocks_.size() + count, thread_count(threads));
+    }
+
     /// Returns the address of scratch memory for one T per node. The memory is reused from step to step, and contains
     /// whatever was written to it last.
     /// \param threads  number of threads; 0: thread_count() chooses
@@ -177,13 +186,17 @@ private:
         for (const BlockPartition<D>* partition : partitions)
             detail::for_chunks(partition->ranges.size(), workers,
                                [&](std::size_t first, std::size_t last) { find_neighbours(*partition, first, last); });
-        const std::size_t numbers = blocks_.size() * std::size_t(block_nodes<D> * node_width);
+        renew_nodes(blocks_.size(), workers);
+    }
+
+    /// Makes room for the numbers of the nodes of `blocks` blocks. All numbers and all layers are lost.
+    void renew_nodes(std::size_t blocks, int workers) {
+        const std::size_t numbers = blocks * std::size_t(block_nodes<D> * node_width);
         if (numbers > nodes_.capacity()) {
             const std::size_t room = numbers + numbers / 8;  // memory for more blocks, because matter may spread
-            require_memory(
-                double(room) * sizeof(S),
-                sentence("A grid of ", blocks_.size(), " blocks of ", block_nodes<D>, " nodes around matter"),
-                "Take larger cells, or fewer particles that lie far apart.");
+            require_memory(double(room) * sizeof(S),
+                           sentence("A grid of ", blocks, " blocks of ", block_nodes<D>, " nodes around matter"),
+                           "Take larger cells, or fewer particles that lie far apart.");
             nodes_ = {};  // the old memory is freed first, because its numbers are not needed
         }
         if (numbers != nodes_.size()) renew(nodes_, numbers, workers);

@@ -1,9 +1,16 @@
 /// \file The execution policies of P2G: how P2G sums the contributions to a node, and with how many threads.
 #pragma once
 
+#include <firn/core/exact_sum.hpp>
+
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
 
 namespace firn {
 
@@ -55,6 +62,67 @@ template <class E>
 concept execution_policy = std::same_as<E, Serial> || requires(const E e) {
     { e.threads } -> std::convertible_to<int>;
 };
+
+/// Which of several equal parts of something a process takes: all, unless several processes (ranks) share the work.
+struct Share {
+    std::size_t part = 0,  ///< Index of the part, from 0.
+        parts = 1;         ///< Number of parts.
+
+    /// Returns the first of n elements in this part.
+    std::size_t first(std::size_t n) const { return first_of(n, part); }
+    /// Returns the number of the last element in this part, plus 1.
+    std::size_t last(std::size_t n) const { return first_of(n, part + 1); }
+
+private:
+    std::size_t first_of(std::size_t n, std::size_t k) const { return n / parts * k + n % parts * k / parts; }
+};
+
+/// What the processes (ranks) of a run tell each other, for a run of one process: nothing. firn::mpi::Ranks has the
+/// same functions for many.
+struct OneRank {
+    static Share share() { return {}; }                        ///< Returns which part of new particles this rank takes.
+    static bool speaks() { return true; }                      ///< Returns whether this rank gives warnings.
+    static std::size_t sum(std::size_t here) { return here; }  ///< Returns the sum of all ranks' numbers.
+    /// Returns the text of the first rank whose text is not empty.
+    static std::string text_of_first(std::string here) { return here; }
+    /// Calls describe(), which throws an error, unless `right` is true on all ranks.
+    template <class Describe>
+    static void require(bool right, const Describe& describe) {
+        if (!right) describe();
+    }
+    /// Before the particles of set `number` are sorted: sends them to the ranks that own their blocks.
+    template <class Kernel, class Sets>
+    static void bring_home(Sets&, std::size_t /* number */) {}
+    /// After a grid was activated: finds the blocks of nodes that several ranks share.
+    template <class Kernel, class Grid, class Partitions>
+    static void meet(Grid&, const Partitions&, int /* threads */) {}
+    /// Joins the reports of G2P of all ranks.
+    template <class Sets>
+    static void join_reports(Sets&) {}
+    /// After G2P: joins the reports, then calls describe(), which throws an error, unless `right` is true on all ranks.
+    template <class Sets, class Describe>
+    static void end_g2p(Sets&, double /* time */, bool right, const Describe& describe) {
+        if (!right) describe();
+    }
+    /// Adds up the sums of all ranks; each rank then has the sums over all. \see ExactSum::digits
+    static void merge(std::span<ExactSum>) {}
+    /// Returns whether this rank counts what happens in a block of the grid: every block is counted by one rank.
+    template <int D>
+    static constexpr bool counts(std::size_t /* block */) {
+        return true;
+    }
+    /// Returns whether a particle of set `number` was removed on another rank when the last step ended.
+    static bool has_lost(std::size_t /* number */) { return false; }
+};
+/// Returns what the ranks of a run tell each other. firn::mpi overloads this function for its executions.
+template <class Execution>
+OneRank ranks_of(const Execution&) {
+    return {};
+}
+/// Whether an execution policy runs on one rank only.
+template <class Execution>
+inline constexpr bool has_one_rank =
+    std::same_as<std::remove_cvref_t<decltype(ranks_of(std::declval<const Execution&>()))>, OneRank>;
 
 /// Returns 1: Serial uses one thread.
 inline int requested_threads(const Serial&) { return 1; }

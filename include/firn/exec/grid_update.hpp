@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/core/exact_sum.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/sparse_grid.hpp>
 #include <firn/exec/execution.hpp>
@@ -10,7 +11,9 @@
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/time_step.hpp>
 
+#include <span>
 #include <type_traits>
+#include <vector>
 
 namespace firn {
 
@@ -63,6 +66,25 @@ template <std::floating_point S, int D, class Acceleration, class Boundary, clas
     }
 }
 
+/// Sums the reactions of blocks and of all ranks, part by part. Each sum is exact and rounded once.
+/// \param of_blocks  one Reaction for each part, block after block
+/// \param parts      receives the impulses; the points `about` are kept
+template <class Execution, int D>
+void sum_reactions(const Execution& execution, std::span<const Reaction<D>> of_blocks, std::span<Reaction<D>> parts) {
+    constexpr std::size_t numbers = D + (D == 2 ? 1 : D);
+    std::vector<ExactSum> sums(parts.size() * numbers);
+    for (std::size_t i = 0; i < of_blocks.size(); ++i) {
+        ExactSum* sum = sums.data() + i % parts.size() * numbers;
+        for_impulses(of_blocks[i], [&](double impulse) {
+            if (impulse != 0) sum->add(impulse);
+            ++sum;
+        });
+    }
+    ranks_of(execution).merge(sums);
+    const ExactSum* sum = sums.data();
+    for (Reaction<D>& part : parts) for_impulses(part, [&](double& impulse) { impulse = (sum++)->value(); });
+}
+
 /// Does the work of grid_update(), with or without reactions.
 /// \param reactions  receives the impulses of the boundary on matter; nullptr if the impulses are not wanted
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
@@ -95,7 +117,7 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
         const Vec<S, D> first = cast<S>(low);
         if (!here.reaches(low, high)) {
             update_block(grid.nodes(b), first, S(h), S(dt), field, NoBoundary{}, nullptr);
-        } else if (reactions) {
+        } else if (reactions && ranks_of(execution).template counts<D>(b)) {
             Reaction<D>* const of_block = of_blocks.data() + b * parts;
             for (std::size_t k = 0; k < parts; ++k) of_block[k].about = reactions->parts[k].about;
             update_block(grid.nodes(b), first, S(h), S(dt), field, lifted, of_block);
@@ -105,8 +127,7 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
     };
     parallel_for(grid.block_count(), thread_count(requested_threads(execution)), update, 16);
 
-    if (reactions)
-        for (std::size_t i = 0; i < of_blocks.size(); ++i) reactions->parts[i % parts] += of_blocks[i];
+    if (reactions) sum_reactions<Execution, D>(execution, of_blocks, reactions->parts);
 }
 
 }  // namespace detail

@@ -11,21 +11,33 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <numeric>
+#include <span>
 #include <vector>
 
 namespace firn {
 
+/// Some of the phases of a partition: those with the indices first ≤ i < last. By default all.
+struct PhaseRange {
+    std::size_t first = 0,                               ///< index of the first phase
+        last = std::numeric_limits<std::size_t>::max();  ///< index of the last phase, plus 1
+};
+
 /// Calls body(group, thread) for every group of particles, one phase after the other. A phase is a list of groups that
 /// share no node, so that several threads can work on these groups at the same time.
+/// \param range  the phases whose groups body() gets
 template <int D, class Body>
-void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const Body& body) {
+void for_groups_by_phase(const BlockPartition<D>& partition, int threads, const Body& body, PhaseRange range = {}) {
     const std::vector<std::size_t>& ends = partition.phase_ends;
     std::vector<std::size_t> counts(ends.size());
     std::adjacent_difference(ends.begin(), ends.end(), counts.begin());
-    parallel_phases(counts, threads, [&](std::size_t phase, std::size_t i, int thread) {
-        body(partition.groups[partition.by_phase[ends[phase] - counts[phase] + i]], thread);
-    });
+    const std::size_t last = std::min(range.last, ends.size()), first = std::min(range.first, last);
+    parallel_phases(std::span<const std::size_t>(counts).subspan(first, last - first), threads,
+                    [&](std::size_t k, std::size_t i, int thread) {
+                        const std::size_t phase = first + k;
+                        body(partition.groups[partition.by_phase[ends[phase] - counts[phase] + i]], thread);
+                    });
 }
 
 namespace detail {
@@ -47,10 +59,11 @@ FIRN_INLINE void for_packs(const ParticleReader<View>& reader, const GroupPlaces
 
 /// Adds the contributions of a group's particles directly to the nodes of the grid. The three scatter functions are not
 /// inlined, so that the compiler can use all registers in each of them.
-template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
+template <class Kernel, class Transfer, class Force, class View, class Sums, class Grid, int D>
 [[gnu::noinline]] void scatter_to_nodes(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
-                                        const BlockPartition<D>& partition, const BlockGroup& group,
-                                        const SparseGrid<S, D>& grid, Sums& sums, typename Sums::number* nodes) {
+                                        const BlockPartition<D>& partition, const BlockGroup& group, const Grid& grid,
+                                        Sums& sums, typename Sums::number* nodes) {
+    using S = typename View::scalar_type;
     if (places.template has_strays<Kernel>(group)) throw_strays();
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, arena_size<Kernel>, sums,
@@ -76,10 +89,11 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
 
 /// Adds the contributions of a group's particles to an arena (contiguous memory for the nodes around the group). Then
 /// adds the values of the arena to the nodes of the grid.
-template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
+template <class Kernel, class Transfer, class Force, class View, class Sums, class Grid, int D>
 [[gnu::noinline]] void scatter_to_arena(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
-                                        const BlockPartition<D>& partition, const BlockGroup& group,
-                                        const SparseGrid<S, D>& grid, Sums& sums, typename Sums::number* nodes) {
+                                        const BlockPartition<D>& partition, const BlockGroup& group, const Grid& grid,
+                                        Sums& sums, typename Sums::number* nodes) {
+    using S = typename View::scalar_type;
     using Number = typename Sums::number;
     using GroupArena = Arena<Kernel, Number, D>;
     using Rows = ArenaRows<std::remove_const_t<Sums>, Kernel, S, D>;
@@ -109,10 +123,11 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
 /// Adds the contributions of a spray group (few particles in sparse blocks) to an arena. Then adds the values of the
 /// arena to the nodes of the grid. So each node receives one sum from the group. The rounding of this sum does not
 /// depend on the contributions of other groups to the node.
-template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
+template <class Kernel, class Transfer, class Force, class View, class Sums, class Grid, int D>
 [[gnu::noinline]] void scatter_spray(const ParticleReader<View>& reader, const GroupPlaces<View>& places,
-                                     const BlockPartition<D>& partition, const BlockGroup& group,
-                                     const SparseGrid<S, D>& grid, const Sums& sums, S* nodes) {
+                                     const BlockPartition<D>& partition, const BlockGroup& group, const Grid& grid,
+                                     const Sums& sums, typename Sums::number* nodes) {
+    using S = typename View::scalar_type;
     using Rows = ArenaRows<Sums, Kernel, S, D, exact_row<S, Kernel::support>>;
     SprayArena<Kernel, S, D> arena;
     if (places.template has_strays<Kernel>(group)) throw_strays();
@@ -128,28 +143,33 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, std
 
 /// Adds the contributions of all groups of a set, one phase after the other (a phase is a list of groups that share no
 /// node). No two threads add to one node at the same time, and the order of additions to a node is always the same.
-template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
-void scatter_coloured(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, double dt, int threads,
-                      const Sums& sums, typename Sums::number* nodes) {
+/// \param range  the phases whose groups are scattered
+/// \param grid  a SparseGrid, or an object that has its functions domain() and neighbours()
+template <class Kernel, class Transfer, class Force, class View, class Sums, class Grid>
+void scatter_coloured(const ParticleSet<View>& set, const Grid& grid, double dt, int threads, const Sums& sums,
+                      typename Sums::number* nodes, PhaseRange range = {}) {
     const Positions<View> positions(grid.domain());
     const ParticleReader<View> reader(set.view, grid.domain(), dt);
-    for_groups_by_phase(set.partition, threads, [&](const BlockGroup& group, int thread) {
-        const GroupPlaces<View> places(set.view, set.partition, group, positions);
-        auto&& mine = sums.of_thread(thread);  // MeasuredSums measures for each thread separately
-        if (!group.is_spray())
-            scatter_to_arena<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
-        else if constexpr (std::floating_point<typename Sums::number>)
-            scatter_spray<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
-        else  // integer sums do not depend on the order: no arena is needed
-            scatter_to_nodes<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
-    });
+    for_groups_by_phase(
+        set.partition, threads,
+        [&](const BlockGroup& group, int thread) {
+            const GroupPlaces<View> places(set.view, set.partition, group, positions);
+            auto&& mine = sums.of_thread(thread);  // MeasuredSums measures for each thread separately
+            if (!group.is_spray())
+                scatter_to_arena<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
+            else if constexpr (std::floating_point<typename Sums::number>)
+                scatter_spray<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
+            else  // integer sums do not depend on the order: no arena is needed
+                scatter_to_nodes<Kernel, Transfer, Force>(reader, places, set.partition, group, grid, mine, nodes);
+        },
+        range);
 }
 
 /// Adds the contributions of one group directly to the nodes of the grid. If several threads do this at the same time,
 /// the sums must be atomic.
-template <class Kernel, class Transfer, class Force, class View, class Sums, std::floating_point S, int D>
-void scatter_group(const ParticleSet<View>& set, const BlockGroup& group, const SparseGrid<S, D>& grid, double dt,
-                   const Sums& sums, typename Sums::number* nodes) {
+template <class Kernel, class Transfer, class Force, class View, class Sums, class Grid>
+void scatter_group(const ParticleSet<View>& set, const BlockGroup& group, const Grid& grid, double dt, const Sums& sums,
+                   typename Sums::number* nodes) {
     const Positions<View> positions(grid.domain());
     scatter_to_nodes<Kernel, Transfer, Force>(ParticleReader<View>(set.view, grid.domain(), dt),
                                               GroupPlaces<View>(set.view, set.partition, group, positions),

@@ -153,13 +153,26 @@ void to_nodes(const Integer* sums, const FixedPointScale<S>& scale, SparseGrid<S
     parallel_for(grid.block_count(), threads, convert, 16);
 }
 
+/// What ranks tell each other about their sums in quanta, for a run of one rank: nothing. firn::mpi has another such
+/// class, with the same functions.
+struct JoinNothing {
+    /// Adds the other ranks' numbers of particles by base node, where ranks share nodes.
+    static void join_counts(std::uint32_t*) {}
+    /// Joins the loads of all ranks. Returns whether `fitted` is true on all of them.
+    template <class S>
+    static bool join_loads(FixedPointLoad<S>&, bool fitted) {
+        return fitted;
+    }
+};
+
 /// Computes the sums of P2G in quanta, and stores them in the memory that integers_of() returns.
+/// \param join  what ranks tell each other. \see JoinNothing
 /// \return the scale of the sums
 /// \throws overflow_error  if a sum could leave the range of Integer; all nodes are set to zero in this case
-template <class Kernel, class Transfer, class Force, class Integer, Adding How, std::floating_point S, int D,
-          class... Views>
-FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, double dt,
-                                 const ParticleSet<Views>&... sets) {
+template <class Kernel, class Transfer, class Force, class Integer, Adding How, class Join, std::floating_point S,
+          int D, class... Views>
+FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Join& join, SparseGrid<S, D>& grid,
+                                 double dt, const ParticleSet<Views>&... sets) {
     const int threads = thread_count(execution.threads);
     const GridIntegers<Integer> integers = integers_of<Integer>(grid);
     Integer* const sums = integers.sums;
@@ -174,7 +187,10 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Spar
     std::vector<typename Measured::Seen> seen{std::size_t(threads)};
     const Measured measured(tried, seen.data(), integers.counts, tries);
     (scatter_coloured<Kernel, Transfer, Force>(sets, grid, dt, threads, measured, sums), ...);
-    const FixedPointLoad<S> load = load_of_all(seen, integers.counts, grid);
+    join.join_counts(integers.counts);
+    FixedPointLoad<S> load = load_of_all(seen, integers.counts, grid);
+    const bool fitted = join.join_loads(
+        load, tries && std::all_of(seen.begin(), seen.end(), [](const auto& s) { return s.all_fitted; }));
     const FixedPointScale<S> scale = [&] {
         try {
             return fixed_point_scale<Kernel, D, Integer>(load, execution.momentum_scale, execution.mass_scale);
@@ -183,8 +199,7 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Spar
             throw;
         }
     }();
-    const bool was_right =
-        tries && tried == scale && std::all_of(seen.begin(), seen.end(), [](const auto& s) { return s.all_fitted; });
+    const bool was_right = fitted && tried == scale;
     grid.last_scale = scale;
 
     if (!was_right) {
@@ -217,7 +232,9 @@ void p2g(const FixedPoint<Integer, How>& execution, SparseGrid<S, D>& grid, doub
     detail::check_p2g(grid, dt, sets...);
     const int threads = thread_count(execution.threads);
     parallel_region(threads, [&] {
-        const FixedPointScale<S> scale = detail::sum_in_quanta<Kernel, Transfer, Force>(execution, grid, dt, sets...);
+        detail::JoinNothing join;
+        const FixedPointScale<S> scale =
+            detail::sum_in_quanta<Kernel, Transfer, Force>(execution, join, grid, dt, sets...);
         detail::to_nodes(detail::integers_of<Integer>(grid).sums, scale, grid, threads);
     });
 }

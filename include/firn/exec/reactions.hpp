@@ -6,6 +6,7 @@
 #include <firn/math/rotor.hpp>
 
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 namespace firn {
@@ -29,8 +30,9 @@ struct Reaction {
 };
 
 /// The reactions of all parts of a boundary, computed by grid_update(). A boundary of class Together or BoundaryList
-/// has several parts. The reactions are summed in double, block after block, and have the same bits for any number of
-/// threads.
+/// has several parts. The impulses on the nodes of a block are summed in double. The sums over blocks are exact and are
+/// rounded once, so reactions have the same bits for any number of threads and ranks, and for any order of the blocks.
+/// \see ExactSum
 template <int D>
 struct Reactions {
     /// The point about which angular impulses are taken [m]. If it is not given, the point of each part is the position
@@ -40,6 +42,17 @@ struct Reactions {
 };
 
 namespace detail {
+
+/// Calls f(q) for each component q of the impulse and of the angular impulse of a reaction.
+template <class Of, class F>
+void for_impulses(Of& reaction, const F& f) {
+    constexpr int D = int(std::extent_v<decltype(reaction.impulse.v)>);
+    for (int a = 0; a < D; ++a) f(reaction.impulse[a]);
+    if constexpr (D == 2)
+        f(reaction.angular_impulse);
+    else
+        for (int a = 0; a < D; ++a) f(reaction.angular_impulse[a]);
+}
 
 /// A boundary that changes velocities as `boundary` does. It also adds the impulse of each part of `boundary` on matter
 /// to `parts`.

@@ -1,20 +1,28 @@
 /// \file Totals of a set of particles: mass, momenta, energies.
 #pragma once
 
+#include <firn/core/exact_sum.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/particles.hpp>
+#include <firn/exec/execution.hpp>
 #include <firn/kernel/concept.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/math/rotor.hpp>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <memory>
+#include <type_traits>
 #include <vector>
 
 namespace firn {
 
-/// Sums over the particles of a set, in double. The symbols in the formulas are the mass m, velocity v, position x,
-/// initial volume V0, affine field C and energy density ψ of a particle, the cell size h, and the kernel's constant
-/// inverse_inertia.
+/// Sums over the particles of a set. The contribution of each particle is computed in double. The sums are exact and
+/// are rounded once, so they have the same bits for any number of threads and ranks, and for any order of the particles
+/// in memory. \see ExactSum. The symbols in the formulas are the mass m, velocity v, position x, initial volume V0,
+/// affine field C and energy density ψ of a particle, the cell size h, and the kernel's constant inverse_inertia.
 template <int D>
 struct Totals {
     std::size_t particles = 0;            ///< number of particles
@@ -67,10 +75,119 @@ To state_in_double(const From& state) {
     return exact;
 }
 
+/// Calls f(q) for each number q of a particle's or a set's totals, except the number of particles.
+template <class Of, class F>
+FIRN_INLINE void for_quantities(Of& totals, const F& f) {
+    constexpr int D = int(std::extent_v<decltype(totals.momentum.v)>);
+    f(totals.mass);
+    for (int a = 0; a < D; ++a) f(totals.momentum[a]);
+    if constexpr (D == 2)
+        f(totals.angular_momentum);
+    else
+        for (int a = 0; a < D; ++a) f(totals.angular_momentum[a]);
+    for (int a = 0; a < D; ++a) f(totals.first_moment[a]);
+    f(totals.kinetic_energy);
+    f(totals.elastic_energy);
+    f(totals.dissipated_energy);
+}
+
+/// Returns the totals of one particle.
+/// \param material  the constitutive model in double
+/// \param inertia   inertia of an affine field, per mass [m²]
+template <class Material, std::floating_point S, int D, class State>
+FIRN_INLINE Totals<D> totals_of_particle(const Particles<S, D, State>& particles, std::size_t slot,
+                                         const Material& material, double inertia) {
+    const double mass = double(particles.mass(slot)), volume = double(particles.volume(slot));
+    const Vec<double, D> x = particles.exact_position(slot), v = cast<double>(particles.velocity(slot));
+    const Mat<double, D> C = cast<double>(particles.affine(slot));
+    const auto state = state_in_double<material_state_t<Material, D>>(particles.state(slot));
+    Totals<D> one;
+    one.particles = 1;
+    one.mass = mass;
+    one.momentum = v * mass;
+    one.angular_momentum = (axial_product<double, D>(x, v) + curl<D>(C) * inertia) * mass;
+    one.first_moment = x * mass;
+    one.kinetic_energy = 0.5 * mass * (dot(v, v) + inertia * squared_norm(C));
+    if constexpr (has_energy_density<Material, D>)
+        one.elastic_energy = volume * energy_density(material, state);
+    else
+        one.elastic_energy = std::numeric_limits<double>::quiet_NaN();
+    if constexpr (requires { state.dissipated; }) one.dissipated_energy = volume * state.dissipated;
+    return one;
+}
+
+/// The exact sums from which the totals of a set are rounded. The sums of several sets, or of the shares of several
+/// ranks, may be added before they are rounded.
+template <int D>
+struct TotalsSums {
+    static constexpr std::size_t quantities = 4 + 2 * D + (D == 2 ? 1 : D);
+
+    std::array<ExactSum, 1 + quantities> sums{};  ///< the number of particles, then the order of for_quantities()
+
+    TotalsSums& operator+=(const TotalsSums& other) {
+        for (std::size_t q = 0; q < sums.size(); ++q) sums[q] += other.sums[q];
+        return *this;
+    }
+    /// Returns the totals, rounded.
+    Totals<D> totals() const {
+        Totals<D> rounded;
+        rounded.particles = std::size_t(sums[0].value());
+        std::size_t q = 0;
+        for_quantities(rounded, [&](double& quantity) { quantity = sums[++q].value(); });
+        return rounded;
+    }
+};
+
+/// Returns the sums over all particles of a set. \see firn::totals
+template <class Kernel, class Material, std::floating_point S, int D, class State>
+TotalsSums<D> sum_totals(const Particles<S, D, State>& particles, const Domain<D>& domain, const Material& material,
+                         int threads) {
+    double inertia = 0;
+    if constexpr (has_inertia<Kernel>) inertia = domain.cell_size * domain.cell_size / Kernel::inverse_inertia;
+    const auto exact = lift<double>(material);
+
+    constexpr std::size_t chunk = 256;
+    struct Share {
+        TotalsSums<D> of;
+        std::array<std::array<double, chunk>, TotalsSums<D>::quantities> rows;  // a row for each quantity
+    };
+    const std::size_t chunks = (particles.slots() + chunk - 1) / chunk;
+    const int workers = thread_count(threads);
+    std::vector<std::unique_ptr<Share>> shares{std::size_t(workers)};
+    parallel_for(chunks, workers, [&](std::size_t c, int worker) {
+        std::unique_ptr<Share>& share = shares[std::size_t(worker)];
+        if (!share) share.reset(new Share);
+        std::size_t count = 0;
+        const std::size_t end = std::min(particles.slots(), (c + 1) * chunk);
+        for (std::size_t slot = c * chunk; slot < end; ++slot) {
+            if (!particles.is_particle(slot)) continue;
+            const Totals<D> one = totals_of_particle(particles, slot, exact, inertia);
+            std::size_t q = 0;
+            for_quantities(one, [&](double quantity) FIRN_LAMBDA { share->rows[q++][count] = quantity; });
+            ++count;
+        }
+        share->of.sums[0].add(double(count));
+        for (std::size_t q = 0; q < share->rows.size(); ++q)
+            share->of.sums[q + 1].add(std::span(share->rows[q]).first(count));
+    });
+    TotalsSums<D> sum;
+    for (const auto& share : shares)
+        if (share) sum += share->of;
+    return sum;
+}
+
+/// Returns the totals of the particles that all ranks of an execution hold together.
+template <class Kernel, class Execution, class Material, std::floating_point S, int D, class State>
+Totals<D> totals_of_ranks(const Execution& execution, const Particles<S, D, State>& particles, const Domain<D>& domain,
+                          const Material& material) {
+    TotalsSums<D> sums = sum_totals<Kernel>(particles, domain, material, requested_threads(execution));
+    ranks_of(execution).merge(sums.sums);
+    return sums.totals();
+}
+
 }  // namespace detail
 
-/// Returns the totals of a set of particles. The sums are taken in the order of the particles' ids. They have the same
-/// bits for any number of threads and any order of the particles in memory.
+/// Returns the totals of a set of particles.
 ///
 /// An affine field C has angular momentum and kinetic energy, like a body whose inertia per mass is h²/inverse_inertia
 /// (Jiang, Schroeder and Teran 2017). If the kernel's inertia is not constant, affine fields do not contribute to the
@@ -79,45 +196,7 @@ To state_in_double(const From& state) {
 template <class Kernel, class Material, std::floating_point S, int D, class State>
 Totals<D> totals(const Particles<S, D, State>& particles, const Domain<D>& domain, const Material& material,
                  int threads = 0) {
-    double inertia = 0;
-    if constexpr (has_inertia<Kernel>) inertia = domain.cell_size * domain.cell_size / Kernel::inverse_inertia;
-    using Exact = with_scalar_t<Material, double>;
-    const auto exact = lift<double>(material);
-
-    const int workers = thread_count(threads);
-    constexpr std::size_t chunk = 4096;
-    std::vector<Totals<D>> parts((particles.size() + chunk - 1) / chunk);
-    std::vector<std::uint32_t> slots;
-    const auto sum_part = [&](std::size_t part, int) {
-        Totals<D>& sum = parts[part];
-        const std::size_t end = std::min(slots.size(), (part + 1) * chunk);
-        for (std::size_t i = part * chunk; i < end; ++i) {
-            const std::size_t slot = slots[i];
-            const double mass = double(particles.mass(slot)), volume = double(particles.volume(slot));
-            const Vec<double, D> x = particles.exact_position(slot), v = cast<double>(particles.velocity(slot));
-            const Mat<double, D> C = cast<double>(particles.affine(slot));
-            sum.particles += 1;
-            sum.mass += mass;
-            sum.momentum += v * mass;
-            sum.first_moment += x * mass;
-            sum.angular_momentum =
-                sum.angular_momentum + (axial_product<double, D>(x, v) + detail::curl<D>(C) * inertia) * mass;
-            sum.kinetic_energy += 0.5 * mass * (dot(v, v) + inertia * squared_norm(C));
-            const auto state = detail::state_in_double<material_state_t<Exact, D>>(particles.state(slot));
-            if constexpr (has_energy_density<Exact, D>)
-                sum.elastic_energy += volume * energy_density(exact, state);
-            else
-                sum.elastic_energy = std::numeric_limits<double>::quiet_NaN();
-            if constexpr (requires { state.dissipated; }) sum.dissipated_energy += volume * state.dissipated;
-        }
-    };
-    parallel_region(workers, [&] {
-        slots = slots_by_id(particles, workers);
-        parallel_for(parts.size(), workers, sum_part);
-    });
-    Totals<D> sum;
-    for (const Totals<D>& part : parts) sum += part;
-    return sum;
+    return detail::sum_totals<Kernel>(particles, domain, material, threads).totals();
 }
 
 }  // namespace firn

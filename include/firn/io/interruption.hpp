@@ -31,6 +31,7 @@ public:
     }
 
     bool requested() const { return flag() != 0; }  ///< Whether SIGINT or SIGTERM has arrived.
+    static bool raised() { return flag() != 0; }    ///< Like requested(), without an object; false if there is none.
     int signal() const { return flag(); }           ///< The signal that arrived last, SIGINT or SIGTERM; 0 if none.
 
 private:

@@ -80,10 +80,10 @@ public:
         detail::require_mpi();
         MPI_Comm made = MPI_COMM_NULL;
         MPI_Comm_dup(of, &made);
-        comm_ = std::shared_ptr<MPI_Comm>(new MPI_Comm(made), [](MPI_Comm* old) {
+        held_ = std::shared_ptr<Held>(new Held{made}, [](Held* old) {
             int ended = 0;
             MPI_Finalized(&ended);
-            if (!ended) MPI_Comm_free(old);
+            if (!ended) MPI_Comm_free(&old->comm);
             delete old;
         });
         MPI_Comm_rank(made, &rank_);
@@ -93,10 +93,10 @@ public:
     /// \throws usage_error  if MPI does not run. \see Session
     Communicator() : Communicator((detail::require_mpi(), MPI_COMM_WORLD)) {}
 
-    int rank() const { return rank_; }             ///< Number of this rank, from 0.
-    int size() const { return size_; }             ///< Number of ranks.
-    MPI_Comm get() const { return *comm_; }        ///< The communicator, for calls of MPI.
-    void barrier() const { MPI_Barrier(*comm_); }  ///< Waits until all ranks have called barrier().
+    int rank() const { return rank_; }                  ///< Number of this rank, from 0.
+    int size() const { return size_; }                  ///< Number of ranks.
+    MPI_Comm get() const { return held_->comm; }        ///< The communicator, for calls of MPI.
+    void barrier() const { MPI_Barrier(held_->comm); }  ///< Waits until all ranks have called barrier().
 
     /// Returns the sum of all ranks' numbers. If the numbers are not integers, rounding may depend on the number of
     /// ranks.
@@ -128,7 +128,7 @@ public:
     template <number T>
     T sum_before(T mine) const {
         T before = 0;
-        MPI_Exscan(&mine, &before, 1, detail::datatype<T>(), MPI_SUM, *comm_);
+        MPI_Exscan(&mine, &before, 1, detail::datatype<T>(), MPI_SUM, held_->comm);
         return rank_ == 0 ? T(0) : before;
     }
     /// Returns the values of all ranks, in the order of the ranks.
@@ -136,24 +136,23 @@ public:
     std::vector<T> all(const T& mine) const {
         static_assert(std::is_trivially_copyable_v<T>);
         std::vector<T> values(std::size_t(size_), mine);
-        MPI_Allgather(&mine, int(sizeof(T)), MPI_BYTE, values.data(), int(sizeof(T)), MPI_BYTE, *comm_);
+        MPI_Allgather(&mine, int(sizeof(T)), MPI_BYTE, values.data(), int(sizeof(T)), MPI_BYTE, held_->comm);
         return values;
     }
     /// Returns the text that one rank gives. The texts of the other ranks are ignored.
     std::string text_of(int rank, std::string text) const {
         std::uint64_t length = text.size();
-        MPI_Bcast(&length, 1, MPI_UINT64_T, rank, *comm_);
+        MPI_Bcast(&length, 1, MPI_UINT64_T, rank, held_->comm);
         text.resize(std::size_t(length));
-        MPI_Bcast(text.data(), int(length), MPI_BYTE, rank, *comm_);
+        MPI_Bcast(text.data(), int(length), MPI_BYTE, rank, held_->comm);
         return text;
     }
 
+    /// The tags of next_tag() are below this number.
+    static constexpr int tags = 1 << 14;
     /// Returns a tag that no message of an earlier call has. Ranks that call the same collective functions get the same
     /// tags.
-    int next_tag() const {
-        constexpr int tags = 1 << 14;
-        return next_tag_ = (next_tag_ + 1) % tags;
-    }
+    int next_tag() const { return held_->last_tag = (held_->last_tag + 1) % tags; }
 
 private:
     template <class T>
@@ -166,12 +165,15 @@ private:
         constexpr std::size_t most = std::size_t(1) << 28;
         for (std::size_t at = 0; at < numbers.size(); at += most)
             MPI_Allreduce(MPI_IN_PLACE, numbers.data() + at, int(std::min(most, numbers.size() - at)),
-                          detail::datatype<T>(), how, *comm_);
+                          detail::datatype<T>(), how, held_->comm);
     }
 
-    std::shared_ptr<MPI_Comm> comm_;
+    struct Held {
+        MPI_Comm comm;
+        int last_tag = 0;
+    };
+    std::shared_ptr<Held> held_;  // shared by the copies of this object
     int rank_ = 0, size_ = 1;
-    mutable int next_tag_ = 0;
 };
 
 /// Bytes that one rank sends to another.

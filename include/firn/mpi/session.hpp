@@ -3,11 +3,13 @@
 
 #include <firn/mpi/communicator.hpp>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <string>
-#include <typeinfo>
+#include <thread>
 
 namespace firn::mpi {
 
@@ -51,23 +53,23 @@ public:
         if (owns_) MPI_Finalize();
     }
 
-    /// Prints a text with the number of this rank on stderr, and ends all ranks with exit code 1. If all ranks have
-    /// thrown the same error together, only rank 0 prints it. \see throw_together
+    /// Prints a text with the number of this rank on stderr, and ends all ranks with exit code 1. If several
+    /// ranks fail together, mostly one of them prints its text.
     [[noreturn]] static void fail(const std::string& text) {
         int rank = 0, size = 1;
         MPI_Comm_rank(MPI_COMM_WORLD, &rank);
         MPI_Comm_size(MPI_COMM_WORLD, &size);
-        const bool together = !text.empty() && text == common_error();
-        if (!together)
-            std::fprintf(stderr, "firn: rank %d of %d: %s\n", rank, size, text.c_str());
-        else if (rank == 0)
+        // If all ranks fail at the same time, the first prints and ends the others before they print, too.
+        std::this_thread::sleep_for(std::chrono::milliseconds(100 * std::min(rank, 10)));
+        if (!text.empty() && text == common_error())
             std::fprintf(stderr, "firn: %s\n", text.c_str());
+        else
+            std::fprintf(stderr, "firn: rank %d of %d: %s\n", rank, size, text.c_str());
         std::fflush(stderr);
-        if (together) MPI_Barrier(MPI_COMM_WORLD);  // rank 0 prints before another rank ends it
         abort_all();
     }
 
-    /// The text of the error that all ranks have thrown together last; empty if there was none.
+    /// The text of the error that all ranks have thrown together last; empty if there was none. \see throw_together
     static std::string& common_error() {
         static std::string text;
         return text;

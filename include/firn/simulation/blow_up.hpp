@@ -99,8 +99,9 @@ struct FastestParticle final : FactsReader {
     }
     /// Returns sentences about the fastest particle and the likely cause of its speed; an empty string if there are no
     /// particles.
-    [[gnu::cold]] std::string text() const {
-        if (fastest_ < 0) return {};
+    /// \param at_least  if no particle is as fast as this [m/s], the result is empty
+    [[gnu::cold]] std::string text(double at_least) const {
+        if (fastest_ < 0 || fastest_ < at_least) return {};
         std::string text = sentence("It is set by ", facts_.text(), ": its speed and that of waves in it add up to ",
                                     fastest_, " m/s. ");
         const double sound = facts_.undeformed_speed;
@@ -122,14 +123,15 @@ private:
 
 /// Returns sentences about the particle with the largest signal speed of all sets. \see FastestParticle
 /// \param sets  a tuple of MaterialSet; the particles of these sets must be sorted into blocks
+/// \param at_least  if no particle is as fast as this [m/s], the result is empty
 template <class Sets, int D>
-[[gnu::cold]] std::string fastest_particle(Sets& sets, const Domain<D>& domain) {
+[[gnu::cold]] std::string fastest_particle(Sets& sets, const Domain<D>& domain, double at_least) {
     FastestParticle fastest;
     const auto look = [&](auto& set) {
         read_facts(set.particles.view(), set.partition, &domain, domain.cell_size, set.material, 0, fastest);
     };
     std::apply([&](auto&... set) { (look(set), ...); }, sets);
-    return fastest.text();
+    return fastest.text(at_least);
 }
 
 /// Throws a particle_error about particles that have a value that is not finite, or that have left the domain. The

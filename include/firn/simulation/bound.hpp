@@ -50,14 +50,17 @@ double force_bound(Sets& sets, double time, int threads) {
 /// Returns a sentence that tells what limits the time step.
 /// \param of_boundary  the largest speed that the boundary gives to nodes [m/s]
 /// \param of_forces    bound of the time step that results from forces between particles [s]
-template <class Kernel, class Sets, int D>
-[[gnu::cold]] std::string reason_of_bound(Sets& sets, const Domain<D>& domain, double of_boundary, double of_forces) {
+/// \param ranks        what the processes of the run tell each other: one of them has the fastest particle
+template <class Kernel, class Sets, int D, class Ranks>
+[[gnu::cold]] std::string reason_of_bound(Sets& sets, const Domain<D>& domain, double of_boundary, double of_forces,
+                                          const Ranks& ranks) {
     const double fastest = fastest_signal(sets);
     if (of_forces < stable_time_step<Kernel>(domain.cell_size, std::max(fastest, of_boundary)))
         return "It is set by forces between particles: take softer ones, or larger masses.";
     if (of_boundary > fastest)
         return sentence("It is set by the boundary, which moves at up to ", of_boundary, " m/s.");
-    return fastest_particle(sets, domain);
+    const double at_least = ranks.share().parts > 1 ? fastest * (1 - 1e-6) : 0;
+    return ranks.text_of_first(fastest_particle(sets, domain, at_least));
 }
 
 /// Throws a particle_error because the bound of the time step is zero or not finite.

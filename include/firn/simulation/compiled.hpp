@@ -12,7 +12,9 @@ Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::add_
                                                                                    const Vec<double, D>& velocity) {
     Body body;
     std::size_t i = 0;
-    for_sets([&](auto& set) { body = i++ == number ? set.add(samples, density, velocity, workers()) : body; });
+    for_sets([&](auto& set) {
+        body = i++ == number ? set.add(samples, density, velocity, workers(), ranks().share()) : body;
+    });
     warn_of_spacing(samples);
     return body;
 }

@@ -92,6 +92,7 @@ constexpr std::size_t named_material() {
 template <int D, class Material>
 struct MaterialSet {
     using S = material_scalar_t<Material>;  ///< The scalar type: float or double.
+    static constexpr int dimension = D;     ///< The dimension: 2 or 3.
 
     Material material;                                         ///< The constitutive model.
     Particles<S, D, material_state_t<Material, D>> particles;  ///< The particles of this material.
@@ -112,7 +113,9 @@ struct MaterialSet {
     /// \param threads   number of threads that will use the particles. \see Particles::reserve
     /// \throws parameter_error  if the density, the volume of a particle or the velocity is out of range
     /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
-    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads) {
+    /// \param share     the part of the samples that becomes particles of this process; all get ids
+    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads,
+             const Share& share = {}) {
         if (!(density > 0) || !std::isfinite(density))
             throw parameter_error(sentence("The density is ", density, " kg/m^3; it must be positive and finite."));
         if (!(samples.volume > 0) || !std::isfinite(samples.volume))
@@ -124,7 +127,7 @@ struct MaterialSet {
                                            density * samples.volume,
                                            " kg is too small or too large for the simulation's precision. Use "
                                            "double."));
-        return add_all(samples.positions, velocity, volume, [&](std::size_t) { return mass; }, threads);
+        return add_all(samples.positions, velocity, volume, [&](std::size_t) { return mass; }, threads, share);
     }
 
     /// Adds the points of a net as particles that have mass and no volume.
@@ -254,32 +257,32 @@ struct MaterialSet {
 
     /// Adds the particles of all bursts that are due at `time` [s].
     /// \throws parameter_error  if the bursts have more particles than there are unused ids
-    void give(double time, int threads) {
+    /// \param share  the part of each burst that becomes particles of this process
+    void give(double time, int threads, const Share& share = {}) {
         for (Source<D>& source : sources) {
             source.require_ids(time, no_particle - particles.next_id());
             for (; source.is_due(time); ++source.bursts) {
                 Samples<D> burst = source.samples;
                 const double born = source.time_of(source.bursts);
                 for (Vec<double, D>& x : burst.positions) x += source.velocity * (time - born);
-                add(burst, source.density, source.velocity, threads);
+                add(burst, source.density, source.velocity, threads, share);
                 bodies.back().end = born + source.lifespan;
             }
         }
     }
     /// Removes the particles that lie in a sink, and the particles of bodies whose `end` is at or before `time` [s].
     void take(double time) {
-        if (!sinks.empty())
-            remove_if([&](const Vec<double, D>& x, std::uint32_t) {
-                return std::any_of(sinks.begin(), sinks.end(), [&](const Sink<D>& sink) { return sink.holds(x); });
-            });
-        const auto has_ended = [&](const Body& body) { return body.count > 0 && body.end <= time; };
-        if (std::none_of(bodies.begin(), bodies.end(), has_ended)) return;
-        remove_if([&](const Vec<double, D>&, std::uint32_t id) {
-            const std::size_t b = body_of(id);
-            return b < bodies.size() && has_ended(bodies[b]);
-        });
+        if (!may_take(time)) return;
+        remove_if([&](const Vec<double, D>& x, std::uint32_t id) { return takes(x, id, time); });
         for (Body& body : bodies)
-            if (has_ended(body)) body.count = 0;
+            if (has_ended(body, time)) body.count = 0;
+    }
+    /// Returns whether take() will remove a particle.
+    bool will_take(double time) const {
+        for (std::size_t slot = 0; may_take(time) && slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot) && takes(particles.exact_position(slot), particles.id(slot), time))
+                return true;
+        return false;
     }
     /// Returns the time of the next burst of any source [s]; infinite if no burst follows.
     double next_burst() const {
@@ -301,19 +304,36 @@ struct MaterialSet {
     }
 
 private:
+    static bool has_ended(const Body& body, double time) { return body.count > 0 && body.end <= time; }
+    bool may_take(double time) const {
+        return !sinks.empty() ||
+               std::any_of(bodies.begin(), bodies.end(), [&](const Body& body) { return has_ended(body, time); });
+    }
+    bool takes(const Vec<double, D>& x, std::uint32_t id, double time) const {
+        if (std::any_of(sinks.begin(), sinks.end(), [&](const Sink<D>& sink) { return sink.holds(x); })) return true;
+        const std::size_t b = body_of(id);
+        return b < bodies.size() && has_ended(bodies[b], time);
+    }
+
     template <class MassOf>
     Body add_all(const std::vector<Vec<double, D>>& x, const Vec<double, D>& velocity, S volume, const MassOf& mass_of,
-                 int threads) {
+                 int threads, const Share& share = {}) {
         for (int a = 0; a < D; ++a)
             if (!std::isfinite(S(velocity[a])))
                 throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a],
                                                " m/s; it must be finite in the simulation's precision."));
         firn::check_positions<double, D>(x.size(), particles.domain(), [&](std::size_t i, int a) { return x[i][a]; });
         const Body body{particles.next_id(), std::uint32_t(x.size())};
-        particles.reserve(particles.size() + x.size(), threads);
+        const std::size_t first = share.first(x.size()), last = share.last(x.size());
+        if (x.size() > particles.ids_left())
+            throw parameter_error(sentence("A body of ", x.size(), " particles: only ", particles.ids_left(),
+                                           " ids of this material are left."));
+        particles.reserve(particles.size() + (last - first), threads);
+        particles.skip_ids(body.first + std::uint32_t(first));
         const auto state = initial_state<D>(material);
-        for (std::size_t i = 0; i < x.size(); ++i)
+        for (std::size_t i = first; i < last; ++i)
             particles.push_back(x[i], cast<S>(velocity), mass_of(i), volume, state);
+        particles.skip_ids(body.first + body.count);
         bodies.push_back(body);
         readiness.unprepare();
         return body;

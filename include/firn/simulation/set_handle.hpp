@@ -25,12 +25,11 @@ public:
     /// been removed.
     const std::vector<Facet<D>>& facets() const { return self().mine().facets; }
 
-    /// Returns the total mass, momenta and energies of the particles.
+    /// Returns the total mass, momenta and energies of the particles. \see Totals
     Totals<D> totals() const {
         const auto& simulation = self().simulation();
         using Kernel = typename std::remove_cvref_t<decltype(simulation)>::kernel_type;
-        return firn::totals<Kernel>(particles(), simulation.domain(), material(),
-                                    requested_threads(simulation.execution));
+        return detail::totals_of_ranks<Kernel>(simulation.execution, particles(), simulation.domain(), material());
     }
 
     /// Returns the particles, so that the program can change them, for example the velocities of a body. The next step
@@ -74,6 +73,7 @@ public:
     /// \throws parameter_error  if a mass, the velocity or a corner of a facet is out of range
     /// \throws particle_error   if a position is not finite or not in the domain; nothing is added in this case
     Body add(const Net<D>& net, std::span<const double> masses, const Vec<double, D>& velocity = {}) {
+        require_one_rank();
         return self().mine().add(net, masses, velocity, self().simulation().workers());
     }
 
@@ -90,6 +90,7 @@ public:
     /// \see element_forces.hpp
     template <class BetweenPoints>
     BetweenPoints& add_force(const Body& body, BetweenPoints force) {
+        require_one_rank();
         return self().mine().add_force(body, std::move(force));
     }
     /// Adds a source, which adds particles during the following steps. Each burst is a body.
@@ -122,7 +123,9 @@ public:
     /// \return the number of removed particles
     template <class Wanted>
     std::size_t remove_if(const Wanted& wanted) {
-        return self().mine().remove_if(wanted);
+        const std::size_t removed = self().simulation().ranks().sum(self().mine().remove_if(wanted));
+        if (removed > 0) self().mine().readiness.unprepare();
+        return removed;
     }
 
     /// Returns the blocks into which the particles are sorted. If the particles are not prepared for a step, sorts them
@@ -141,6 +144,11 @@ public:
     }
 
 private:
+    void require_one_rank() const {
+        static_assert(has_one_rank<std::remove_cvref_t<decltype(self().simulation().execution)>>,
+                      "firn: nets, and forces between the particles of a body, cannot be distributed over several "
+                      "processes. Use an execution without firn::mpi for them.");
+    }
     Self& self() { return static_cast<Self&>(*this); }
     const Self& self() const { return static_cast<const Self&>(*this); }
 };

@@ -280,31 +280,35 @@ public:
     }
     /// Returns a warning if matter has reached a face of the domain, and not all faces have walls; otherwise an empty
     /// string. Checks only every 32nd step.
-    template <class Sets, int D, class Boundary>
-    std::string of_the_end(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, std::uint64_t step) {
+    template <class Sets, int D, class Boundary, class Ranks>
+    std::string of_the_end(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, std::uint64_t step,
+                           const Ranks& ranks) {
         if (end_said_ || step % 32 != 0 || has_all_walls(boundary, domain)) return {};
-        std::string text = matter_at_the_end(sets, domain);
+        std::string text = ranks.text_of_first(matter_at_the_end(sets, domain));
         end_said_ = !text.empty();
         return text;
     }
     /// Gives a warning if the samples of a new body are further apart than the cell size.
     /// \param warn  a function that receives the warning; may be empty
+    /// \param speaks  whether this process gives warnings
     template <int D, class Warn>
-    void of_spacing(const Samples<D>& samples, const Domain<D>& domain, const Warn& warn) {
+    void of_spacing(const Samples<D>& samples, const Domain<D>& domain, const Warn& warn, bool speaks) {
         if (!warn || spacing_said_) return;
         const std::string text = wide_spacing(samples, domain.cell_size);
         spacing_said_ = !text.empty();
-        if (!text.empty()) warn(text);
+        if (!text.empty() && speaks) warn(text);
     }
     /// Gives warnings before the first step: if walls do not coincide with the faces of the domain, if particles lie
     /// inside solids of the boundary, or if bodies overlap.
-    template <class Sets, int D, class Boundary, class Warn>
-    void of_start(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, const Warn& warn) {
+    /// \param ranks  what the processes of the run tell each other; one of them gives the warnings
+    template <class Sets, int D, class Boundary, class Warn, class Ranks>
+    void of_start(const Sets& sets, const Domain<D>& domain, const Boundary& boundary, const Warn& warn,
+                  const Ranks& ranks) {
         if (!warn || started_) return;
         started_ = true;
-        for (const std::string& text :
+        for (const std::string& here :
              {other_walls(boundary, domain), matter_in_solids(sets, domain, boundary), overlapping_bodies<D>(sets)})
-            if (!text.empty()) warn(text);
+            if (const std::string text = ranks.text_of_first(here); !text.empty() && ranks.speaks()) warn(text);
     }
 
 private:

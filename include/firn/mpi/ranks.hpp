@@ -1,0 +1,278 @@
+/// \file What the ranks of a run tell each other in a step: who owns which particles, reports, errors.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/core/exact_sum.hpp>
+#include <firn/exec/execution.hpp>
+#include <firn/io/interruption.hpp>
+#include <firn/mpi/session.hpp>
+#include <firn/mpi/shared_sums.hpp>
+#include <firn/sort/block_numbers.hpp>
+
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace firn::mpi {
+
+namespace detail {
+
+/// What a rank knows of the others, in D dimensions.
+template <int D>
+struct Neighbourhood {
+    std::vector<Cuts<D>> cuts{};  ///< for each material, the cuts by which its particles were shared out last
+    Cuts<D> current{};            ///< the cuts by which particles are shared out now
+    double achieved = 1;          ///< largest number of particles of a rank when the cuts were made, over the mean
+    SharedBlocks<D> shared{};     ///< the blocks that ranks share, since the last sort
+
+    Cuts<D>& of_material(std::size_t material) {
+        if (cuts.size() <= material) cuts.resize(material + 1);
+        return cuts[material];
+    }
+};
+
+/// All that a rank keeps from step to step.
+struct RankState {
+    RankState(const Communicator& ranks, bool ordered) : all(ranks), by_turn(ordered) {}
+
+    Communicator all;
+    bool by_turn;  ///< whether sums need an order
+    std::tuple<Neighbourhood<2>, Neighbourhood<3>> neighbourhoods{};
+    SumsMemory memory{};
+    std::vector<bool> lost{};  ///< for each material, whether particles were removed when the last step ended
+    bool interrupted = false;
+    std::uint64_t migrations = 0;
+    Trace* trace = nullptr;
+
+    template <int D>
+    Neighbourhood<D>& of() {
+        return std::get<Neighbourhood<D>>(neighbourhoods);
+    }
+};
+
+/// Returns the weights of the cubes in which the particles of a set lie, sorted by key.
+template <std::floating_point S, int D>
+void weigh(const ParticleStore<S, D>& particles, std::vector<CubeWeight>& weights) {
+    BlockNumbers numbers;
+    std::vector<std::uint64_t> counts;
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+        if (!particles.is_particle(slot)) continue;
+        const std::uint32_t number = numbers.number(curve_key<D>(cube_of<D>(particles.block(slot))));
+        if (number == counts.size()) counts.push_back(0);
+        ++counts[number];
+    }
+    for (std::size_t i = 0; i < counts.size(); ++i) weights.push_back({numbers.key(i), counts[i]});
+}
+
+/// Sends each particle to the rank that owns the block of its base node.
+template <class Kernel, std::floating_point S, int D>
+void send_home(const Communicator& all, ParticleStore<S, D>& particles, const Cuts<D>& cuts) {
+    std::vector<Message> outgoing;
+    std::vector<std::size_t> message_to(std::size_t(all.size()), std::size_t(-1));
+    const std::size_t bytes = particles.record_bytes();
+    BlockCoordinate<D> last{};
+    int owner = cuts.owner(last);
+    for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+        if (!particles.is_particle(slot)) continue;
+        BlockCoordinate<D> block = particles.block(slot);
+        const Vec<S, D> place = particles.place(slot);
+        for (int a = 0; a < D; ++a) block[std::size_t(a)] += int(base_node<Kernel>(place[a])) >> 2;
+        if (block != last) {
+            last = block;
+            owner = cuts.owner(wrapped(particles.domain(), block));
+        }
+        if (owner == all.rank()) continue;
+        std::size_t& message = message_to[std::size_t(owner)];
+        if (message == std::size_t(-1)) {
+            message = outgoing.size();
+            outgoing.push_back({owner, {}});
+        }
+        std::vector<std::byte>& to = outgoing[message].bytes;
+        to.resize(to.size() + bytes);
+        particles.write_record(slot, to.data() + to.size() - bytes);
+        particles.remove(slot);
+    }
+    const std::vector<Message> incoming = exchange(all, std::move(outgoing));
+    std::size_t count = particles.size();
+    for (const Message& message : incoming) count += message.bytes.size() / bytes;
+    particles.reserve(count);
+    for (const Message& message : incoming)
+        for (std::size_t at = 0; at < message.bytes.size(); at += bytes)
+            particles.append_record(message.bytes.data() + at);
+}
+
+}  // namespace detail
+
+/// What the ranks of a run tell each other. A Simulation calls these functions; on one rank firn::OneRank has them.
+/// All functions are collective except share(), speaks(), state(), counts() and has_lost().
+class Ranks {
+public:
+    Ranks(detail::RankState& state, double largest_imbalance) : state_(&state), largest_imbalance_(largest_imbalance) {}
+
+    detail::RankState& state() const { return *state_; }  ///< What this rank keeps from step to step.
+    /// Returns which part of new particles this rank takes.
+    Share share() const { return {std::size_t(all().rank()), std::size_t(all().size())}; }
+    bool speaks() const { return all().rank() == 0; }  ///< Returns whether this rank gives warnings.
+    /// Returns the sum of all ranks' numbers.
+    std::size_t sum(std::size_t here) const { return std::size_t(all().sum(std::uint64_t(here))); }
+    /// Returns the text of the first rank whose text is not empty.
+    std::string text_of_first(const std::string& here) const {
+        const int first = all().min(here.empty() ? all().size() : all().rank());
+        return first == all().size() ? std::string() : all().text_of(first, here);
+    }
+    /// Throws an error on all ranks, unless `right` is true on all of them. \param describe  throws the error
+    template <class Describe>
+    void require(bool right, const Describe& describe) const {
+        if (all().min(right ? 1 : 0) == 0) fail(right, describe);
+    }
+
+    /// Sends the particles of set `number` to the ranks that own their blocks. If a rank has too many particles, all
+    /// are shared out anew.
+    template <class Kernel, class Sets>
+    void bring_home(Sets& sets, std::size_t number) const {
+        if (all().size() == 1) return;
+        const detail::Phase phase(state_->trace, "bring particles home");
+        constexpr int D = std::tuple_element_t<0, Sets>::dimension;
+        auto& near = state_->of<D>();
+        Cuts<D>& cuts = near.of_material(number);
+        bool is_new = near.current.first.empty();
+        if (is_new) near.current = find_cuts<D>(sets);
+        const auto send = [&] {
+            cuts = near.current;
+            for_set(sets, number, [&](auto& set) { detail::send_home<Kernel>(all(), set.particles, cuts); });
+        };
+        send();
+        if (imbalance(sets) > largest_imbalance_ * near.achieved && !is_new) {
+            Cuts<D> balanced = find_cuts<D>(sets);
+            is_new = true;
+            if (balanced != near.current) {
+                near.current = std::move(balanced);
+                ++state_->migrations;
+                send();
+            }
+        }
+        if (is_new) near.achieved = std::max(1.0, imbalance(sets));
+    }
+
+    /// Finds the blocks of nodes that several ranks share, after the grid was activated.
+    template <class Kernel, std::floating_point S, int D, class Partitions>
+    void meet(SparseGrid<S, D>& grid, const Partitions& partitions, int threads) const {
+        const detail::Phase phase(state_->trace, "find shared blocks");
+        auto& near = state_->of<D>();
+        Cuts<D> whole = near.current;
+        if (whole.first.empty()) {
+            whole.first.assign(std::size_t(all().size()), std::uint64_t(1) << curve_key_bits<D>);
+            whole.first[0] = 0;
+        }
+        for (std::size_t m = 0; m < partitions.size(); ++m)
+            if (near.of_material(m).first.empty()) near.of_material(m) = whole;  // a set without particles
+        const std::vector<const BlockPartition<D>*> all_partitions(partitions.begin(), partitions.end());
+        near.shared = detail::SharedBlocks<D>(all(), grid, all_partitions, near.cuts, colours_along_axis<Kernel>,
+                                              state_->by_turn);
+        if (near.shared.blocks_behind() > 0) grid.add_blocks_behind(near.shared.blocks_behind(), threads);
+    }
+
+    /// Joins the reports of G2P of all ranks.
+    template <class Sets>
+    void join_reports(Sets& sets) const {
+        std::vector<double> numbers;
+        for_each_set(sets, [&](const auto& set) {
+            numbers.insert(numbers.end(), {set.report.signal_speed, double(set.report.sort_needed)});
+        });
+        all().max(std::span<double>(numbers));
+        read_reports(sets, numbers, 2);
+    }
+    /// After G2P: joins the reports, and throws an error on all ranks unless `right` is true on all of them. This is
+    /// the one reduction over all ranks in a step.
+    template <class Sets, class Describe>
+    void end_g2p(Sets& sets, double time, bool right, const Describe& describe) const {
+        const detail::Phase phase(state_->trace, "join reports", true);
+        std::vector<double> numbers;
+        for_each_set(sets, [&](const auto& set) {
+            numbers.insert(numbers.end(), {set.report.signal_speed, double(set.report.sort_needed),
+                                           double(right && set.will_take(time))});
+        });
+        numbers.push_back(right ? 0 : 1);
+        numbers.push_back(Interruption::raised() ? 1 : 0);
+        all().max(std::span<double>(numbers));
+        read_reports(sets, numbers, 3);
+        const std::size_t sets_count = numbers.size() / 3;
+        state_->lost.assign(sets_count, false);
+        for (std::size_t m = 0; m < sets_count; ++m) state_->lost[m] = numbers[3 * m + 2] > 0;
+        state_->interrupted = numbers.back() > 0;
+        if (numbers[numbers.size() - 2] > 0) fail(right, describe);
+    }
+    /// Adds up the sums of all ranks; each rank then has the sums over all.
+    void merge(std::span<ExactSum> sums) const {
+        for (ExactSum& sum : sums) sum.normalise();
+        all().sum(digits_of(sums));
+        for (ExactSum& sum : sums) sum.normalise();
+    }
+    /// Returns whether this rank counts what happens in a block of the grid: every block is counted by one rank.
+    template <int D>
+    bool counts(std::size_t block) const {
+        return state_->of<D>().shared.counts(block);
+    }
+    /// Returns whether a particle of set `number` was removed on any rank when the last step ended.
+    bool has_lost(std::size_t number) const { return number < state_->lost.size() && state_->lost[number]; }
+
+private:
+    const Communicator& all() const { return state_->all; }
+
+    template <class Describe>
+    [[noreturn]] void fail(bool right, const Describe& describe) const {
+        std::string text;
+        if (!right) {
+            try {
+                describe();
+            } catch (const std::exception& failure) {
+                text = sentence("Rank ", all().rank(), " of ", all().size(), ": ", failure.what());
+            }
+        }
+        throw_together<particle_error>(all(), all().min(right ? all().size() : all().rank()), text);
+    }
+
+    template <int D, class Sets>
+    Cuts<D> find_cuts(const Sets& sets) const {
+        std::vector<CubeWeight> weights;
+        for_each_set(sets, [&](const auto& set) { detail::weigh(set.particles, weights); });
+        std::sort(weights.begin(), weights.end());
+        return balanced_cuts<D>(std::span<const CubeWeight>(weights), all().size(),
+                                [&](std::span<std::uint64_t> numbers) { all().sum(numbers); });
+    }
+    /// Returns the largest number of particles of a rank, divided by the mean.
+    template <class Sets>
+    double imbalance(const Sets& sets) const {
+        std::uint64_t here = 0;
+        for_each_set(sets, [&](const auto& set) { here += set.particles.size(); });
+        const auto most = all().max(here), whole = all().sum(here);
+        return whole == 0 ? 1 : double(most) * all().size() / double(whole);
+    }
+
+    template <class Sets, class F>
+    static void for_each_set(Sets& sets, const F& f) {
+        std::apply([&](auto&... set) { (f(set), ...); }, sets);
+    }
+    template <class Sets, class F>
+    static void for_set(Sets& sets, std::size_t number, const F& f) {
+        std::size_t i = 0;
+        for_each_set(sets, [&](auto& set) {
+            if (i++ == number) f(set);
+        });
+    }
+    template <class Sets>
+    static void read_reports(Sets& sets, const std::vector<double>& numbers, std::size_t of_each) {
+        std::size_t at = 0;
+        for_each_set(sets, [&](auto& set) {
+            set.report.signal_speed = numbers[at];
+            set.report.sort_needed = numbers[at + 1] > 0;
+            at += of_each;
+        });
+    }
+
+    detail::RankState* state_;
+    double largest_imbalance_;
+};
+
+}  // namespace firn::mpi
