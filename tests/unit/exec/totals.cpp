@@ -93,9 +93,6 @@ struct Cloud {
     }
 };
 
-}  // namespace totals_tests
-using namespace totals_tests;
-
 TEMPLATE_TEST_CASE_SIG(
     "totals have the same bits in any order of the particles, and for any number of threads and ranks", "",
     ((class S, int D), S, D), (float, 3), (double, 2)) {
@@ -172,3 +169,5 @@ TEST_CASE("a simulation asks its execution for the totals of all ranks") {
     CHECK(both.mass == Approx(2.001 * one.mass).epsilon(1e-12));
     CHECK(both.momentum[1] == Approx(2 * both.mass).epsilon(1e-12));
 }
+
+}  // namespace totals_tests
