@@ -120,8 +120,10 @@ public:
     /// must be little endian, because the numbers in the file are little endian.
     template <class T>
     static bool can_place(std::span<const T> values) {
-        return std::endian::native == std::endian::little && values.size_bytes() >= large;
+        return can_place(values.size_bytes());
     }
+    /// Returns whether an array of so many bytes is large enough for place() and leave_out().
+    static bool can_place(std::uint64_t bytes) { return std::endian::native == std::endian::little && bytes >= large; }
 
     /// Makes `values` the content of `dataset`. The array is not copied: write() reads the numbers from `values`.
     /// \param dataset  a contiguous dataset that was created with H5D_ALLOC_TIME_EARLY, so that HDF5 has already
@@ -131,11 +133,18 @@ public:
     ///                   the size of `values`
     template <class T>
     void place(const Dataset& dataset, std::span<const T> values) {
-        const haddr_t offset = H5Dget_offset(dataset.id());
-        if (offset == HADDR_UNDEF || H5Dget_storage_size(dataset.id()) != values.size_bytes()) {
-            throw io_error("could not find a dataset's place in the file");
-        }
-        pieces_.push_back({offset, std::as_bytes(values)});
+        pieces_.push_back({place_of(dataset, values.size_bytes()), values.size_bytes(), std::as_bytes(values)});
+    }
+
+    /// Leaves out the content of `dataset`: somebody else writes it into the file, from the offset that this function
+    /// returns. write() and for_ranges() do not touch these bytes.
+    /// \param dataset  a dataset as for place()
+    /// \param bytes    the size of the content [bytes]; can_place(bytes) must be true
+    /// \throws io_error  as place()
+    std::uint64_t leave_out(const Dataset& dataset, std::uint64_t bytes) {
+        const std::uint64_t offset = place_of(dataset, bytes);
+        pieces_.push_back({offset, bytes, {}});
+        return offset;
     }
 
     /// Stores an array in this FileImage until the FileImage is destroyed. Returns a view of the stored array.
@@ -153,38 +162,53 @@ public:
         std::sort(pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) { return a.offset < b.offset; });
     }
 
-    /// Writes the whole HDF5 file, with the large arrays, to `file`. Call close() before this function.
+    /// Writes the whole HDF5 file, with the large arrays, to `file`. Call close() before this function. No array may
+    /// have been left out.
     /// \throws io_error  if writing fails
     void write(AtomicFile& file) const {
+        for_ranges([&file](std::uint64_t, std::span<const std::byte> bytes) {
+            file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+        });
+    }
+
+    /// Calls put(offset, bytes) for all bytes of the file except the arrays that were left out, in the order of the
+    /// offsets [bytes]. Call close() before this function.
+    template <class Put>
+    void for_ranges(const Put& put) const {
         std::uint64_t at = 0;
         for (const auto& piece : pieces_) {
-            write_built(file, at, piece.offset);
-            write_bytes(file, piece.bytes);
-            at = piece.offset + piece.bytes.size();
+            put_built(put, at, piece.offset);
+            if (!piece.bytes.empty()) put(piece.offset, piece.bytes);
+            at = piece.offset + piece.size;
         }
-        write_built(file, at, std::max(at, file_.noted_length()));
+        put_built(put, at, std::max(at, file_.noted_length()));
     }
 
 private:
     struct Piece {
-        std::uint64_t offset;
-        std::span<const std::byte> bytes;
+        std::uint64_t offset, size;
+        std::span<const std::byte> bytes;  // empty if the piece was left out
     };
 
-    static void write_bytes(AtomicFile& file, std::span<const std::byte> bytes) {
-        file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    static std::uint64_t place_of(const Dataset& dataset, std::uint64_t bytes) {
+        const haddr_t offset = H5Dget_offset(dataset.id());
+        if (offset == HADDR_UNDEF || H5Dget_storage_size(dataset.id()) != bytes) {
+            throw io_error("could not find a dataset's place in the file");
+        }
+        return offset;
     }
 
-    /// Writes the bytes at the offsets [from, to) of the file. The bytes are taken from the buffer that HDF5 filled;
-    /// beyond the end of the buffer, zeros are written.
-    void write_built(AtomicFile& file, std::uint64_t from, std::uint64_t to) const {
+    /// Puts the bytes at the offsets [from, to) of the file. The bytes are taken from the buffer that HDF5 filled;
+    /// beyond the end of the buffer, they are zeros.
+    template <class Put>
+    void put_built(const Put& put, std::uint64_t from, std::uint64_t to) const {
         const auto built = file_.bytes();
         const auto end = std::min<std::uint64_t>(to, built.size());
-        if (from < end) write_bytes(file, built.subspan(std::size_t(from), std::size_t(end - from)));
+        if (from < end) put(from, built.subspan(std::size_t(from), std::size_t(end - from)));
         static constexpr std::byte zeros[4096] = {};
         for (std::uint64_t at = std::max(from, end); at < to;) {
             const auto count = std::min<std::uint64_t>(sizeof zeros, to - at);
-            write_bytes(file, std::span(zeros).first(std::size_t(count)));
+            put(at, std::span<const std::byte>(zeros).first(std::size_t(count)));
             at += count;
         }
     }

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace firn {
@@ -128,14 +129,21 @@ public:
     /// Returns the partition that the particles had in the run that wrote the state: the blocks of the particles, and
     /// the particle in each slot. In BlockPartition::order, the value i stands for particle i, the particle with the
     /// i-th lowest id.
+    ///
+    /// The table `blocks` says which slots belong to which block. A particle belongs to the block that has its slot,
+    /// and the particles of a block are in the order of their slots. Which slots a block has, and the order of the
+    /// blocks, are free: state_of() counts the particles along a curve, and earlier versions took the slots of memory.
     /// \param colours  number of colours of dense blocks along an axis (colours_along_axis of the kernel)
     /// \throws io_error  if the table of blocks or the table of slots is missing, or if these tables contradict each
     ///                   other
     BlockPartition<D> partition(int colours) const {
         const StateTable& slot_of = table(state_.tables, "slot", 1);
         const StateTable& blocks = table(state_.tables, "blocks", D + 2);
-        std::vector<BlockRange<D>> ranges;
+        std::vector<BlockRange<D>> ranges;  // first_slot: the first slot in the state
         std::size_t placed = 0;
+        std::int64_t end = 0;  // one past the highest slot in the state
+        // Groups of blocks were padded to whole packs, so a block has at most one pack of padding.
+        const std::int64_t most = std::int64_t(n_ + blocks.values.size() / (D + 2) * pack_size);
         for (std::size_t at = 0; at < blocks.values.size(); at += D + 2) {
             BlockRange<D> range{};
             for (std::size_t a = 0; a < std::size_t(D); ++a) {
@@ -143,29 +151,37 @@ public:
                 if (coordinate <= -(1 << 20) || coordinate >= (1 << 20)) throw_damaged("table of blocks");
                 range.block[a] = int(coordinate);
             }
-            if (blocks.values[at + D + 1] < 1 || blocks.values[at + D + 1] > std::int64_t(n_))
+            const std::int64_t first = blocks.values[at + D], count = blocks.values[at + D + 1];
+            if (count < 1 || count > std::int64_t(n_) || first < 0 || first > most - count)
                 throw_damaged("table of blocks");
-            range.particles = std::size_t(blocks.values[at + D + 1]);
-            if (!ranges.empty() && block_key<D>(range.block) <= block_key<D>(ranges.back().block))
-                throw_damaged("table of blocks");
+            range.first_slot = std::size_t(first);
+            range.particles = std::size_t(count);
+            end = std::max(end, first + count);
             placed += range.particles;
             ranges.push_back(range);
         }
         if (placed != n_ || slot_of.values.size() != n_) throw_damaged("table of blocks");
-        BlockPartition<D> partition = arrange<D>(ranges, colours);
-        for (std::size_t i = 0; i < ranges.size(); ++i)
-            if (std::size_t(blocks.values[i * (D + 2) + D]) != partition.ranges[partition.by_block[i]].first_slot)
-                throw_damaged("table of blocks");
+        std::ranges::sort(ranges, {}, [](const BlockRange<D>& range) { return block_key<D>(range.block); });
+        for (std::size_t i = 1; i < ranges.size(); ++i)
+            if (ranges[i].block == ranges[i - 1].block) throw_damaged("table of blocks");
+
+        aligned_vector<std::uint32_t> in_slot(std::size_t(end), no_particle);  // the particle in each slot of the state
         for (std::size_t i = 0; i < n_; ++i) {
             const std::int64_t slot = slot_of.values[row(i)];
-            if (slot < 0 || slot >= std::int64_t(partition.slots()) ||
-                partition.order[std::size_t(slot)] != no_particle)
+            if (slot < 0 || slot >= end || in_slot[std::size_t(slot)] != no_particle)
                 throw_damaged("order of particles");
-            partition.order[std::size_t(slot)] = std::uint32_t(i);
+            in_slot[std::size_t(slot)] = std::uint32_t(i);
         }
-        for (const BlockRange<D>& range : partition.ranges)
-            for (std::size_t i = 0; i < range.particles; ++i)
-                if (partition.order[range.first_slot + i] == no_particle) throw_damaged("order of particles");
+        BlockPartition<D> partition = arrange<D>(ranges, colours);
+        for (std::size_t b = 0; b < ranges.size(); ++b) {
+            const std::size_t to = partition.ranges[partition.by_block[b]].first_slot;
+            for (std::size_t k = 0; k < ranges[b].particles; ++k) {
+                // Each particle is taken once, so that blocks cannot share slots.
+                const std::uint32_t i = std::exchange(in_slot[ranges[b].first_slot + k], no_particle);
+                if (i == no_particle) throw_damaged("order of particles");
+                partition.order[to + k] = i;
+            }
+        }
         return partition;
     }
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <firn/core/names.hpp>
+#include <firn/data/curve.hpp>
 #include <firn/io/state_parts.hpp>
 #include <firn/lagrangian/any_force.hpp>
 #include <firn/simulation.hpp>
+#include <firn/sort/radix_sort.hpp>
 #include <firn/version.hpp>
 
 #include <algorithm>
@@ -61,6 +63,38 @@ std::vector<StateAttribute> policies_of(
     return policies;
 }
 
+/// Returns the indices of a partition's ranges (of the particles of one block each) in the order of their blocks along
+/// the curve. \see before_on_curve
+template <int D>
+std::vector<std::uint32_t> ranges_on_curve(const BlockPartition<D>& partition) {
+    RadixSort<std::uint64_t> by_cube;  // stable, so the blocks of a cube stay in the order of their keys
+    for (const std::uint32_t r : partition.by_block)
+        by_cube.items.push_back({curve_key<D>(cube_of<D>(partition.ranges[r].block)), r});
+    by_cube.sort();
+    std::vector<std::uint32_t> ranges;
+    ranges.reserve(by_cube.items.size());
+    for (const auto& item : by_cube.items) ranges.push_back(item.number);
+    return ranges;
+}
+
+/// Numbers the particles of a partition block by block along the curve, and in a block in the order of their slots.
+/// \param blocks  gets, for each block along the curve, its coordinates, the number of its first particle, and how many
+///                particles it has
+/// \return  for each slot, the number of its particle; of a slot of padding, any number
+template <int D>
+std::vector<std::uint32_t> numbers_on_curve(const BlockPartition<D>& partition, std::vector<std::int64_t>& blocks) {
+    std::vector<std::uint32_t> number_of(partition.slots());
+    std::uint32_t next = 0;
+    for (const std::uint32_t r : ranges_on_curve(partition)) {
+        const BlockRange<D>& range = partition.ranges[r];
+        for (const int coordinate : range.block) blocks.push_back(coordinate);
+        blocks.push_back(next);
+        blocks.push_back(std::int64_t(range.particles));
+        for (std::size_t k = 0; k < range.particles; ++k) number_of[range.first_slot + k] = next++;
+    }
+    return number_of;
+}
+
 /// Writes the current state of a set of particles to `into`. Call this function in a parallel region: the loops of this
 /// function run on the threads of the region.
 template <class Simulation, std::size_t I>
@@ -80,9 +114,11 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
     state.time = simulation.time();
     state.last_time_step = simulation.last_time_step();
     const std::vector<std::uint32_t> slot_of = slots_by_id(particles, threads);
+    StateTable blocks{"blocks", D + 2, {}};
+    const std::vector<std::uint32_t> number_of = numbers_on_curve(partition, blocks.values);
     StateTable slots{"slot", 1, {}};
     if (!before.tables.empty()) slots.values = std::move(before.tables[0].values);
-    slots.values.assign(slot_of.begin(), slot_of.end());
+    slots.values.resize(n);
     state.id = std::move(before.id);
     state.id.resize(n);
     state.body = std::move(before.body);
@@ -91,7 +127,10 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
             for (std::size_t i = first; i < last; ++i) row(i);
         });
     };
-    for_rows([&](std::size_t i) { state.id[i] = std::int64_t(particles.id(slot_of[i])); });
+    for_rows([&](std::size_t i) {
+        state.id[i] = std::int64_t(particles.id(slot_of[i]));
+        slots.values[i] = number_of[slot_of[i]];
+    });
     state.body.resize(n);
     for (std::size_t b = 0; b < all_bodies.size(); ++b) {
         const auto place_of = [&](std::int64_t id) {
@@ -140,13 +179,6 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
     parameter("run", "sort_needed", "1", {double(set.report().sort_needed)});
     parameter("run", "next_id", "1", {double(particles.next_id())});
 
-    StateTable blocks{"blocks", D + 2, {}};
-    for (const std::uint32_t r : partition.by_block) {
-        const BlockRange<D>& range = partition.ranges[r];
-        for (const int coordinate : range.block) blocks.values.push_back(coordinate);
-        blocks.values.push_back(std::int64_t(range.first_slot));
-        blocks.values.push_back(std::int64_t(range.particles));
-    }
     StateTable bodies{"bodies", 3, {}};  // columns: Body::first, Body::count, bits of Body::end
     for (const Body& body : all_bodies)
         bodies.values.insert(bodies.values.end(), {body.first, body.count, std::bit_cast<std::int64_t>(body.end)});
@@ -164,9 +196,14 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
 /// - velocities [m/s], the affine matrix C of APIC [1/s], the Kirchhoff stress τ [Pa], masses [kg], volumes [m^D]
 /// - the state variables of the material, such as the deformation gradient F
 ///
-/// The state also has the facets of nets, the parameters with their units, the names of the policies, the slot of each
-/// particle, and the order of the blocks. From the slots and blocks, a continued run knows the order in which an
-/// uninterrupted run would add up numbers.
+/// The state also has the facets of nets, the parameters with their units, the names of the policies, and two tables
+/// that say in which order a continued run has to add up numbers:
+/// - `blocks`: one row for each block of cells that has particles, in the order of the blocks along a curve through all
+///   blocks (see before_on_curve()): the block's D coordinates, the number of particles in the blocks before it, and
+///   the number of its particles
+/// - `slot`: the number of each particle in this order: block by block, and in a block in the order of memory
+///
+/// These tables do not depend on how the particles are spread over memory, threads or processes.
 /// \param set   the set; in a simulation with several materials for example `simulation.set<Snow<float>>()`
 /// \param into  the state that is overwritten; it may be empty, or an older state whose memory is reused, such as
 ///              BackgroundSeries::spare() returns

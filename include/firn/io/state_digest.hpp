@@ -3,6 +3,7 @@
 #pragma once
 
 #include <firn/io/state.hpp>
+#include <firn/io/state_outline.hpp>
 #include <firn/io/vendor/xxhash.h>
 
 #include <algorithm>
@@ -23,19 +24,25 @@ namespace detail {
     return firn_xxh3_64bits(bytes.data(), bytes.size());
 }
 
-/// Returns the hash of an array of numbers. The numbers are hashed as little-endian bytes, so that the hash does not
-/// depend on the byte order of the machine.
-template <std::endian Order = std::endian::native, class T>
-std::uint64_t hash_numbers(std::span<const T> numbers) {
+/// Calls f(bytes) with the numbers as little-endian bytes, so that a hash of them does not depend on the byte order of
+/// the machine, and returns the result of the call.
+template <std::endian Order = std::endian::native, class T, class F>
+auto with_little_endian_bytes(std::span<const T> numbers, const F& f) {
     const auto bytes = std::as_bytes(numbers);
     if constexpr (Order == std::endian::little || sizeof(T) == 1) {
-        return hash_bytes(bytes);
+        return f(bytes);
     } else {
         std::vector<std::byte> turned(bytes.begin(), bytes.end());
         for (std::size_t at = 0; at < turned.size(); at += sizeof(T))
             std::reverse(turned.begin() + std::ptrdiff_t(at), turned.begin() + std::ptrdiff_t(at + sizeof(T)));
-        return hash_bytes(turned);
+        return f(std::span<const std::byte>(turned));
     }
+}
+
+/// Returns the hash of an array of numbers, as little-endian bytes.
+template <std::endian Order = std::endian::native, class T>
+std::uint64_t hash_numbers(std::span<const T> numbers) {
+    return with_little_endian_bytes<Order>(numbers, hash_bytes);
 }
 
 /// A sequence of bytes that is built from texts and numbers, and the hash of this sequence. The length of each text
@@ -53,7 +60,11 @@ public:
     }
     template <class T>
     HashedRecord& add_numbers(const std::vector<T>& numbers) {
-        return add(numbers.size()).add(hash_numbers(std::span(numbers)));
+        return add_numbers(StateArray<T>(numbers));
+    }
+    template <class T>
+    HashedRecord& add_numbers(const StateArray<T>& array) {
+        return add(array.count).add(array.is_here() ? hash_numbers(array.span()) : array.hash);
     }
     std::uint64_t hash() const { return hash_bytes(std::as_bytes(std::span(bytes_))); }
 
@@ -61,20 +72,10 @@ private:
     std::string bytes_;
 };
 
-}  // namespace detail
-
-/// Returns the digest of a state. Of the state's fields, only those that `holds` selects are included. The digest
-/// depends on the precision and on every bit of names, units, texts, numbers of components, values, dimension, time and
-/// number of steps. So the digest differs between −0 and 0, and between NaNs with different bits. The digest does not
-/// depend on the order of fields, parameters, attributes and tables. Equal states have the same digest on all machines.
-///
-/// The hash function is XXH3 of xxHash 0.8. An accidental change of the state is missed with a probability of 2⁻⁶⁴. The
-/// digest does not protect against deliberate changes. Computing the digest takes about as long as reading the state
-/// from memory.
-/// \param holds  a function bool(std::string_view name) that returns whether the field `name` is included
+/// Returns the digest of the state that has this outline. Arrays that are elsewhere must have their hashes.
 template <state_scalar S, class Holds>
-std::uint64_t digest(const State<S>& state, const Holds& holds) {
-    using Record = detail::HashedRecord;
+std::uint64_t digest_of(const StateOutline<S>& state, const Holds& holds) {
+    using Record = HashedRecord;
     Record whole;
     whole.add("firn state").add(sizeof(S)).add(std::uint64_t(state.dimension)).add(state.step);
     whole.add(std::bit_cast<std::uint64_t>(state.time)).add(std::bit_cast<std::uint64_t>(state.last_time_step));
@@ -90,7 +91,7 @@ std::uint64_t digest(const State<S>& state, const Holds& holds) {
         whole.add(count).add(sum);
     };
     using Maybe = std::optional<Record>;
-    add_all(state.fields, [&](const StateField<S>& f) -> Maybe {
+    add_all(state.fields, [&](const auto& f) -> Maybe {
         if (!holds(f.name)) return {};
         return Record().add(f.name).add(f.unit).add(std::uint64_t(f.components)).add_numbers(f.values);
     });
@@ -98,10 +99,26 @@ std::uint64_t digest(const State<S>& state, const Holds& holds) {
         return Record().add(p.group).add(p.name).add(p.unit).add_numbers(p.values);
     });
     add_all(state.attributes, [](const StateAttribute& a) -> Maybe { return Record().add(a.name).add(a.value); });
-    add_all(state.tables, [](const StateTable& t) -> Maybe {
+    add_all(state.tables, [](const auto& t) -> Maybe {
         return Record().add(t.name).add(std::uint64_t(t.columns)).add_numbers(t.values);
     });
     return whole.hash();
+}
+
+}  // namespace detail
+
+/// Returns the digest of a state. Of the state's fields, only those that `holds` selects are included. The digest
+/// depends on the precision and on every bit of names, units, texts, numbers of components, values, dimension, time and
+/// number of steps. So the digest differs between −0 and 0, and between NaNs with different bits. The digest does not
+/// depend on the order of fields, parameters, attributes and tables. Equal states have the same digest on all machines.
+///
+/// The hash function is XXH3 of xxHash 0.8. An accidental change of the state is missed with a probability of 2⁻⁶⁴. The
+/// digest does not protect against deliberate changes. Computing the digest takes about as long as reading the state
+/// from memory.
+/// \param holds  a function bool(std::string_view name) that returns whether the field `name` is included
+template <state_scalar S, class Holds>
+std::uint64_t digest(const State<S>& state, const Holds& holds) {
+    return detail::digest_of(detail::StateOutline<S>(state), holds);
 }
 
 /// Returns the digest of a state, with all fields included.

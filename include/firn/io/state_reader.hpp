@@ -139,15 +139,28 @@ std::optional<T> read_integer(hid_t owner, const std::string& name) {
     return value;
 }
 
+/// One of `parts` contiguous parts of the rows of an array, counted from 0.
+struct RowsPart {
+    std::uint64_t part = 0, parts = 1;
+
+    /// Returns the first row of this part of `rows` rows. The parts have equally many rows, or one row more.
+    std::uint64_t first(std::uint64_t rows) const { return rows / parts * part + std::min(part, rows % parts); }
+    /// Returns the number of rows of this part.
+    std::uint64_t count(std::uint64_t rows) const { return rows / parts + (part < rows % parts ? 1 : 0); }
+};
+
 /// Reader of the datasets in one file. It counts the bytes that the datasets have in the file, so that a wrong size in
 /// a damaged file does not make the reader allocate too much memory.
 class DatasetReader {
 public:
-    explicit DatasetReader(std::uintmax_t file_bytes) : file_bytes_(file_bytes), unread_bytes_(file_bytes) {}
+    /// \param file_bytes  size of the file [bytes]
+    /// \param part        the part of the rows that read_part() reads
+    explicit DatasetReader(std::uintmax_t file_bytes, const RowsPart& part = {})
+        : file_bytes_(file_bytes), unread_bytes_(file_bytes), part_(part) {}
 
     template <class T>
     struct Table {
-        hsize_t rows = 0;
+        hsize_t rows = 0;  ///< Number of rows of the dataset; `values` may have only a part of them.
         hsize_t columns = 1;
         std::vector<T> values;
         std::string unit;
@@ -159,6 +172,24 @@ public:
     /// \throws io_error  if the dataset is missing, or if it has another type, rank or size
     template <class T>
     Table<T> read(hid_t parent, const std::string& name, std::optional<hsize_t> rows = {}) {
+        return read_rows<T>(parent, name, rows, {});
+    }
+    /// Reads this reader's part of the rows of a dataset.
+    template <class T>
+    Table<T> read_part(hid_t parent, const std::string& name, std::optional<hsize_t> rows = {}) {
+        return read_rows<T>(parent, name, rows, part_);
+    }
+    /// Returns whether read_part() reads only a part of the rows.
+    bool reads_parts() const { return part_.parts > 1; }
+
+    template <class T>
+    T read_value(hid_t parent, const std::string& name) {
+        return read<T>(parent, name, 1).values.at(0);
+    }
+
+private:
+    template <class T>
+    Table<T> read_rows(hid_t parent, const std::string& name, std::optional<hsize_t> rows, const RowsPart& part) {
         const std::string tried = "read the dataset " + name;
         require_member(parent, name);
         const hdf5::Dataset dataset(H5Dopen2(parent, name.c_str(), H5P_DEFAULT), tried);
@@ -183,21 +214,23 @@ public:
 
         Table<T> table{extent[0], extent[1], {}, {}, read_integer(dataset.id(), "components")};
         table.unit = read_text(dataset.id(), "unit").value_or("");
-        table.values.resize(std::size_t(extent[0] * extent[1]));
-        if (!table.values.empty()) {
+        const hsize_t first[2] = {part.first(extent[0]), 0}, count[2] = {part.count(extent[0]), extent[1]};
+        table.values.resize(std::size_t(count[0] * count[1]));
+        if (table.values.empty()) return table;
+        if (part.parts == 1) {
             hdf5::check(
                 H5Dread(dataset.id(), hdf5::Number<T>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, table.values.data()),
                 tried);
+        } else {
+            const hdf5::Dataspace here(H5Screate_simple(rank, count, nullptr), tried);
+            hdf5::check(H5Sselect_hyperslab(space.id(), H5S_SELECT_SET, first, nullptr, count, nullptr), tried);
+            hdf5::check(H5Dread(dataset.id(), hdf5::Number<T>::memory(), here.id(), space.id(), H5P_DEFAULT,
+                                table.values.data()),
+                        tried);
         }
         return table;
     }
 
-    template <class T>
-    T read_value(hid_t parent, const std::string& name) {
-        return read<T>(parent, name, 1).values.at(0);
-    }
-
-private:
     template <class T>
     static void require_type(const hdf5::Datatype& type, const std::string& name) {
         if (hdf5::is_number<T>(type)) return;
@@ -267,18 +300,23 @@ private:
 
     std::uintmax_t file_bytes_;
     std::uintmax_t unread_bytes_;
+    RowsPart part_;
 };
 
+/// Reads a field.
+/// \param rows  the number of rows that the field must have; nullopt: any number is accepted, and is stored here
 template <class S>
 StateField<S> read_field(DatasetReader& reader, hid_t parent, const std::string& dataset, const std::string& name,
-                         int dimension, std::optional<hsize_t> rows) {
-    auto table = reader.read<S>(parent, dataset, rows);
+                         int dimension, std::optional<hsize_t>& rows) {
+    auto table = reader.read_part<S>(parent, dataset, rows);
+    rows = table.rows;
     const auto components = table.components.value_or(std::int64_t(table.columns));
     StateField<S> field{name, std::move(table.unit), int(table.columns), {}};
     if (dimension == 2 && components == 2 && table.columns == 3) {
         field.components = 2;
-        field.values.resize(std::size_t(table.rows) * 2);
-        for (std::size_t i = 0; i < table.rows; ++i) {
+        const std::size_t count = table.values.size() / 3;
+        field.values.resize(count * 2);
+        for (std::size_t i = 0; i < count; ++i) {
             if (!(table.values[3 * i + 2] == 0)) {
                 throw io_error(sentence("the dataset '", dataset, "' is of 2D, but its row ", i,
                                         " has a third component ", table.values[3 * i + 2]));
@@ -303,6 +341,7 @@ void read_facets(const hdf5::Group& vtk, DatasetReader& reader, State<S>& state)
     const auto cells = reader.read_value<std::int64_t>(vtk.id(), "NumberOfCells"),
                ids = reader.read_value<std::int64_t>(vtk.id(), "NumberOfConnectivityIds");
     if (cells == ids) return;  // each cell has one point, so there are no facets
+    if (reader.reads_parts()) throw io_error("it has facets, which a run on many ranks cannot go on with");
     if (cells < 0 || ids < cells) {
         throw io_error(sentence("NumberOfCells is ", cells, " and NumberOfConnectivityIds ", ids,
                                 "; a cell has one point or more"));
@@ -348,16 +387,18 @@ inline NamesOfSchema names_of_schema(std::int64_t schema) {
     return schema < 3 ? NamesOfSchema{"material", "dt"} : NamesOfSchema{"body", "last_time_step"};
 }
 
+/// Reads the group VTKHDF.
+/// \return  the number of points in the file
 template <class S>
-void read_vtk_group(hid_t file, DatasetReader& reader, const NamesOfSchema& names, State<S>& state) {
+hsize_t read_vtk_group(hid_t file, DatasetReader& reader, const NamesOfSchema& names, State<S>& state) {
     const auto vtk = open_group(file, "VTKHDF");
     if (const auto type = read_text(vtk.id(), "Type"); type != "UnstructuredGrid") {
         throw io_error("its VTKHDF Type is '" + type.value_or("none") + "' where 'UnstructuredGrid' is expected");
     }
-    state.fields.push_back(read_field<S>(reader, vtk.id(), "Points", "position", state.dimension, {}));
-    const hsize_t count = state.fields[0].values.size() / std::size_t(state.fields[0].components);
-    if (const auto noted = reader.read_value<std::int64_t>(vtk.id(), "NumberOfPoints"); noted != std::int64_t(count)) {
-        throw io_error(sentence("NumberOfPoints is ", noted, ", but there are ", count, " points"));
+    std::optional<hsize_t> count;
+    state.fields.push_back(read_field<S>(reader, vtk.id(), "Points", "position", state.dimension, count));
+    if (const auto noted = reader.read_value<std::int64_t>(vtk.id(), "NumberOfPoints"); noted != std::int64_t(*count)) {
+        throw io_error(sentence("NumberOfPoints is ", noted, ", but there are ", *count, " points"));
     }
     read_facets(vtk, reader, state);
 
@@ -367,11 +408,11 @@ void read_vtk_group(hid_t file, DatasetReader& reader, const NamesOfSchema& name
     };
     for (const auto& name : member_names(points)) {
         if (name == "id") {
-            auto table = reader.read<std::int64_t>(points.id(), name, count);
+            auto table = reader.read_part<std::int64_t>(points.id(), name, count);
             flat(name, table.columns);
             state.id = std::move(table.values);
         } else if (name == names.body) {
-            auto table = reader.read<std::int32_t>(points.id(), name, count);
+            auto table = reader.read_part<std::int32_t>(points.id(), name, count);
             flat(name, table.columns);
             state.body = std::move(table.values);
         } else {
@@ -386,6 +427,7 @@ void read_vtk_group(hid_t file, DatasetReader& reader, const NamesOfSchema& name
     state.time = reader.read_value<double>(whole.id(), "TimeValue");
     state.last_time_step = reader.read_value<double>(whole.id(), names.last_time_step);
     state.step = reader.read_value<std::uint64_t>(whole.id(), "step");
+    return *count;
 }
 
 template <class S>
@@ -404,24 +446,34 @@ void read_parameters(const hdf5::Group& firn_group, DatasetReader& reader, State
     }
 }
 
+/// Reads the tables. Of the tables `slot` and `blocks`, which grow with the number of particles, this reader's part of
+/// the rows is read.
+/// \return  the number of rows of each table in the file
 template <class S>
-void read_tables(const hdf5::Group& firn_group, DatasetReader& reader, State<S>& state) {
+std::vector<hsize_t> read_tables(const hdf5::Group& firn_group, DatasetReader& reader, State<S>& state) {
     const auto tables = open_group(firn_group.id(), "tables");
+    std::vector<hsize_t> rows;
     for (const auto& name : member_names(tables)) {
-        auto table = reader.read<std::int64_t>(tables.id(), name);
+        auto table = is_spread_table(name) ? reader.read_part<std::int64_t>(tables.id(), name)
+                                           : reader.read<std::int64_t>(tables.id(), name);
+        rows.push_back(table.rows);
         state.tables.push_back({name, int(table.columns), std::move(table.values)});
     }
+    return rows;
 }
 
-/// A state that was read from a file, and the digest that is stored in the file.
+/// A state that was read from a file, or a part of its rows, and what the file says of the whole.
 template <class S>
 struct StateOnDisk {
     State<S> state;
     std::optional<std::uint64_t> digest;  ///< nullopt if the file has schema_version 1, or if no digest is needed.
+    hsize_t points = 0;                   ///< Number of points in the file.
+    std::vector<hsize_t> table_rows{};    ///< Number of rows in the file of each of the state's tables.
 };
 
+/// Reads a state, or the part `part` of its rows.
 template <class S>
-StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_digest) {
+StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_digest, const RowsPart& part = {}) {
     std::error_code failure;
     const auto file_bytes = std::filesystem::file_size(path, failure);
     if (failure) throw io_error("could not open it: " + failure.message());
@@ -445,14 +497,31 @@ StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_dig
     if (dimension != 2 && dimension != 3) throw io_error("its dimension is neither 2 nor 3");
     state.dimension = int(*dimension);
 
-    DatasetReader reader(file_bytes);
-    read_vtk_group(file.id(), reader, names_of_schema(*schema), state);
+    DatasetReader reader(file_bytes, part);
+    found.points = read_vtk_group(file.id(), reader, names_of_schema(*schema), state);
     read_parameters(firn_group, reader, state);
-    read_tables(firn_group, reader, state);
+    found.table_rows = read_tables(firn_group, reader, state);
     for (const auto& name : attribute_names(firn_group)) {
         if (auto text = read_text(firn_group.id(), name)) state.attributes.push_back({name, std::move(*text)});
     }
     return found;
+}
+
+/// Checks that the parts of a state that was read from the file `path` fit together.
+/// \throws io_error  if they do not
+template <class S>
+void check_what_was_read(const std::filesystem::path& path, const State<S>& state) {
+    try {
+        check_state(state);
+    } catch (const parameter_error& wrong) {
+        throw io_error(sentence("The state ", path, ": its parts do not fit: ", wrong.what()));
+    }
+}
+
+[[noreturn]] inline void throw_wrong_digest(const std::filesystem::path& path) {
+    throw io_error(sentence("The state ", path,
+                            ": its content does not match its digest: bits have changed since it was written. Use an "
+                            "earlier state, or read it with verify = false to examine it."));
 }
 
 }  // namespace detail
@@ -470,17 +539,8 @@ StateOnDisk<S> read_state_file(const std::filesystem::path& path, bool needs_dig
 template <state_scalar S>
 State<S> read_state(const std::filesystem::path& path, const StateReading& reading = {}) {
     auto found = hdf5::naming_file(path, [&] { return detail::read_state_file<S>(path, reading.verify); });
-    const auto refuse = [&](const std::string& why) { throw io_error(sentence("The state ", path, ": ", why)); };
-    try {
-        check_state(found.state);
-    } catch (const parameter_error& wrong) {
-        refuse(sentence("its parts do not fit: ", wrong.what()));
-    }
-    if (found.digest && *found.digest != digest(found.state)) {
-        refuse(
-            "its content does not match its digest: bits have changed since it was written. Use an earlier state, or "
-            "read it with verify = false to examine it.");
-    }
+    detail::check_what_was_read(path, found.state);
+    if (found.digest && *found.digest != digest(found.state)) detail::throw_wrong_digest(path);
     return std::move(found.state);
 }
 

@@ -9,7 +9,7 @@
 ///                        belongs to no facet
 ///       PointData/NAME   S[n] or S[n,c]: a field; a vector in 2D gets a third component 0; also id i64[n], body i32[n]
 ///       FieldData/       TimeValue f64[1], last_time_step f64[1], step u64[1]
-///     /firn              attributes schema_version i64 = 3, dimension i64, digest u64, and the state's attributes
+///     /firn              attributes schema_version i64 = 4, dimension i64, digest u64, and the state's attributes
 ///       parameters/GROUP/NAME   f64[k]
 ///       tables/NAME      i64[r] or i64[r,c]
 ///
@@ -24,7 +24,9 @@
 /// are equal, their files have equal bytes.
 ///
 /// Older files: a file of schema_version 1 has no digest. In files of schema_version 1 and 2, `body` is named
-/// `material`, and `last_time_step` is named `dt`.
+/// `material`, and `last_time_step` is named `dt`. In files of schema_version 1 to 3, the slots in the tables `slot`
+/// and `blocks` that state_of() makes are those of the memory of the run, with gaps between groups of blocks, and the
+/// blocks are in the order of their keys; restore() accepts both.
 #pragma once
 
 #include <firn/io/atomic_file.hpp>
@@ -32,6 +34,7 @@
 #include <firn/io/hdf5_image.hpp>
 #include <firn/io/state.hpp>
 #include <firn/io/state_digest.hpp>
+#include <firn/io/state_outline.hpp>
 
 #include <algorithm>
 #include <cstdint>
@@ -67,7 +70,7 @@ struct StateOptions {
 
 namespace detail {
 
-inline constexpr std::int64_t state_schema = 3;
+inline constexpr std::int64_t state_schema = 4;
 
 /// VTK's id of the cell type vertex (a cell that is one point).
 inline constexpr std::uint8_t vtk_vertex = 1;
@@ -145,33 +148,57 @@ struct DatasetNotes {
     int components = 0;                         ///< The attribute `components`; not written if 0.
 };
 
+/// A dataset whose content is still to be written.
+struct OpenDataset {
+    std::string path;                      ///< Path of the dataset in the file, for example "/VTKHDF/Points".
+    hdf5::Dataset dataset;                 ///< The dataset. It is closed when the file is closed.
+    std::optional<std::uint64_t> offset;   ///< Offset of the content in the file [bytes]; nullopt: H5Dwrite writes it.
+    hsize_t rows, columns, rows_of_chunk;  ///< Numbers of rows and columns; rows of a chunk, 0 if there are no chunks.
+};
+
 /// The HDF5 file of a state, built in memory.
 class StateFile {
 public:
     /// Builds the file. The state must exist until write() has returned, because large arrays are not copied.
-    /// \param digest  digest of the parts of the state that are written; the digest is stored in the file
-    /// \throws parameter_error  if a name in options.fields is not the name of a field of the state
-    /// \throws io_error         if HDF5 fails
+    ///
+    /// Arrays that are elsewhere get datasets without content, see open(). Then write the content, and call finish().
+    /// \param digest  digest of the parts of the state that are written; the digest is stored in the file. nullopt: the
+    ///                digest is known later, and finish() must be called.
+    /// \throws io_error  if HDF5 fails
     template <class S>
-    StateFile(const State<S>& state, const StateOptions& options, std::uint64_t digest)
+    StateFile(const StateOutline<S>& state, const StateOptions& options, std::optional<std::uint64_t> digest)
         : image_(bytes_beside_arrays(state, options.compression)), compression_(options.compression) {
-        for (const std::string& name : options.fields) state.field(name);
-        write_firn_group(state, digest);
+        write_firn_group(state, digest.value_or(0));
         write_vtk_group(state, options);
-        image_.close();
+        if (digest) image_.close();
     }
     void write(AtomicFile& file) const { image_.write(file); }
+
+    /// The datasets of the arrays that are elsewhere, in the order in which they are in the file.
+    const std::vector<OpenDataset>& open() const { return open_; }
+    /// Stores the digest, and closes the file.
+    /// \throws io_error  if HDF5 fails
+    void finish(std::uint64_t digest) {
+        open_.clear();
+        const std::string tried = "write the attribute digest";
+        hdf5::Attribute attribute(H5Aopen_by_name(image_.id(), "firn", "digest", H5P_DEFAULT, H5P_DEFAULT), tried);
+        hdf5::check(H5Awrite(attribute.id(), hdf5::Number<std::uint64_t>::memory(), &digest), tried);
+        attribute.close(tried);
+        image_.close();
+    }
+    /// The bytes of the file, after finish() was called.
+    const hdf5::FileImage& image() const { return image_; }
 
 private:
     /// Writes a dataset of numbers of type T. The rank of the dataset is 1 if `columns` is 1; otherwise it is 2 (rows,
     /// columns).
     /// \param values  the numbers, row by row; the array must exist until write() has returned
     template <class T>
-    void write_dataset(hid_t parent, const std::string& name, std::span<const T> values, hsize_t columns = 1,
+    void write_dataset(hid_t parent, const std::string& name, const StateArray<T>& values, hsize_t columns = 1,
                        const DatasetNotes& notes = {}) {
         const std::string tried = "write the dataset " + name;
-        const hsize_t extent[2] = {values.size() / columns, columns};
-        const int compression = values.size_bytes() < least_compressed ? 0 : compression_;
+        const hsize_t extent[2] = {values.count / columns, columns}, bytes = values.count * sizeof(T);
+        const int compression = bytes < least_compressed ? 0 : compression_;
         const hdf5::Dataspace space(H5Screate_simple(columns > 1 ? 2 : 1, extent, nullptr), tried);
         const auto layout = dataset_layout(extent[0], columns, sizeof(T), compression);
         hdf5::Dataset dataset(H5Dcreate2(parent, name.c_str(), hdf5::Number<T>::file(), space.id(), H5P_DEFAULT,
@@ -179,67 +206,89 @@ private:
                               tried);
         if (notes.unit) write_text(dataset.id(), "unit", *notes.unit, H5T_CSET_UTF8);
         if (notes.components > 0) write_integers(dataset.id(), "components", {notes.components});
-        if (compression == 0 && hdf5::FileImage::can_place(values)) {
-            image_.place(dataset, values);
-        } else if (!values.empty()) {
-            hdf5::check(H5Dwrite(dataset.id(), hdf5::Number<T>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-                        tried);
+        const bool is_placed = compression == 0 && hdf5::FileImage::can_place(bytes);
+        if (!values.is_here()) {
+            hsize_t chunk[2] = {0, 0};
+            if (compression > 0) hdf5::check(H5Pget_chunk(layout.id(), 2, chunk), tried);
+            std::string path(1024, '\0');
+            path.resize(std::size_t(hdf5::check(H5Iget_name(dataset.id(), path.data(), path.size()), tried)));
+            std::optional<std::uint64_t> offset;
+            if (is_placed) offset = image_.leave_out(dataset, bytes);
+            open_.push_back({std::move(path), std::move(dataset), offset, extent[0], columns, chunk[0]});
+            return;
+        }
+        if (is_placed) {
+            image_.place(dataset, values.span());
+        } else if (values.count > 0) {
+            hdf5::check(
+                H5Dwrite(dataset.id(), hdf5::Number<T>::memory(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.numbers),
+                tried);
         }
         dataset.close(tried);
     }
 
     template <class T>
     void write_value(hid_t parent, const std::string& name, T value, const DatasetNotes& notes = {}) {
-        write_dataset(parent, name, std::span<const T>(&value, 1), 1, notes);
+        write_dataset(parent, name, StateArray<T>(std::span<const T>(&value, 1)), 1, notes);
     }
 
     /// Writes a field as a dataset. A vector in 2D gets a third component 0, because ParaView only knows vectors of
     /// three components.
-    template <class S>
-    void write_field(hid_t parent, const std::string& name, const StateField<S>& field, int dimension) {
+    template <class Field>
+    void write_field(hid_t parent, const std::string& name, const Field& field, int dimension) {
+        using S = std::remove_cvref_t<decltype(*field.values.numbers)>;
         const DatasetNotes notes{field.unit, field.components};
         if (dimension != 2 || field.components != 2) {
-            return write_dataset<S>(parent, name, field.values, hsize_t(field.components), notes);
+            return write_dataset(parent, name, field.values, hsize_t(field.components), notes);
         }
-        std::vector<S> padded(field.values.size() / 2 * 3);
-        for (std::size_t i = 0; 2 * i < field.values.size(); ++i) {
-            padded[3 * i] = field.values[2 * i];
-            padded[3 * i + 1] = field.values[2 * i + 1];
+        const std::size_t rows = field.values.count / 2;
+        if (!field.values.is_here()) return write_dataset(parent, name, StateArray<S>(3 * rows), 3, notes);
+        std::vector<S> padded(3 * rows);
+        for (std::size_t i = 0; i < rows; ++i) {
+            padded[3 * i] = field.values.numbers[2 * i];
+            padded[3 * i + 1] = field.values.numbers[2 * i + 1];
         }
-        write_dataset<S>(parent, name, image_.keep(std::move(padded)), 3, notes);
+        write_dataset(parent, name, StateArray<S>(image_.keep(std::move(padded))), 3, notes);
     }
 
     /// Writes the cells of the VTK grid: all facets, then one vertex cell for each point that belongs to no facet. The
     /// vertex cells are needed because some versions of ParaView do not show a point without a cell.
     template <class S>
-    void write_cells(hid_t vtk, const State<S>& state) {
-        const std::size_t corners = std::size_t(state.dimension), facets = state.facets.size() / corners;
-        std::vector<std::int64_t> connectivity = state.facets;
+    void write_cells(hid_t vtk, const StateOutline<S>& state) {
+        const std::size_t corners = std::size_t(state.dimension), facets = state.facets.count / corners;
+        std::vector<std::int64_t> points_of_cells(state.facets.span().begin(), state.facets.span().end());
         if (facets > 0) {
-            std::vector<bool> used(state.size());
-            for (const auto point : state.facets) used[std::size_t(point)] = true;
-            for (std::size_t i = 0; i < state.size(); ++i)
-                if (!used[i]) connectivity.push_back(std::int64_t(i));
+            std::vector<bool> used(state.points());
+            for (const auto point : state.facets.span()) used[std::size_t(point)] = true;
+            for (std::size_t i = 0; i < state.points(); ++i)
+                if (!used[i]) points_of_cells.push_back(std::int64_t(i));
         }
-        const std::size_t vertices = facets > 0 ? connectivity.size() - state.facets.size() : state.size();
-        write_value(vtk, "NumberOfPoints", std::int64_t(state.size()));
-        write_value(vtk, "NumberOfCells", std::int64_t(facets + vertices));
-        write_value(vtk, "NumberOfConnectivityIds", std::int64_t(state.facets.size() + vertices));
-        std::vector<std::uint8_t> types(facets, vtk_facet(state.dimension));
-        types.resize(facets + vertices, vtk_vertex);
-        write_dataset(vtk, "Types", image_.keep(std::move(types)));
-        std::vector<std::int64_t> offsets(facets + vertices + 1);
-        for (std::size_t c = 0; c < offsets.size(); ++c)
-            offsets[c] = std::int64_t(c <= facets ? corners * c : corners * facets + (c - facets));
-        const auto kept = image_.keep(std::move(offsets));
-        // If there are no facets, Connectivity contains 0, 1, …, like Offsets, but has one element fewer.
-        write_dataset(vtk, "Connectivity",
-                      facets > 0 ? image_.keep(std::move(connectivity)) : kept.first(state.size()));
-        write_dataset(vtk, "Offsets", kept);
+        const std::size_t vertices = facets > 0 ? points_of_cells.size() - state.facets.count : state.points();
+        const std::size_t cells = facets + vertices, ids = state.facets.count + vertices;
+        StateArray<std::uint8_t> types(cells);
+        StateArray<std::int64_t> connectivity(ids), offsets(cells + 1);
+        if (state.id.is_here()) {
+            std::vector<std::uint8_t> type_of(facets, vtk_facet(state.dimension));
+            type_of.resize(cells, vtk_vertex);
+            types = image_.keep(std::move(type_of));
+            std::vector<std::int64_t> first(cells + 1);
+            for (std::size_t c = 0; c < first.size(); ++c)
+                first[c] = std::int64_t(c <= facets ? corners * c : corners * facets + (c - facets));
+            const auto kept = image_.keep(std::move(first));
+            offsets = kept;
+            // If there are no facets, Connectivity contains 0, 1, …, like Offsets, but has one element fewer.
+            connectivity = facets > 0 ? image_.keep(std::move(points_of_cells)) : kept.first(state.points());
+        }
+        write_value(vtk, "NumberOfPoints", std::int64_t(state.points()));
+        write_value(vtk, "NumberOfCells", std::int64_t(cells));
+        write_value(vtk, "NumberOfConnectivityIds", std::int64_t(ids));
+        write_dataset(vtk, "Types", types);
+        write_dataset(vtk, "Connectivity", connectivity);
+        write_dataset(vtk, "Offsets", offsets);
     }
 
     template <class S>
-    void write_vtk_group(const State<S>& state, const StateOptions& options) {
+    void write_vtk_group(const StateOutline<S>& state, const StateOptions& options) {
         auto vtk = create_group(image_.id(), "VTKHDF");
         write_integers(vtk.id(), "Version", {1, 0});
         write_text(vtk.id(), "Type", "UnstructuredGrid", H5T_CSET_ASCII);
@@ -251,20 +300,21 @@ private:
         whole.close("close FieldData");
 
         write_cells(vtk.id(), state);
-        write_field(vtk.id(), "Points", state.field("position"), state.dimension);
+        for (const auto& field : state.fields)
+            if (field.name == "position") write_field(vtk.id(), "Points", field, state.dimension);
         auto points = create_group(vtk.id(), "PointData");
         for (const auto& field : state.fields) {
             if (options.writes(field.name) && field.name != "position")
-                write_field(points.id(), field.name, field, state.dimension);
+                write_field(points.id(), std::string(field.name), field, state.dimension);
         }
-        write_dataset<std::int64_t>(points.id(), "id", state.id, 1, {"1", 1});
-        write_dataset<std::int32_t>(points.id(), "body", state.body, 1, {"1", 1});
+        write_dataset(points.id(), "id", state.id, 1, {"1", 1});
+        write_dataset(points.id(), "body", state.body, 1, {"1", 1});
         points.close("close PointData");
         vtk.close("close VTKHDF");
     }
 
     template <class S>
-    void write_firn_group(const State<S>& state, std::uint64_t digest) {
+    void write_firn_group(const StateOutline<S>& state, std::uint64_t digest) {
         auto firn_group = create_group(image_.id(), "firn");
         write_integers(firn_group.id(), "schema_version", {state_schema});
         write_integers(firn_group.id(), "dimension", {state.dimension});
@@ -280,14 +330,15 @@ private:
             auto group = create_group(all.id(), first.group);
             for (const auto& parameter : state.parameters) {
                 if (parameter.group != first.group) continue;
-                write_dataset<double>(group.id(), parameter.name, parameter.values, 1, {.unit = parameter.unit});
+                write_dataset(group.id(), parameter.name, StateArray<double>(parameter.values), 1,
+                              {.unit = parameter.unit});
             }
             group.close("close the parameters of " + first.group);
         }
         all.close("close parameters");
         auto tables = create_group(firn_group.id(), "tables");
         for (const auto& table : state.tables) {
-            write_dataset<std::int64_t>(tables.id(), table.name, table.values, hsize_t(table.columns));
+            write_dataset(tables.id(), std::string(table.name), table.values, hsize_t(table.columns));
         }
         tables.close("close tables");
         firn_group.close("close the group firn");
@@ -296,8 +347,9 @@ private:
     /// Returns the number of bytes to reserve at the start of the file for everything except arrays. The header of one
     /// HDF5 object takes about 512 bytes.
     template <class S>
-    static std::size_t bytes_beside_arrays(const State<S>& state, int compression) {
-        const bool has_large_arrays = compression == 0 && state.size() * sizeof(std::int64_t) >= hdf5::FileImage::large;
+    static std::size_t bytes_beside_arrays(const StateOutline<S>& state, int compression) {
+        const bool has_large_arrays =
+            compression == 0 && state.points() * sizeof(std::int64_t) >= hdf5::FileImage::large;
         const std::size_t objects = 32 + state.fields.size() + state.parameters.size() + state.attributes.size();
         return has_large_arrays ? objects * 1024 : 2048;
     }
@@ -307,8 +359,21 @@ private:
     static constexpr std::size_t least_compressed = 4096;
 
     hdf5::FileImage image_;
+    std::vector<OpenDataset> open_;  // destroyed, and so closed, before the file
     int compression_;
 };
+
+/// Checks what write_state() is given.
+/// \throws parameter_error  as write_state()
+template <class S>
+void check_before_writing(const State<S>& state, const StateOptions& options) {
+    if (options.compression < 0 || options.compression > 9) {
+        throw parameter_error(
+            sentence("The compression is ", options.compression, "; give 0 (none) or 1 (fast) to 9 (small)."));
+    }
+    check_state(state);
+    for (const std::string& name : options.fields) state.field(name);
+}
 
 }  // namespace detail
 
@@ -324,14 +389,12 @@ private:
 /// \throws io_error         if the file cannot be written (folder missing, disk full, …)
 template <state_scalar S>
 void write_state(const std::filesystem::path& path, const State<S>& state, const StateOptions& options = {}) {
-    if (options.compression < 0 || options.compression > 9) {
-        throw parameter_error(
-            sentence("The compression is ", options.compression, "; give 0 (none) or 1 (fast) to 9 (small)."));
-    }
-    check_state(state);
+    detail::check_before_writing(state, options);
     AtomicFile file(path);  // opened first, so that an invalid path is reported before the long work
-    const std::uint64_t noted = digest(state, [&](std::string_view field) { return options.writes(field); });
-    hdf5::naming_file(path, [&] { return detail::StateFile(state, options, noted); }).write(file);
+    const detail::StateOutline<S> outline(state);
+    const std::uint64_t noted =
+        detail::digest_of(outline, [&](std::string_view field) { return options.writes(field); });
+    hdf5::naming_file(path, [&] { return detail::StateFile(outline, options, noted); }).write(file);
     file.commit();
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 #pragma GCC system_header
 #define FIRN_XXH_INLINE_ALL
-#define FIRN_XXH_NO_STREAM
 #if defined(__AVX512F__)
 #define FIRN_XXH_VECTOR FIRN_XXH_AVX2 // as fast on what lies in memory; g++ 12 warns of its own AVX-512 intrinsics
 #endif
@@ -6783,6 +6782,10 @@ FIRN_XXH3_generateSecret_fromSeed(FIRN_XXH_NOESCAPE void* secretBuffer, FIRN_XXH
 #endif
 
 inline uint64_t firn_xxh3_64bits(const void* data, size_t bytes) { return FIRN_XXH3_64bits(data, bytes); }
+using firn_xxh3_state = FIRN_XXH3_state_t;
+inline void firn_xxh3_reset(firn_xxh3_state& state) { FIRN_XXH3_64bits_reset(&state); }
+inline void firn_xxh3_update(firn_xxh3_state& state, const void* data, size_t bytes) { FIRN_XXH3_64bits_update(&state, data, bytes); }
+inline uint64_t firn_xxh3_digest(const firn_xxh3_state& state) { return FIRN_XXH3_64bits_digest(&state); }
 
 #undef FIRN_XXH128
 #undef FIRN_XXH128_canonicalFromHash

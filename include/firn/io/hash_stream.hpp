@@ -1,0 +1,49 @@
+/// \file Computes the hash of an array piece by piece. The pieces may be in the memories of several processes: the
+/// state of the computation is a few hundred bytes, which one process sends to the next.
+#pragma once
+
+#include <firn/io/state_digest.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+namespace firn::detail {
+
+/// The hash of an array whose pieces are added one after the other. It equals hash_numbers() of the whole array.
+class HashStream {
+public:
+    HashStream() { firn_xxh3_reset(state_); }
+
+    /// Adds the next piece of the array.
+    template <class T>
+    void add(std::span<const T> numbers) {
+        with_little_endian_bytes(numbers, [this](std::span<const std::byte> bytes) {
+            if (!bytes.empty()) firn_xxh3_update(state_, bytes.data(), bytes.size());
+        });
+    }
+    /// Returns the hash of all pieces that were added.
+    std::uint64_t hash() const { return firn_xxh3_digest(state_); }
+
+    /// The state of the computation, for another process that runs the same program.
+    using Bytes = std::array<std::byte, sizeof(firn_xxh3_state)>;
+    Bytes bytes() const {
+        Bytes copy;
+        std::memcpy(copy.data(), &state_, sizeof state_);
+        return copy;
+    }
+    /// Goes on from the state of another process's computation.
+    void go_on_from(const Bytes& bytes) {
+        firn_xxh3_state here;
+        firn_xxh3_reset(here);
+        std::memcpy(&state_, bytes.data(), sizeof state_);
+        state_.extSecret = here.extSecret;  // an address, which differs between processes
+    }
+
+private:
+    firn_xxh3_state state_{};
+};
+
+}  // namespace firn::detail
