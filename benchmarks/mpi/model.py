@@ -25,8 +25,10 @@ class Machine:
     add_node: float = 4e-9
     place_node: float = 1.8e-9
     grid_node: float = 1e-9       # to clear and update a node that others have as well
+    reach: float = 0.7e-9         # to find the nodes that a particle near a shared block reaches
     p2g: float = 0.35             # part of a step that P2G takes
     steps_between_sorts: int = 10
+    look_home: float = 8e-9       # when sorting: to find the rank of a particle
     record: int = 140             # bytes of a particle that goes to another rank
 
     def latency(self, ranks):
@@ -45,7 +47,7 @@ class Step:
     sums: float       # sums on their way
     returns: float    # and back
     reduction: float
-    migration: float  # of particles, divided by the steps between two sorts
+    migration: float  # of particles, one step's part of it
     hidden_half: float
     hidden_all: float
 
@@ -74,7 +76,7 @@ def step(of, machine=Machine()):
     sent_nodes, returned_nodes = of["sums_max"] / node, of["returns_max"] / node
     shared = (of["pieces_max"] * machine.clear_piece + (sent_nodes + returned_nodes) * machine.pack_node
               + of["mflop_max"] / 4 * machine.add_node + returned_nodes * machine.place_node
-              + 64 * of["shared_blocks_max"] * machine.grid_node)
+              + 64 * of["shared_blocks_max"] * machine.grid_node + of["outer_max"] * machine.reach)
     leaves = of["leaves_rank_mean"] / of["sent_mean"] if of["sent_mean"] else 0  # which part goes to other machines
     transfer = of["leaves_machine_max"] / machine.network + (1 - leaves) * of["sent_max"] / machine.inside
     outside = of["leaves_count_mean"] / of["messages_mean"] if of["messages_mean"] else 0
@@ -85,7 +87,7 @@ def step(of, machine=Machine()):
     returns = (1 - share) * transfer + 1 / 3 * of["messages_max"] * message
     moved = of["migrants_max"] * machine.record
     migration = (moved * (leaves * machine.cores / machine.network + (1 - leaves) / machine.inside)
-                 + 2 * moved / machine.inside) / machine.steps_between_sorts
+                 + 2 * moved / machine.inside + of["particles_max"] * machine.look_home) / machine.steps_between_sorts
     ideal = of["all_particles"] / of["ranks"] * machine.particle_step
     # One half of the sums travels while the second half of the particles is scattered. If both sums and returns could
     # travel while particles far from other ranks are scattered and gathered, this could hide more.

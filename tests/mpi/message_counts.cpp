@@ -5,6 +5,7 @@
 #include "support/catch.hpp"
 
 #include "../../benchmarks/mpi/messages.hpp"
+#include "../../benchmarks/mpi/scenes.hpp"
 #include "scenes.hpp"
 
 #include <cstring>
@@ -148,4 +149,30 @@ TEST_CASE("Counted messages are those that are sent: four materials", "[mpi]") {
 
 TEST_CASE("Counted messages are those that are sent: 2D, periodic, double, the cubic kernel", "[mpi]") {
     count<CubicBSpline, double>(scenes::waves(coloured()), 25);
+}
+
+TEST_CASE("A scene made block by block is that of its particles", "[mpi]") {
+    geometry::Scene scene{.particles = 8 * 21 * 21 * 21, .drift = geometry::Drift::flow, .phase = 0.3, .turn = 0.6};
+    const std::array<double, 3> flow{std::cos(0.6), 0.8 * std::sin(0.6), 0.6 * std::sin(0.6)};
+    for (const double phase : {0., 0.3, 0.9}) {
+        scene.phase = phase;
+        geometry::Gathered<3> gathered;
+        for (int i = 0; i < 42 * 42 * 42; ++i) {
+            BlockCoordinate<3> block{}, node{};
+            for (std::size_t a = 0; a < 3; ++a) {
+                const int along = a == 0 ? i % 42 : a == 1 ? i / 42 % 42 : i / 42 / 42;
+                const double x = 0.25 + 0.5 * along + block_size * scene.corner;  // [cells]
+                block[a] = int(std::floor((x - 0.5) / block_size));
+                node[a] = int(std::floor(x - 0.5 + phase * flow[a]));
+            }
+            gathered.add(block, node, 0);
+        }
+        const auto particles = gathered.matter(), blocks = geometry::matter_of(scene);
+        REQUIRE(blocks.size() == particles.size());
+        bool same = true;
+        for (std::size_t i = 0; i < blocks.size(); ++i)
+            same = same && blocks[i].block == particles[i].block && blocks[i].particles == particles[i].particles &&
+                   blocks[i].first == particles[i].first && blocks[i].last == particles[i].last;
+        CHECK(same);
+    }
 }
