@@ -20,12 +20,14 @@ class Machine:
     inside: float = 4e9           # from rank to rank of one machine while all ranks send; two alone reach 13 GB/s here
     message: float = 2e-6         # a message to another machine; ping-pongs of clusters take 0.9 to 1.6 µs
     message_inside: float = 1e-6  # to a rank of the same machine; 0.1 to 2 µs here
-    clear_piece: float = 10e-9    # these four: firn_mpi_geometry --work, twice what it prints for a node
-    pack_node: float = 2.2e-9
-    add_node: float = 4e-9
-    place_node: float = 1.8e-9
+    # Work on shared blocks: times of a trace of 8 ranks (firn_mpi_steps), by what was counted for the same scene.
+    clear_piece: float = 10e-9
+    pack_node: float = 5.0e-9     # a node into a message of sums
+    add_node: float = 3.4e-9      # a node of a piece to the node of the grid
+    back_node: float = 3.2e-9     # a node into a message of returned sums
+    place_node: float = 2.8e-9    # and out of it
+    reach: float = 0.6e-9         # to find the nodes that a particle near a shared block reaches
     grid_node: float = 1e-9       # to clear and update a node that others have as well
-    reach: float = 0.7e-9         # to find the nodes that a particle near a shared block reaches
     p2g: float = 0.35             # part of a step that P2G takes
     steps_between_sorts: int = 10
     look_home: float = 8e-9       # when sorting: to find the rank of a particle
@@ -74,8 +76,8 @@ def step(of, machine=Machine()):
     node = 16
     computing = of["particles_max"] * machine.particle_step
     sent_nodes, returned_nodes = of["sums_max"] / node, of["returns_max"] / node
-    shared = (of["pieces_max"] * machine.clear_piece + (sent_nodes + returned_nodes) * machine.pack_node
-              + of["mflop_max"] / 4 * machine.add_node + returned_nodes * machine.place_node
+    shared = (of["pieces_max"] * machine.clear_piece + sent_nodes * machine.pack_node
+              + of["mflop_max"] / 4 * machine.add_node + returned_nodes * (machine.back_node + machine.place_node)
               + 64 * of["shared_blocks_max"] * machine.grid_node + of["outer_max"] * machine.reach)
     leaves = of["leaves_rank_mean"] / of["sent_mean"] if of["sent_mean"] else 0  # which part goes to other machines
     transfer = of["leaves_machine_max"] / machine.network + (1 - leaves) * of["sent_max"] / machine.inside
