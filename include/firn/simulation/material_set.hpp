@@ -339,7 +339,9 @@ private:
             if (!std::isfinite(S(velocity[a])))
                 throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a],
                                                " m/s; it must be finite in the simulation's precision."));
-        firn::check_positions<double, D>(x.size(), particles.domain(), [&](std::size_t i, int a) { return x[i][a]; });
+        if (!x.empty() || part.count == 0)
+            firn::check_positions<double, D>(x.size(), particles.domain(),
+                                             [&](std::size_t i, int a) { return x[i][a]; });
         if (part.count > particles.ids_left())
             throw parameter_error(sentence("A body of ", part.count, " particles: only ", particles.ids_left(),
                                            " ids of this material are left."));
