@@ -3,7 +3,7 @@
 ///
 ///     firn_mpi_geometry [--scene box|dam|layer|spray] [--drift none|flow|every_side] [--phases 4] [--random]
 ///                       [--particles 1e9 | --particles-a-rank 1e6] [--ranks 64,128,…] [--node 64] [--csv FILE]
-///                       [--per-block 4] [--thickness 8] [--corner 2] [--turn 0]
+///                       [--per-block 4] [--thickness 8] [--corner 0] [--turn 0]
 ///     firn_mpi_geometry --positions FILE [--ranks 2,4,8] [--period 0,0,0] [--double]
 ///
 /// The first form prints, for each number of ranks, means and maxima over ranks. With `--drift flow`, each number is a

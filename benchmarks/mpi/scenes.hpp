@@ -28,7 +28,7 @@ struct Scene {
     bool lattice = true;   ///< particles at ¼ and ¾ of each cell; if not, at any place in it
     double per_block = 4;  ///< of spray: particles in a block, on average
     double thickness = 8;  ///< of the layer [cells]
-    int corner = 2;        ///< lower corner of the scene along each axis [blocks]
+    int corner = 0;        ///< lower corner of the scene along each axis [blocks]; 0: at the walls
     double turn = 0;       ///< angle of the flow in its plane [radians]; a box and a layer move along it
 
     /// Names of all shapes.
