@@ -142,10 +142,22 @@ int main(int argc, char** argv) {
     //!
     //! ## Big runs
     //!
-    //! - **Add matter in pieces.** Each rank computes the samples of every body and keeps its share of them, so that
-    //!   their ids are the same on any number of ranks. While `add` runs, all samples of this body are in memory, on
-    //!   every rank: 24 bytes each. Fill a large body in slabs, one call of `add` for each. A slab begins where the
-    //!   last one ends, a multiple of the spacing further.
+    //! - **Adding matter.** Where every rank gives `add` the same samples, each keeps its share; but all samples of this
+    //!   body, 24 bytes each, are in memory on every rank while `add` runs. For a body that is too large for that, each
+    //!   rank gives firn::mpi::add only some of the samples. The body is then those of rank 0, those of rank 1, and so
+    //!   on. For the same bits on any number of ranks, cut the body into slabs whose number does not depend on it:
+    //!
+    //!   ```cpp
+    //!   constexpr int slabs = 4096;
+    //!   firn::Samples<3> mine;
+    //!   for (int slab = slabs * ranks.rank() / ranks.size(); slab < slabs * (ranks.rank() + 1) / ranks.size(); ++slab) {
+    //!       const auto of_slab = firn::sample_box<3>(lower_corner(slab), upper_corner(slab), {.spacing = spacing});
+    //!       mine.volume = of_slab.volume;
+    //!       mine.positions.insert(mine.positions.end(), of_slab.positions.begin(), of_slab.positions.end());
+    //!   }
+    //!   firn::mpi::add(simulation, mine, 1600);
+    //!   ```
+    //!
     //! - **Memory.** A rank needs memory for its particles, for their nodes, and for messages. It does not grow with
     //!   the domain, nor with the particles of others.
     //! - **Balance.** When a rank has more than 1.1 times the mean number of particles, space is divided anew:
