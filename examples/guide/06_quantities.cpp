@@ -34,7 +34,7 @@ int main() {
     //! ## Totals
     //!
     //! `totals` returns sums over the particles of a set: mass, momentum, angular momentum, first moment, kinetic and
-    //! elastic energy. The first moment divided by the mass is the centre of mass. The sums are in double, and have the
+    //! elastic energy. The first moment divided by the mass is the centre of mass. The sums are exact, and have the
     //! same bits on any number of threads.
     const auto sums = simulation.totals();
     std::printf("mass %.1f kg, kinetic energy %.2g J\n", sums.mass, sums.kinetic_energy);

@@ -90,19 +90,24 @@ auto four_materials(const Execution& execution) {
     return simulation;
 }
 
-/// Water from a source that falls into a sink; each burst lives for a while.
+/// Water from a source that falls into a sink, through sand and past a disc that moves; each burst lives for a while.
 template <class Execution>
 auto fountain(const Execution& execution) {
-    Simulation simulation(Domain<2>{{0, 0}, {1, 1}, 1. / 64}, Fluid<float>::from_properties({.bulk = 2e4}), execution,
-                          Flip<float>{});
-    simulation.add(sample_box<2>({0.3, 0.0}, {0.7, 0.1}, {.spacing = 1. / 128}), 1000);
-    Source<2> source{.samples = sample_box<2>({0.1, 0.3}, {0.16, 0.34}, {.spacing = 1. / 128}),
+    const Collider<Sphere<float, 2>> disc{.shape = {0.06F}, .position = {0.2, 0.55}, .linear_velocity = {0.6, -0.3}};
+    const auto walls = Walls<float, 2>::all({0, 0}, {1, 1}, {Contact::separate, 0.3});
+    Simulation simulation(Domain<2>{{0, 0}, {1, 1}, 1. / 96},
+                          Materials(Fluid<float>::from_properties({.bulk = 2e4}), Sand<float>::from_properties({})),
+                          execution, Together(walls, disc), Flip<float>{});
+    simulation.template set<0>().add(sample_box<2>({0.0, 0.0}, {0.3, 0.1}, {.spacing = 1. / 192}), 1000);
+    simulation.template set<1>().add(sample_box<2>({0.35, 0.0}, {0.7, 0.2}, {.spacing = 1. / 192}), 1600);
+    Source<2> source{.samples = sample_box<2>({0.1, 0.3}, {0.16, 0.34}, {.spacing = 1. / 192}),
                      .density = 1000,
                      .velocity = {2., 2.},
                      .rate = 40,
-                     .lifespan = 0.5};
-    simulation.add_source(source);
-    simulation.add_sink({{0.8, 0.0}, {1.0, 0.1}});
+                     .lifespan = 0.12};
+    simulation.template set<0>().add_source(source);
+    simulation.template set<0>().add_sink({{0.8, 0.0}, {1.0, 0.3}});
+    simulation.reactions.emplace();
     return simulation;
 }
 

@@ -149,26 +149,27 @@ TotalsSums<D> sum_totals(const Particles<S, D, State>& particles, const Domain<D
     constexpr std::size_t chunk = 256;
     struct Share {
         TotalsSums<D> of;
-        std::array<std::array<double, chunk>, TotalsSums<D>::quantities> rows;  // a row for each quantity
+        /// A row for each quantity. A power of two between two rows would put them into the same lines of the cache.
+        std::array<std::array<double, chunk + 8>, TotalsSums<D>::quantities> rows;
     };
     const std::size_t chunks = (particles.slots() + chunk - 1) / chunk;
     const int workers = thread_count(threads);
     std::vector<std::unique_ptr<Share>> shares{std::size_t(workers)};
     parallel_for(chunks, workers, [&](std::size_t c, int worker) {
-        std::unique_ptr<Share>& share = shares[std::size_t(worker)];
-        if (!share) share.reset(new Share);
+        if (!shares[std::size_t(worker)]) shares[std::size_t(worker)].reset(new Share);
+        Share& share = *shares[std::size_t(worker)];
         std::size_t count = 0;
         const std::size_t end = std::min(particles.slots(), (c + 1) * chunk);
         for (std::size_t slot = c * chunk; slot < end; ++slot) {
             if (!particles.is_particle(slot)) continue;
             const Totals<D> one = totals_of_particle(particles, slot, exact, inertia);
             std::size_t q = 0;
-            for_quantities(one, [&](double quantity) FIRN_LAMBDA { share->rows[q++][count] = quantity; });
+            for_quantities(one, [&](double quantity) FIRN_LAMBDA { share.rows[q++][count] = quantity; });
             ++count;
         }
-        share->of.sums[0].add(double(count));
-        for (std::size_t q = 0; q < share->rows.size(); ++q)
-            share->of.sums[q + 1].add(std::span(share->rows[q]).first(count));
+        share.of.sums[0].add(double(count));
+        for (std::size_t q = 0; q < share.rows.size(); ++q)
+            share.of.sums[q + 1].add(std::span(share.rows[q]).first(count));
     });
     TotalsSums<D> sum;
     for (const auto& share : shares)

@@ -1,10 +1,12 @@
-/// \file firn_mpi_failing HOW RANK: a program whose rank RANK fails while the others wait for it; run.sh says how.
+/// \file firn_mpi_failing HOW RANK FOLDER: a program whose rank RANK fails while the others wait for it; run.sh says how.
+/// Each rank leaves a file in FOLDER whose name is its process id.
 #include <firn/mpi/session.hpp>
 
 #include <unistd.h>
 
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <stdexcept>
 #include <thread>
 
@@ -22,10 +24,9 @@ int main(int argc, char** argv) {
 
     firn::mpi::Session session(argc, argv);
     const firn::mpi::Communicator ranks;
-    std::printf("process %ld\n", long(getpid()));
-    std::fflush(stdout);
+    const int failing = std::stoi(argv[2]);
+    std::ofstream(std::string(argv[3]) + "/" + std::to_string(getpid()));
     ranks.barrier();
-    const int failing = argc > 2 ? std::stoi(argv[2]) : -1;
     if (how == "together") firn::mpi::throw_together<firn::usage_error>(ranks, failing, "All ranks agree.");
     if (ranks.rank() == failing) {
         if (how == "throw") throw firn::usage_error("This rank gives up.");

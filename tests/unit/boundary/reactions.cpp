@@ -1,12 +1,32 @@
 /// \file What each part of a boundary gave to matter in a step: against the momentum of the matter, and the same bits
-/// whatever the number of threads.
+/// whatever the number of threads and ranks, and the order of the blocks.
 #include "support/catch.hpp"
+#include "support/scenes.hpp"
 #include "support/watched_run.hpp"
 
 #include <cstring>
 
 using namespace firn;
 using scenes::WatchedRun;
+
+namespace three_ranks {
+
+/// An execution of three ranks in one program, one after the other. Each counts every third block, and adds its sums to
+/// those of the ranks before it.
+struct Ranks {
+    int threads = 1;
+    std::size_t rank = 0;
+    std::vector<std::int64_t>* of_ranks_before = nullptr;
+};
+void merge_sums(const Ranks& ranks, std::span<ExactSum> sums) {
+    for (ExactSum& sum : sums) sum.normalise();
+    const auto digits = digits_of(sums);
+    ranks.of_ranks_before->resize(digits.size());
+    for (std::size_t k = 0; k < digits.size(); ++k) digits[k] = (*ranks.of_ranks_before)[k] += digits[k];
+}
+bool counts_block(const Ranks& ranks, std::size_t block) { return block % 3 == ranks.rank; }
+
+}  // namespace three_ranks
 
 namespace {
 
@@ -107,6 +127,53 @@ TEMPLATE_TEST_CASE("reactions have the same bits for any number of threads", "[b
         of_threads.push_back(*run.reactions);
     }
     for (const auto& other : of_threads) CHECK(same_bits(other, of_threads[0]));
+}
+
+TEMPLATE_TEST_CASE_SIG("reactions have the same bits for any number of ranks, and in any order of the blocks",
+                       "[boundary][reactions]", ((int D), D), 2, 3) {
+    SparseGrid<double, D> grid({Vec<double, D>::zero(), Vec<double, D>::filled(1), 1.0 / 16});
+    Simulation<D, FixedCorotated<double>> simulation(grid.domain());
+    simulation.add(sample_box<D>(Vec<double, D>::filled(0.01), Vec<double, D>::filled(0.9), {.spacing = 1.0 / 20}),
+                   1000);
+    grid.activate(simulation.partition());
+    const std::size_t numbers = std::size_t(block_nodes<D> * node_width);
+    for (std::size_t b = 0; b < grid.block_count(); ++b)
+        for (std::size_t k = 0; k < numbers; ++k)
+            grid.nodes(b)[k] =
+                (k % node_width == node_mass ? 1 : 1e3 / double(b + 1)) * std::sin(double(1 + k % 89 + 31 * b));
+    const auto boundary = scene<D>();
+    const auto reactions_of = [&](const auto& execution) {
+        auto momenta = grid;
+        Reactions<D> reactions;
+        grid_update(execution, momenta, 1e-3, Vec<double, D>::filled(-1), boundary, reactions);
+        return reactions;
+    };
+    const Reactions<D> whole = reactions_of(Serial{});
+    for (std::size_t k = 0; k < 3; ++k) CHECK(norm(whole.parts[k].impulse) > 0);
+    std::vector<std::int64_t> sums;
+    for (const std::size_t rank : {2, 0, 1}) {
+        const Reactions<D> of_ranks = reactions_of(three_ranks::Ranks{1, rank, &sums});
+        CHECK(same_bits(of_ranks, whole) == (rank == 1));  // of the last rank
+    }
+
+    // The impulses of blocks, with many orders of magnitude, as they might lie in the grid.
+    std::vector<std::array<Reaction<D>, 2>> blocks(500);
+    std::uint64_t seed = 1;
+    for (auto& of_parts : blocks)
+        for (Reaction<D>& reaction : of_parts)
+            detail::for_impulses(reaction, [&](double& number) {
+                number = (scenes::noise(seed) - 0.4) * std::pow(10, 20 * scenes::noise(seed + 1));
+                seed += 2;
+            });
+    std::vector<Reactions<D>> of_orders;
+    for (int order = 0; order < 4; ++order) {
+        of_orders.emplace_back().parts.resize(2);
+        const std::span<const Reaction<D>> all(blocks[0].data(), 2 * blocks.size());
+        detail::sum_reactions<Serial, D>(Serial{}, all, of_orders.back().parts);
+        CHECK(same_bits(of_orders.back(), of_orders[0]));
+        for (std::size_t i = blocks.size(); i > 1; --i)
+            std::swap(blocks[i - 1], blocks[std::size_t(scenes::noise(seed++) * double(i))]);
+    }
 }
 
 TEST_CASE("a list of joined solids has the parts of all of them, in order", "[boundary][reactions]") {

@@ -100,9 +100,6 @@ void check(const std::vector<double>& numbers, double expected) {
     REQUIRE(same(at_once(numbers), expected));
 }
 
-}  // namespace exact_sum_tests
-using namespace exact_sum_tests;
-
 TEST_CASE("an exact sum is the one of Python's fractions, rounded once") {
     check({-0x1.5eb5621636369p-532, -0x1.a02f3795b929ep-532, -0x1.035ef9b08923dp-536}, -0x1.878d44a37bf95p-531);
     check({-0x1.8d00342650644p+841, 0x1.b7970fee29476p+839, 0x1.8cb4ad6225675p+842}, 0x1.fa4eea9984bc4p+841);
@@ -266,3 +263,5 @@ TEST_CASE("the digits of several sums lie one after another") {
     for (std::size_t k = 0; k < digits.size(); ++k) digits[k] += other[k];
     for (std::size_t k = 0; k < 3; ++k) CHECK(sums[k].value() == 2 * double(k + 1));
 }
+
+}  // namespace exact_sum_tests

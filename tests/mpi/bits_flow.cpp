@@ -1,0 +1,10 @@
+// ranks: 3
+// threads: 2 1
+#include "mpi/bits.hpp"
+
+using namespace scenes;
+
+TEST_CASE("A fountain by FLIP, with source, sink, sand and a disc that moves, has the same bits", "[mpi]") {
+    const Seen many = check_same_bits<Coloured>([](const auto& e) { return fountain(e); }, 300);
+    CHECK(many.migrations >= 5);
+}
