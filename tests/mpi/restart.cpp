@@ -221,16 +221,16 @@ TEST_CASE("A state that is damaged or of another run is refused on all ranks, an
         CHECK(scenes::fingerprint(run) == was);
     };
     const bool last = all.rank() + 1 == all.size();
-    refused("order of particles", [&](auto& s) {
+    refused("is inconsistent", [&](auto& s) {
         if (last) s.tables[0].values[3] = s.tables[0].values[4];
     });
-    refused("order of particles", [&](auto& s) {
+    refused("is inconsistent", [&](auto& s) {
         if (last) s.tables[0].values[3] = -7;
     });
-    refused("table of blocks", [&](auto& s) {
+    refused("is inconsistent", [&](auto& s) {
         if (last) s.tables[1].values[0] = std::int64_t(1) << 40;
     });
-    refused("table of blocks", [&](auto& s) {
+    refused("is inconsistent", [&](auto& s) {
         if (last) s.tables[1].values[4] += 1;
     });
     refused("no table 'slot'", [&](auto& s) { s.tables.erase(s.tables.begin()); });
