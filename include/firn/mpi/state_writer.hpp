@@ -394,7 +394,7 @@ private:
     firn::detail::StateOutline<S> whole_;
     RowExchange exchange_;
     std::uint64_t particles_;               // of all ranks
-    RowsPart part_;           // the rows that this rank writes
+    RowsPart part_;                         // the rows that this rank writes
     std::vector<std::int64_t> first_slot_;  // of each rank
     std::vector<std::uint32_t> order_{};    // of the rows received. \see order_of_ids
     Outcome outcome_;
@@ -415,9 +415,9 @@ private:
 /// left, and an old file at `path` is unchanged.
 ///
 /// The ranks must see the same file system, and be able to write to different places of one file at the same time, as
-/// with Lustre, BeeGFS, GPFS or a local disk. In addition to the memory of its state, a rank needs at most twice the
-/// memory of the largest field for its share of the particles; rank 0 also needs a few megabytes, and with compression
-/// as much memory as the file has bytes, because it compresses for all.
+/// with Lustre, BeeGFS, GPFS or a local disk. In addition to the memory of its state, a rank needs two to three times
+/// the memory of the largest field for its share of the particles; rank 0 also needs a few megabytes, and with
+/// compression as much memory as the file has bytes, because it compresses for all.
 /// \param all      the ranks
 /// \param path     the name of the file, which should end in .hdf; that of rank 0 counts
 /// \param mine     the state of this rank: its particles in ascending order of their ids, and everything else as on all
