@@ -404,13 +404,14 @@ private:
     void prepare();
     template <class Set>
     void prepare(Set& set) {
-        if (ranks().sum(set.particles.size()) == 0 && (has_particles() || is_waiting())) {  // some may be added later
+        const bool is_empty = ranks().sum(set.particles.size()) == 0;
+        if (is_empty && (has_particles() || is_waiting())) {  // particles may be added later
             set.partition = {};
             set.report = {};
             set.readiness.prepare();
             return;
         }
-        set.check_positions();
+        if (is_empty || set.particles.size() > 0) set.check_positions();
         sort(set);
         const auto pass = detail::update_stress_pass(execution, set.particles.view(), set.partition, set.material,
                                                      domain().cell_size);

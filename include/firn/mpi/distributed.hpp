@@ -85,6 +85,29 @@ Ranks ranks_of(const Distributed<Execution>& execution) {
     return Ranks(execution.state_, execution.largest_imbalance);
 }
 
+/// Adds a body whose samples no rank has alone: the samples of rank 0, then those of rank 1, and so on. Their order
+/// gives the particles' ids, so the bits of a run depend on this order, and not on where it is cut into parts.
+/// Collective.
+/// \param set      a simulation with one material, or a handle to one of its sets
+/// \param samples  the samples of this rank
+/// \return the whole body, the same on all ranks
+/// \throws parameter_error, particle_error  as SetAccess::add
+template <class Set, int D>
+Body add(Set&& set, const Samples<D>& samples, double density, const Vec<double, D>& velocity = {}) {
+    const Communicator& all = [&]() -> const Communicator& {
+        if constexpr (requires { set.execution.communicator(); })
+            return set.execution.communicator();
+        else
+            return set.simulation().execution.communicator();
+    }();
+    const std::uint64_t mine = samples.positions.size();
+    const auto before = all.sum_before(mine), count = all.sum(mine);
+    const double volume = all.max(mine > 0 ? samples.volume : 0.0);  // a rank may have no samples
+    if (mine == 0)
+        return set.add_part(Samples<D>{{}, volume}, std::size_t(before), std::size_t(count), density, velocity);
+    return set.add_part(samples, std::size_t(before), std::size_t(count), density, velocity);
+}
+
 namespace detail {
 
 /// Joins the sums in quanta of all ranks.

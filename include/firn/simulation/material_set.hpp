@@ -23,6 +23,14 @@
 
 namespace firn {
 
+/// Which particles of a body a process adds, when several processes add a body together.
+struct PartOfBody {
+    std::size_t begin,  ///< index of the first sample that becomes a particle of this process
+        end,            ///< index of the last such sample, plus 1
+        before,         ///< number of particles of the body before the first sample
+        count;          ///< number of particles of the whole body
+};
+
 /// A list of constitutive models of the same precision for one simulation: `Simulation<3, Materials<Snow<float>,
 /// Sand<float>>>`. Each model has its own set of particles, which carry the state of that model. All sets share one
 /// grid.
@@ -116,6 +124,13 @@ struct MaterialSet {
     /// \param share     the part of the samples that becomes particles of this process; all get ids
     Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads,
              const Share& share = {}) {
+        const std::size_t n = samples.positions.size();
+        return add(samples, density, velocity, threads, {share.first(n), share.last(n), 0, n});
+    }
+    /// Adds some of the samples of a body; other processes add the others.
+    /// \param part  which of the samples become particles, and which part of the body the samples are
+    Body add(const Samples<D>& samples, double density, const Vec<double, D>& velocity, int threads,
+             const PartOfBody& part) {
         if (!(density > 0) || !std::isfinite(density))
             throw parameter_error(sentence("The density is ", density, " kg/m^3; it must be positive and finite."));
         if (!(samples.volume > 0) || !std::isfinite(samples.volume))
@@ -127,7 +142,7 @@ struct MaterialSet {
                                            density * samples.volume,
                                            " kg is too small or too large for the simulation's precision. Use "
                                            "double."));
-        return add_all(samples.positions, velocity, volume, [&](std::size_t) { return mass; }, threads, share);
+        return add_all(samples.positions, velocity, volume, [&](std::size_t) { return mass; }, threads, part);
     }
 
     /// Adds the points of a net as particles that have mass and no volume.
@@ -151,7 +166,9 @@ struct MaterialSet {
                 if (corner >= masses.size())
                     throw parameter_error(sentence("A facet of the net has the corner ", corner, "; there are ",
                                                    masses.size(), " points, counted from 0."));
-        const Body body = add_all(net.positions, velocity, S(0), [&](std::size_t i) { return S(masses[i]); }, threads);
+        const std::size_t n = masses.size();
+        const Body body =
+            add_all(net.positions, velocity, S(0), [&](std::size_t i) { return S(masses[i]); }, threads, {0, n, 0, n});
         for (Facet<D> facet : net.facets) {
             for (std::uint32_t& corner : facet) corner += body.first;
             facets.push_back(facet);
@@ -317,21 +334,22 @@ private:
 
     template <class MassOf>
     Body add_all(const std::vector<Vec<double, D>>& x, const Vec<double, D>& velocity, S volume, const MassOf& mass_of,
-                 int threads, const Share& share = {}) {
+                 int threads, const PartOfBody& part) {
         for (int a = 0; a < D; ++a)
             if (!std::isfinite(S(velocity[a])))
                 throw parameter_error(sentence("Component ", a, " of the velocity is ", velocity[a],
                                                " m/s; it must be finite in the simulation's precision."));
-        firn::check_positions<double, D>(x.size(), particles.domain(), [&](std::size_t i, int a) { return x[i][a]; });
-        const Body body{particles.next_id(), std::uint32_t(x.size())};
-        const std::size_t first = share.first(x.size()), last = share.last(x.size());
-        if (x.size() > particles.ids_left())
-            throw parameter_error(sentence("A body of ", x.size(), " particles: only ", particles.ids_left(),
+        if (!x.empty() || part.count == 0)
+            firn::check_positions<double, D>(x.size(), particles.domain(),
+                                             [&](std::size_t i, int a) { return x[i][a]; });
+        if (part.count > particles.ids_left())
+            throw parameter_error(sentence("A body of ", part.count, " particles: only ", particles.ids_left(),
                                            " ids of this material are left."));
-        particles.reserve(particles.size() + (last - first), threads);
-        particles.skip_ids(body.first + std::uint32_t(first));
+        const Body body{particles.next_id(), std::uint32_t(part.count)};
+        particles.reserve(particles.size() + (part.end - part.begin), threads);
+        particles.skip_ids(body.first + std::uint32_t(part.before + part.begin));
         const auto state = initial_state<D>(material);
-        for (std::size_t i = first; i < last; ++i)
+        for (std::size_t i = part.begin; i < part.end; ++i)
             particles.push_back(x[i], cast<S>(velocity), mass_of(i), volume, state);
         particles.skip_ids(body.first + body.count);
         bodies.push_back(body);

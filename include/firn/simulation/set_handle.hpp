@@ -66,6 +66,21 @@ public:
         static_assert(M == D, "firn: this velocity has another dimension than the simulation.");
         return {};
     }
+    /// Adds a body of which this process has only a part of the samples, for runs on many ranks: the body has `count`
+    /// particles, of which the samples are those from `before` on. Other ranks add the others. \see mpi::add
+    /// \param before  number of particles of the body before the first sample
+    /// \param count   number of particles of the whole body; the same on all ranks
+    /// \return the whole body
+    /// \throws parameter_error  if the samples reach beyond `count`, or a number is out of range as for add()
+    /// \throws particle_error   if a position is not finite or not in the domain
+    Body add_part(const Samples<D>& samples, std::size_t before, std::size_t count, double density,
+                  const Vec<double, D>& velocity = {}) {
+        const std::size_t n = samples.positions.size();
+        if (before > count || n > count - before)
+            throw parameter_error(sentence("A part of ", n, " particles from particle ", before,
+                                           " on reaches beyond a body of ", count, " particles."));
+        return self().mine().add(samples, density, velocity, self().simulation().workers(), {0, n, before, count});
+    }
     /// Adds the points of a net as particles that have mass and no volume. The material must be NoStress.
     /// \param masses    mass of each point [kg]
     /// \param velocity  velocity of all points [m/s]

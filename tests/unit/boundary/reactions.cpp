@@ -18,13 +18,21 @@ struct Ranks {
     std::size_t rank = 0;
     std::vector<std::int64_t>* of_ranks_before = nullptr;
 };
-void merge_sums(const Ranks& ranks, std::span<ExactSum> sums) {
-    for (ExactSum& sum : sums) sum.normalise();
-    const auto digits = digits_of(sums);
-    ranks.of_ranks_before->resize(digits.size());
-    for (std::size_t k = 0; k < digits.size(); ++k) digits[k] = (*ranks.of_ranks_before)[k] += digits[k];
-}
-bool counts_block(const Ranks& ranks, std::size_t block) { return block % 3 == ranks.rank; }
+struct Told : OneRank {
+    const Ranks& of;
+
+    void merge(std::span<ExactSum> sums) const {
+        for (ExactSum& sum : sums) sum.normalise();
+        const auto digits = digits_of(sums);
+        of.of_ranks_before->resize(digits.size());
+        for (std::size_t k = 0; k < digits.size(); ++k) digits[k] = (*of.of_ranks_before)[k] += digits[k];
+    }
+    template <int D>
+    bool counts(std::size_t block) const {
+        return block % 3 == of.rank;
+    }
+};
+Told ranks_of(const Ranks& ranks) { return {{}, ranks}; }
 
 }  // namespace three_ranks
 

@@ -13,14 +13,19 @@ struct Ranks : Coloured {
     mutable std::vector<std::int64_t>* of_first = nullptr;
     int rank = 0;
 };
-inline void merge_sums(const Ranks& ranks, std::span<ExactSum> sums) {
-    for (ExactSum& sum : sums) sum.normalise();
-    const auto digits = digits_of(sums);
-    if (ranks.rank == 0)
-        ranks.of_first->assign(digits.begin(), digits.end());
-    else
-        for (std::size_t k = 0; k < digits.size(); ++k) digits[k] += (*ranks.of_first)[k];
-}
+struct Told : OneRank {
+    const Ranks& of;
+
+    void merge(std::span<ExactSum> sums) const {
+        for (ExactSum& sum : sums) sum.normalise();
+        const auto digits = digits_of(sums);
+        if (of.rank == 0)
+            of.of_first->assign(digits.begin(), digits.end());
+        else
+            for (std::size_t k = 0; k < digits.size(); ++k) digits[k] += (*of.of_first)[k];
+    }
+};
+inline Told ranks_of(const Ranks& ranks) { return {{}, ranks}; }
 
 }  // namespace two_ranks
 
