@@ -13,6 +13,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+import mpi.model
 import results
 
 colours = ["#1f5a93", "#d1603d", "#3f8f5b", "#8c6bb1", "#777777"]
@@ -127,9 +128,10 @@ def scenes(measured, file):
 
 
 def main():
-    measured = Measured(sys.argv[1] if len(sys.argv) > 1 else results.folder / "results.json")
     folder = Path(sys.argv[2]) if len(sys.argv) > 2 else results.root / "benchmarks/plots"
     folder.mkdir(parents=True, exist_ok=True)
+    mpi.model.draw(plt, colours, folder / "ranks.png")
+    measured = Measured(sys.argv[1] if len(sys.argv) > 1 else results.folder / "results.json")
     particles(measured, folder / "particles.png")
     threads(measured, folder / "threads.png")
     scenes(measured, folder / "scenes.png")

@@ -8,6 +8,7 @@ import re
 import sys
 
 import results
+from mpi.model import mpi_messages, mpi_model
 
 
 def load(name):
@@ -193,7 +194,8 @@ def compile_time():
                  [[name, f"{time:.2f}", f"{time / reference:.2f}"] for name, time in seconds.items()])
 
 
-tables = [machine, ratio, sizes, scenes, materials, executions, corner, stages, roof, threads, taichi, compile_time]
+tables = [machine, ratio, sizes, scenes, materials, executions, corner, stages, roof, threads, taichi, compile_time,
+          mpi_messages, mpi_model]
 
 
 def main():

@@ -5,7 +5,6 @@
 ///                       [--particles 1e9 | --particles-a-rank 1e6] [--ranks 64,128,…] [--node 64] [--csv FILE]
 ///                       [--per-block 4] [--thickness 8] [--corner 2] [--turn 0]
 ///     firn_mpi_geometry --positions FILE [--ranks 2,4,8] [--period 0,0,0] [--double]
-///     firn_mpi_geometry --work
 ///
 /// The first form prints, for each number of ranks, means and maxima over ranks. With `--drift flow`, each number is a
 /// mean over some phases between two sorts. `--node` is the number of ranks on one machine; neighbours along the curve
@@ -14,10 +13,7 @@
 /// The second form prints the bytes that each rank sends to each other rank. A line of the file is one particle:
 /// the coordinates of its block, of its base node (both are integers, counted from the lower corner of the domain), and
 /// the index of its set.
-///
-/// The third form measures the work on shared blocks, in nanoseconds.
 #include "scenes.hpp"
-#include "work.hpp"
 
 #include <chrono>
 #include <cstdio>
@@ -34,7 +30,7 @@ struct Options {
     geometry::Scene scene;
     std::vector<int> ranks{2, 4, 8, 16, 32, 64, 128, 256, 512, 1000};
     double particles_a_rank = 1e6;
-    bool per_rank = true, work = false;
+    bool per_rank = true;
     int phases = 4, node = 64;
     std::string csv{}, positions{};
     geometry::Scheme<3> scheme{};
@@ -53,10 +49,6 @@ Options read(int count, char** words) {
         const std::string name = words[i];
         if (name == "--random") {
             options.scene.lattice = false;
-            continue;
-        }
-        if (name == "--work") {
-            options.work = true;
             continue;
         }
         if (name == "--double") {
@@ -139,13 +131,13 @@ void count(const Options& options, const std::vector<std::vector<geometry::Block
     double particles = 0;
     for (const auto& matter : phases) {
         const auto cuts = geometry::cuts<3>(matter, ranks);
-        const geometry::Messages messages = geometry::count_messages<3>(matter, cuts, options.scheme);
+        const geometry::Messages messages = geometry::count_messages<3>(matter, {&cuts, 1}, options.scheme);
         std::vector<double> leaves(std::size_t(ranks), 0), leaves_count(leaves);
         for (const auto& [pair, bytes] : messages.pairs) {
             const auto from = std::size_t(pair >> 32), to = std::size_t(pair & 0xffffffffu);
             if (from / std::size_t(options.node) == to / std::size_t(options.node)) continue;
             leaves[from] += double(bytes.sums + bytes.returns);
-            leaves_count[from] += (bytes.sums > 0) + (bytes.returns > 0);
+            leaves_count[from] += double(bytes.messages());
         }
         std::vector<double> of_machine(std::size_t((ranks + options.node - 1) / options.node), 0);
         const double weight = 1 / double(ranks) / double(phases.size());
@@ -184,12 +176,12 @@ void count(const Options& options, const std::vector<std::vector<geometry::Block
     const bool exists = std::ifstream(options.csv).good();
     std::ofstream file(options.csv, std::ios::app);
     if (!exists) {
-        file << "scene,drift,positions,node,ranks,all_particles";
+        file << "scene,drift,turn,positions,node,ranks,all_particles";
         for (const Line& line : lines) file << ',' << line.name << "_mean," << line.name << "_max";
         file << '\n';
     }
     const char* const drifts[] = {"none", "flow", "every_side"};
-    file << options.scene.shape << ',' << drifts[int(options.scene.drift)] << ','
+    file << options.scene.shape << ',' << drifts[int(options.scene.drift)] << ',' << options.scene.turn << ','
          << (options.scene.lattice ? "lattice" : "random") << ',' << options.node << ',' << ranks << ',' << particles;
     for (const Line& line : lines) file << ',' << line.figure.mean << ',' << line.figure.max;
     file << '\n';
@@ -240,7 +232,7 @@ void count_positions(const Options& options) {
     const auto matter = read_positions(options.positions);
     for (const int ranks : options.ranks) {
         const auto cuts = geometry::cuts<3>(matter, ranks);
-        const auto messages = geometry::count_messages<3>(matter, cuts, options.scheme);
+        const auto messages = geometry::count_messages<3>(matter, {&cuts, 1}, options.scheme);
         std::printf("%d ranks\n  from    to        sums     returns [bytes]\n", ranks);
         for (int from = 0; from < ranks; ++from)
             for (int to = 0; to < ranks; ++to)
@@ -254,11 +246,7 @@ void count_positions(const Options& options) {
 int main(int count, char** words) {
     try {
         const Options options = read(count, words);
-        if (options.work) {
-            const auto work = geometry::measure_work();
-            std::printf("clear a piece %.1f ns, pack a node %.2f ns, add a node %.2f ns, place a node %.2f ns\n",
-                        work.clear, work.pack, work.add, work.place);
-        } else if (options.positions.empty()) {
+        if (options.positions.empty()) {
             count_scene(options);
         } else {
             count_positions(options);

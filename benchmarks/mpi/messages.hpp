@@ -1,9 +1,8 @@
 /// \file Counts the messages that the ranks of a distributed step send, from where the matter is. No MPI is needed.
 ///
-/// This file has all that is known about the messages. A test compares its counts with messages that were sent
-/// (tests/mpi). P2G: each rank scatters its particles. A block of nodes is shared if it lies in the grids of several
-/// ranks (its contributors). One of them, the summing rank, adds what the others send, in the order of turns, and sends
-/// the sums back.
+/// A test compares the counts with messages that were sent (tests/mpi/message_counts.cpp). A block of nodes is shared
+/// if it lies in the grids of several ranks (its contributors). One of them, the summing rank, adds the pieces that the
+/// others send, in the order of turns, and sends the sums back. \see firn/mpi/shared_blocks.hpp
 #pragma once
 
 #include <firn/data/sparse_grid.hpp>
@@ -45,10 +44,13 @@ struct Scheme {
     std::array<int, std::size_t(D)> period{};                        ///< blocks along periodic axes, or 0
 };
 
-/// Bytes that one rank sends to another in one step.
+/// What one rank sends to another in one step.
 struct Bytes {
     std::size_t sums = 0;     ///< what its particles add to nodes that the other rank sums up
     std::size_t returns = 0;  ///< the sums of nodes that it sums up, and to which the other rank contributes
+    unsigned batches = 0;     ///< which messages these are: bits 0 and 1: two halves of the sums, bit 2: returns
+
+    std::size_t messages() const { return std::size_t(std::popcount(batches)); }
 };
 
 /// What one rank does in one step.
@@ -60,7 +62,7 @@ struct RankCount {
     std::size_t sums = 0;           ///< bytes of sums that it sends
     std::size_t returns = 0;        ///< bytes of returned sums that it sends
     std::size_t received = 0;       ///< bytes that it receives, both kinds
-    std::size_t messages = 0;       ///< messages that it sends, both kinds
+    std::size_t messages = 0;       ///< messages that it sends, both kinds. \see detail::Counter::split_turns
     std::size_t peers = 0;          ///< ranks with which it exchanges messages
     std::size_t additions = 0;      ///< floating-point additions when it sums up
     std::size_t outer = 0;          ///< its particles in groups that scatter to shared blocks
@@ -94,14 +96,16 @@ template <int D>
 class Gathered {
 public:
     /// Adds a particle.
-    /// \param block  the block into which it was sorted
-    /// \param node   its base node, counted from the domain's lower corner
-    void add(const BlockCoordinate<D>& block, const std::array<int, std::size_t(D)>& node, int set) {
+    /// \param block        the block into which it was sorted
+    /// \param node         its base node, counted from the domain's lower corner
+    /// \param is_particle  false: padding, which belongs to the box of its group, but is no particle
+    void add(const BlockCoordinate<D>& block, const std::array<int, std::size_t(D)>& node, int set,
+             bool is_particle = true) {
         const auto [found, is_new] = blocks_.try_emplace({firn::block_key<D>(block), set});
         BlockMatter<D>& of = found->second;
         of.block = block;
         of.set = std::uint16_t(set);
-        ++of.particles;
+        of.particles += is_particle;
         for (std::size_t a = 0; a < D; ++a) {
             const auto place = std::int8_t(node[a] - block_size * block[a]);
             of.first[a] = is_new ? place : std::min(of.first[a], place);
@@ -184,27 +188,29 @@ template <int D>
 struct Cube {
     std::uint64_t key;
     std::size_t first, last;  // indices in the matter
-    int owner;
 };
 
 /// Counts block by block.
 template <int D>
 class Counter {
 public:
-    Counter(std::span<const BlockMatter<D>> matter, const firn::mpi::Cuts<D>& cuts, const Scheme<D>& scheme)
-        : matter_(matter), cuts_(cuts), scheme_(scheme) {
-        result_.ranks.resize(cuts.first.size());
+    Counter(std::span<const BlockMatter<D>> matter, std::span<const firn::mpi::Cuts<D>> cuts, const Scheme<D>& scheme)
+        : matter_(matter), cuts_(cuts), scheme_(scheme), owner_(matter.size()) {
+        for (int a = 0; a < D; ++a) dense_turns_ *= unsigned(scheme.colours);
+        result_.ranks.resize(cuts[0].first.size());
         for (std::size_t i = 0; i < matter.size(); ++i) {
             const std::uint64_t key = firn::curve_key<D>(firn::cube_of<D>(matter[i].block));
             if (cubes_.empty() || cubes_.back().key != key) {
                 number_of_.emplace(key, std::uint32_t(cubes_.size()));
-                cubes_.push_back({key, i, i, cuts.owner_of_key(key)});
+                cubes_.push_back({key, i, i});
             }
             cubes_.back().last = i + 1;
-            RankCount& rank = result_.ranks[std::size_t(cubes_.back().owner)];
+            owner_[i] = cuts[std::min<std::size_t>(matter[i].set, cuts.size() - 1)].owner_of_key(key);
+            RankCount& rank = result_.ranks[std::size_t(owner_[i])];
             rank.particles += matter[i].particles;
             rank.blocks += i == 0 || matter[i].block != matter[i - 1].block;
         }
+        find_split_turns();
     }
 
     Messages count() {
@@ -213,7 +219,7 @@ public:
         for (const auto& cube : cubes_) {
             const BlockCoordinate<D> at = firn::cube_of<D>(matter_[cube.first].block);
             if (!is_near_cut(at)) continue;
-            for (std::size_t i = cube.first; i < cube.last; ++i) add_migrants(matter_[i], cube.owner);
+            for (std::size_t i = cube.first; i < cube.last; ++i) add_migrants(matter_[i], owner_[i]);
             for_around<D>([&](const auto& offset) {
                 BlockCoordinate<D> other = at;
                 for (std::size_t a = 0; a < D; ++a) other[a] = in_period(at[a] + offset[a], a);
@@ -225,12 +231,12 @@ public:
         for (const std::uint64_t key : done) visit(firn::block_of_key<D>(key));
         for (const auto& cube : cubes_)
             for (std::size_t i = cube.first; i < cube.last; ++i)
-                if (outer_[i]) result_.ranks[std::size_t(cube.owner)].outer += matter_[i].particles;
+                if (outer_[i]) result_.ranks[std::size_t(owner_[i])].outer += matter_[i].particles;
         for (const auto& [pair, bytes] : result_.pairs) {
             RankCount &from = result_.ranks[pair >> 32], &to = result_.ranks[pair & 0xffffffffu];
             from.sums += bytes.sums;
             from.returns += bytes.returns;
-            from.messages += (bytes.sums > 0) + (bytes.returns > 0);
+            from.messages += bytes.messages();
             to.received += bytes.sums + bytes.returns;
             ++from.peers;  // the other rank sends as well: sums or returns
         }
@@ -263,13 +269,14 @@ private:
     bool is_near_cut(const BlockCoordinate<D>& cube) const {
         for (const int n : scheme_.period)
             if (n > 0) return true;
-        const int owner = cuts_.owner_of_key(firn::curve_key<D>(cube));
+        if (cuts_.size() > 1) return true;
+        const int owner = cuts_[0].owner_of_key(firn::curve_key<D>(cube));
         bool near = false;
         for (int k = 0; k < 1 << D && !near; ++k) {
             BlockCoordinate<D> low{};
             for (std::size_t a = 0; a < D; ++a) low[a] = (cube[a] + (k >> a & 1 ? 2 : -2)) & ~3;
             const std::uint64_t key = firn::curve_key<D>(low), last = key + (std::uint64_t(1) << 2 * D) - 1;
-            near = cuts_.owner_of_key(key) != owner || cuts_.owner_of_key(last) != owner;
+            near = cuts_[0].owner_of_key(key) != owner || cuts_[0].owner_of_key(last) != owner;
         }
         return near;
     }
@@ -289,7 +296,7 @@ private:
             if (part == 0) return;
             BlockCoordinate<D> cube = firn::cube_of<D>(to);
             for (std::size_t a = 0; a < D; ++a) cube[a] = in_period(cube[a], a);
-            if (cuts_.owner_of_key(firn::curve_key<D>(cube)) != owner)
+            if (cuts_[0].owner_of_key(firn::curve_key<D>(cube)) != owner)
                 result_.ranks[std::size_t(owner)].migrants += part;
         });
     }
@@ -317,8 +324,10 @@ private:
             const auto found = number_of_.find(firn::curve_key<D>(at));
             if (found == number_of_.end()) return;
             of.cube = &cubes_[found->second];
-            several = several || (owner >= 0 && owner != of.cube->owner);
-            owner = of.cube->owner;
+            for (std::size_t i = of.cube->first; i < of.cube->last; ++i) {
+                several = several || (owner >= 0 && owner != owner_[i]);
+                owner = owner_[i];
+            }
         });
         if (!several) return;
         for (Around& of : around) {
@@ -331,7 +340,7 @@ private:
                 group->second.include(reach<D>(matter_[i], scheme_.support));
             }
         }
-        const int owner_of_cube = cuts_.owner_of_key(firn::curve_key<D>(cube));
+        const int owner_of_cube = cuts_[0].owner_of_key(firn::curve_key<D>(cube));
         for (int k = 0; k < 1 << D; ++k) {
             BlockCoordinate<D> block{};
             for (std::size_t a = 0; a < D; ++a) block[a] = cube_blocks * cube[a] + (k >> (D - 1 - a) & 1);
@@ -359,15 +368,14 @@ private:
             if (!beside) continue;
             beside_.push_back(i);
             const bool dense = of.particles > firn::sparse_particles;
-            unsigned turn = 0, dense_turns = 1;
-            for (int a = 0; a < D; ++a) dense_turns *= unsigned(scheme_.colours);
-            turn = dense ? unsigned(firn::block_colour<D>(of.block, scheme_.colours)) : dense_turns + parity;
+            const unsigned turn =
+                dense ? unsigned(firn::block_colour<D>(of.block, scheme_.colours)) : dense_turns_ + parity;
             const auto box = [&] {
                 if (dense) return reach<D>(of, scheme_.support);
                 return std::find_if(sparse.begin(), sparse.end(), [&](const auto& one) { return one.first == of.set; })
                     ->second;
             }();
-            add({cube.owner, turn << 16 | of.set, box.mask(corner)});
+            add({owner_[i], turn + of.set * turns(), box.mask(corner)});
         }
     }
     void add(const Piece& piece) {
@@ -381,7 +389,7 @@ private:
 
     /// Counts the messages of a block, from its pieces.
     void count_block(int owner_of_cube) {
-        int lowest = int(cuts_.first.size()), highest = -1;
+        int lowest = int(result_.ranks.size()), highest = -1;
         bool contributes = false;
         for (const Piece& piece : pieces_) {
             lowest = std::min(lowest, piece.rank);
@@ -398,7 +406,9 @@ private:
             const int rank = pieces_[i].rank;
             std::size_t nodes = 0, pieces = 0;
             std::uint64_t any = 0;
+            unsigned batches = 0;
             for (; i < pieces_.size() && pieces_[i].rank == rank; ++i, ++pieces) {
+                batches |= pieces_[i].place < split_turn_[std::size_t(rank)] ? 1 : 2;
                 nodes += std::size_t(std::popcount(pieces_[i].mask));
                 any |= pieces_[i].mask;
             }
@@ -408,16 +418,50 @@ private:
             result_.ranks[std::size_t(summing)].additions += nodes * firn::node_width;
             if (rank == summing) continue;
             const std::size_t returned = scheme_.node_bytes * std::size_t(std::popcount(any));
-            result_.pairs[Messages::pair(rank, summing)].sums +=
-                pieces * scheme_.mask_bytes + scheme_.node_bytes * nodes;
-            result_.pairs[Messages::pair(summing, rank)].returns += returned;
+            Bytes& to = result_.pairs[Messages::pair(rank, summing)];
+            to.sums += pieces * scheme_.mask_bytes + scheme_.node_bytes * nodes;
+            to.batches |= batches;
+            Bytes& back = result_.pairs[Messages::pair(summing, rank)];
+            back.returns += returned;
+            back.batches |= 4;
             count.in_any_order += scheme_.mask_bytes + returned;
         }
     }
 
+    unsigned turns() const { return dense_turns_ + (1u << D); }
+    /// Finds, for each rank, the first turn whose pieces are sent after all groups were scattered. Pieces of the turns
+    /// before are sent when about half of the particles were scattered. If the sparse groups of a set include the
+    /// middle particle, this is a guess: the true place depends on their phases.
+    void find_split_turns() {
+        const std::size_t ranks = result_.ranks.size();
+        split_turn_.assign(ranks, 0);
+        std::map<unsigned, std::vector<std::size_t>> particles;  // by turn and rank; sparse groups: one turn
+        for (std::size_t i = 0; i < matter_.size(); ++i) {
+            const bool dense = matter_[i].particles > firn::sparse_particles;
+            const unsigned turn =
+                dense ? unsigned(firn::block_colour<D>(matter_[i].block, scheme_.colours)) : turns() - 1;
+            auto& of = particles[turn + matter_[i].set * turns()];
+            of.resize(ranks);
+            of[std::size_t(owner_[i])] += matter_[i].particles;
+        }
+        for (std::size_t r = 0; r < ranks; ++r) {
+            std::size_t sum = 0;
+            for (const auto& [turn, of] : particles) {
+                if (2 * sum >= result_.ranks[r].particles) break;
+                const bool is_sparse = turn % turns() == turns() - 1;
+                if (is_sparse && 2 * (sum + of[r]) >= result_.ranks[r].particles) break;
+                sum += of[r];
+                if (of[r] > 0) split_turn_[r] = turn + 1;
+            }
+        }
+    }
+
     std::span<const BlockMatter<D>> matter_;
-    const firn::mpi::Cuts<D>& cuts_;
+    std::span<const firn::mpi::Cuts<D>> cuts_;  // for each set, or one for all
     Scheme<D> scheme_;
+    unsigned dense_turns_ = 1;            // colours of dense blocks
+    std::vector<int> owner_;              // for all matter
+    std::vector<unsigned> split_turn_{};  // for each rank
     std::vector<Cube<D>> cubes_{};
     std::unordered_map<std::uint64_t, std::uint32_t> number_of_{};  // index in cubes_ by key
     std::vector<Piece> pieces_{};                                   // of the block that is counted
@@ -430,8 +474,9 @@ private:
 
 /// Counts the messages of one step.
 /// \param matter  sorted along the curve. \see sort_along_curve
+/// \param cuts    which rank owns which cubes: for each set of particles, or one for all
 template <int D>
-Messages count_messages(std::span<const BlockMatter<D>> matter, const firn::mpi::Cuts<D>& cuts,
+Messages count_messages(std::span<const BlockMatter<D>> matter, std::span<const firn::mpi::Cuts<D>> cuts,
                         const Scheme<D>& scheme = {}) {
     return detail::Counter<D>(matter, cuts, scheme).count();
 }
