@@ -38,12 +38,16 @@ constexpr std::uint64_t spread_bits(std::uint64_t x) {
 
 /// Returns a cube's place on the curve: its Morton key, in which the bits of the coordinates alternate. The first axis
 /// has the highest bit of each group of D bits.
-/// \param cube  coordinates of the cube, each from −2¹⁹ to 2¹⁹ − 1. \see cube_of
+///
+/// Cubes are counted from −1, because particles beside the lower wall of a domain have base nodes and blocks at −1. If
+/// they were counted from 0, all cubes at −1 would be far from their neighbours on the curve, and one rank would own a
+/// thin sheet along the whole wall.
+/// \param cube  coordinates of the cube, each from −2¹⁹ to 2¹⁹ − 2. \see cube_of
 template <int D>
 std::uint64_t curve_key(const BlockCoordinate<D>& cube) {
     std::uint64_t key = 0;
     for (int a = 0; a < D; ++a)
-        key = key << 1 | detail::spread_bits<D>(std::uint64_t(cube[std::size_t(a)] + (1 << 19)));
+        key = key << 1 | detail::spread_bits<D>(std::uint64_t(cube[std::size_t(a)] + 1 + (1 << 19)));
     return key;
 }
 
