@@ -196,9 +196,13 @@ mpi_stage() {
         skip 'several ranks, which need MPI (on Debian and Ubuntu: openmpi-bin libopenmpi-dev)'
         return
     fi
-    stage 'several ranks' tests-mpi firn_mpi_tests mpi "${release[@]}" -DFIRN_BUILD_EXAMPLES=OFF \
-        -DFIRN_BUILD_MPI_TESTS=ON
-    [[ $full == no ]] || test_stage 'several ranks, long' "$root/build/tests-mpi" '^full$' -R '^firn_mpi_' -C Full
+    local targets=firn_mpi_tests examples=OFF
+    if [[ $full == yes ]]; then targets+=' firn_mpi_full_tests' examples=ON; fi
+    stage 'several ranks' tests-mpi "$targets" mpi "${release[@]}" -DFIRN_BUILD_MPI_TESTS=ON -DFIRN_TEST_UNITY=ON \
+        -DFIRN_BUILD_EXAMPLES=$examples -DFIRN_EXAMPLES=18
+    if [[ $full == yes ]]; then
+        test_stage 'several ranks, long' "$root/build/tests-mpi" '^full$' -R '^firn_mpi_' -C Full
+    fi
 }
 
 firn_install compiler cmake ninja eigen hdf5 catch2 cli11 png boost

@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <optional>
 #include <string>
@@ -120,10 +121,13 @@ Outcome run_steps(std::int64_t planned, std::int64_t particles, const Step& step
 /// \param step       makes a step
 /// \param picture    draws the picture of a state
 /// \param series     the lists of the states, which ParaView opens
+/// \param signal_of  signal_of(interruption) returns the signal that ends the run, 0 if none; on several ranks, which
+///                   must agree, something else than the default. Then ranks without a picture return an empty one.
 template <class Particles, class Write, class Finish, class Step, class Picture>
 Outcome run_schedule(const Options& options, const Particles& particles, const Begun& begun, const Write& write,
                      const Finish& finish, const Step& step, const Picture& picture,
-                     const std::vector<std::filesystem::path>& series) {
+                     const std::vector<std::filesystem::path>& series,
+                     const std::function<int(const firn::Interruption&)>& signal_of = &firn::Interruption::signal) {
     Outcome outcome{begun.steps, options.schedule.steps};
     const auto at_first = particles();
     std::cout << options.name << ": " << (at_first > 0 ? std::to_string(at_first) : "no") << " particles"
@@ -135,10 +139,13 @@ Outcome run_schedule(const Options& options, const Particles& particles, const B
     std::optional<Progress> progress;
     Image last;  // the picture of the last state
     int states = begun.states;
+    const auto save = [&](const std::string& ending) {
+        if (!last.pixels.empty()) write_png(options.file(ending), last);
+    };
     const auto draw = [&](int state) {
         const auto start = std::chrono::steady_clock::now();
         last = picture();
-        write_png(options.file(numbered(state, ".png")), last);
+        save(numbered(state, ".png"));
         if (progress) progress->leave_out(std::chrono::steady_clock::now() - start);
     };
     const auto write_one = [&] {
@@ -169,13 +176,14 @@ Outcome run_schedule(const Options& options, const Particles& particles, const B
             throw;
         }
         ++outcome.done;
-        outcome.signal = interruption.signal();
+        outcome.signal = signal_of(interruption);
         if (outcome.is_interrupted() || options.schedule.writes_after(outcome.done)) write_one();
         progress->advance(1, now);
         if (outcome.is_interrupted()) std::cout << "\ninterrupted after " << outcome.done << " steps" << std::endl;
     }
     finish();
-    write_png(options.file(".png"), last.pixels.empty() ? picture() : last);
+    if (last.pixels.empty()) last = picture();
+    save(".png");
     std::cout << states << (states == 1 ? " state" : " states");
     for (const auto& file : series) std::cout << (&file == series.data() ? ": " : ", ") << file.string();
     std::cout << "\npicture: " << options.file(".png").string() << std::endl;

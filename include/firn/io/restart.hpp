@@ -251,6 +251,75 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
     });
 }
 
+/// Everything that restore() takes from a state for one set of particles.
+template <class Simulation, std::size_t I>
+struct RestoredSet {
+    std::tuple_element_t<I, typename Simulation::Sets> stored;
+    Moment moment;
+    bool converted;  ///< if so, only the two members above count
+    decltype(Simulation::boundary) boundary;
+    decltype(Simulation::transfer) transfer;
+    std::vector<double> gravity{};
+    double fixed_time_step = 0, most_steps_between_sorts = 0;
+};
+
+/// Reads and checks what restore() takes from a state. The simulation is not changed.
+/// \throws io_error, particle_error  as restore()
+template <class Simulation, std::size_t I, class T>
+RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>& state, Restart how) {
+    constexpr int D = Simulation::dimension;
+    using S = typename Simulation::scalar_type;
+    using Kernel = typename Simulation::kernel_type;
+    const Simulation& simulation = set.simulation();
+    check_dimension(state, D);
+    if (how != Restart::converted) check_same_run<I>(simulation, state, how);
+
+    const ParticlesOfState<S, D, T> read(state);
+    RestoredSet<Simulation, I> made{
+        {set.material(), std::remove_cvref_t<decltype(set.particles())>(simulation.domain())},
+        {state.time, state.step, state.last_time_step},
+        how == Restart::converted,
+        simulation.boundary,
+        simulation.transfer};
+    auto& stored = made.stored;
+    read.read(stored.particles, made.converted);
+    stored.bodies = read.bodies();
+    if (!made.converted) {
+        stored.partition = read.partition(colours_along_axis<Kernel>);
+        stored.report = {parameter_values(state, "run", "signal_speed")[0],
+                         parameter_values(state, "run", "sort_needed")[0] != 0};
+        read.set_places(stored.particles, stored.partition, Kernel::base_shift, !stored.report.sort_needed);
+        restore_parameters(made.boundary, state, "boundary");
+        restore_parameters(made.transfer, state, "transfer");
+    }
+    if (state.size() > 0)
+        check_positions<double, D>(state.size(), simulation.domain(),
+                                   [&](std::size_t i, int a) { return stored.particles.exact_position(i)[a]; });
+    stored.readiness.restore(!made.converted);
+    if (made.converted) return made;
+
+    stored.particles.reorder(stored.partition, thread_count(requested_threads(simulation.execution)));
+    made.gravity = parameter_values(state, "run", "gravity");
+    made.fixed_time_step = parameter_values(state, "run", "fixed_time_step")[0];
+    made.most_steps_between_sorts = parameter_values(state, "run", "most_steps_between_sorts")[0];
+    if (made.gravity.size() != D || !(made.most_steps_between_sorts >= 0 && made.most_steps_between_sorts < 0x1p53))
+        throw_damaged("gravity or sorting");
+    return made;
+}
+
+/// Gives a simulation what read_set() has read.
+/// \throws io_error  if another material was restored to a different moment; the simulation is unchanged
+template <class Simulation, std::size_t I>
+void give_set(Simulation& simulation, RestoredSet<Simulation, I>&& made) {
+    simulation.template restore<I>(std::move(made.stored), made.moment);
+    if (made.converted) return;
+    simulation.boundary = made.boundary;
+    simulation.transfer = made.transfer;
+    std::copy(made.gravity.begin(), made.gravity.end(), simulation.gravity.v);
+    simulation.fixed_time_step = made.fixed_time_step;
+    simulation.most_steps_between_sorts = std::uint64_t(made.most_steps_between_sorts);
+}
+
 }  // namespace detail
 
 /// Restores a set of particles (all particles of one material) from a state, so that the run can be continued.
@@ -276,47 +345,9 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
 ///                         the state is missing or damaged (the message names this part); the simulation is unchanged
 /// \throws particle_error  if particles are outside the domain; the simulation is unchanged
 template <class Simulation, std::size_t I, state_scalar T>
+    requires has_one_rank<decltype(Simulation::execution)>  // on many ranks: firn::mpi::restore()
 void restore(SetHandle<Simulation, I> set, const State<T>& state, Restart how = Restart::same_bits) {
-    constexpr int D = Simulation::dimension;
-    using S = typename Simulation::scalar_type;
-    using Kernel = typename Simulation::kernel_type;
-    Simulation& simulation = set.simulation();
-    detail::check_dimension(state, D);
-    if (how != Restart::converted) detail::check_same_run<I>(simulation, state, how);
-
-    const detail::ParticlesOfState<S, D, T> read(state);
-    std::tuple_element_t<I, typename Simulation::Sets> stored{
-        set.material(), std::remove_cvref_t<decltype(set.particles())>(simulation.domain())};
-    read.read(stored.particles, how == Restart::converted);
-    stored.bodies = read.bodies();
-    auto boundary = simulation.boundary;
-    auto transfer = simulation.transfer;
-    if (how != Restart::converted) {
-        stored.partition = read.partition(colours_along_axis<Kernel>);
-        stored.report = {detail::parameter_values(state, "run", "signal_speed")[0],
-                         detail::parameter_values(state, "run", "sort_needed")[0] != 0};
-        read.set_places(stored.particles, stored.partition, Kernel::base_shift, !stored.report.sort_needed);
-        restore_parameters(boundary, state, "boundary");
-        restore_parameters(transfer, state, "transfer");
-    }
-    if (state.size() > 0)
-        check_positions<double, D>(state.size(), simulation.domain(),
-                                   [&](std::size_t i, int a) { return stored.particles.exact_position(i)[a]; });
-    const Moment moment{state.time, state.step, state.last_time_step};
-    stored.readiness.restore(how != Restart::converted);
-    if (how == Restart::converted) return simulation.template restore<I>(std::move(stored), moment);
-
-    stored.particles.reorder(stored.partition, thread_count(requested_threads(simulation.execution)));
-    const auto gravity = detail::parameter_values(state, "run", "gravity");
-    const double fixed = detail::parameter_values(state, "run", "fixed_time_step")[0],
-                 sorts = detail::parameter_values(state, "run", "most_steps_between_sorts")[0];
-    if (gravity.size() != D || !(sorts >= 0 && sorts < 0x1p53)) detail::throw_damaged("gravity or sorting");
-    simulation.template restore<I>(std::move(stored), moment);
-    simulation.boundary = boundary;
-    simulation.transfer = transfer;
-    std::copy(gravity.begin(), gravity.end(), simulation.gravity.v);
-    simulation.fixed_time_step = fixed;
-    simulation.most_steps_between_sorts = std::uint64_t(sorts);
+    detail::give_set<Simulation, I>(set.simulation(), detail::read_set(set, state, how));
 }
 /// Restores a simulation with one material from a state, so that the run can be continued. The documentation of
 /// restore() for a set of particles lists what is taken from the state.
@@ -325,6 +356,7 @@ void restore(SetHandle<Simulation, I> set, const State<T>& state, Restart how = 
 ///                         the state is missing or damaged; the simulation is unchanged
 /// \throws particle_error  if particles are outside the domain; the simulation is unchanged
 template <int D, class Material, class... Policies, state_scalar T>
+    requires has_one_rank<decltype(Simulation<D, Material, Policies...>::execution)>
 void restore(Simulation<D, Material, Policies...>& simulation, const State<T>& state,
              Restart how = Restart::same_bits) {
     restore(simulation.set(), state, how);

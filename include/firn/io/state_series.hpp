@@ -75,6 +75,16 @@ public:
     ///                          removed
     template <state_scalar S>
     std::filesystem::path write(const State<S>& state) {
+        return write_with(state.time, [&](const std::filesystem::path& file, const StateOptions& options) {
+            write_state(file, state, options);
+        });
+    }
+
+    /// Like write(), for a state that somebody else writes. \see mpi::StateSeries
+    /// \param time  time of the state [s]
+    /// \param put   put(path, options) writes the state, in the manner of write_state()
+    template <class Put>
+    std::filesystem::path write_with(double time, const Put& put) {
         const std::string file = detail::series_member(name_, next_);
         std::vector<std::string> before;
         if (!has_written_) before = detail::series_members_on_disk(path(), name_);
@@ -82,8 +92,8 @@ public:
         const bool is_there = std::filesystem::exists(directory_ / file, unknown);
         StateOptions options = options_;
         if (options.complete_every > 0 && next_ % options.complete_every == 0) options.fields.clear();
-        write_state(directory_ / file, state, options);
-        entries_.push_back({file, state.time});
+        put(directory_ / file, std::as_const(options));
+        entries_.push_back({file, time});
         try {
             write_series(path(), entries_);
         } catch (...) {

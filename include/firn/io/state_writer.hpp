@@ -181,7 +181,9 @@ public:
     void finish(std::uint64_t digest) {
         open_.clear();
         const std::string tried = "write the attribute digest";
-        hdf5::Attribute attribute(H5Aopen_by_name(image_.id(), "firn", "digest", H5P_DEFAULT, H5P_DEFAULT), tried);
+        // HDF5 1.10 cannot write an attribute that H5Aopen_by_name() opened.
+        const hdf5::Group firn_group(H5Gopen2(image_.id(), "firn", H5P_DEFAULT), tried);
+        hdf5::Attribute attribute(H5Aopen(firn_group.id(), "digest", H5P_DEFAULT), tried);
         hdf5::check(H5Awrite(attribute.id(), hdf5::Number<std::uint64_t>::memory(), &digest), tried);
         attribute.close(tried);
         image_.close();

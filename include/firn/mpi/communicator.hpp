@@ -193,11 +193,16 @@ inline std::vector<Message> exchange(const Communicator& all, std::vector<Messag
     constexpr std::size_t most = std::size_t(1) << 30;  // a longer message goes in pieces of this size
     const int tag = all.next_tag();
     std::vector<Message> received;
+    const auto keep = [&](Message message) {
+        const auto after = std::upper_bound(received.begin(), received.end(), message.rank,
+                                            [](int rank, const Message& other) { return rank < other.rank; });
+        received.insert(after, std::move(message));
+    };
     std::vector<MPI_Request> sends;
     std::deque<std::uint64_t> lengths;  // of the messages to other ranks; a deque keeps its elements' addresses
     for (Message& message : outgoing) {
         if (message.rank == all.rank()) {
-            received.push_back(std::move(message));
+            keep(std::move(message));
             continue;
         }
         const auto send = [&](const void* data, std::size_t bytes) {
@@ -234,7 +239,7 @@ inline std::vector<Message> exchange(const Communicator& all, std::vector<Messag
                 for (std::size_t at = 0; at == 0 || at < message.bytes.size(); at += most)
                     receive(message.bytes.data() + at, std::min(most, message.bytes.size() - at));
             }
-            received.push_back(std::move(message));
+            keep(std::move(message));
             continue;
         }
         int done = 0;
@@ -249,7 +254,6 @@ inline std::vector<Message> exchange(const Communicator& all, std::vector<Messag
             if (done) break;
         }
     }
-    std::stable_sort(received.begin(), received.end(), [](const auto& a, const auto& b) { return a.rank < b.rank; });
     return received;
 }
 

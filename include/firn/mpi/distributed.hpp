@@ -1,11 +1,13 @@
 /// \file An execution of a simulation on many ranks (processes), on one machine or on many.
 #pragma once
 
+#include <firn/data/samples.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/exec/p2g.hpp>
 #include <firn/exec/p2g_fixed_point.hpp>
 #include <firn/mpi/ranks.hpp>
 #include <firn/mpi/shared_sums.hpp>
+#include <firn/simulation/body.hpp>
 
 #include <type_traits>
 

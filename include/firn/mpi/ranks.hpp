@@ -3,6 +3,7 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/exact_sum.hpp>
+#include <firn/data/particle_store.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/io/interruption.hpp>
 #include <firn/mpi/session.hpp>

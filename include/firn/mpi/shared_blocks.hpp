@@ -318,10 +318,11 @@ private:
             for (std::uint32_t i = 0; i < incoming_[m].pieces.size(); ++i)
                 sources.push_back({incoming_[m].pieces[i].block, incoming_[m].pieces[i].turn, {m, i}});
         for (const std::uint32_t i : own_pieces_) sources.push_back({pieces_[i].block, pieces_[i].turn, {own(), i}});
-        std::stable_sort(sources.begin(), sources.end(), [&](const Source& a, const Source& b) {
+        std::sort(sources.begin(), sources.end(), [&](const Source& a, const Source& b) {
             if (a.block != b.block) return a.block < b.block;
             if (adds_own_first && (a.of.message == own()) != (b.of.message == own())) return a.of.message == own();
-            return a.turn < b.turn;
+            if (a.turn != b.turn) return a.turn < b.turn;
+            return std::pair(a.of.message, a.of.piece) < std::pair(b.of.message, b.of.piece);
         });
         for (std::size_t i = 0; i < sources.size(); ++i) {
             if (i == 0 || sources[i].block != sources[i - 1].block) {

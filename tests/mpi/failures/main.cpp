@@ -1,5 +1,5 @@
-/// \file firn_mpi_failing HOW RANK FOLDER: a program whose rank RANK fails while the others wait for it; run.sh says how.
-/// Each rank leaves a file in FOLDER whose name is its process id.
+/// \file firn_mpi_failing HOW RANK FOLDER: a program whose rank RANK fails while the others wait for it; run.sh says
+/// how. Each rank leaves a file in FOLDER whose name is its process id.
 #include <firn/mpi/session.hpp>
 
 #include <unistd.h>
