@@ -6,6 +6,8 @@
 //! **The bits of a run depend neither on the number of ranks nor on the number of threads.** They are those of a run
 //! without MPI. So a scene that works on a laptop is the same scene on a cluster.
 //!
+//! ![A dam breaks over houses. Water of one colour is computed by one of four ranks: examples/18_many_machines](../images/many_machines.webp)
+//!
 //! ## What a program changes
 //!
 //! | without MPI | on many ranks |

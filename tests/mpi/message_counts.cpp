@@ -1,5 +1,6 @@
 // ranks: 2 4 8
 // threads: 1
+// release: -O0
 /// \file The program that counts messages without MPI (benchmarks/mpi) counts what is sent: the bytes from each rank to
 /// each other, step by step.
 #include "support/catch.hpp"

@@ -1,4 +1,5 @@
 // threads: 1 2
+// release: -O0
 /// \file A run on many ranks writes the states of a run without MPI, and goes on from them, whoever wrote them.
 #include "support/catch.hpp"
 #include "support/message.hpp"

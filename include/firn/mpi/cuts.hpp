@@ -32,6 +32,7 @@ struct CubeWeight {
     std::uint64_t key;     ///< key of the cube. \see curve_key
     std::uint64_t weight;  ///< its weight, for example its number of particles
 
+    /// Compares the keys.
     bool operator<(const CubeWeight& other) const { return key < other.key; }
 };
 

@@ -109,6 +109,8 @@ void send_home(const Communicator& all, ParticleStore<S, D>& particles, const Cu
 /// All functions are collective except share(), speaks(), state(), counts() and has_lost().
 class Ranks {
 public:
+    /// \param state  what this rank keeps from step to step
+    /// \param largest_imbalance  \see Distributed::largest_imbalance
     Ranks(detail::RankState& state, double largest_imbalance) : state_(&state), largest_imbalance_(largest_imbalance) {}
 
     detail::RankState& state() const { return *state_; }  ///< What this rank keeps from step to step.
