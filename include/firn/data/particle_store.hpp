@@ -215,15 +215,21 @@ public:
         for (std::size_t f = 0; f < table_.size(); ++f)
             for (int k = 0; k < fields_.components(f); ++k) put(fields_.template at<S>(f, slot, k));
     }
-    /// Appends the particle of a record, with its id. Particles must be sorted again before the next step.
-    /// \throws memory_error  if there is no memory for more slots
-    void append_record(const std::byte* from) {
+    /// Returns the first slot from `slot` on that holds no particle; slots() if there is none.
+    std::size_t free_slot(std::size_t slot) const {
+        while (slot < slots() && is_particle(slot)) ++slot;
+        return slot;
+    }
+    /// Puts the particle of a record into a slot that holds no particle. The particle keeps its id. Particles must be
+    /// sorted again before the next step.
+    /// \param slot  a slot below slots(). \see reserve, free_slot
+    void put_record(std::size_t slot, const std::byte* from) {
         const auto take = [&](auto value) {
             std::memcpy(&value, from, sizeof value);
             from += sizeof value;
             return value;
         };
-        const std::size_t slot = new_slot();
+        end_ = std::max(end_, slot + 1);
         const std::uint64_t block = take(std::uint64_t(0));
         id_[slot] = take(std::uint32_t(0));
         for (std::size_t f = 0; f < table_.size(); ++f)

@@ -95,12 +95,17 @@ void send_home(const Communicator& all, ParticleStore<S, D>& particles, const Cu
         particles.remove(slot);
     }
     const std::vector<Message> incoming = exchange(all, std::move(outgoing));
-    std::size_t count = particles.size();
+    const std::size_t free = particles.slots() - particles.size();
+    std::size_t count = 0;
     for (const Message& message : incoming) count += message.bytes.size() / bytes;
-    particles.reserve(count);
+    // The slots of padding and of particles that have left hold the new ones: a sort follows, whatever their order.
+    if (count > free) particles.reserve(particles.size() + count);
+    std::size_t slot = 0;
     for (const Message& message : incoming)
-        for (std::size_t at = 0; at < message.bytes.size(); at += bytes)
-            particles.append_record(message.bytes.data() + at);
+        for (std::size_t at = 0; at < message.bytes.size(); at += bytes) {
+            slot = particles.free_slot(slot);
+            particles.put_record(slot, message.bytes.data() + at);
+        }
 }
 
 }  // namespace detail

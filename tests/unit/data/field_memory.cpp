@@ -60,6 +60,33 @@ TEST_CASE("sorting moves every field, there and back, through the room of the wi
     }
 }
 
+TEST_CASE("growing within the memory keeps the numbers, whether the room is before or behind the fields") {
+    for (const int sorts : {0, 1, 2}) {
+        FieldMemory memory(table, 3, sizeof(float), SlotOrder::sorted);
+        memory.grow(256, 1);
+        for (std::size_t f = 0; f < table.size(); ++f)
+            for (std::size_t slot = 0; slot < 256; ++slot)
+                for (int k = 0; k < memory.components(f); ++k) memory.at<float>(f, slot, k) = number(slot, f, k);
+        std::size_t used = 256;
+        for (int k = 0; k < sorts; ++k) {  // each sort leaves fewer slots, and moves the room to the other end
+            used -= 96;
+            aligned_vector<std::uint32_t> order(used);
+            std::iota(order.begin(), order.end(), std::uint32_t(0));
+            memory.permute<std::uint32_t>(order, 1);
+        }
+        const std::size_t bytes = memory.bytes(), slots = sorts == 0 ? 512 : 240;
+        memory.grow(slots, 1);
+        if (sorts > 0) CHECK(memory.bytes() == bytes);
+        std::fill_n(memory.room(), 6 * slots * sizeof(float), std::byte(0xff));
+        int wrong = 0;
+        for (std::size_t f = 0; f < table.size(); ++f)
+            for (std::size_t slot = 0; slot < slots; ++slot)
+                for (int k = 0; k < memory.components(f); ++k)
+                    wrong += memory.at<float>(f, slot, k) != (slot < used ? number(slot, f, k) : 0);
+        CHECK(wrong == 0);
+    }
+}
+
 TEST_CASE("a state's matrices lie row by row, symmetric ones whole") {
     const FieldInfo matrix{"F", "1", FieldShape::matrix, FieldRole::state};
     for (int k = 0; k < 9; ++k) CHECK(matrix.component_of(3, k) == k / 3 + 3 * (k % 3));  // kept column by column
