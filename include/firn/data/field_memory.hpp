@@ -108,12 +108,13 @@ public:
 
     /// Sorts the particles: moves the particle in slot order[i] to slot i, for all i. If order[i] is no_particle, slot
     /// i gets arbitrary numbers. Use permute() only with SlotOrder::sorted.
+    /// \param spare  number of slots behind those of `order`, which get arbitrary numbers; a multiple of pack_size
     /// \tparam Bits  an unsigned integer type of the size of one number; the numbers of all fields must have this size
     template <class Bits>
-    void permute(const aligned_vector<std::uint32_t>& order, int workers) {
-        if (memory_.size() < bytes_for(order.size()))
-            grow(order.size() + order.size() / 64 / pack_size * pack_size, workers);
-        slots_ = order.size();
+    void permute(const aligned_vector<std::uint32_t>& order, int workers, std::size_t spare = 0) {
+        const std::size_t slots = order.size() + spare;
+        if (memory_.size() < bytes_for(slots)) grow(slots + slots / 64 / pack_size * pack_size, workers);
+        slots_ = slots;
         const std::size_t count = fields_.size();
         const bool to_the_end = room_at_end_;
         std::size_t end =

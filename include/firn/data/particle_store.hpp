@@ -220,6 +220,8 @@ public:
         while (slot < slots() && is_particle(slot)) ++slot;
         return slot;
     }
+    /// Lets reorder() leave at least this many slots free behind all others, for particles that will come.
+    void keep_free(std::size_t slots) { spare_ = (slots + pack_size - 1) / pack_size * pack_size; }
     /// Puts the particle of a record into a slot that holds no particle. The particle keeps its id. Particles must be
     /// sorted again before the next step.
     /// \param slot  a slot below slots(). \see reserve, free_slot
@@ -252,7 +254,8 @@ public:
         const auto for_groups = [&](const auto& body) {
             parallel_for(partition.groups.size(), workers, [&](std::size_t g, int) { body(partition.groups[g]); }, 64);
         };
-        fields_.template permute<std::conditional_t<sizeof(S) == 4, std::uint32_t, std::uint64_t>>(order, workers);
+        fields_.template permute<std::conditional_t<sizeof(S) == 4, std::uint32_t, std::uint64_t>>(order, workers,
+                                                                                                   spare_);
 
         for_groups([&](const BlockGroup& group) {
             for_slots(partition, group, [&](std::size_t slot, std::size_t r) {
@@ -267,11 +270,14 @@ public:
             });
             for_padding(group, [&](std::size_t slot) { set_start(slot); });
         });
+        const std::size_t all_slots = order.size() + spare_;
         for (aligned_vector<std::uint32_t>* of_slots : {&id_, &block_}) {
             of_slots->clear();
-            if (of_slots->capacity() < order.size()) of_slots->reserve(order.size() + order.size() / 64);
-            of_slots->resize(order.size());
+            if (of_slots->capacity() < all_slots) of_slots->reserve(all_slots + all_slots / 64);
+            of_slots->resize(all_slots);
         }
+        std::fill_n(id_.data() + order.size(), spare_, no_particle);
+        std::fill_n(block_.data() + order.size(), spare_, 0u);
         for_groups([&](const BlockGroup& group) {
             for_slots(partition, group, [&](std::size_t slot, std::size_t r) {
                 id_[slot] = order[slot];
@@ -382,7 +388,8 @@ private:
     FieldTable table_;
     std::size_t size_ = 0;  // number of particles
     Ids ids_;
-    std::size_t end_ = 0;  // number of slots in use, including padding
+    std::size_t end_ = 0;    // number of slots in use, including padding
+    std::size_t spare_ = 0;  // number of slots that reorder() leaves free behind those in use
     FieldMemory fields_;
     aligned_vector<std::uint32_t> id_;
     aligned_vector<std::uint32_t> block_;  // for each slot, the index in blocks_ of the particle's block

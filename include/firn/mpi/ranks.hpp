@@ -10,6 +10,7 @@
 #include <firn/mpi/shared_sums.hpp>
 #include <firn/sort/block_numbers.hpp>
 
+#include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -68,7 +69,8 @@ void weigh(const ParticleStore<S, D>& particles, std::vector<CubeWeight>& weight
 
 /// Sends each particle to the rank that owns the block of its base node.
 template <class Kernel, std::floating_point S, int D>
-void send_home(const Communicator& all, ParticleStore<S, D>& particles, const Cuts<D>& cuts) {
+void send_home(const Communicator& all, ParticleStore<S, D>& particles, const Cuts<D>& cuts, Trace* trace) {
+    std::optional<Phase> phase(std::in_place, trace, "find particles that leave");
     std::vector<Message> outgoing;
     std::vector<std::size_t> message_to(std::size_t(all.size()), std::size_t(-1));
     const std::size_t bytes = particles.record_bytes();
@@ -94,12 +96,16 @@ void send_home(const Communicator& all, ParticleStore<S, D>& particles, const Cu
         particles.write_record(slot, to.data() + to.size() - bytes);
         particles.remove(slot);
     }
+    phase.emplace(trace, "exchange particles", true);
     const std::vector<Message> incoming = exchange(all, std::move(outgoing));
+    phase.emplace(trace, "take particles");
     const std::size_t free = particles.slots() - particles.size();
     std::size_t count = 0;
     for (const Message& message : incoming) count += message.bytes.size() / bytes;
     // The slots of padding and of particles that have left hold the new ones: a sort follows, whatever their order.
     if (count > free) particles.reserve(particles.size() + count);
+    // About as many will come next time.
+    particles.keep_free(std::min(count + count / 4, (particles.size() + count) / 16));
     std::size_t slot = 0;
     for (const Message& message : incoming)
         for (std::size_t at = 0; at < message.bytes.size(); at += bytes) {
@@ -140,7 +146,6 @@ public:
     template <class Kernel, class Sets>
     void bring_home(Sets& sets, std::size_t number) const {
         if (all().size() == 1) return;
-        const detail::Phase phase(state_->trace, "bring particles home");
         constexpr int D = std::tuple_element_t<0, Sets>::dimension;
         auto& near = state_->of<D>();
         Cuts<D>& cuts = near.of_material(number);
@@ -148,7 +153,8 @@ public:
         if (is_new) near.current = find_cuts<D>(sets);
         const auto send = [&] {
             cuts = near.current;
-            for_set(sets, number, [&](auto& set) { detail::send_home<Kernel>(all(), set.particles, cuts); });
+            for_set(sets, number,
+                    [&](auto& set) { detail::send_home<Kernel>(all(), set.particles, cuts, state_->trace); });
         };
         send();
         if (imbalance(sets) > largest_imbalance_ * near.achieved && !is_new) {
@@ -243,6 +249,7 @@ private:
 
     template <int D, class Sets>
     Cuts<D> find_cuts(const Sets& sets) const {
+        const detail::Phase phase(state_->trace, "find cuts");
         std::vector<CubeWeight> weights;
         for_each_set(sets, [&](const auto& set) { detail::weigh(set.particles, weights); });
         std::sort(weights.begin(), weights.end());
@@ -252,6 +259,7 @@ private:
     /// Returns the largest number of particles of a rank, divided by the mean.
     template <class Sets>
     double imbalance(const Sets& sets) const {
+        const detail::Phase phase(state_->trace, "compare loads", true);
         std::uint64_t here = 0;
         for_each_set(sets, [&](const auto& set) { here += set.particles.size(); });
         const auto most = all().max(here), whole = all().sum(here);
