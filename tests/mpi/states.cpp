@@ -328,6 +328,23 @@ TEST_CASE("A rank whose writes fail is named on all ranks, and the old file stay
     std::signal(SIGXFSZ, SIG_DFL);
 }
 
+TEST_CASE("A file that is removed while it is written is missed by all ranks") {
+    const mpi::Communicator all;
+    const Folder folder(all);
+    mpi::detail::SharedFile file(all, folder / "state.hdf");
+    mpi::detail::Outcome outcome(all);
+    const std::byte byte{7};
+    outcome.attempt([&] { file.write(std::uint64_t(all.rank()), std::span(&byte, 1)); });
+    all.barrier();
+    if (all.rank() == 0)
+        for (const std::string& name : folder.names()) std::filesystem::remove(folder / name);
+    all.barrier();
+    const std::string said = test_support::message<io_error>([&] { file.commit(outcome); });
+    CHECK(test_support::holds(said, "Renaming"));
+    CHECK(all.text_of(0, said) == said);
+    CHECK(folder.names().empty());
+}
+
 TEST_CASE("Damage to a file is found by all ranks, wherever it is") {
     const mpi::Communicator all;
     const Folder folder(all);
