@@ -1,3 +1,5 @@
+// ranks: 3
+// more_ranks: 1 2 4
 // threads: 1 2
 /// \file A run on many ranks writes the states of a run without MPI, and goes on from them, whoever wrote them.
 #include "mpi/restart.hpp"
