@@ -1,4 +1,5 @@
-// ranks: 1 2 3 4 7
+// ranks: 1 4 7
+// more_ranks: 2 3
 // threads: 1
 /// \file What ranks tell each other: sums, gathered values, texts, and messages that only their sender knows of.
 #include "support/catch.hpp"

@@ -1,5 +1,6 @@
+// ranks: 3
+// more_ranks: 1 2 4
 // threads: 1
-// release: -O0
 /// \file A state whose particles are on many ranks makes the same file as one that one process holds, and is read back
 /// on any number of ranks.
 #include "support/catch.hpp"
