@@ -1,5 +1,5 @@
-// ranks: 4
-// more_ranks: 2 8
+// labels: full
+// ranks: 2 4 8
 // threads: 1
 // release: -O0
 /// \file The program that counts messages without MPI (benchmarks/mpi) counts what is sent: the bytes from each rank to

@@ -71,9 +71,9 @@ void weigh(const ParticleStore<S, D>& particles, std::vector<CubeWeight>& weight
 template <class Kernel, std::floating_point S, int D>
 void send_home(const Communicator& all, ParticleStore<S, D>& particles, const Cuts<D>& cuts, Trace* trace) {
     std::optional<Phase> phase(std::in_place, trace, "find particles that leave");
-    std::vector<Message> outgoing;
-    std::vector<std::size_t> message_to(std::size_t(all.size()), std::size_t(-1));
     const std::size_t bytes = particles.record_bytes();
+    std::vector<std::pair<std::uint32_t, std::int32_t>> leaving;  // slot and new rank
+    std::vector<std::size_t> count_for(std::size_t(all.size()));
     BlockCoordinate<D> last{};
     int owner = cuts.owner(last);
     for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
@@ -86,16 +86,24 @@ void send_home(const Communicator& all, ParticleStore<S, D>& particles, const Cu
             owner = cuts.owner(wrapped(particles.domain(), block));
         }
         if (owner == all.rank()) continue;
-        std::size_t& message = message_to[std::size_t(owner)];
-        if (message == std::size_t(-1)) {
-            message = outgoing.size();
-            outgoing.push_back({owner, {}});
-        }
-        std::vector<std::byte>& to = outgoing[message].bytes;
+        leaving.emplace_back(std::uint32_t(slot), owner);
+        ++count_for[std::size_t(owner)];
+    }
+    std::vector<Message> outgoing;  // each allocated once, as the first messages can have most particles
+    std::vector<std::size_t> message_to(count_for.size());
+    for (std::size_t rank = 0; rank < count_for.size(); ++rank) {
+        if (count_for[rank] == 0) continue;
+        message_to[rank] = outgoing.size();
+        outgoing.push_back({int(rank), {}});
+        outgoing.back().bytes.reserve(count_for[rank] * bytes);
+    }
+    for (const auto& [slot, rank] : leaving) {
+        std::vector<std::byte>& to = outgoing[message_to[std::size_t(rank)]].bytes;
         to.resize(to.size() + bytes);
         particles.write_record(slot, to.data() + to.size() - bytes);
         particles.remove(slot);
     }
+    leaving = {};
     phase.emplace(trace, "exchange particles", true);
     const std::vector<Message> incoming = exchange(all, std::move(outgoing));
     phase.emplace(trace, "take particles");
