@@ -57,7 +57,7 @@ std::vector<Place> places(const Simulation& simulation) {
     std::vector<Place> all;
     const auto add = [&](const auto& set, int number) {
         const auto& particles = set.particles();
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
+        for (std::size_t slot = 0; slot < particles.used_slots(); ++slot) {
             Place& place = all.emplace_back(Place{number, particles.is_particle(slot), {}, {}});
             for (int a = 0; a < Simulation::dimension; ++a) {
                 const int block = particles.block(slot)[std::size_t(a)];

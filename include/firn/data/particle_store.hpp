@@ -54,6 +54,8 @@ public:
     std::size_t size() const { return size_; }
     /// Number of slots, including those of padding and those reserved for more particles.
     std::size_t slots() const { return id_.size(); }
+    /// Number of slots in use, including those of padding: particles lie in slots below this number.
+    std::size_t used_slots() const { return end_; }
     /// Returns the table of a particle's fields.
     const FieldTable& table() const { return table_; }
 
