@@ -34,7 +34,7 @@ def main():
     begin, end = ends[-2], max(e[1] for all_events in events.values() for e in all_events)
     figure, axes = plt.subplots(figsize=(10, 0.7 * len(events) + 1.4))
     for rank, all_events in sorted(events.items()):
-        axes.barh(rank, 1e3 * (end - begin), 0, height=0.7, color=other)
+        axes.barh(rank, 1e3 * (end - begin), height=0.7, color=other)
         for first, last, phase, is_wait in all_events:
             if last < begin:
                 continue
