@@ -1,4 +1,5 @@
-// ranks: 3
+// labels: full
+// ranks: 2 3 7
 // threads: 1 2
 #include "mpi/bits.hpp"
 

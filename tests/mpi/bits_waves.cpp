@@ -1,4 +1,5 @@
-// ranks: 2 7
+// labels: full
+// ranks: 2 3 4 7
 // threads: 1 2
 #include "mpi/bits.hpp"
 
