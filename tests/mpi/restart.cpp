@@ -26,53 +26,50 @@ void make_old(Simulation& simulation, State<float>& state) {
     }
 }
 
+/// Checks that a run on ranks goes on from the state of a run without MPI as that run does.
+/// \param write_begin  write_begin(run, path): writes the state as PATH0.hdf, and makes the run go on from it
+template <class WriteBegin>
+void check_goes_on(Restart how, const WriteBegin& write_begin) {
+    const mpi::Communicator all;
+    const SharedFolder folder(all);
+    if (all.rank() == 0) {
+        auto alone = scenes::two_cubes(Coloured{});
+        steps(alone, 20);
+        write_begin(alone, folder / "state");
+        steps(alone, 20);
+        write(alone, folder / "end");
+    }
+    all.barrier();
+    auto again = scenes::two_cubes(mpi::Distributed<Coloured>{});
+    read(again, folder / "state", how);
+    steps(again, 20);
+    write(again, folder / "again");
+    CHECK(bytes_of(folder / "end0.hdf") == bytes_of(folder / "again0.hdf"));
+}
+
 }  // namespace
 
 TEST_CASE("States and restarts of two cubes have the bits of a run without MPI") {
     check_restart<Coloured>([](const auto& e) { return scenes::two_cubes(e); }, 25, 30);
 }
 TEST_CASE("A run on ranks goes on from a state with the slots of earlier versions") {
-    const mpi::Communicator all;
-    const Folder folder(all);
-    if (all.rank() == 0) {
-        auto alone = scenes::two_cubes(Coloured{});
-        steps(alone, 20);
+    check_goes_on(Restart::same_bits, [](auto& alone, const fs::path& path) {
         State<float> state = state_of(alone);
         make_old(alone, state);
-        write_state(folder / "old0.hdf", state);
-        steps(alone, 20);
-        write(alone, folder / "end");
-    }
-    all.barrier();
-    auto again = scenes::two_cubes(mpi::Distributed<Coloured>{});
-    read(again, folder / "old");
-    steps(again, 20);
-    write(again, folder / "again");
-    CHECK(bytes_of(folder / "end0.hdf") == bytes_of(folder / "again0.hdf"));
+        write_state(file_of(path, 0), state);
+    });
 }
 
 TEST_CASE("A state of another run is converted on ranks as it is without") {
-    const mpi::Communicator all;
-    const Folder folder(all);
-    if (all.rank() == 0) {
-        auto alone = scenes::two_cubes(Coloured{});
-        steps(alone, 20);
-        write(alone, folder / "state");
-        read(alone, folder / "state", Restart::converted);
-        steps(alone, 20);
-        write(alone, folder / "end");
-    }
-    all.barrier();
-    auto again = scenes::two_cubes(mpi::Distributed<Coloured>{});
-    read(again, folder / "state", Restart::converted);
-    steps(again, 20);
-    write(again, folder / "again");
-    CHECK(bytes_of(folder / "end0.hdf") == bytes_of(folder / "again0.hdf"));
+    check_goes_on(Restart::converted, [](auto& alone, const fs::path& path) {
+        write(alone, path);
+        read(alone, path, Restart::converted);
+    });
 }
 
 TEST_CASE("A state that is damaged or of another run is refused on all ranks, and the simulation is as it was") {
     const mpi::Communicator all;
-    const Folder folder(all);
+    const SharedFolder folder(all);
     auto run = scenes::two_cubes(mpi::Distributed<Coloured>{});
     steps(run, 5);
     write(run, folder / "state");

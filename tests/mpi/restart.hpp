@@ -5,43 +5,12 @@
 #include <firn/mpi/states.hpp>
 
 #include "scenes.hpp"
-#include <stdlib.h>
-
-#include <filesystem>
-#include <fstream>
-#include <iterator>
+#include "shared_folder.hpp"
 
 namespace mpi_restart {
 
 using namespace firn;
 namespace fs = std::filesystem;
-
-/// An empty folder that all ranks know, removed with all that is in it.
-class Folder {
-public:
-    explicit Folder(const mpi::Communicator& all) : all_(all) {
-        std::string pattern = (fs::temp_directory_path() / "firn-mpi-restart-XXXXXX").string();
-        if (all.rank() == 0 && !::mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
-        path_ = all.text_of(0, pattern);
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-    ~Folder() {
-        all_.barrier();
-        std::error_code ignored;
-        if (all_.rank() == 0) fs::remove_all(path_, ignored);
-    }
-    fs::path operator/(const std::string& name) const { return path_ / name; }
-
-private:
-    const mpi::Communicator& all_;
-    fs::path path_;
-};
-
-inline std::string bytes_of(const fs::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
 
 /// Calls f(set, I) for each set of particles of a simulation.
 template <class Simulation, class F>
@@ -84,7 +53,7 @@ void steps(Simulation& simulation, int count) {
 template <class Execution, class Scene>
 void check_restart(const Scene& scene, int before, int after) {
     const mpi::Communicator all;
-    const Folder folder(all);
+    const SharedFolder folder(all);
     std::size_t sets = 0;
     if (all.rank() == 0) {
         auto alone = scene(Execution{});

@@ -9,12 +9,11 @@
 #include <firn/mpi.hpp>
 #include <firn/mpi/states.hpp>
 
-#include <stdlib.h>
+#include "shared_folder.hpp"
 #include <sys/resource.h>
 
 #include <csignal>
 #include <fstream>
-#include <iterator>
 #include <random>
 #include <set>
 
@@ -23,37 +22,10 @@ using namespace firn;
 namespace mpi_states {
 namespace {
 
-/// An empty folder that all ranks know, removed with all that is in it.
-class Folder {
-public:
-    explicit Folder(const mpi::Communicator& all) : all_(all) {
-        std::string pattern = (std::filesystem::temp_directory_path() / "firn-mpi-states-XXXXXX").string();
-        if (all.rank() == 0 && !::mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
-        path_ = all.text_of(0, pattern);
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-    ~Folder() {
-        all_.barrier();
-        std::error_code ignored;
-        if (all_.rank() == 0) std::filesystem::remove_all(path_, ignored);
-    }
-    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-    const std::filesystem::path& path() const { return path_; }
-    std::set<std::string> names() const {
-        std::set<std::string> found;
-        for (const auto& entry : std::filesystem::directory_iterator(path_)) found.insert(entry.path().filename());
-        return found;
-    }
-
-private:
-    const mpi::Communicator& all_;
-    std::filesystem::path path_;
-};
-
-std::string bytes_of(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
+std::set<std::string> names_in(const SharedFolder& folder) {
+    std::set<std::string> found;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) found.insert(entry.path().filename());
+    return found;
 }
 
 /// Bits of numbers from a seed. The numbers are finite, and many are −0.
@@ -159,7 +131,7 @@ template <class S>
 void check_file(int dimension, std::size_t count, std::size_t blocks, std::int64_t id_step,
                 const StateOptions& options) {
     const mpi::Communicator all;
-    const Folder folder(all);
+    const SharedFolder folder(all);
     const Layout made = layout(count, blocks, id_step, 17);
     const State<S> whole = part_of<S>(made, dimension, 0, blocks);
     if (all.rank() == 0) write_state(folder / "serial.hdf", whole, options);
@@ -170,7 +142,7 @@ void check_file(int dimension, std::size_t count, std::size_t blocks, std::int64
         CHECK(bytes_of(folder / "ranks.hdf") == bytes_of(folder / "serial.hdf"));
     else
         CHECK((read_state<S>(folder / "ranks.hdf") == read_state<S>(folder / "serial.hdf")));
-    CHECK(folder.names() == std::set<std::string>{"serial.hdf", "ranks.hdf"});
+    CHECK(names_in(folder) == std::set<std::string>{"serial.hdf", "ranks.hdf"});
 
     const State<S> back = mpi::read_state<S>(all, folder / "ranks.hdf");
     const State<S> serial = read_state<S>(folder / "serial.hdf");
@@ -221,7 +193,7 @@ TEST_CASE("A compressed state has the fields and the digest of one that was writ
 
 TEST_CASE("Ranks whose states do not fit together are refused on all ranks, and no file is left") {
     const mpi::Communicator all;
-    const Folder folder(all);
+    const SharedFolder folder(all);
     const Layout made = layout(500, 20, 3, 5);
     const auto refused = [&](const char* word, const auto& damage, auto error) {
         State<float> mine = my_part<float>(all, made, 3);
@@ -232,7 +204,7 @@ TEST_CASE("Ranks whose states do not fit together are refused on all ranks, and 
         CHECK(test_support::holds(said, word));
         CHECK(all.text_of(0, said) == said);
         all.barrier();
-        CHECK(folder.names().empty());
+        CHECK(names_in(folder).empty());
     };
     const int last = all.size() - 1;
     using Wrong = parameter_error;
@@ -287,7 +259,7 @@ TEST_CASE("Ranks whose states do not fit together are refused on all ranks, and 
 
 TEST_CASE("A folder that is missing or cannot be written is named in one error on all ranks") {
     const mpi::Communicator all;
-    const Folder folder(all);
+    const SharedFolder folder(all);
     const State<float> mine = my_part<float>(all, layout(500, 20, 3, 5), 3);
     const std::string said =
         test_support::message<io_error>([&] { mpi::write_state(all, folder / "missing/state.hdf", mine); });
@@ -300,7 +272,7 @@ TEST_CASE("A folder that is missing or cannot be written is named in one error o
 
 TEST_CASE("A rank whose writes fail is named on all ranks, and the old file stays") {
     const mpi::Communicator all;
-    const Folder folder(all);
+    const SharedFolder folder(all);
     const Layout made = layout(90'000, 900, 1, 5);
     const State<float> mine = my_part<float>(all, made, 3);
     mpi::write_state(all, folder / "state.hdf", mine);
@@ -323,7 +295,7 @@ TEST_CASE("A rank whose writes fail is named on all ranks, and the old file stay
         CHECK(all.text_of(0, said) == said);
         all.barrier();
         CHECK(bytes_of(folder / "state.hdf") == before);
-        CHECK(folder.names() == std::set<std::string>{"state.hdf"});
+        CHECK(names_in(folder) == std::set<std::string>{"state.hdf"});
         all.barrier();
     }
     std::signal(SIGXFSZ, SIG_DFL);
@@ -331,24 +303,24 @@ TEST_CASE("A rank whose writes fail is named on all ranks, and the old file stay
 
 TEST_CASE("A file that is removed while it is written is missed by all ranks") {
     const mpi::Communicator all;
-    const Folder folder(all);
+    const SharedFolder folder(all);
     mpi::detail::SharedFile file(all, folder / "state.hdf");
     mpi::detail::Outcome outcome(all);
     const std::byte byte{7};
     outcome.attempt([&] { file.write(std::uint64_t(all.rank()), std::span(&byte, 1)); });
     all.barrier();
     if (all.rank() == 0)
-        for (const std::string& name : folder.names()) std::filesystem::remove(folder / name);
+        for (const std::string& name : names_in(folder)) std::filesystem::remove(folder / name);
     all.barrier();
     const std::string said = test_support::message<io_error>([&] { file.commit(outcome); });
     CHECK(test_support::holds(said, "Renaming"));
     CHECK(all.text_of(0, said) == said);
-    CHECK(folder.names().empty());
+    CHECK(names_in(folder).empty());
 }
 
 TEST_CASE("Damage to a file is found by all ranks, wherever it is") {
     const mpi::Communicator all;
-    const Folder folder(all);
+    const SharedFolder folder(all);
     const Layout made = layout(70'000, 900, 1, 5);
     mpi::write_state(all, folder / "state.hdf", my_part<float>(all, made, 3));
     const std::string good = bytes_of(folder / "state.hdf");
@@ -377,7 +349,7 @@ TEST_CASE("Damage to a file is found by all ranks, wherever it is") {
 
 TEST_CASE("A series on ranks has the files and the list of one without MPI") {
     const mpi::Communicator all;
-    const Folder folder(all);
+    const SharedFolder folder(all);
     const Layout made = layout(3000, 90, 1, 5);
     const StateOptions options{.fields = {"mass"}, .complete_every = 2};
     const State<float> whole = part_of<float>(made, 3, 0, 90), mine = my_part<float>(all, made, 3);

@@ -143,8 +143,8 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, cla
 
 /// Adds the contributions of all groups of a set, one phase after the other (a phase is a list of groups that share no
 /// node). No two threads add to one node at the same time, and the order of additions to a node is always the same.
+/// \param grid   a SparseGrid, or an object that has its functions domain() and neighbours()
 /// \param range  the phases whose groups are scattered
-/// \param grid  a SparseGrid, or an object that has its functions domain() and neighbours()
 template <class Kernel, class Transfer, class Force, class View, class Sums, class Grid>
 void scatter_coloured(const ParticleSet<View>& set, const Grid& grid, double dt, int threads, const Sums& sums,
                       typename Sums::number* nodes, PhaseRange range = {}) {

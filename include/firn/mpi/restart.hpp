@@ -63,7 +63,6 @@ std::vector<RowsOfRank> group_by_rank(std::size_t rows, int ranks, const Owner& 
 /// \return  the state of this rank's particles: its slots begin with 0
 template <int D, class S>
 State<S> bring_home(const Communicator& all, State<S> part, const SharesOfState<D>& shares) {
-    State<S> mine;
     StateTable& slots = *find_table(part.tables, "slot", 1);
     StateTable& blocks = *find_table(part.tables, "blocks", D + 2);
     const auto first_of = [&](int rank) { return std::int64_t(shares.first_slot[std::size_t(rank)]); };
