@@ -340,6 +340,8 @@ private:
             detail::throw_no_step(dt, now_.time, now_.steps, is_the_bound(dt) ? reason_of_bound() : "");
         if constexpr (requires { transfer.check(); }) transfer.check();
         static_cast<void>(lift<native_pack<S>>(boundary));  // checks the boundary's parameters before anything changes
+        const Mirrors mirrors = mirrors_of<Kernel>(boundary, domain());
+        ranks().use_mirrors(mirrors.planes);
         const bool due = most_steps_between_sorts > 0 && now_.steps % most_steps_between_sorts == 0;
         bool sorted = false;
         for_sets([&](auto& set) {
@@ -353,17 +355,13 @@ private:
         });
         if (sorted) activate();
         for_sets([&](auto& set) { set.push(now_, dt, workers()); });
-        make_grid(dt);
-        if constexpr (boundary_fits) {
-            if (reactions)
-                grid_update(execution, grid_, dt, acceleration, boundary, *reactions);
-            else
-                grid_update(execution, grid_, dt, acceleration, boundary);
-        }
+        make_grid(dt, mirrors);
+        if constexpr (boundary_fits)
+            grid_update(execution, grid_, dt, acceleration, boundary, mirrors, reactions ? &*reactions : nullptr);
         for_sets([](auto& set) { set.readiness.spoil(); });  // particles cannot be used before G2P has moved them all
         bool right = true;
         for_sets([&](auto& set) {
-            if constexpr (Volume::averages_volume) average_volumes(dt, number_of(set));
+            if constexpr (Volume::averages_volume) average_volumes(dt, mirrors, number_of(set));
             const auto pass = detail::g2p_pass<Kernel, Transfer, Force, Volume>(
                 execution, set.particles.view(), set.partition, grid_, set.material, dt, transfer);
             set.report = pass.report;
@@ -386,15 +384,15 @@ private:
         });
     }
 
-    void make_grid(double dt) {
-        scatter(dt, [&](const auto&... sets) { make_grid(dt, sets...); });
+    void make_grid(double dt, const Mirrors& mirrors) {
+        scatter(dt, [&](const auto&... sets) { make_grid(dt, mirrors, sets...); });
     }
-    void average_volumes(double dt, std::size_t number) {
+    void average_volumes(double dt, const Mirrors& mirrors, std::size_t number) {
         scatter(dt, [&](const auto&... sets) {
-            average_volume<Kernel, Transfer, Force>(execution, grid_, volume_memory_, number, sets...);
+            average_volume<Kernel, Transfer, Force>(execution, grid_, volume_memory_, mirrors, number, sets...);
         });
     }
-    /// Calls body(sets...) with the sets of particles. Adds to the message of an overflow_error the step.
+    /// Calls body(sets...) with the sets of particles. Adds the step to the message of an overflow_error.
     template <class Body>
     void scatter(double dt, const Body& body) {
         try {
@@ -404,10 +402,10 @@ private:
         }
     }
     template <class... Views>
-    void make_grid(double dt, const ParticleSet<Views>&... sets) {
-        before_p2g<Kernel, Transfer>(execution, grid_, sets...);
+    void make_grid(double dt, const Mirrors& mirrors, const ParticleSet<Views>&... sets) {
+        before_p2g<Kernel, Transfer>(execution, grid_, mirrors, sets...);
         p2g<Kernel, Transfer, Force>(execution, grid_, dt, sets...);
-        after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, sets...);
+        after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, mirrors, sets...);
     }
 
     /// Prepares the sets of particles that changed since the last step: checks and sorts the particles, and computes

@@ -2,13 +2,14 @@
 /// averages ride in the nodes in place of the masses, so G2P gathers them at no cost. A step is
 ///
 ///     …                                                                 // as without the policy, up to grid_update()
-///     average_volume<Kernel, Transfer, Force, Volume>(execution, grid, memory, k, sets...);     // for each set k
+///     average_volume<Kernel, Transfer, Force>(execution, grid, memory, mirrors, k, sets...);      // for each set k
 ///     g2p<Kernel, Transfer, Force, Volume>(execution, view, partition, grid, material, dt, transfer);
 ///     restore_masses<Transfer>(execution, grid);
 #pragma once
 
 #include <firn/data/particle_set.hpp>
 #include <firn/exec/gather.hpp>
+#include <firn/exec/mirror.hpp>
 #include <firn/exec/p2g.hpp>
 #include <firn/exec/transfer_passes.hpp>
 #include <firn/force/none.hpp>
@@ -90,6 +91,23 @@ void gather_rates(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, in
     });
 }
 
+/// Adds the sums of the nodes behind mirrored walls to those of their mirror images, and gives both the result: the
+/// rate of volume change has the same sign on both sides of a wall.
+template <class Execution, std::floating_point S, int D>
+void mirror_rates(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors) {
+    const int threads = thread_count(requested_threads(execution));
+    for (const MirrorPlane& plane : mirrors.planes)
+        parallel_for(
+            grid.block_count(), threads,
+            [&](std::size_t b, int) {
+                for_columns(grid, plane, b, [](const ColumnNodes<S>& nodes) {
+                    if (!nodes[0] || !nodes[2]) return;
+                    for (const int k : {0, node_mass}) nodes[0][k] = nodes[2][k] = nodes[2][k] + nodes[0][k];
+                });
+            },
+            16);
+}
+
 }  // namespace detail
 
 /// Reads the particles of a set for the scatter of their rates of volume change.
@@ -122,13 +140,14 @@ private:
 /// Averages the rates of volume change of the particles of set k, and puts the average of each node in place of its
 /// mass. The node velocities are kept. Call restore_masses() after the G2P of this set. Overwrites one layer of the
 /// grid that the transfer does not use.
-/// \param memory  memory for rates; pass the same object in every step
-/// \param k       index of the set among `sets`
-/// \param sets    all sets on the grid, in the order of p2g()
+/// \param memory   memory for rates; pass the same object in every step
+/// \param mirrors  the mirrored walls. \see mirrors_of
+/// \param k        index of the set among `sets`
+/// \param sets     all sets on the grid, in the order of p2g()
 /// \throws overflow_error  if fixed-point sums could overflow
 template <class Kernel, class Transfer, class Force, class Execution, std::floating_point S, int D, class... Views>
-void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMemory<S>& memory, std::size_t k,
-                    const ParticleSet<Views>&... sets) {
+void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMemory<S>& memory, const Mirrors& mirrors,
+                    std::size_t k, const ParticleSet<Views>&... sets) {
     constexpr std::size_t layer = detail::volume_layer<Transfer>;
     const int threads = thread_count(requested_threads(execution));
     memory.scales.resize(sizeof...(Views));
@@ -151,7 +170,7 @@ void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMe
             },
             all);
         std::swap(grid.last_scale, memory.scales[k]);
-        // Where a wall mirrors the nodes behind it, both sums of a node are added to its mirror image here: θ is even.
+        detail::mirror_rates(execution, grid, mirrors);
         grid.exchange(layer, threads);
         using P = native_pack<S>;
         detail::for_nodes(grid, threads, [sums = grid.layer(layer)](S* node, std::size_t index) {
@@ -172,14 +191,13 @@ template <class Transfer, class Execution, std::floating_point S, int D>
 void restore_masses(const Execution& execution, SparseGrid<S, D>& grid) {
     const int threads = thread_count(requested_threads(execution));
     using P = native_pack<S>;
-    detail::for_nodes(grid, threads,
-                      [kept = grid.layer(detail::volume_layer<Transfer>)](S* node, std::size_t index) {
-                          P r[4], of_kept[4];
-                          load_quads(node, r);
-                          load_quads(kept + index, of_kept);
-                          r[node_mass] = of_kept[0];
-                          store_quads(r, node);
-                      });
+    detail::for_nodes(grid, threads, [kept = grid.layer(detail::volume_layer<Transfer>)](S* node, std::size_t index) {
+        P r[4], of_kept[4];
+        load_quads(node, r);
+        load_quads(kept + index, of_kept);
+        r[node_mass] = of_kept[0];
+        store_quads(r, node);
+    });
 }
 
 }  // namespace firn
