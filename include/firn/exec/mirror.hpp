@@ -113,6 +113,12 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
         while (last < mirrors.planes.size() && mirrors.planes[last].axis == of.axis &&
                mirrors.planes[last].part == of.part)
             ++last;
+        // The rank that counts the block behind the wall counts the column. No matter reaches a column without this
+        // block.
+        const auto counts = [&](const S* behind) {
+            return behind && ranks_of(execution).template counts<D>(std::size_t(behind - grid.nodes(0)) /
+                                                                    std::size_t(block_nodes<D> * node_width));
+        };
         const auto act = [&](std::size_t b, int) {
             for (std::size_t p = first; p < last; ++p) {
                 const MirrorPlane& plane = mirrors.planes[p];
@@ -123,7 +129,7 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
                     const NodeColumn<S, D> after =
                         mirrored(before, plane.axis, plane.inward, plane.contact, friction, weights);
                     store_column(after, nodes);
-                    if (reactions && ranks_of(execution).template counts<D>(b))
+                    if (reactions && counts(nodes[0]))
                         add_reaction(of_blocks[b * parts + std::size_t(plane.part)], grid, nodes, masses, before,
                                      after);
                 });
