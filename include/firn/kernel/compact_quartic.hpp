@@ -23,8 +23,9 @@ namespace firn {
 /// much as with QuadraticBSpline and WeightGradientForce. The largest stable time step is 12 % smaller.
 ///
 /// The inertia of affine transfers depends on the particle's position, D = h² (¼ − (¼ − d²)²) along each axis, where d
-/// is the distance to the nearest node in cells. Apic uses this D and conserves angular momentum. MlsForce needs a
-/// constant D and does not work with this kernel.
+/// is the distance to the nearest node in cells. Apic uses this D: transfers to the grid and back conserve angular
+/// momentum. Between two steps, the angular momentum of C changes a little, because D changes as the particle moves.
+/// MlsForce needs a constant D and does not work with this kernel.
 ///
 /// The kernel follows from the force of Hu et al. 2018, "A moving least squares material point method with displacement
 /// discontinuity and two-way rigid body coupling", eq. (18), by integration along one axis.
