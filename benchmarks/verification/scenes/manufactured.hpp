@@ -3,6 +3,8 @@
 /// Sadeghirad and Guilkey 2015 (generalised vortex).
 #pragma once
 
+#include "sides.hpp"
+
 #include <firn/firn.hpp>
 
 #include <algorithm>
@@ -187,12 +189,6 @@ inline firn::Samples<2> ring_samples(double h) {
 /// Of displacements [m], over particles.
 struct DisplacementError {
     double mean_square = 0, largest = 0;  ///< √(Σ |x − x_exact|²/n), and the largest
-};
-
-/// What the sides of a domain do that are not periodic.
-struct Sides {
-    firn::Contact contact = firn::Contact::slip;
-    firn::NodesBehind nodes_behind = firn::NodesBehind::held;
 };
 
 /// A body that begins as the solution does, each particle pushed by the body force of where it was at first. (The force

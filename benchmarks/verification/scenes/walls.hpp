@@ -15,9 +15,9 @@ namespace verification {
 
 /// Waves between walls of the unit square, and the same waves in the periodic square of side 2, which has the square's
 /// particles with the same ids, and their mirror images.
-template <class S, class Solution, class Transfer, class Force = firn::MlsForce, class Kernel = firn::QuadraticBSpline>
+template <class Solution, class Transfer>
 struct WavesBetweenWalls {
-    using Scene = Manufactured<S, Solution, Transfer, Force, Kernel>;
+    using Scene = Manufactured<double, Solution, Transfer, firn::MlsForce, firn::QuadraticBSpline>;
 
     Solution solution;
     double h = 1. / 8;
@@ -130,7 +130,7 @@ struct SoftLayer {
         : acceleration(pull), sheared(shear), h(cell), simulation(domain(cell), {mu, 0.0}) {
         simulation.boundary.at_lower[1] = {firn::Contact::stick};
         simulation.boundary.nodes_behind = nodes_behind;
-        const auto samples = firn::sample_box<2>({0.0, 0.0}, {4 * h, height}, {.spacing = h / particles});
+        const auto samples = firn::sample_box<2>({0.0, 0.0}, {16 * h, height}, {.spacing = h / particles});
         before = samples.positions;
         simulation.add(samples, density);
     }
@@ -171,7 +171,7 @@ struct SoftLayer {
     std::vector<Row> rows() const {
         std::vector<Row> rows;
         const auto& particles = simulation.particles();
-        const double spacing = 2 * before.front()[1], width = 4 * h;
+        const double spacing = 2 * before.front()[1], width = 16 * h;
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot)) continue;
             const auto X = before[particles.id(slot)];
@@ -193,7 +193,7 @@ struct SoftLayer {
 
 private:
     static firn::Domain<2> domain(double h) {
-        firn::Domain<2> domain{{0.0, 0.0}, {4 * h, 0.25}, h};
+        firn::Domain<2> domain{{0.0, 0.0}, {16 * h, 0.25}, h};
         domain.periodic[0] = true;
         return domain;
     }
