@@ -339,6 +339,7 @@ private:
         if constexpr (requires { transfer.check(); }) transfer.check();
         static_cast<void>(lift<native_pack<S>>(boundary));  // checks the boundary's parameters before anything changes
         const Mirrors mirrors = mirrors_of<Kernel>(boundary, domain());
+        ranks().use_mirrors(mirrors.planes);
         const bool due = most_steps_between_sorts > 0 && now_.steps % most_steps_between_sorts == 0;
         bool sorted = false;
         for_sets([&](auto& set) {

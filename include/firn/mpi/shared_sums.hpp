@@ -5,6 +5,7 @@
 #include <firn/core/parallel.hpp>
 #include <firn/data/particle_set.hpp>
 #include <firn/exec/arena.hpp>
+#include <firn/exec/mirror.hpp>
 #include <firn/exec/places.hpp>
 #include <firn/mpi/shared_blocks.hpp>
 #include <firn/mpi/trace.hpp>
@@ -79,8 +80,9 @@ struct SumsMemory {
 template <int D>
 class SharedSums {
 public:
-    SharedSums(const Communicator& all, SharedBlocks<D>& shared, SumsMemory& memory, int threads, Trace* trace)
-        : all_(all), shared_(shared), memory_(memory), threads_(threads), trace_(trace) {
+    SharedSums(const Communicator& all, SharedBlocks<D>& shared, SumsMemory& memory,
+               const std::vector<MirrorPlane>& mirrors, int threads, Trace* trace)
+        : all_(all), shared_(shared), memory_(memory), mirrors_(mirrors), threads_(threads), trace_(trace) {
         memory_.sent.resize(shared.outgoing().size());
         memory_.received.resize(shared.incoming().size());
         memory_.returned.resize(shared.to_return().size());
@@ -105,6 +107,24 @@ public:
                      group.sparse ? cube_blocks + 2 : 3);
             },
             4);
+    }
+    /// Marks all nodes beside mirrored walls. Call it after mark().
+    ///
+    /// A node beside such a wall depends on the node on the other side, and at an edge on those behind both walls. A
+    /// rank needs them all, for its particles and for the reactions that it counts.
+    /// \param grid  the grid of this rank's blocks
+    template <std::floating_point S>
+    void mark_mirrored(const SparseGrid<S, D>& grid) {
+        for (const MirrorPlane& plane : mirrors_)
+            for (std::size_t i = 0; i < shared_.pieces().size(); ++i) {
+                const int block = grid.block(shared_.pieces()[i].block)[std::size_t(plane.axis)];
+                unsigned sets[D];
+                std::fill(std::begin(sets), std::end(sets), 15u);
+                sets[plane.axis] = 0;
+                for (int node = plane.node - 1; node <= plane.node + 1; ++node)
+                    if (node >> 2 == block) sets[plane.axis] |= 1u << (node & 3);
+                if (sets[plane.axis] != 0) memory_.masks[i] |= BoxMasks<D>::mask(sets);
+            }
     }
 
     /// Sets the values of the pieces that mark() has found to zero, in whole rows of nodes.
@@ -336,6 +356,7 @@ private:
     const Communicator& all_;
     SharedBlocks<D>& shared_;
     SumsMemory& memory_;
+    const std::vector<MirrorPlane>& mirrors_;
     int threads_;
     Trace* trace_;
     std::vector<std::vector<std::size_t>> offsets_;  // of the pieces in each received message
