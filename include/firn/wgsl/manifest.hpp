@@ -43,6 +43,14 @@ inline std::vector<std::string> step_order_of(const Program& program, bool sorte
     detail::for_mirror_passes(program, [&](int k, std::size_t, std::size_t) {
         order.insert(order.end() - 1, detail::mirror_pass(k));  // before g2p
     });
+    if (!program.volume.empty()) {
+        std::vector<std::string> passes{"measure_rates", "choose_rate_scale", "scatter_rates"};
+        if (!program.mirrors.empty()) passes.push_back("convert_rates");
+        detail::for_mirror_passes(program,
+                                  [&](int k, std::size_t, std::size_t) { passes.push_back(detail::fold_pass(k)); });
+        passes.push_back("average_rates");
+        order.insert(order.end() - 1, passes.begin(), passes.end());
+    }
     return order;
 }
 
@@ -88,6 +96,7 @@ inline std::string manifest(const Program& program) {
         json.field("dimension", program.dimension).field("kernel", program.kernel).field("transfer", program.transfer);
         json.field("force", program.force).field("material", program.material).field("boundary", program.boundary);
         json.key("field").value(program.field);
+        if (!program.volume.empty()) json.field("volume", program.volume);
         json.field("workgroup_size", program.workgroup_size);
         json.field("time_step_safety", program.time_step_safety);
         json.key("uniforms").object([&] {
