@@ -82,7 +82,9 @@ inline std::vector<std::string> step_order_of(const Program& program, bool sorte
 ///     step_sorted  the entry points of a step with P2G through workgroup memory, in the order to run them
 ///     status       for each status word its index in the buffer "status". The words error and particle are of type
 ///                  u32, the others of type f32. The word time_step is the step that was taken [s], and time the sum
-///                  of all steps since the host set it to 0 [s].
+///                  of all steps since the host set it to 0 [s]. Only if there is an entry `volume`, the name of a
+///                  volumetric policy: largest_rate, the largest V0 |θ| of a particle with the volume V0 and the rate
+///                  of volume change θ [m^D/s], and the scales of the sums of V0 θ and V0.
 ///     errors       for each value e > 0 of the word error its message; after an error, steps change nothing
 ///
 /// The number of nodes along an axis is 4 (b + 2), where b = ceil(cells / 4). Let the node at the domain's lower corner
@@ -154,6 +156,9 @@ inline std::string manifest(const Program& program) {
                  {"error", "particle", "signal_speed", "largest_momentum", "largest_gradient", "largest_mass",
                   "most_particles", "momentum_scale", "mass_scale", "time_step", "place_per_velocity", "time"})
                 json.field(name, word++);
+            if (!program.volume.empty())
+                for (const char* name : {"largest_rate", "largest_volume", "rate_scale", "volume_scale"})
+                    json.field(name, word++);
         });
         json.key("errors").object([&] {
             const std::size_t errors = program.mirrors.empty() ? detail::mirror_error - 1 : error_sentences.size();
