@@ -303,8 +303,8 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     add("order_particles", "particle", size, {{motion, true}, {blocks, true}, {order, true}});
     add("p2g_blocks", "block_workgroup", size, with(particle, {{nodes, true}, {blocks, true}, {order, true}}));
     add("grid_update", "node", size, {{nodes, true}, {coordinates, false}, {status, true}});
-    for_mirror_passes(program, [&](int k, std::size_t first, std::size_t) {
-        const std::string axis(1, "xyz"[program.mirrors[first].plane.axis]);
+    for_mirror_passes(program, [&](int k, std::size_t wall, std::size_t) {
+        const std::string axis(1, "xyz"[program.mirrors[wall].plane.axis]);
         add(mirror_pass(k), axis + "_line", size, {{nodes, true}, {coordinates, false}, {status, true}});
     });
     if (facts.averages_volume) {
@@ -314,8 +314,8 @@ inline void add_entry_points(Program& program, const Facts& facts) {
         add("scatter_rates", "particle", size,
             {{motion, true}, {constants, false}, {status, true}, {rates, true}, {rate_sums, true}});
         if (!program.mirrors.empty()) add("convert_rates", "node", size, {{status, true}, {rate_sums, true}});
-        for_mirror_passes(program, [&](int k, std::size_t first, std::size_t) {
-            const std::string axis(1, "xyz"[program.mirrors[first].plane.axis]);
+        for_mirror_passes(program, [&](int k, std::size_t wall, std::size_t) {
+            const std::string axis(1, "xyz"[program.mirrors[wall].plane.axis]);
             add(fold_pass(k), axis + "_line", size, {{coordinates, false}, {status, true}, {rate_sums, true}});
         });
         add("average_rates", "node", size, {{nodes, true}, {status, true}, {rate_sums, true}});
