@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 namespace firn {
 
@@ -45,6 +46,11 @@ public:
     std::size_t block_count() const { return blocks_.size(); }
     /// Returns the coordinates of the block with index b. The blocks of the grid are sorted by their keys.
     BlockCoordinate<D> block(std::size_t b) const { return block_of_key<D>(blocks_[b]); }
+
+    /// Returns the coordinate of the block with index b along an axis.
+    int block_along(std::size_t b, int axis) const {
+        return int(blocks_[b] >> 21 * (D - 1 - axis) & 0x1fffff) - (1 << 20);
+    }
 
     /// \name Nodes
     /// @{
@@ -134,6 +140,7 @@ public:
     const S* layer(std::size_t k) const {
         return k > layers_.size() || layers_[k - 1].empty() ? nullptr : layers_[k - 1].data();
     }
+    S* layer(std::size_t k) { return const_cast<S*>(std::as_const(*this).layer(k)); }
 
     /// Returns the index of a block, or no_block if the grid does not contain the block.
     std::uint32_t find(const BlockCoordinate<D>& block) const {
