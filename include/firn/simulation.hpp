@@ -338,6 +338,8 @@ private:
             detail::throw_no_step(dt, now_.time, now_.steps, is_the_bound(dt) ? reason_of_bound() : "");
         if constexpr (requires { transfer.check(); }) transfer.check();
         static_cast<void>(lift<native_pack<S>>(boundary));  // checks the boundary's parameters before anything changes
+        const Mirrors mirrors = mirrors_of<Kernel>(boundary, domain());
+        ranks().use_mirrors(mirrors.planes);
         const bool due = most_steps_between_sorts > 0 && now_.steps % most_steps_between_sorts == 0;
         bool sorted = false;
         for_sets([&](auto& set) {
@@ -351,13 +353,9 @@ private:
         });
         if (sorted) activate();
         for_sets([&](auto& set) { set.push(now_, dt, workers()); });
-        make_grid(dt);
-        if constexpr (boundary_fits) {
-            if (reactions)
-                grid_update(execution, grid_, dt, acceleration, boundary, *reactions);
-            else
-                grid_update(execution, grid_, dt, acceleration, boundary);
-        }
+        make_grid(dt, mirrors);
+        if constexpr (boundary_fits)
+            grid_update(execution, grid_, dt, acceleration, boundary, mirrors, reactions ? &*reactions : nullptr);
         for_sets([](auto& set) { set.readiness.spoil(); });  // particles cannot be used before G2P has moved them all
         bool right = true;
         for_sets([&](auto& set) {
@@ -382,19 +380,20 @@ private:
         });
     }
 
-    void make_grid(double dt) {
+    void make_grid(double dt, const Mirrors& mirrors) {
         try {
-            std::apply([&](auto&... set) { make_grid(dt, ParticleSet{set.particles.view(), set.partition}...); },
-                       sets_);
+            std::apply(
+                [&](auto&... set) { make_grid(dt, mirrors, ParticleSet{set.particles.view(), set.partition}...); },
+                sets_);
         } catch (const overflow_error& failure) {
             detail::throw_overflow(failure, now_.steps, dt, now_.time, dt / bound_);
         }
     }
     template <class... Views>
-    void make_grid(double dt, const ParticleSet<Views>&... sets) {
-        before_p2g<Kernel, Transfer>(execution, grid_, sets...);
+    void make_grid(double dt, const Mirrors& mirrors, const ParticleSet<Views>&... sets) {
+        before_p2g<Kernel, Transfer>(execution, grid_, mirrors, sets...);
         p2g<Kernel, Transfer, Force>(execution, grid_, dt, sets...);
-        after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, sets...);
+        after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, mirrors, sets...);
     }
 
     /// Prepares the sets of particles that changed since the last step: checks and sorts the particles, and computes

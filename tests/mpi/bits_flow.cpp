@@ -8,3 +8,7 @@ TEST_CASE("A fountain by FLIP, with source, sink, sand and a disc that moves, ha
     const Seen many = check_same_bits<Coloured>([](const auto& e) { return fountain(e); }, 300);
     CHECK(many.migrations >= 5);
 }
+
+TEST_CASE("The fountain has the same bits between mirrored walls, whose columns lie on several ranks", "[mpi]") {
+    check_same_bits<Coloured>([](const auto& e) { return fountain(e, NodesBehind::mirrored); }, 100);
+}

@@ -72,10 +72,11 @@ auto spray(const Execution& execution) {
 
 /// Snow, sand, water and jelly, through which a sphere moves.
 template <class Execution>
-auto four_materials(const Execution& execution) {
+auto four_materials(const Execution& execution, NodesBehind nodes_behind = NodesBehind::held) {
     const Collider<Sphere<float, 3>> sphere{
         .shape = {0.12F}, .position = {0.1, 0.15, 0.25}, .linear_velocity = {1.5, 0, 0}};
     auto walls = Walls<float, 3>::all({0, 0, 0}, {1, 0.5F, 0.5F}, {Contact::separate, 0.3});
+    walls.nodes_behind = nodes_behind;
     Simulation simulation(
         Domain<3>{{0, 0, 0}, {1, 0.5, 0.5}, 1. / 32},
         Materials(Snow<float>{}, Sand<float>::from_properties({}), Fluid<float>::from_properties({.bulk = 1e5}),
@@ -92,9 +93,10 @@ auto four_materials(const Execution& execution) {
 
 /// Water from a source that falls into a sink, through sand and past a disc that moves; each burst lives for a while.
 template <class Execution>
-auto fountain(const Execution& execution) {
+auto fountain(const Execution& execution, NodesBehind nodes_behind = NodesBehind::held) {
     const Collider<Sphere<float, 2>> disc{.shape = {0.06F}, .position = {0.2, 0.55}, .linear_velocity = {0.6, -0.3}};
-    const auto walls = Walls<float, 2>::all({0, 0}, {1, 1}, {Contact::separate, 0.3});
+    auto walls = Walls<float, 2>::all({0, 0}, {1, 1}, {Contact::separate, 0.3});
+    walls.nodes_behind = nodes_behind;
     Simulation simulation(Domain<2>{{0, 0}, {1, 1}, 1. / 96},
                           Materials(Fluid<float>::from_properties({.bulk = 2e4}), Sand<float>::from_properties({})),
                           execution, Together(walls, disc), Flip<float>{});
@@ -129,13 +131,16 @@ auto waves(const Execution& execution) {
     return simulation;
 }
 
-/// Two discs that collide, with a series of passes between particles and grid.
+/// Two discs that collide, with a series of passes between particles and grid. With mirrored walls, they fly into
+/// corners.
 template <class Execution>
-auto two_discs(const Execution& execution) {
+auto two_discs(const Execution& execution, NodesBehind nodes_behind = NodesBehind::held) {
     Simulation simulation(Domain<2>{{0, 0}, {1, 1}, 1. / 48}, FixedCorotated<double>::from_young_poisson(2e4, 0.3),
                           execution, Fmpm{.order = 3});
-    simulation.add(sample_sphere<2>({0.3, 0.4}, 0.18, {.spacing = 1. / 110}), 1000, {2., 0.});
-    simulation.add(sample_sphere<2>({0.7, 0.5}, 0.18, {.spacing = 1. / 110}), 1000, {-2., 0.});
+    simulation.boundary.nodes_behind = nodes_behind;
+    const double way = nodes_behind == NodesBehind::mirrored ? -1 : 1;
+    simulation.add(sample_sphere<2>({0.3, 0.4}, 0.18, {.spacing = 1. / 110}), 1000, {2. * way, way - 1.});
+    simulation.add(sample_sphere<2>({0.7, 0.5}, 0.18, {.spacing = 1. / 110}), 1000, {-2. * way, 1. - way});
     return simulation;
 }
 

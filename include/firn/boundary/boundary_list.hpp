@@ -147,6 +147,19 @@ struct BoundaryList {
         return Vec<double, D>::zero();
     }
 
+    /// Calls `seen` for the mirrored walls of all boundaries. \see has_mirrors
+    template <class Seen>
+        requires has_mirrors<B>
+    void mirrors(const Seen& seen) const {
+        int first = 0;
+        for (const B& one : all) {
+            one.mirrors([&](auto axis, auto position, auto inward, auto contact, auto friction, int k) {
+                seen(axis, position, inward, contact, friction, first + k);
+            });
+            first += firn::part_count(one);
+        }
+    }
+
     /// Returns the descriptions of the boundaries, separated by "; ", as they are written into files.
     std::string description() const {
         std::string text;

@@ -15,6 +15,7 @@
 ///     on_grid(h)                         returns the boundary for cells of side h [m]; for boundaries that depend on h
 ///     double largest_speed(lower, upper) the largest speed [m/s] that the boundary gives to nodes in a box
 ///     void surfaces(x, seen)             calls seen(distance, normal, velocity, contact, friction) for each surface
+///     void mirrors(seen)                 calls seen for each plane of symmetry; see has_mirrors
 ///     std::string description()          a text that is written into files
 #pragma once
 
@@ -243,5 +244,16 @@ struct AnySurface {
 /// free space; the velocity of the solid at x [m/s]; the Contact; and Coulomb's friction coefficient [1].
 template <class B, class S, int D>
 concept has_surfaces = requires(const B b, const Vec<S, D> x) { b.surfaces(x, AnySurface{}); };
+
+/// Whether B has a function `mirrors(seen)`. The function reports the walls behind which nodes move like mirror images.
+/// For each such wall, which lies across an axis, it calls
+///
+///     seen(axis, position, inward, contact, friction, part)
+///
+/// with the position of the wall along the axis [m]; inward = 1 if matter lies above the wall along the axis, −1 if it
+/// lies below; the Contact; Coulomb's friction coefficient [1]; and the index of the boundary's part that the wall
+/// belongs to. velocity() of such a boundary does not change the nodes that mirrored() changes. \see NodesBehind
+template <class B>
+concept has_mirrors = requires(const B b) { b.mirrors(AnySurface{}); };
 
 }  // namespace firn

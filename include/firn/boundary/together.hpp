@@ -161,6 +161,21 @@ struct Together {
         return centre;
     }
 
+    /// Calls `seen` for the mirrored walls of all parts. \see has_mirrors
+    template <class Seen>
+        requires(has_mirrors<B> || ...)
+    void mirrors(const Seen& seen) const {
+        int first = 0;
+        const auto look = [&](const auto& part) {
+            if constexpr (has_mirrors<std::remove_cvref_t<decltype(part)>>)
+                part.mirrors([&](auto axis, auto position, auto inward, auto contact, auto friction, int k) {
+                    seen(axis, position, inward, contact, friction, first + k);
+                });
+            first += firn::part_count(part);
+        };
+        std::apply([&](const auto&... part) { (look(part), ...); }, parts);
+    }
+
     /// Returns the descriptions of the parts, separated by "; ", as they are written into files.
     std::string description() const {
         std::string text;

@@ -15,22 +15,36 @@ struct Wall {
     double friction = 0;                  ///< Coulomb's friction coefficient μ [1]
 };
 
+/// How the nodes behind a wall move.
+enum class NodesBehind {
+    held,     ///< Like the nodes on the wall: their normal velocity is set to zero (for a stick wall, all of it).
+    mirrored  ///< Like mirror images of the nodes in front of the wall. The wall must lie on a plane of nodes.
+};
+
 /// Walls on the faces of a box, with matter inside: the default boundary of a simulation.
 ///
-/// Nodes on a face, and the ghost nodes outside of the box, get the velocity that velocity_after_contact() returns.
-/// Each face has its own contact and friction; a face with Contact::none has no wall.
+/// Each face has its own contact and friction; a face with Contact::none has no wall. `nodes_behind` chooses one of two
+/// rules for the nodes beside a wall:
 ///
-/// A wall with contact `slip` and without friction is a plane of symmetry: half a body in contact with the wall moves
-/// as the whole body would, except in the two cells next to the wall. In these two cells the stresses have an error of
-/// about a fifth, also with finer cells. The reason: the nodes behind the wall should move like mirror images of the
-/// nodes in front of the wall, but their normal velocity is set to zero, too. The velocity gradient at particles near
-/// the wall is therefore too small.
+/// - `held`: nodes on a face, and the ghost nodes outside of the box, get the velocity that velocity_after_contact()
+///   returns. The velocity gradient at particles near the wall is then too small. In the two cells next to the wall,
+///   stresses have an error of about a fifth, also with finer cells; between slipping walls, convergence is of first
+///   order.
+/// - `mirrored`: matter moves as if its mirror image stood behind the wall. A wall with contact `slip` and without
+///   friction is then a plane of symmetry: half a body at the wall moves as half of the whole body, to rounding. At a
+///   wall with contact `stick` the velocity is an odd function of the distance from the wall. Convergence is of second
+///   order. \see mirrored
+///
+/// Mirrored faces must lie on planes of nodes, and opposite faces at least 3 cells apart. More than a cell and a half
+/// behind a face, nodes are held under either rule.
 template <scalar S, int D>
 struct Walls {
-    Vec<S, D> lower{};               ///< lower corner of the box [m]
-    Vec<S, D> upper{};               ///< upper corner of the box [m]
-    std::array<Wall, D> at_lower{},  ///< the wall at the lower end of each axis
-        at_upper{};                  ///< the wall at the upper end of each axis
+    Vec<S, D> lower{};                             ///< lower corner of the box [m]
+    Vec<S, D> upper{};                             ///< upper corner of the box [m]
+    std::array<Wall, D> at_lower{},                ///< the wall at the lower end of each axis
+        at_upper{};                                ///< the wall at the upper end of each axis
+    NodesBehind nodes_behind = NodesBehind::held;  ///< How nodes behind all walls move.
+    S mirrored_depth = S(0);  ///< How far behind a face nodes are not held [m]. on_grid() computes it.
 
     /// Returns walls on all faces of the box [lower, upper] [m], each with the contact and the friction of `wall`.
     /// \throws parameter_error if check() throws it
@@ -69,6 +83,7 @@ struct Walls {
                                  name_of(wall.contact), ", friction ", wall.friction);
             }
         }
+        if (nodes_behind == NodesBehind::mirrored) text += "; nodes behind: mirrored";
         return text;
     }
 
@@ -82,7 +97,27 @@ struct Walls {
     template <class T>
     Walls<T, D> lifted() const {
         if constexpr (std::floating_point<S>) check();
-        return {cast<T>(lower), cast<T>(upper), at_lower, at_upper};
+        return {cast<T>(lower), cast<T>(upper), at_lower, at_upper, nodes_behind, T(mirrored_depth)};
+    }
+
+    /// Returns the walls for a grid with cells of side h [m].
+    template <class H>
+    FIRN_INLINE Walls on_grid(const H& h) const {
+        Walls there = *this;
+        if (nodes_behind == NodesBehind::mirrored) there.mirrored_depth = S(1.5) * S(h);
+        return there;
+    }
+
+    /// Calls seen(axis, position, inward, contact, friction, 0) for each face whose nodes are mirrored. \see
+    /// has_mirrors
+    template <class Seen>
+    void mirrors(const Seen& seen) const {
+        if (nodes_behind == NodesBehind::mirrored)
+            for (int a = 0; a < D; ++a) {
+                const Wall &low = at_lower[std::size_t(a)], &high = at_upper[std::size_t(a)];
+                if (low.contact != Contact::none) seen(a, lower[a], 1, low.contact, low.friction, 0);
+                if (high.contact != Contact::none) seen(a, upper[a], -1, high.contact, high.friction, 0);
+            }
     }
 
     /// Returns the velocity [m/s] of a node at x [m] after contact; v [m/s] is the node's velocity before.
@@ -91,7 +126,7 @@ struct Walls {
             Vec<S, D> inward = Vec<S, D>::zero();
             inward[axis] = S(1);
             const Wall &low = at_lower[axis], &high = at_upper[axis];
-            const S near = slack(axis);
+            const S near = nodes_behind == NodesBehind::mirrored ? -mirrored_depth : slack(axis);
             v = select(x.v[axis] <= lower.v[axis] + near,
                        velocity_after_contact(v, inward, low.contact, S(low.friction)), v);
             v = select(x.v[axis] >= upper.v[axis] - near,

@@ -96,6 +96,9 @@ struct OneRank {
     /// After a grid was activated: finds the blocks of nodes that several ranks share.
     template <class Kernel, class Grid, class Partitions>
     static void meet(Grid&, const Partitions&, int /* threads */) {}
+    /// Before P2G: takes note of the mirrored walls, behind which nodes depend on those in front.
+    template <class Planes>
+    static void use_mirrors(const Planes&) {}
     /// Joins the reports of G2P of all ranks.
     template <class Sets>
     static void join_reports(Sets&) {}

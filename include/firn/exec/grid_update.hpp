@@ -2,16 +2,15 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
-#include <firn/core/exact_sum.hpp>
 #include <firn/core/parallel.hpp>
 #include <firn/data/sparse_grid.hpp>
 #include <firn/exec/execution.hpp>
+#include <firn/exec/mirror.hpp>
 #include <firn/exec/reactions.hpp>
 #include <firn/simd/transpose.hpp>
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/time_step.hpp>
 
-#include <span>
 #include <type_traits>
 #include <vector>
 
@@ -66,23 +65,16 @@ template <std::floating_point S, int D, class Acceleration, class Boundary, clas
     }
 }
 
-/// Sums the reactions of blocks and of all ranks, part by part. Each sum is exact and rounded once.
-/// \param of_blocks  one Reaction for each part, block after block
-/// \param parts      receives the impulses; the points `about` are kept
-template <class Execution, int D>
-void sum_reactions(const Execution& execution, std::span<const Reaction<D>> of_blocks, std::span<Reaction<D>> parts) {
-    constexpr std::size_t numbers = D + (D == 2 ? 1 : D);
-    std::vector<ExactSum> sums(parts.size() * numbers);
-    for (std::size_t i = 0; i < of_blocks.size(); ++i) {
-        ExactSum* sum = sums.data() + i % parts.size() * numbers;
-        for_impulses(of_blocks[i], [&](double impulse) {
-            if (impulse != 0) sum->add(impulse);
-            ++sum;
+/// Checks that a boundary has no mirrored walls.
+/// \throws usage_error  if it has one
+template <class Boundary>
+void refuse_mirrors(const Boundary& boundary) {
+    if constexpr (has_mirrors<Boundary>)
+        boundary.mirrors([](auto&&...) {
+            throw usage_error(
+                "The boundary has mirrored walls, which act after the grid update. Give grid_update() what "
+                "mirrors_of<Kernel>(boundary, domain) returns, too.");
         });
-    }
-    ranks_of(execution).merge(sums);
-    const ExactSum* sum = sums.data();
-    for (Reaction<D>& part : parts) for_impulses(part, [&](double& impulse) { impulse = (sum++)->value(); });
 }
 
 /// Does the work of grid_update(), with or without reactions.
@@ -140,12 +132,15 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
 ///                      acceleration field from the folder field/, with scalar type S
 /// \param boundary      a boundary policy with scalar type S
 /// \throws parameter_error  if `dt` is negative or not finite, or if a parameter of a policy is out of range
+/// \throws usage_error      if the boundary has mirrored walls
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary) {
-    if constexpr (detail::require_fitting_boundary<Boundary, S, D>())
+    if constexpr (detail::require_fitting_boundary<Boundary, S, D>()) {
+        detail::refuse_mirrors(boundary);
         detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary,
                             static_cast<Reactions<D>*>(nullptr));
+    }
 }
 
 /// Computes the velocity of every node after a step, and sums the impulses that the boundary exerts on matter. The
@@ -154,8 +149,23 @@ void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
 template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
 void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
                  const Boundary& boundary, Reactions<D>& reactions) {
-    if constexpr (detail::require_fitting_boundary<Boundary, S, D>())
+    if constexpr (detail::require_fitting_boundary<Boundary, S, D>()) {
+        detail::refuse_mirrors(boundary);
         detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary, &reactions);
+    }
+}
+
+/// Computes the velocity of every node after a step, as the grid_update() without a kernel, and lets mirrored walls
+/// act.
+/// \param mirrors    mirrors_of<Kernel>(boundary, grid.domain())
+/// \param reactions  receives the impulses of the boundary on matter; nullptr if they are not wanted
+template <class Execution, std::floating_point S, int D, class Acceleration, class Boundary>
+void grid_update(const Execution& execution, SparseGrid<S, D>& grid, double dt, const Acceleration& acceleration,
+                 const Boundary& boundary, const Mirrors& mirrors, Reactions<D>* reactions = nullptr) {
+    if constexpr (detail::require_fitting_boundary<Boundary, S, D>()) {
+        detail::update_grid(execution, grid, dt, detail::own_acceleration<D>(acceleration), boundary, reactions);
+        if constexpr (has_mirrors<Boundary>) detail::mirror_nodes(execution, grid, mirrors, true, reactions);
+    }
 }
 
 }  // namespace firn

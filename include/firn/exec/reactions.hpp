@@ -2,10 +2,13 @@
 #pragma once
 
 #include <firn/boundary/concept.hpp>
+#include <firn/core/exact_sum.hpp>
 #include <firn/core/lanes.hpp>
+#include <firn/exec/execution.hpp>
 #include <firn/math/rotor.hpp>
 
 #include <optional>
+#include <span>
 #include <type_traits>
 #include <vector>
 
@@ -79,6 +82,25 @@ struct Watched {
         return velocity_among(boundary, x, v, NoOthers{}, add);
     }
 };
+
+/// Sums the reactions of blocks and of all ranks, part by part. Each sum is exact and rounded once.
+/// \param of_blocks  one Reaction for each part, block after block
+/// \param parts      receives the impulses; the points `about` are kept
+template <class Execution, int D>
+void sum_reactions(const Execution& execution, std::span<const Reaction<D>> of_blocks, std::span<Reaction<D>> parts) {
+    constexpr std::size_t numbers = D + (D == 2 ? 1 : D);
+    std::vector<ExactSum> sums(parts.size() * numbers);
+    for (std::size_t i = 0; i < of_blocks.size(); ++i) {
+        ExactSum* sum = sums.data() + i % parts.size() * numbers;
+        for_impulses(of_blocks[i], [&](double impulse) {
+            if (impulse != 0) sum->add(impulse);
+            ++sum;
+        });
+    }
+    ranks_of(execution).merge(sums);
+    const ExactSum* sum = sums.data();
+    for (Reaction<D>& part : parts) for_impulses(part, [&](double& impulse) { impulse = (sum++)->value(); });
+}
 
 }  // namespace detail
 

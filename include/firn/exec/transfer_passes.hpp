@@ -64,11 +64,13 @@ void gather_velocities(const ParticleSet<View>& set, const SparseGrid<S, D>& gri
 }
 
 /// Transfers the particles' velocities to the nodes, without any force. Afterwards the grid holds the velocity of each
-/// node.
+/// node. Mirrored walls act without friction.
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
-void transfer_velocities(const Execution& execution, SparseGrid<S, D>& grid, const ParticleSet<Views>&... sets) {
+void transfer_velocities(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors,
+                         const ParticleSet<Views>&... sets) {
     p2g<Kernel, Transfer, NoForce>(execution, grid, 0.0, sets...);
     grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
+    mirror_nodes(execution, grid, mirrors, false);
 }
 
 /// Calls f(values, index) for every SIMD register of nodes. `values` points to the values of these nodes in the grid,
@@ -99,17 +101,30 @@ FIRN_INLINE void store_node_vectors(const Vec<P, D>& v, P (&r)[4], value_type_t<
 }
 
 /// Does the work of after_p2g() for a transfer of order 2 or more. v_j is velocity j = 1, 2, … in the series of FMPM.
+///
+/// Mirrored walls act on every term of the series. What they changed in the first term is given back to the momenta in
+/// the end, so that grid_update() sees the full impulse of the walls: friction and reactions need it. As all terms are
+/// symmetric about the walls, this changes nothing else.
 template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>
 void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer,
-                    TransferMemory<S>& memory, int threads, const ParticleSet<Views>&... sets) {
+                    TransferMemory<S>& memory, const Mirrors& mirrors, int threads, const ParticleSet<Views>&... sets) {
     using P = native_pack<S>;
     memory.velocities.resize(std::max(memory.velocities.size(), sizeof...(Views)));
+    const auto copy_to_nodes = [&](const S* from) {
+        for_nodes(grid, threads, [from](S* node, std::size_t i) {
+            std::copy_n(from + i, scalar_traits<P>::lanes * node_width, node);
+        });
+    };
 
     grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // the nodes then hold v_1
+    const bool is_mirrored = !mirrors.planes.empty();
+    if (is_mirrored) {
+        grid.exchange(3, threads);  // layer 3 then holds v_1 before walls act
+        copy_to_nodes(grid.layer(3));
+        mirror_nodes(execution, grid, mirrors, false);
+    }
     grid.exchange(1, threads);
-    for_nodes(grid, threads, [v_1 = grid.layer(1)](S* node, std::size_t i) {
-        std::copy_n(v_1 + i, scalar_traits<P>::lanes * node_width, node);
-    });
+    copy_to_nodes(grid.layer(1));
     for (int j = 1; j < transfer.order; ++j) {
         const auto there_and_back = [&]<std::size_t... I>(std::index_sequence<I...>) {
             const auto as_taken = [&](const auto& set, std::size_t i) {
@@ -120,7 +135,7 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
             };
             const std::tuple<ParticleSet<Views>...> taken{as_taken(sets, I)...};
             grid.exchange(2, threads);  // layer 2 then holds v_j
-            transfer_velocities<Kernel, Transfer>(execution, grid, std::get<I>(taken)...);
+            transfer_velocities<Kernel, Transfer>(execution, grid, mirrors, std::get<I>(taken)...);
         };
         there_and_back(std::index_sequence_for<Views...>{});
         const S *const first = grid.layer(1), *const last = grid.layer(2);
@@ -130,41 +145,64 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
             const Vec<P, D> v_1 = load_node_vectors<D>(first + i, of_first);
             const Vec<P, D> v_j = load_node_vectors<D>(last + i, of_last);
             const Vec<P, D> v = Transfer::next(v_1, v_j, load_node_vectors<D>(node, r));
-            store_node_vectors(is_last ? v * r[node_mass] : v, r, node);
+            store_node_vectors(is_last && !is_mirrored ? v * r[node_mass] : v, r, node);
         });
     }
+    if (is_mirrored)
+        for_nodes(grid, threads, [v_1 = grid.layer(1), unmirrored = grid.layer(3)](S* node, std::size_t i) {
+            P r[4], of_first[4], of_unmirrored[4];
+            const Vec<P, D> v = load_node_vectors<D>(node, r), first = load_node_vectors<D>(v_1 + i, of_first);
+            const Vec<P, D> before = load_node_vectors<D>(unmirrored + i, of_unmirrored);
+            r[node_mass] = of_unmirrored[node_mass];
+            store_node_vectors((v + (before - first)) * r[node_mass], r, node);
+        });
 }
 
 }  // namespace detail
 
 /// Computes the velocities of the nodes before forces act, and stores them in layer 1 of the grid. Only transfers that
 /// blend particle velocities with these node velocities need this function; for other transfers it does nothing.
+/// \param mirrors  the mirrored walls. \see mirrors_of
 template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
-void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const ParticleSet<Views>&... sets) {
+void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors,
+                const ParticleSet<Views>&... sets) {
     if constexpr (blends_velocities<Transfer>) {
         const int workers = thread_count(requested_threads(execution));
         parallel_region(workers, [&] {
-            detail::transfer_velocities<Kernel, Transfer>(execution, grid, sets...);
+            detail::transfer_velocities<Kernel, Transfer>(execution, grid, mirrors, sets...);
             grid.exchange(1, workers);
         });
     }
+}
+/// As before_p2g() with `mirrors`, for boundaries without mirrored walls.
+template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
+void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const ParticleSet<Views>&... sets) {
+    before_p2g<Kernel, Transfer>(execution, grid, Mirrors{}, sets...);
 }
 
 /// Replaces the momenta of the nodes by m v, where m is the mass of a node and v its velocity from the series of FMPM.
 /// Overwrites layers 1 and 2 of the grid. Only transfers that refine velocities need this function; for other transfers
 /// it does nothing.
-/// \param memory  memory for velocities; pass the same object in every step
+/// \param memory   memory for velocities; pass the same object in every step
+/// \param mirrors  the mirrored walls. \see mirrors_of
 /// \throws parameter_error  if the order of the transfer is less than 1
 template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>
 void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer, TransferMemory<S>& memory,
-               const ParticleSet<Views>&... sets) {
+               const Mirrors& mirrors, const ParticleSet<Views>&... sets) {
     if constexpr (refines_velocities<Transfer>) {
         if constexpr (requires { transfer.check(); }) transfer.check();
         if (transfer.order == 1) return;
         const int threads = thread_count(requested_threads(execution));
-        parallel_region(threads,
-                        [&] { detail::refine_momenta<Kernel>(execution, grid, transfer, memory, threads, sets...); });
+        parallel_region(threads, [&] {
+            detail::refine_momenta<Kernel>(execution, grid, transfer, memory, mirrors, threads, sets...);
+        });
     }
+}
+/// As after_p2g() with `mirrors`, for boundaries without mirrored walls.
+template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>
+void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer, TransferMemory<S>& memory,
+               const ParticleSet<Views>&... sets) {
+    after_p2g<Kernel>(execution, grid, transfer, memory, Mirrors{}, sets...);
 }
 
 }  // namespace firn

@@ -42,7 +42,8 @@ struct RankState {
     bool by_turn;  ///< whether sums need an order
     std::tuple<Neighbourhood<2>, Neighbourhood<3>> neighbourhoods{};
     SumsMemory memory{};
-    std::vector<bool> lost{};  ///< for each material, whether particles were removed when the last step ended
+    std::vector<MirrorPlane> mirrors{};  ///< mirrored walls of the boundary
+    std::vector<bool> lost{};            ///< for each material, whether particles were removed when the last step ended
     bool interrupted = false;
     std::uint64_t migrations = 0;
     Trace* trace = nullptr;
@@ -225,6 +226,9 @@ public:
         state_->interrupted = numbers.back() > 0;
         if (numbers[numbers.size() - 2] > 0) fail(right, describe);
     }
+    /// Before P2G: takes note of the mirrored walls. A rank whose particles reach a node beside such a wall needs the
+    /// sums of the nodes on both sides of the wall.
+    void use_mirrors(const std::vector<MirrorPlane>& planes) const { state_->mirrors = planes; }
     /// Adds up the sums of all ranks; each rank then has the sums over all.
     void merge(std::span<ExactSum> sums) const {
         for (ExactSum& sum : sums) sum.normalise();

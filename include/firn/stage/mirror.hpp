@@ -1,0 +1,117 @@
+/// \file Walls of full order: what happens at the nodes beside a wall after the grid update.
+///
+/// The nodes of the grid lie on the wall, and before and behind it. A column consists of three of them: one behind the
+/// wall, one on it, one in front of it. Matter in front of the wall gives momentum to the node behind the wall, too.
+/// This momentum is folded onto the node's mirror image in front of the wall; afterwards the node behind the wall gets
+/// the mirror image of the velocity in front of it. So matter moves as if its mirror image stood behind the wall.
+///
+/// In terms of a finite-element method, the velocities of the nodes are restricted to fields that are symmetric (slip)
+/// or antisymmetric (stick) about the wall, with lumped masses. So energy and the momentum along the wall are kept.
+#pragma once
+
+#include <firn/boundary/contact.hpp>
+#include <firn/kernel/concept.hpp>
+
+#include <limits>
+
+namespace firn {
+
+/// The weights that the nodes of a column have at the surface of the wall, where the column's middle node lies.
+template <class S>
+struct SurfaceWeights {
+    S on,        ///< the weight of the node on the wall [1]
+        beside;  ///< the sum of the weights of the nodes before and behind the wall [1]
+};
+
+/// Returns the weights at a point that coincides with a node: of this node, and of its two neighbours together.
+template <class Kernel, scalar S>
+FIRN_INLINE SurfaceWeights<S> surface_weights() {
+    // The base node of a point on a node lies `centre_node` nodes below.
+    const auto weights = Kernel::weights(S(double(centre_node<Kernel>)));
+    const S on = weights[std::size_t(centre_node<Kernel>)];
+    return {on, S(1) - on};
+}
+
+/// Three nodes in a line across a wall, behind it, on it and in front of it, after the grid update.
+template <scalar S, int D>
+struct NodeColumn {
+    Vec<S, D> behind, on, front;         ///< velocities [m/s]
+    S mass_behind, mass_on, mass_front;  ///< masses [kg]; 0 for a node without matter
+};
+
+/// Returns 1 / mass; 0 for a node without matter. \see node_velocity
+template <scalar S>
+FIRN_INLINE S inverse_mass(const S& mass) {
+    const auto filled = mass >= S(std::numeric_limits<value_type_t<S>>::min());
+    return select(filled, S(1) / select(filled, mass, S(1)), S(0));
+}
+
+/// Returns the nodes of a column after a wall has acted on them.
+///
+/// m and v are the mass and a velocity component of a node; + marks the node in front of the wall, 0 the node on it,
+/// − the node behind it. A component that is even about the wall becomes (m₊v₊ + m₋v₋)/(m₊ + m₋) in front of the wall
+/// and behind it; a component that is odd becomes (m₊v₊ − m₋v₋)/(m₊ + m₋) in front of the wall, 0 on it, and the
+/// opposite behind it. All components are odd at a wall with Contact::stick. At other walls the normal component is
+/// odd, and the others are even.
+///
+/// This takes the impulse p = −(m₀v₀ + 2 m₊m₋(v₊ + v₋)/(m₊ + m₋)) from the wall, with the normal components v.
+/// A wall with Contact::separate acts like this only if it pushes (p > 0). Otherwise matter is free to leave: the nodes
+/// on and behind the wall only lose the part of their velocity that points into the wall.
+///
+/// Friction is an impulse q along the wall, at the surface: the node with weight w there gets the part w q. q is the
+/// smaller one of μ p and the impulse that stops the surface, w₀v₀ + w₊v₊ = 0. This impulse never adds energy.
+///
+/// After the call, the nodes before and behind the wall both have the mass m₊ + m₋, unless matter leaves the wall.
+/// \param axis      the axis across the wall
+/// \param inward    1 if the domain's matter lies above the wall along the axis, −1 if it lies below
+/// \param friction  Coulomb's friction coefficient μ [1]
+/// \param weights   \see surface_weights
+template <scalar S, int D>
+FIRN_INLINE NodeColumn<S, D> mirrored(const NodeColumn<S, D>& column, int axis, int inward, Contact contact,
+                                      const S& friction, const SurfaceWeights<S>& weights) {
+    if (contact == Contact::none) return column;
+    const S mass = named("mass_of_pair", column.mass_front + column.mass_behind);
+    const S per_mass = named("per_mass_of_pair", inverse_mass(mass));
+    const Vec<S, D> front = column.front * column.mass_front, behind = column.behind * column.mass_behind;
+    const Vec<S, D> even = (front + behind) * per_mass, odd = (front - behind) * per_mass;
+    NodeColumn<S, D> after{-odd, Vec<S, D>::zero(), odd, mass, column.mass_on, mass};
+    if (contact == Contact::stick) return after;
+
+    const S direction = S(double(inward));
+    const S pushed = named("pushed", -direction * (column.mass_on * column.on.v[axis] +
+                                                   S(2) * column.mass_front * column.mass_behind * per_mass *
+                                                       (column.front.v[axis] + column.behind.v[axis])));
+    // Friction: the velocity of the surface, and what an impulse of 1 N s changes it by.
+    Vec<S, D> on = column.on, beside = even;
+    on.v[axis] = beside.v[axis] = S(0);
+    const S per_mass_on = named("per_mass_on", inverse_mass(column.mass_on));
+    const S moves_on = weights.on * per_mass_on, moves_beside = weights.beside * per_mass;
+    const Vec<S, D> surface = on * weights.on + beside * weights.beside;
+    const S speed = named("surface_speed", sqrt(max(dot(surface, surface), S(1e-30))));
+    const S yields = named("yields", weights.on * moves_on + weights.beside * moves_beside);
+    const auto moves = yields > S(0);
+    const S stops = select(moves, speed / select(moves, yields, S(1)), S(0));
+    const S impulse = named("friction_per_speed", min(friction * max(pushed, S(0)), stops) / speed);
+    on = on - surface * (impulse * moves_on);
+    beside = beside - surface * (impulse * moves_beside);
+
+    after.on = on;
+    after.front = after.behind = beside;
+    after.front.v[axis] = odd.v[axis];
+    after.behind.v[axis] = -odd.v[axis];
+    if (contact == Contact::slip) return after;
+
+    const auto pushes = pushed > S(0);
+    const auto leaving = [&](Vec<S, D> v) FIRN_LAMBDA {
+        v.v[axis] = direction * max(direction * v.v[axis], S(0));
+        return v;
+    };
+    return {select(pushes, after.behind, leaving(column.behind)),
+            select(pushes, after.on, leaving(column.on)),
+            select(pushes, after.front, column.front),
+            select(pushes, mass, column.mass_behind),
+            column.mass_on,
+            select(pushes, mass, column.mass_front)};
+}
+
+}  // namespace firn
