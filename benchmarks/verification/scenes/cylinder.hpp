@@ -12,11 +12,11 @@ namespace verification {
 
 /// What the particles of a ring have in common.
 struct CylinderRing {
-    double radius = 0;             ///< at first [m]
+    double radius = 0;  ///< at first [m]
     int count = 0;
-    double moved = 0;              ///< mean displacement outwards [m]
-    double radial = 0, hoop = 0;   ///< mean Cauchy stresses [Pa]
-    double scatter = 0;            ///< standard deviation of (σ_rr + σ_θθ)/2 over the ring [Pa]
+    double moved = 0;             ///< mean displacement outwards [m]
+    double radial = 0, hoop = 0;  ///< mean Cauchy stresses [Pa]
+    double scatter = 0;           ///< standard deviation of (σ_rr + σ_θθ)/2 over the ring [Pa]
 };
 
 /// \tparam Policies  transfer, force form and whatever else the simulation is to have
@@ -27,8 +27,8 @@ struct ThickCylinder {
 
     firn::SimulationWith<2, firn::FixedCorotated<double>, Policies...> simulation;
     double poisson;
-    std::vector<double> R;     ///< radius of each particle at first, by its id [m]
-    std::vector<double> radii; ///< of the rings [m]
+    std::vector<double> R;      ///< radius of each particle at first, by its id [m]
+    std::vector<double> radii;  ///< of the rings [m]
 
     /// Rings h/2 apart, on each as many particles as its length asks for; the internal pressure as a force outwards of
     /// 2π a p in all on the innermost ring.
