@@ -33,6 +33,7 @@
 #include <firn/exec/p2g.hpp>
 #include <firn/exec/reactions.hpp>
 #include <firn/exec/transfer_passes.hpp>
+#include <firn/exec/volume_passes.hpp>
 #include <firn/field/attraction.hpp>
 #include <firn/field/damped.hpp>
 #include <firn/field/gravity.hpp>
@@ -64,3 +65,5 @@
 #include <firn/transfer/fmpm.hpp>
 #include <firn/transfer/pic.hpp>
 #include <firn/version.hpp>
+#include <firn/volumetric/f_bar.hpp>
+#include <firn/volumetric/own_volume.hpp>

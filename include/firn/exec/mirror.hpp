@@ -175,11 +175,14 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
         while (last < mirrors.planes.size() && mirrors.planes[last].axis == of.axis &&
                mirrors.planes[last].part == of.part)
             ++last;
-        // The rank that counts the block behind the wall counts the column. No matter reaches a column without this
-        // block.
-        const auto counts = [&](const S* behind) {
-            return behind && ranks_of(execution).template counts<D>(std::size_t(behind - grid.nodes(0)) /
-                                                                    std::size_t(block_nodes<D> * node_width));
+        // The rank that counts the block behind the wall counts the column, in the sum of that block. No matter reaches
+        // a column without this block.
+        const auto add = [&](const ColumnNodes<S>& nodes, int part, const NodeColumn<S, D>& before,
+                             const NodeColumn<S, D>& after) {
+            if (!nodes[0]) return;
+            const auto behind = std::size_t(nodes[0] - grid.nodes(0)) / std::size_t(block_nodes<D> * node_width);
+            if (ranks_of(execution).template counts<D>(behind))
+                add_reaction(of_blocks[behind * parts + std::size_t(part)], grid, nodes, masses, before, after);
         };
         const auto act = [&](std::size_t b, int) {
             for (std::size_t p = first; p < last; ++p) {
@@ -191,9 +194,7 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
                     const NodeColumn<S, D> after =
                         mirrored(before, plane.axis, plane.inward, plane.contact, friction, weights);
                     store_column(after, nodes);
-                    if (reactions && counts(nodes[0]))
-                        add_reaction(of_blocks[b * parts + std::size_t(plane.part)], grid, nodes, masses, before,
-                                     after);
+                    if (reactions) add(nodes, plane.part, before, after);
                 });
             }
         };
