@@ -114,8 +114,22 @@ int main(int argc, char** argv) {
     };
     study(mls);
     study(gradients);
-    const Panel other = load<MlsForce, Aflip<double>, FBar>("MLS, AFLIP, F-bar", 0.499, 16);
-    report.check({"u of (48, 52) mm, MLS, AFLIP, F-bar, ν = 0.499, h = 44/16 mm [m]", other.middle, exact, 0.04,
+    const Panel pic = load<MlsForce, Pic, FBar>("MLS, PIC, F-bar", 0.499, 16);
+    report.check({"u of (48, 52) mm, MLS, PIC, F-bar, ν = 0.499, h = 44/16 mm [m]", pic.middle, exact, 0.04,
                   source + "our aim: 4 %"});
+    const double flip = load<MlsForce, Flip<double>>("MLS, FLIP", 0.3, 16).middle / cook_references[0].middle - 1;
+    if (!quick)
+        report.remark(
+            "Without F-bar the panel is too stiff, the more so the less it is compressible and the coarser the cells: "
+            "by up to " +
+            percent(worst) +
+            " at ν = 0.4999, h = 44/16 mm, MLS. Weight gradients lock less in their displacements, yet their stresses "
+            "are as wrong. With F-bar, the mean stress jumps from particle to particle by " +
+            percent(rough[1] / rough[0]) +
+            " of what it does without (MLS, ν = 0.499, h = 44/32 mm; root of the mean square of second differences).");
+    report.remark("FLIP and AFLIP are not right here, with or without F-bar, for any ν: FLIP 0.95 gives " +
+                  percent(flip) +
+                  " too much at ν = 0.3, without F-bar. A load acts on the velocities of the particles of the edge, "
+                  "and these transfers keep the part of it that the grid does not see.");
     return report.finish();
 }

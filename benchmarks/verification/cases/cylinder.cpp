@@ -26,7 +26,7 @@ Loaded load(const std::string& label, double poisson, int cells) {
     const auto rings = cylinder.rings();
     for (const CylinderRing& ring : rings) {
         out.radial.add(ring.radius, ring.radial / Cylinder::pressure);
-        out.mean.add(ring.radius, ring.scatter / Cylinder::pressure);
+        out.mean.add(ring.radius, std::log10(ring.scatter / Cylinder::pressure + 1e-9));
         out.scatter += ring.scatter * ring.scatter;
     }
     out.scatter = std::sqrt(out.scatter / double(rings.size())) / Cylinder::pressure;
@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
         using Exact = ThickCylinder<>;
         Plot& radial = report.plot({"stress", "Radial stress, mean over each ring, h = 1/32 m", "r [m]", "σ_rr / p"});
         Plot& scatter = report.plot({"scatter", "Standard deviation of the mean stress over each ring, h = 1/32 m",
-                                     "r [m]", "s((σ_rr + σ_θθ)/2) / p"});
+                                     "r [m]", "log10 of s((σ_rr + σ_θθ)/2) / p"});
         Curve exact{"exact", {}, {}, Curve::Kind::reference};
         for (double r = 1; r < 2.001; r += 0.02) exact.add(r, Exact::radial_stress(r) / Exact::pressure);
         radial.curves.push_back(exact);
@@ -84,9 +84,18 @@ int main(int argc, char** argv) {
                                                                       : source});
             return of;
         };
-        fine(load<MlsForce>(mls, poisson, 32));
-        fine(load<MlsForce, FBar>(mls + with, poisson, 32));
+        const double without = fine(load<MlsForce>(mls, poisson, 32)).scatter;
+        const double scattered = fine(load<MlsForce, FBar>(mls + with, poisson, 32)).scatter;
+        report.at_most("standard deviation of the mean stress over a ring over p, MLS, F-bar, ν = 0.4999, h = 1/32 m",
+                       scattered, 0.05, "Lamé: none; our aim: 5 %");
         fine(load<W, FBar>(gradients + with, poisson, 32));
+        report.remark(
+            "Displacements tell little of locking here, stresses tell all: without F-bar, the mean stress "
+            "scatters over a ring by " +
+            two_decimals(without) + " p with MLS forces at ν = 0.4999, h = 1/32 m; with F-bar by " +
+            formatted("%.3f", scattered) +
+            " p. The load acts on the innermost ring of particles, a quarter of a cell within the cylinder, "
+            "which makes u(b) smaller by 0.8 % at h = 1/32 m.");
     }
     return report.finish();
 }
