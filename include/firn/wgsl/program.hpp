@@ -6,6 +6,7 @@
 #include <firn/field/gravity.hpp>
 #include <firn/transfer/concept.hpp>
 #include <firn/version.hpp>
+#include <firn/volumetric/own_volume.hpp>
 #include <firn/wgsl/definitions.hpp>
 #include <firn/wgsl/manifest.hpp>
 #include <firn/wgsl/text.hpp>
@@ -19,6 +20,7 @@ inline std::string name_of(const Program& program) {
     for (const std::string* policy :
          {&program.kernel, &program.transfer, &program.force, &program.material, &program.boundary, &program.field})
         name += "_" + *policy;
+    if (!program.volume.empty()) name += "_" + program.volume;
     return name;
 }
 
@@ -38,28 +40,42 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
     uniforms.add("bound_time_step", "u32", "1", "1: no step is longer than the stable one", {0});
 }
 
+/// Sets the mirrored walls of the program.
+template <class Boundary>
+void set_mirrors(Program& program, const Boundary& boundary) {
+    if constexpr (has_mirrors<Boundary>)
+        boundary.mirrors([&](int axis, auto position, int inward, Contact contact, double friction, int part) {
+            program.mirrors.push_back({double(position), {axis, 0, inward, contact, friction, part}});
+        });
+}
+
 }  // namespace detail
 
-/// Makes the WGSL program of a simulation with the given policies: kernel, transfer, force, material, boundary and
-/// acceleration field.
+/// Makes the WGSL program of a simulation with the given policies: kernel, transfer, force, material, boundary,
+/// acceleration field and volumetric policy.
 ///
 /// The parameters of the policies become uniforms of the program, which the host can change between steps. Other
 /// members of the policies, such as the contact of a wall, become fixed parts of the program's text.
+///
+/// Mirrored walls must lie on planes of nodes. make_inputs() checks this, because the program does not know its domain;
+/// if the host moves a wall to another place, the next step reports an error. \see NodesBehind::mirrored
 /// \tparam Kernel          the kernel, such as QuadraticBSpline
 /// \tparam Transfer        the transfer: Pic or Apic
 /// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
 /// \param workgroup_size   number of invocations per workgroup, except in entry points that need a different number of
 ///                          invocations
 /// \throws parameter_error  if a parameter of `boundary` is not valid
-template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary,
-          class Field = Gravity<float, D>>
-Program make_program(const Material& material, const Boundary& boundary, const Field& field = {},
+template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
+          volumetric Volume>
+Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
                      int workgroup_size = 64) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
     static_assert(
         !blends_velocities<Transfer> && !refines_velocities<Transfer>,
         "firn: FLIP, AFLIP, ASFLIP and FMPM take further passes, for which there are no WGSL kernels; use Pic or "
         "Apic.");
+    static_assert(Volume::averages_volume || std::same_as<Volume, OwnVolume>,
+                  "firn: this volumetric policy is not yet in WGSL; there are OwnVolume and FBar.");
     static_assert(Kernel::support <= block_size,
                   "one block of ghost nodes holds all nodes beyond the domain that a particle reaches");
     using State = material_state_t<with_scalar_t<Material, recorded>, D>;
@@ -72,6 +88,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       g2p_needs_gradient<Kernel, Transfer, Force>,
                       has_rate_dependent_stress<Material, D>,
                       has_returned_with_stress<Material, D>,
+                      Volume::averages_volume,
                       workgroup_size};
 
     Program program;
@@ -82,6 +99,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     program.material = Material::name;
     program.boundary = Boundary::name;
     program.field = Field::name;
+    if constexpr (Volume::averages_volume) program.volume = Volume::name;
     program.name = detail::name_of(program);
     program.workgroup_size = workgroup_size;
     program.time_step_safety = time_step_safety<Kernel>;
@@ -94,6 +112,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     program.uniform_bytes = (program.uniform_bytes + 15) / 16 * 16;
     const FieldTable table = field_table<float, D, material_state_t<Material, D>>();
     detail::add_buffers(program, facts, table);
+    detail::set_mirrors(program, boundary);
     detail::set_start(program, initial_state<D>(material));
     detail::add_entry_points(program, facts);
 
@@ -102,15 +121,29 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     add_time_step<Kernel>(module);
     add_p2g<Kernel, Transfer, Force, D>(module);
     add_grid_update<D>(module, boundary, field);
+    if constexpr (has_mirrors<Boundary>) {
+        std::vector<MirrorPlane> walls;
+        for (const MirroredWall& wall : program.mirrors) walls.push_back(wall.plane);
+        add_mirrors<Kernel, D>(module, boundary, walls);
+    }
     add_g2p<Kernel, Transfer, Force, D>(module);
+    if constexpr (Volume::averages_volume) add_volume<Kernel, D>(module, volume);
     add_material<D>(module, material);
 
     const detail::KernelText text(facts);
     program.code = "// Written by firn " + version() +
                    " from the definitions that run on the CPU: change those, not this.\n// " + program.name + "\n\n" +
                    detail::declarations(program) + "\n" + module.text() + text.helpers() + "\n" +
-                   detail::particle_accessors<D, State>(program, table, facts.affine) + text.entry_points();
+                   detail::particle_accessors<D, State>(program, table, facts.affine) + text.entry_points(program);
     return program;
+}
+
+/// As make_program() with a volumetric policy, without an average of volume changes.
+template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary,
+          class Field = Gravity<float, D>>
+Program make_program(const Material& material, const Boundary& boundary, const Field& field = {},
+                     int workgroup_size = 64) {
+    return make_program<Kernel, Transfer, Force, D>(material, boundary, field, OwnVolume{}, workgroup_size);
 }
 
 }  // namespace firn::wgsl

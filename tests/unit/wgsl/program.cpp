@@ -3,7 +3,10 @@
 #include "support/scenes.hpp"
 #include <firn/field/attraction.hpp>
 #include <firn/field/damped.hpp>
+#include <firn/force/weight_gradient.hpp>
+#include <firn/volumetric/f_bar.hpp>
 #include <firn/wgsl/inputs.hpp>
+#include <firn/wgsl/manifest.hpp>
 #include <firn/wgsl/program.hpp>
 
 using namespace firn;
@@ -149,6 +152,96 @@ TEST_CASE("The parameters of each of several boundaries are uniforms, which foll
     CHECK(float_at(bytes, p.uniform("boundary_2_rotation").offset + 4) == Approx(std::sin(0.15)));
     CHECK(float_at(bytes, p.uniform("boundary_1_shape_radius").offset) == 0.25F);
     CHECK_THROWS_AS(set_parameters(inputs, boundary, "field"), usage_error);
+}
+
+TEST_CASE("Mirrored walls act in a pass for each axis and part, after the grid update; other programs have none") {
+    auto walls = Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {Contact::slip, 0.1});
+    walls.at_upper[2].contact = Contact::none;
+    const auto make = [](const auto& boundary) {
+        return wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 3>(FixedCorotated<float>{}, boundary);
+    };
+    const wgsl::Program held = make(walls);
+    CHECK(held.mirrors.empty());
+    CHECK(wgsl::step_order_of(held) == wgsl::step_order);
+    CHECK(wgsl::step_order_of(held, true) == wgsl::sorted_step_order);
+    for (const std::string& text : {held.code, wgsl::manifest(held)}) CHECK(text.find("mirror") == std::string::npos);
+
+    walls.nodes_behind = NodesBehind::mirrored;
+    auto inner = walls;
+    inner.lower = {0.25, 0.25, 0.25};
+    const wgsl::Program p = make(Together(walls, inner));
+    REQUIRE(p.mirrors.size() == 10);
+    CHECK(p.mirrors[1].position == 1);
+    CHECK(p.mirrors[1].plane.inward == -1);
+    CHECK(p.mirrors[9].plane.axis == 2);
+    CHECK(p.mirrors[9].plane.part == 1);
+    for (const bool sorted : {false, true}) {
+        const std::vector<std::string> order = wgsl::step_order_of(p, sorted);
+        const auto first = std::find(order.begin(), order.end(), "grid_update");
+        REQUIRE(order.end() - first == 8);
+        CHECK(std::vector<std::string>(first, order.end()) ==
+              std::vector<std::string>{"grid_update", "mirror_0", "mirror_1", "mirror_2", "mirror_3", "mirror_4",
+                                       "mirror_5", "g2p"});
+    }
+    std::string axes;
+    for (const wgsl::EntryPoint& e : p.entry_points)
+        if (e.name.starts_with("mirror_")) axes += e.per[0];
+    CHECK(axes == "xyzxyz");
+    CHECK(p.code.find("let wall_0 = node_of_wall(position_of_wall_0(), lower);") != std::string::npos);
+    CHECK(wgsl::manifest(p).find(wgsl::error_sentences.back()) != std::string::npos);
+}
+
+TEST_CASE("Mirrored walls that lie on no plane of nodes, or too near to each other, are refused with the inputs") {
+    Domain<2> domain;
+    domain.cell_size = 1.0 / 32;
+    Simulation<2> simulation(domain);
+    scenes::add_two_blocks<2>(simulation, 0.2, 1.0 / 32);
+    const auto refused = [&](const Vec<float, 2>& upper) {
+        auto walls = Walls<float, 2>::all({0, 0}, upper, {Contact::slip, 0});
+        walls.nodes_behind = NodesBehind::mirrored;
+        const wgsl::Program p = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(FixedCorotated<float>{}, walls);
+        return message([&] { (void)wgsl::make_inputs<2>(p, domain, simulation.particles(), 1e-4); });
+    };
+    CHECK(refused({1, 0.9375}).empty());
+    CHECK(refused({1, 0.95F}).find("on no plane of nodes") != std::string::npos);
+    CHECK(refused({0.0625F, 1}).find("2 cells apart") != std::string::npos);
+}
+
+TEST_CASE(
+    "An average of volume changes has passes before G2P, which fold it at mirrored walls; other programs have none") {
+    auto walls = Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {Contact::slip, 0});
+    const auto make = [&](const auto& volume) {
+        return wgsl::make_program<QuadraticBSpline, Apic, WeightGradientForce, 3>(FixedCorotated<float>{}, walls,
+                                                                                  Gravity<float, 3>{}, volume);
+    };
+    const auto last = [](const wgsl::Program& p, int count, bool sorted = false) {
+        const std::vector<std::string> order = wgsl::step_order_of(p, sorted);
+        return std::vector<std::string>(order.end() - count, order.end());
+    };
+    const wgsl::Program own = make(OwnVolume{});
+    CHECK(own.code == wgsl::make_program<QuadraticBSpline, Apic, WeightGradientForce, 3>(FixedCorotated<float>{}, walls,
+                                                                                         Gravity<float, 3>{})
+                          .code);
+    for (const std::string& text : {own.code, wgsl::manifest(own)}) {
+        CHECK(text.find("average") == std::string::npos);
+        CHECK(text.find("rate_sums") == std::string::npos);
+    }
+    const wgsl::Program held = make(FBar{});
+    CHECK(held.name == own.name + "_f_bar");
+    CHECK(held.buffer("rate_sums").count == 4);
+    for (const bool sorted : {false, true})
+        CHECK(last(held, 6, sorted) == std::vector<std::string>{"grid_update", "measure_rates", "choose_rate_scale",
+                                                                "scatter_rates", "average_rates", "g2p"});
+    walls.nodes_behind = NodesBehind::mirrored;
+    const wgsl::Program p = make(FBar{});
+    CHECK(last(p, 9) == std::vector<std::string>{"measure_rates", "choose_rate_scale", "scatter_rates", "convert_rates",
+                                                 "fold_rates_0", "fold_rates_1", "fold_rates_2", "average_rates",
+                                                 "g2p"});
+    for (const std::string& name : wgsl::step_order_of(p))
+        CHECK(std::any_of(p.entry_points.begin(), p.entry_points.end(), [&](const auto& e) {
+            return e.name == name && e.bindings.size() - 1 <= 8 && p.code.find("fn " + name + "(") != std::string::npos;
+        }));
+    CHECK(wgsl::manifest(p).find("\"volume\": \"f_bar\"") != std::string::npos);
 }
 
 TEST_CASE("A field around a field: damping has the uniforms of both, and is given the velocity") {
