@@ -174,8 +174,7 @@ using TransferSums =
 /// \tparam Layers  number of layers of the grid (arrays of node values) from which values are needed. Layer 0 is the
 ///                 array of the nodes' present values; the other layers hold values that were stored earlier. \see
 ///                 SparseGrid::layer
-/// \tparam First   the first of these layers
-template <class Kernel, std::floating_point S, int D, int Layers, int First = 0>
+template <class Kernel, std::floating_point S, int D, int Layers>
 class NodesOfGroup {
     using P = native_pack<S>;
 
@@ -185,7 +184,7 @@ public:
     FIRN_INLINE NodesOfGroup(const SparseGrid<S, D>& grid, const BlockPartition<D>& partition, const BlockGroup& group,
                              const GroupPlaces<View>& places)
         : grid_(grid), partition_(partition), is_spray_(group.is_spray()) {
-        for (std::size_t k = 0; k < Layers; ++k) numbers_[k] = First + k == 0 ? grid.nodes(0) : grid.layer(First + k);
+        for (std::size_t k = 0; k < Layers; ++k) numbers_[k] = k == 0 ? grid.nodes(0) : grid.layer(k);
         if (is_spray_) return;
         const BlocksAround<D> around(grid, partition, group);
         const ArenaBox<D> box = places.template box<Kernel>(group);
@@ -201,12 +200,10 @@ public:
     /// \param slot  first slot of the pack, counted from the group's first slot
     template <class Pack, class View>
     FIRN_INLINE void locate(Pack& pack, const GroupPlaces<View>& places, std::size_t slot) const {
-        const int n = nodes_along_axis();
+        const int n = is_spray_ ? arena_size<Kernel> : arena_[0].n;
         for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes, slot += scalar_traits<P>::lanes)
             pack.locate(lane, places.template position<P>(slot), places.template block_in_arena<Kernel, P>(slot, n), n);
     }
-    /// Returns the number of nodes along each axis of the arena, in which base nodes are counted.
-    FIRN_INLINE int nodes_along_axis() const { return is_spray_ ? arena_size<Kernel> : arena_[0].n; }
     /// Computes the sums over nodes for a pack, with the node values of one layer of the grid. Call locate() for the
     /// pack first.
     template <int layer, class Pack, class Sums, class View>
