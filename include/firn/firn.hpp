@@ -33,12 +33,14 @@
 #include <firn/exec/p2g.hpp>
 #include <firn/exec/reactions.hpp>
 #include <firn/exec/transfer_passes.hpp>
+#include <firn/exec/volume_passes.hpp>
 #include <firn/field/attraction.hpp>
 #include <firn/field/damped.hpp>
 #include <firn/field/gravity.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/force/none.hpp>
 #include <firn/force/weight_gradient.hpp>
+#include <firn/kernel/compact_quartic.hpp>
 #include <firn/kernel/cubic_b_spline.hpp>
 #include <firn/kernel/linear.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
@@ -64,3 +66,5 @@
 #include <firn/transfer/fmpm.hpp>
 #include <firn/transfer/pic.hpp>
 #include <firn/version.hpp>
+#include <firn/volumetric/f_bar.hpp>
+#include <firn/volumetric/own_volume.hpp>

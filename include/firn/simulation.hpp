@@ -13,6 +13,7 @@
 #include <firn/exec/p2g_fixed_point.hpp>
 #include <firn/exec/totals.hpp>
 #include <firn/exec/transfer_passes.hpp>
+#include <firn/exec/volume_passes.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/material/check.hpp>
@@ -54,14 +55,15 @@ namespace firn {
 ///                    several models as `Materials<…>`. Each model has its own set of particles: `set<Snow<float>>()`
 /// \tparam Transfer   how velocities are transferred to the grid and back: Apic, Pic, Flip, …
 /// \tparam Force      how stresses become forces on nodes: MlsForce or WeightGradientForce
-/// \tparam Kernel     the weights of nodes: QuadraticBSpline, CubicBSpline or Linear
+/// \tparam Kernel     the weights of nodes: QuadraticBSpline, CubicBSpline, CompactQuartic or Linear
 /// \tparam Execution  how P2G sums the contributions to a node: Coloured, Serial or FixedPoint
 /// \tparam Boundary   walls, colliders or both. \see boundary/concept.hpp
+/// \tparam Volume     the volumetric policy: OwnVolume, or FBar against locking
 template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, class Force = MlsForce,
           class Kernel = QuadraticBSpline, class Execution = Coloured,
-          class Boundary = Walls<detail::precision_of_t<Material>, D>>
+          class Boundary = Walls<detail::precision_of_t<Material>, D>, class Volume = OwnVolume>
 class Simulation : public Stepper<D>,
-                   public SetAccess<Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>, D> {
+                   public SetAccess<Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume>, D> {
     using List = detail::material_list<Material, D>;
     using Make = detail::material_sets<D, List>;
     using Stepper<D>::now_;
@@ -75,7 +77,7 @@ class Simulation : public Stepper<D>,
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
     static_assert(require_kernel<Kernel>());
-    static_assert(transfer<Transfer> && force<Force>);
+    static_assert(transfer<Transfer> && force<Force> && volumetric<Volume>);
     /// Always true. If the boundary has another precision or dimension than the simulation, the compiler stops with a
     /// message.
     static constexpr bool boundary_fits = detail::require_fitting_boundary<Boundary, detail::precision_of_t<List>, D>();
@@ -122,7 +124,7 @@ public:
               detail::one_of<Boundary>([&] { return detail::default_boundary<Boundary, S>(domain); }, first, rest...)) {
         constexpr bool named =
             !detail::require_policies<First, Rest...>() ||
-            detail::among<Transfer, Force, Kernel, Execution, Boundary>::template are_all<First, Rest...>;
+            detail::among<Transfer, Force, Kernel, Execution, Boundary, Volume>::template are_all<First, Rest...>;
         static_assert(named,
                       "firn: this simulation is given policies that its type does not name. Leave its template "
                       "arguments out, firn::Simulation simulation(domain, material, walls), or name the policies: "
@@ -359,10 +361,12 @@ private:
         for_sets([](auto& set) { set.readiness.spoil(); });  // particles cannot be used before G2P has moved them all
         bool right = true;
         for_sets([&](auto& set) {
-            const auto pass = detail::g2p_pass<Kernel, Transfer, Force>(execution, set.particles.view(), set.partition,
-                                                                        grid_, set.material, dt, transfer);
+            if constexpr (Volume::averages_volume) average_volumes(dt, mirrors, number_of(set));
+            const auto pass = detail::g2p_pass<Kernel, Transfer, Force, Volume>(
+                execution, set.particles.view(), set.partition, grid_, set.material, dt, transfer);
             set.report = pass.report;
             right = right && pass.right;
+            if constexpr (Volume::averages_volume) restore_masses<Transfer>(execution, grid_);
         });
         ranks().end_g2p(sets_, now_.time + dt, right, [&] {
             detail::throw_wrong_particles(
@@ -381,10 +385,18 @@ private:
     }
 
     void make_grid(double dt, const Mirrors& mirrors) {
+        scatter(dt, [&](const auto&... sets) { make_grid(dt, mirrors, sets...); });
+    }
+    void average_volumes(double dt, const Mirrors& mirrors, std::size_t number) {
+        scatter(dt, [&](const auto&... sets) {
+            average_volume<Kernel, Transfer, Force>(execution, grid_, volume_memory_, mirrors, number, sets...);
+        });
+    }
+    /// Calls body(sets...) with the sets of particles. Adds the step to the message of an overflow_error.
+    template <class Body>
+    void scatter(double dt, const Body& body) {
         try {
-            std::apply(
-                [&](auto&... set) { make_grid(dt, mirrors, ParticleSet{set.particles.view(), set.partition}...); },
-                sets_);
+            std::apply([&](auto&... set) { body(ParticleSet{set.particles.view(), set.partition}...); }, sets_);
         } catch (const overflow_error& failure) {
             detail::throw_overflow(failure, now_.steps, dt, now_.time, dt / bound_);
         }
@@ -471,6 +483,7 @@ private:
     SparseGrid<S, D> grid_;
     Sets sets_;
     TransferMemory<S> transfer_memory_;
+    VolumeMemory<S> volume_memory_;
     double bound_ = 0;  // bound of the time step, for the present step [s]
     detail::Warnings warnings_;
 };
@@ -483,23 +496,27 @@ Simulation(const Domain<D>&, const Material&, const Policies&...)
                   typename detail::chosen<D, Material, Policies...>::force,
                   typename detail::chosen<D, Material, Policies...>::kernel,
                   typename detail::chosen<D, Material, Policies...>::execution,
-                  typename detail::chosen<D, Material, Policies...>::boundary>;
+                  typename detail::chosen<D, Material, Policies...>::boundary,
+                  typename detail::chosen<D, Material, Policies...>::volume>;
 
 // Functions that take long to compile are defined outside of the class, so that they are not inline. A file that
 // declares the simulation as `extern template class` does not compile these functions again.
 
-template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::step() {
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
+          class Volume>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume>::step() {
     step(gravity);
 }
 
-template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::advance(double duration) {
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
+          class Volume>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume>::advance(double duration) {
     advance(duration, gravity);
 }
 
-template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::prepare() {
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
+          class Volume>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume>::prepare() {
     if (any_set([](const auto& set) { return !set.readiness.is(Readiness::changed); }))
         detail::throw_spoiled(now_.steps);
     if (now_.steps == 0) for_sets([&](auto& set) { set.give(now_.time, workers(), ranks().share()); });

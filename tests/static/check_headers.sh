@@ -13,7 +13,7 @@ version    :
 core       : intrinsics openmp posix
 math       :
 simd       : intrinsics
-kernel transfer force material boundary field :
+kernel transfer force material boundary field volumetric :
 data       : posix
 sort       :
 stage      :

@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 namespace firn {
 
@@ -139,6 +140,7 @@ public:
     const S* layer(std::size_t k) const {
         return k > layers_.size() || layers_[k - 1].empty() ? nullptr : layers_[k - 1].data();
     }
+    S* layer(std::size_t k) { return const_cast<S*>(std::as_const(*this).layer(k)); }
 
     /// Returns the index of a block, or no_block if the grid does not contain the block.
     std::uint32_t find(const BlockCoordinate<D>& block) const {

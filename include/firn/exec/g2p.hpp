@@ -10,6 +10,7 @@
 #include <firn/material/concept.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/transfer/concept.hpp>
+#include <firn/volumetric/own_volume.hpp>
 
 #include <algorithm>
 #include <limits>
@@ -56,7 +57,7 @@ struct alignas(64) G2PThreadReport {
 
 /// G2P of a group of particles, one pack (sixteen particles) after the other. First, the sums over the nodes around
 /// each particle are computed, row by row. Then the particles of the pack are updated, one particle in each SIMD lane.
-template <class Kernel, class Transfer, class Force, class Material, class View>
+template <class Kernel, class Transfer, class Force, class Volume, class Material, class View>
 class GroupUpdate {
     using S = typename View::scalar_type;
     static constexpr int D = View::dimension;
@@ -94,7 +95,7 @@ public:
             for (int lane = 0; lane < pack_size; lane += lanes)
                 update(places.slots(slot + std::size_t(lane)),
                        places.blocks().template lower<P>(slot + std::size_t(lane)), pack.offset(lane), sums.lanes(lane),
-                       before.lanes(lane).velocity, seen);
+                       average(sums, lane), before.lanes(lane).velocity, seen);
         }
         report.signal_speed = std::max(report.signal_speed, double(reduce_max(seen.speed)));
         report.sort_needed = report.sort_needed || any(seen.stray);
@@ -111,6 +112,14 @@ private:
         FIRN_INLINE static Lanes lanes(int) { return {}; }
     };
 
+    /// Returns the average rate of volume change around one register of particles; nothing if Volume does not average.
+    template <class Sums>
+    FIRN_INLINE static auto average(const Sums& sums, int lane) {
+        if constexpr (Volume::averages_volume)
+            return sums.fourth(lane);
+        else
+            return NoSums{};
+    }
     struct Seen {
         P speed = P(0);
         P rightness = P(0);  // 0 while all values are finite; NaN after a value was not finite
@@ -126,12 +135,17 @@ private:
     /// Updates the particles of one SIMD register.
     /// \param block   lower corners of the particles' blocks [cells from the domain's lower corner]
     /// \param offset  positions of the particles relative to their centre nodes [cells]
+    /// \param average  the average rate of volume change; used only by volumetric policies that average
     /// \param before  Σ N_i v_i, with the weights N_i of the nodes, and the node velocities v_i before forces acted;
     ///                used only by transfers that blend velocities
+    template <class Average>
     FIRN_INLINE void update(const Slots& slots, const Vec<P, D>& block, const Vec<P, D>& offset,
-                            const G2PSums<P, D>& sums, const Vec<P, D>& before, Seen& seen) const {
+                            const G2PSums<P, D>& sums, [[maybe_unused]] const Average& average, const Vec<P, D>& before,
+                            Seen& seen) const {
         const View view = view_;  // a local copy, so that the compiler computes addresses only once
-        const auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_));
+        auto taken = take_from_grid<Kernel, Transfer, Force>(sums, offset, P(h_));
+        if constexpr (Volume::averages_volume)
+            taken.velocity_gradient = Volume::velocity_gradient(taken.velocity_gradient, average);
         const P mass = view.mass.template load_or_zero<P>(slots, 0);
         const auto real = mass > P(0);
 
@@ -200,8 +214,8 @@ private:
 
 /// Does the work of g2p(), but does not throw a particle_error: if a particle has a value that is not finite or has
 /// left the domain, it returns a report with `right` = false.
-template <class Kernel, class Transfer, class Force, class Execution, class Material, std::floating_point S, int D,
-          class Field, class State>
+template <class Kernel, class Transfer, class Force, class Volume = OwnVolume, class Execution, class Material,
+          std::floating_point S, int D, class Field, class State>
 PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, State>& view,
                     const BlockPartition<D>& partition, const SparseGrid<S, D>& grid, const Material& material,
                     double dt, const Transfer& transfer) {
@@ -213,7 +227,7 @@ PassReport g2p_pass(const Execution& execution, const ParticleView<S, D, Field, 
             "This transfer blends with the velocities that nodes had before forces acted, and the grid does "
             "not hold them. Call before_p2g() before every p2g().");
     const int threads = thread_count(requested_threads(execution));
-    const GroupUpdate<Kernel, Transfer, Force, Material, ParticleView<S, D, Field, State>> update(
+    const GroupUpdate<Kernel, Transfer, Force, Volume, Material, ParticleView<S, D, Field, State>> update(
         view, partition, grid, material, dt, transfer);
     std::vector<G2PThreadReport> reports{std::size_t(threads)};
     parallel_for(partition.groups.size(), threads,
@@ -301,22 +315,24 @@ PassReport update_stress_pass(const Execution& execution, const ParticleView<S, 
 /// state and the stress of each particle. Particles are kept inside the domain. If the transfer blends velocities,
 /// before_p2g() must be called before p2g().
 /// \see exec/transfer_passes.hpp
+/// \tparam Volume  a volumetric policy. If it averages rates of volume change, average_volume() must be called before
+///                 this function. \see exec/volume_passes.hpp
 /// \param dt  time step [s]
 /// \throws parameter_error  if `dt` is negative or not finite, or if a parameter of the material is out of range
 /// \throws usage_error      if the grid was not activated for this partition
 /// \throws particle_error   if a particle has a value that is not finite, or would have moved more than a cell out of
 ///                          the domain. The message gives the number of such particles, and describes the one with the
 ///                          lowest id.
-template <class Kernel, class Transfer, class Force, class Execution, class View, class Material, int N,
-          std::floating_point S, int D>
+template <class Kernel, class Transfer, class Force, volumetric Volume = OwnVolume, class Execution, class View,
+          class Material, int N, std::floating_point S, int D>
 G2PReport g2p(const Execution& execution, const View& view, const BlockPartition<N>& partition,
               const SparseGrid<S, D>& grid, const Material& material, double dt, const Transfer& transfer = {}) {
     if constexpr (detail::require_same_kind<View, N, S, D>() && require_material<Material, D>()) {
         if constexpr (detail::require_same_precision<Material, S>()) {
             check_material<D>(material);
             detail::check_step(dt);
-            const auto pass =
-                detail::g2p_pass<Kernel, Transfer, Force>(execution, view, partition, grid, material, dt, transfer);
+            const auto pass = detail::g2p_pass<Kernel, Transfer, Force, Volume>(execution, view, partition, grid,
+                                                                                material, dt, transfer);
             if (pass.right) return pass.report;
             detail::throw_wrong(
                 detail::wrong_particles<D>(view, partition, &grid.domain(), grid.domain().cell_size, material, dt),

@@ -90,6 +90,14 @@ struct PackSums {
         return sums;
     }
 
+    /// Returns the sum of the fourth numbers of the nodes, weighted, of one register of particles: the masses Σ N m, or
+    /// what lies in their place. \see average_volume
+    FIRN_INLINE P fourth(int lane) const {
+        P r[4];
+        load_quads(value[0] + lane * 4, r);
+        return r[node_mass];
+    }
+
 private:
     /// Sums the weighted node values of the particle in lane l over all axes except the last. The result is one row of
     /// values, one for each node along the last axis.

@@ -46,9 +46,9 @@ public:
         }
     }
 
-    /// Lets the wall act on the columns, and writes them to the grid.
-    void mirror(const S& friction, const SurfaceWeights<S>& weights) {
-        const SurfaceWeights<P> lifted{P(weights.on), P(weights.beside)};
+    /// Replaces the columns by f(column), for each register of columns with matter, and writes them to the grid.
+    template <class F>
+    void change(const F& f) {
         for (int from = 0; from < padded * node_width; from += lanes * node_width) {
             P r[3][4];
             for (int side = 0; side < 3; ++side) load_quads(before_[side] + from, r[side]);
@@ -64,8 +64,7 @@ public:
                     std::copy_n(before_[side] + from, lanes * node_width, after_[side] + from);
                 continue;
             }
-            const NodeColumn<P, D> now =
-                mirrored(column, plane_.axis, plane_.inward, plane_.contact, P(friction), lifted);
+            const NodeColumn<P, D> now = f(column);
             unroll<D>([&](auto a) FIRN_LAMBDA {
                 r[0][a] = now.behind.v[a];
                 r[1][a] = now.on.v[a];
@@ -130,7 +129,8 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
                   Reactions<D>* reactions = nullptr) {
     if (mirrors.planes.empty()) return;
     const int threads = thread_count(requested_threads(execution));
-    const SurfaceWeights<S> weights{S(mirrors.weights.on), S(mirrors.weights.beside)};
+    using P = native_pack<S>;
+    const SurfaceWeights<P> weights{P(S(mirrors.weights.on)), P(S(mirrors.weights.beside))};
     const std::size_t blocks = grid.block_count();
     std::vector<Reaction<D>> of_blocks;
     std::size_t parts = 0;
@@ -166,7 +166,10 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
                 const MirrorPlane& plane = mirrors.planes[p];
                 if (along != plane.node >> 2) continue;
                 BlockColumns<S, D> columns(grid, plane, b);
-                columns.mirror(with_friction ? S(plane.friction) : S(0), weights);
+                const P friction(with_friction ? S(plane.friction) : S(0));
+                columns.change([&](const NodeColumn<P, D>& column) {
+                    return mirrored(column, plane.axis, plane.inward, plane.contact, friction, weights);
+                });
                 if (reactions) add(columns, plane.part);
             }
         };

@@ -141,6 +141,15 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, cla
     arena.add_to_grid(nodes, BlocksAround<D>(grid, partition, group));
 }
 
+/// Whether a set contributes nothing: its view has a member `is_silent`, which is true.
+template <class View>
+bool is_silent(const ParticleSet<View>& set) {
+    if constexpr (requires { set.view.is_silent; })
+        return set.view.is_silent;
+    else
+        return false;
+}
+
 /// Adds the contributions of all groups of a set, one phase after the other (a phase is a list of groups that share no
 /// node). No two threads add to one node at the same time, and the order of additions to a node is always the same.
 /// \param grid   a SparseGrid, or an object that has its functions domain() and neighbours()
@@ -148,6 +157,7 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, cla
 template <class Kernel, class Transfer, class Force, class View, class Sums, class Grid>
 void scatter_coloured(const ParticleSet<View>& set, const Grid& grid, double dt, int threads, const Sums& sums,
                       typename Sums::number* nodes, PhaseRange range = {}) {
+    if (is_silent(set)) return;
     const Positions<View> positions(grid.domain());
     const ParticleReader<View> reader(set.view, grid.domain(), dt);
     for_groups_by_phase(
@@ -170,6 +180,7 @@ void scatter_coloured(const ParticleSet<View>& set, const Grid& grid, double dt,
 template <class Kernel, class Transfer, class Force, class View, class Sums, class Grid>
 void scatter_group(const ParticleSet<View>& set, const BlockGroup& group, const Grid& grid, double dt, const Sums& sums,
                    typename Sums::number* nodes) {
+    if (is_silent(set)) return;
     const Positions<View> positions(grid.domain());
     scatter_to_nodes<Kernel, Transfer, Force>(ParticleReader<View>(set.view, grid.domain(), dt),
                                               GroupPlaces<View>(set.view, set.partition, group, positions),

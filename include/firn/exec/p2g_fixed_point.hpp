@@ -193,7 +193,10 @@ FixedPointScale<S> sum_in_quanta(const FixedPoint<Integer, How>& execution, Join
         load, tries && std::all_of(seen.begin(), seen.end(), [](const auto& s) { return s.all_fitted; }));
     const FixedPointScale<S> scale = [&] {
         try {
-            return fixed_point_scale<Kernel, D, Integer>(load, execution.momentum_scale, execution.mass_scale);
+            if constexpr (requires { Transfer::ignores_given_scales; })
+                return fixed_point_scale<Kernel, D, Integer>(load, std::nullopt, std::nullopt);
+            else
+                return fixed_point_scale<Kernel, D, Integer>(load, execution.momentum_scale, execution.mass_scale);
         } catch (...) {
             clear(grid.nodes(0), node_width, grid, threads);
             throw;

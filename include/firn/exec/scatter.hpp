@@ -48,7 +48,9 @@ private:
 template <class Kernel, class Force, std::floating_point S, int D>
 struct PackRecords {
     static constexpr bool gradients = Force::weight_gradients;  ///< Whether records have a matrix G.
-    static constexpr int quads = 1 + D + (gradients ? D : 0);   ///< Number of vectors in a record.
+    /// Whether records have no matrix A: a node receives the same at every offset, apart from its weight.
+    static constexpr bool constant = requires { Force::constant_records; };
+    static constexpr int quads = 1 + (constant ? 0 : D) + (gradients ? D : 0);  ///< Number of vectors in a record.
     static constexpr int K = Kernel::support,  ///< Number of nodes of the kernel's support along each axis.
         centre = centre_node<Kernel>;          ///< Index of the centre node, counted from the base node.
     static constexpr int lines = lines_of_particle<Kernel, D>;  ///< Number of rows of nodes around a particle.
@@ -79,7 +81,7 @@ struct PackRecords {
             put(record.momentum, r);
             r[node_mass] = record.mass;
             store_quads(r, value[0] + lane * 4);
-            unroll<D>([&](auto a) FIRN_LAMBDA {
+            unroll<constant ? 0 : D>([&](auto a) FIRN_LAMBDA {
                 put(record.affine.column(a), r);
                 store_quads(r, value[1 + a] + lane * 4);
                 if constexpr (gradients) {
@@ -154,32 +156,39 @@ private:
     FIRN_INLINE void for_rows(int l, const F& f) const {
         using Number = typename Row::Number;
         const int q = quad_offset<P>(l);
-        OpenRecord<Row, D, gradients> record;
-        record.value = Row::repeat(value[0] + q);
-        unroll<D>([&](auto a) FIRN_LAMBDA {
-            record.column[a] = Row::repeat(value[1 + a] + q);
-            if constexpr (gradients) record.gradient[a] = Row::repeat(value[1 + D + a] + q);
-        });
-        Row gradient{};
-        if constexpr (gradients) gradient = Row::spread(weights.last_gradient + q);
-        const auto row = record.contract(Row::load(row_offsets.data()), Row::spread(weights.last + q), gradient);
-
-        const auto go = [&](auto axis, auto line, const auto& at, const auto& self) FIRN_LAMBDA -> void {
-            unroll<K>([&](auto k) FIRN_LAMBDA {
-                constexpr int a = axis;
-                constexpr std::integral_constant<int, line + (D == 3 && a == 0 ? K : 1) * k> to{};
-                const auto there = at.moved(a, std::integral_constant<int, k - centre>{});
-                if constexpr (a > 0) {
-                    self(std::integral_constant<int, a - 1>{}, to, there, self);
-                } else {
-                    std::array<Number, std::size_t(gradients ? D - 1 : 0)> g;
-                    if constexpr (gradients)
-                        unroll<D - 1>([&](auto b) FIRN_LAMBDA { g[b] = Number::fill(&gradient_product[to][b][l]); });
-                    f(to, there, Number::fill(&product[to][l]), g);
-                }
+        if constexpr (constant) {
+            const OpenRecord<Row, 0, false> same{Row::repeat(value[0] + q) * Row::spread(weights.last + q), {}, {}};
+            unroll<lines>([&](auto line)
+                              FIRN_LAMBDA { f(line, same, Number::fill(&product[line][l]), std::array<Number, 0>{}); });
+        } else {
+            OpenRecord<Row, D, gradients> record;
+            record.value = Row::repeat(value[0] + q);
+            unroll<D>([&](auto a) FIRN_LAMBDA {
+                record.column[a] = Row::repeat(value[1 + a] + q);
+                if constexpr (gradients) record.gradient[a] = Row::repeat(value[1 + D + a] + q);
             });
-        };
-        go(std::integral_constant<int, D - 2>{}, std::integral_constant<int, 0>{}, row, go);
+            Row gradient{};
+            if constexpr (gradients) gradient = Row::spread(weights.last_gradient + q);
+            const auto row = record.contract(Row::load(row_offsets.data()), Row::spread(weights.last + q), gradient);
+
+            const auto go = [&](auto axis, auto line, const auto& at, const auto& self) FIRN_LAMBDA -> void {
+                unroll<K>([&](auto k) FIRN_LAMBDA {
+                    constexpr int a = axis;
+                    constexpr std::integral_constant<int, line + (D == 3 && a == 0 ? K : 1) * k> to{};
+                    const auto there = at.moved(a, std::integral_constant<int, k - centre>{});
+                    if constexpr (a > 0) {
+                        self(std::integral_constant<int, a - 1>{}, to, there, self);
+                    } else {
+                        std::array<Number, std::size_t(gradients ? D - 1 : 0)> g;
+                        if constexpr (gradients)
+                            unroll<D - 1>([&](auto b)
+                                              FIRN_LAMBDA { g[b] = Number::fill(&gradient_product[to][b][l]); });
+                        f(to, there, Number::fill(&product[to][l]), g);
+                    }
+                });
+            };
+            go(std::integral_constant<int, D - 2>{}, std::integral_constant<int, 0>{}, row, go);
+        }
     }
 
     /// The offset of each node of a row from the centre node, in cells. Each offset is repeated four times.

@@ -46,9 +46,9 @@ std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const
 /// Returns attributes of a run: the names of the policies, the precision, and the index I of the material in the
 /// simulation. The run can be continued from a state only if the state has the same values of these attributes.
 template <std::size_t I, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
-          class Boundary>
+          class Boundary, class Volume>
 std::vector<StateAttribute> policies_of(
-    const Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary>& simulation) {
+    const Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary, Volume>& simulation) {
     using Material = std::remove_cvref_t<decltype(simulation.template set<I>().material())>;
     std::vector<StateAttribute> policies{{"kernel", std::string(name_of<Kernel>())},
                                          {"transfer", std::string(name_of<Transfer>())},
@@ -60,6 +60,7 @@ std::vector<StateAttribute> policies_of(
                                          {"precision", precision_name<precision_of_t<Materials>>}};
     if constexpr (requires { simulation.boundary.description(); })
         policies.push_back({"boundary_conditions", simulation.boundary.description()});
+    if constexpr (!std::same_as<Volume, OwnVolume>) policies.push_back({"volumetric", std::string(name_of<Volume>())});
     return policies;
 }
 

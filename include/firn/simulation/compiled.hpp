@@ -5,11 +5,10 @@
 
 namespace firn {
 
-template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary>
-Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary>::add_to(std::size_t number,
-                                                                                   const Samples<D>& samples,
-                                                                                   double density,
-                                                                                   const Vec<double, D>& velocity) {
+template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
+          class Volume>
+Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume>::add_to(
+    std::size_t number, const Samples<D>& samples, double density, const Vec<double, D>& velocity) {
     Body body;
     std::size_t i = 0;
     for_sets([&](auto& set) {

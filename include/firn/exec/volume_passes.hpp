@@ -1,0 +1,206 @@
+/// \file The passes of a volumetric policy that averages rates of volume change, between the grid update and G2P. Their
+/// averages ride in the nodes in place of the masses, so G2P gathers them at no cost. A step is
+///
+///     …                                                                 // as without the policy, up to grid_update()
+///     average_volume<Kernel, Transfer, Force>(execution, grid, memory, mirrors, k, sets...);      // for each set k
+///     g2p<Kernel, Transfer, Force, Volume>(execution, view, partition, grid, material, dt, transfer);
+///     restore_masses<Transfer>(execution, grid);
+#pragma once
+
+#include <firn/data/particle_set.hpp>
+#include <firn/exec/gather.hpp>
+#include <firn/exec/mirror.hpp>
+#include <firn/exec/p2g.hpp>
+#include <firn/exec/transfer_passes.hpp>
+#include <firn/force/none.hpp>
+#include <firn/stage/volume.hpp>
+#include <firn/volumetric/concept.hpp>
+
+#include <optional>
+#include <vector>
+
+namespace firn {
+
+/// Memory for average_volume(). Pass the same object in every step, so that memory is not allocated again.
+template <std::floating_point S>
+struct VolumeMemory {
+    aligned_vector<S> rates;  ///< Rates of volume change of the particles of one set [1/s].
+    std::vector<std::optional<FixedPointScale<S>>> scales;  ///< For each set, the scale of the last fixed-point sums.
+};
+
+namespace detail {
+
+/// The arrays of a set of particles that the scatter of rates of volume change reads.
+template <class View>
+struct RateView {
+    using scalar_type = typename View::scalar_type;
+    static constexpr int dimension = View::dimension;
+    using Field = decltype(View::position);
+
+    Field position, volume;
+    Field rate;      ///< rate of volume change [1/s]
+    bool is_silent;  ///< true if the particles contribute nothing: those of the sets that are not averaged now
+};
+
+/// The transfer of the scatter of rates: particles carry no affine field, and scales that a program gives for momentum
+/// and mass do not apply.
+struct RateTransfer {
+    static constexpr bool affine = false, ignores_given_scales = true;
+};
+/// The force form of the scatter of rates: records have neither a matrix A nor a matrix G.
+struct RateForce : NoForce {
+    static constexpr bool constant_records = true;
+};
+
+/// Layer of the grid that holds the nodes' sums while the averages are in the nodes. FLIP uses layer 1.
+template <class Transfer>
+inline constexpr std::size_t volume_layer = blends_velocities<Transfer> ? 2 : 1;
+
+/// Returns a span of one number for each slot of a set, in `memory`. Enlarges `memory` if it is too small.
+template <class View>
+auto numbers_like(const View&, aligned_vector<typename View::scalar_type>& memory, std::size_t slots, int workers) {
+    using S = typename View::scalar_type;
+    if (memory.size() < slots) renew(memory, slots, workers);
+    if constexpr (Positions<View>::in_cells)
+        return BlockedSpan<S>{memory.data(), 1};
+    else
+        return StridedSpan<S>{memory.data(), 1, {}};
+}
+
+/// Writes the rate of volume change of every particle of a set to `rate`: the trace of the velocity gradient that
+/// updates F.
+template <class Kernel, class Transfer, class Force, class View, class Field, std::floating_point S, int D>
+void gather_rates(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, int threads, const Field& rate) {
+    const Positions<View> positions(grid.domain());
+    parallel_for(set.partition.groups.size(), threads, [&](std::size_t g, int) {
+        const BlockGroup& group = set.partition.groups[g];
+        const GroupPlaces<View> places(set.view, set.partition, group, positions);
+        const NodesOfGroup<Kernel, S, D, 1> nodes(grid, set.partition, group, places);
+        PackPlaces<Kernel, g2p_needs_gradient<Kernel, Transfer, Force>, S, D> pack;
+        TransferSums<Kernel, Transfer, Force, S, D> sums;
+        using P = native_pack<S>;
+        const P h(S(grid.domain().cell_size));
+        for (std::size_t slot = 0; slot < group.packs() * pack_size; slot += pack_size) {
+            nodes.locate(pack, places, slot);
+            nodes.template gather<0>(pack, sums, places, slot);
+            for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes) {
+                const auto taken = take_from_grid<Kernel, Transfer, Force>(sums.lanes(lane), pack.offset(lane), h);
+                rate.store(places.slots(slot + std::size_t(lane)), 0, trace(taken.velocity_gradient));
+            }
+        }
+    });
+}
+
+/// Adds the sums of the nodes behind mirrored walls to those of their mirror images, and gives both the result: the
+/// rate of volume change has the same sign on both sides of a wall.
+template <class Execution, std::floating_point S, int D>
+void mirror_rates(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors) {
+    const int threads = thread_count(requested_threads(execution));
+    using P = native_pack<S>;
+    for (const MirrorPlane& plane : mirrors.planes)
+        parallel_for(
+            grid.block_count(), threads,
+            [&](std::size_t b, int) {
+                if (grid.block_along(b, plane.axis) != plane.node >> 2) return;
+                BlockColumns<S, D>(grid, plane, b).change([](NodeColumn<P, D> column) {
+                    column.front = column.behind = column.front + column.behind;
+                    column.mass_front = column.mass_behind = column.mass_front + column.mass_behind;
+                    return column;
+                });
+            },
+            64);
+}
+
+}  // namespace detail
+
+/// Reads the particles of a set for the scatter of their rates of volume change.
+template <class View>
+class ParticleReader<detail::RateView<View>> {
+public:
+    using S = typename View::scalar_type;      ///< The scalar type: float or double.
+    static constexpr int D = View::dimension;  ///< The dimension: 2 or 3.
+
+    /// Makes a reader of the particles of `view`, which must exist as long as the reader.
+    ParticleReader(const detail::RateView<View>& view, const Domain<D>&, double) : view_(view) {}
+    /// Returns the records of one register of particles. \see volume_record
+    template <class Kernel, class Transfer, class Force, class P>
+    FIRN_INLINE P2GRecord<P, D> record(const Slots& slots, const Vec<P, D>&) const {
+        return volume_record<D>(view_.rate.template load_or_zero<P>(slots, 0),
+                                view_.volume.template load_or_zero<P>(slots, 0));
+    }
+    /// Prefetches into the cache all values that record() reads, for the pack that begins at `slot`.
+    template <class Transfer>
+    FIRN_INLINE void prefetch(std::size_t slot) const {
+        view_.position.template prefetch<D>(slot);
+        view_.volume.template prefetch<1>(slot);
+        view_.rate.template prefetch<1>(slot);
+    }
+
+private:
+    const detail::RateView<View>& view_;
+};
+
+/// Averages the rates of volume change of the particles of set k, and puts the average of each node in place of its
+/// mass. The node velocities are kept. Call restore_masses() after the G2P of this set. Overwrites one layer of the
+/// grid that the transfer does not use.
+/// \param memory   memory for rates; pass the same object in every step
+/// \param mirrors  the mirrored walls. \see mirrors_of
+/// \param k        index of the set among `sets`
+/// \param sets     all sets on the grid, in the order of p2g()
+/// \throws overflow_error  if fixed-point sums could overflow
+template <class Kernel, class Transfer, class Force, class Execution, std::floating_point S, int D, class... Views>
+void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMemory<S>& memory, const Mirrors& mirrors,
+                    std::size_t k, const ParticleSet<Views>&... sets) {
+    constexpr std::size_t layer = detail::volume_layer<Transfer>;
+    const int threads = thread_count(requested_threads(execution));
+    memory.scales.resize(sizeof...(Views));
+    parallel_region(threads, [&] {
+        std::size_t i = 0;
+        const auto rated = [&]<class View>(const ParticleSet<View>& set) {
+            const bool is_silent = i++ != k;
+            const auto rate =
+                detail::numbers_like(set.view, memory.rates, is_silent ? 0 : set.partition.slots(), threads);
+            if (!is_silent) detail::gather_rates<Kernel, Transfer, Force>(set, grid, threads, rate);
+            return ParticleSet<detail::RateView<View>>{{set.view.position, set.view.volume, rate, is_silent},
+                                                       set.partition};
+        };
+        const std::tuple<ParticleSet<detail::RateView<Views>>...> all{rated(sets)...};
+        grid.exchange(layer, threads);  // the layer then holds the velocities and masses
+        std::swap(grid.last_scale, memory.scales[k]);
+        std::apply(
+            [&](const auto&... set) {
+                p2g<Kernel, detail::RateTransfer, detail::RateForce>(execution, grid, 0.0, set...);
+            },
+            all);
+        std::swap(grid.last_scale, memory.scales[k]);
+        detail::mirror_rates(execution, grid, mirrors);
+        grid.exchange(layer, threads);
+        using P = native_pack<S>;
+        detail::for_nodes(grid, threads, [sums = grid.layer(layer)](S* node, std::size_t index) {
+            P r[4], of_sums[4];
+            load_quads(node, r);
+            load_quads(sums + index, of_sums);
+            const P mass = r[node_mass];
+            r[node_mass] = average_rate(of_sums[0], of_sums[node_mass]);
+            of_sums[0] = mass;
+            store_quads(r, node);
+            store_quads(of_sums, sums + index);
+        });
+    });
+}
+
+/// Puts the masses back into the nodes, after average_volume() and G2P.
+template <class Transfer, class Execution, std::floating_point S, int D>
+void restore_masses(const Execution& execution, SparseGrid<S, D>& grid) {
+    const int threads = thread_count(requested_threads(execution));
+    using P = native_pack<S>;
+    detail::for_nodes(grid, threads, [kept = grid.layer(detail::volume_layer<Transfer>)](S* node, std::size_t index) {
+        P r[4], of_kept[4];
+        load_quads(node, r);
+        load_quads(kept + index, of_kept);
+        r[node_mass] = of_kept[0];
+        store_quads(r, node);
+    });
+}
+
+}  // namespace firn

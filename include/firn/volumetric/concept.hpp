@@ -1,0 +1,37 @@
+/// \file The concept of a volumetric policy: the policy that decides which rate of volume change updates the material
+/// state of a particle.
+///
+/// The trace of a particle's velocity gradient ∇v is its rate of volume change θ [1/s]. In nearly incompressible matter
+/// every particle resists its own θ, although the grid has fewer degrees of freedom than there are particles. So matter
+/// locks: it bends and flows far too stiffly, and the pressure scatters. A policy with an average resists only the
+/// average of θ over the particles around.
+#pragma once
+
+#include <firn/core/tensor.hpp>
+
+#include <concepts>
+
+namespace firn {
+
+/// Whether V has a constant `averages_volume`. This constant is true if the rate of volume change of a particle is
+/// averaged over the particles around it.
+template <class V>
+concept has_averages_volume_flag = requires {
+    { V::averages_volume } -> std::convertible_to<bool>;
+};
+/// Whether V has a function `velocity_gradient(own, average)`. The function returns the velocity gradient that updates
+/// the material state [1/s], from the particle's own velocity gradient [1/s] and the average rate of volume change
+/// around the particle [1/s].
+template <class V, class S, int D>
+concept has_averaged_gradient = requires(const Mat<S, D> own, const S average) {
+    { V::velocity_gradient(own, average) } -> std::same_as<Mat<S, D>>;
+};
+
+/// Whether V is a volumetric policy: V has a constant `averages_volume` and, if this constant is true, a function
+/// velocity_gradient().
+template <class V>
+concept volumetric =
+    has_averages_volume_flag<V> &&
+    (!V::averages_volume || (has_averaged_gradient<V, float, 3> && has_averaged_gradient<V, double, 2>));
+
+}  // namespace firn
