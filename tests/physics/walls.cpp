@@ -45,7 +45,7 @@ double error_of_stuck_waves(int n, NodesBehind nodes_behind) {
 }  // namespace
 
 TEST_CASE("Waves between slipping walls with mirrored nodes are those of the periodic square of twice the side") {
-    CHECK(off_periodic(Apic{}) < 1e-10);  // the bound; measured: 4e-15, and 0.1 with held nodes
+    CHECK(off_periodic(Apic{}) < 1e-10);  // measured: 4e-15, and 0.1 with held nodes
     CHECK(off_periodic(Flip<double>{0.999}) < 1e-10);
     CHECK(off_periodic(Fmpm{2}) < 1e-10);
 }

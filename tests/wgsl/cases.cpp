@@ -14,6 +14,7 @@
 #include <firn/material/snow.hpp>
 #include <firn/material/von_mises.hpp>
 #include <firn/transfer/pic.hpp>
+#include <firn/volumetric/f_bar.hpp>
 #include <firn/wgsl/inputs.hpp>
 #include <firn/wgsl/program.hpp>
 
@@ -113,12 +114,12 @@ void write_case_file(Case& files, const wgsl::Program& program, const wgsl::Inpu
 
 /// One step to the bit, from particles that are in motion and strained; then more steps, within a tolerance.
 template <int D, class Transfer, class Force, class Material = FixedCorotated<float>, class Kernel = QuadraticBSpline,
-          class Boundary = Walls<float, D>>
+          class Boundary = Walls<float, D>, class Volume = OwnVolume>
 void write_case(const std::filesystem::path& root, const std::string& name, const scenes::Matter& matter,
                 const std::string& schedule, int steps,
                 const Material& material = FixedCorotated<float>::from_young_poisson(1e5, 0.3), double time_step = 0,
                 const Boundary& boundary = scenes::rough_walls<D>()) {
-    scenes::MovingBlocks<D, Transfer, Force, Material, Kernel, Boundary> blocks(matter, material, boundary);
+    scenes::MovingBlocks<D, Transfer, Force, Material, Kernel, Boundary, Volume> blocks(matter, material, boundary);
     auto& simulation = blocks.simulation;
     if (time_step > 0) simulation.fixed_time_step = time_step;
     const auto& particles = simulation.particles();
@@ -204,6 +205,18 @@ void write_mirrored(const std::filesystem::path& root) {
     inputs.set("boundary_lower", {0, -0.01});
     Case files(root / "error_wall", blocks.program);
     write_case_file<2>(files, blocks.program, inputs, "step", 2, {}, wgsl::detail::mirror_error);
+}
+
+/// Averages of the rates of volume change, also at mirrored walls.
+void write_averaged(const std::filesystem::path& root) {
+    const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.45);
+    using Elastic = FixedCorotated<float>;
+    write_case<2, Apic, MlsForce, Elastic, QuadraticBSpline, Walls<float, 2>, FBar>(
+        root, "2d_f_bar_mirrored", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 20, material, 0, scenes::mirrored_walls<2>());
+    write_case<3, Apic, WeightGradientForce, Elastic, QuadraticBSpline, Walls<float, 3>, FBar>(
+        root, "3d_f_bar", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 2, material);
+    write_case<3, Pic, MlsForce, Elastic, CubicBSpline, Walls<float, 3>, FBar>(
+        root, "3d_f_bar_mirrored", {0.25, 1.0 / 32, 1.0 / 16, 0}, "step", 1, material, 0, scenes::mirrored_walls<3>());
 }
 
 /// The largest signal speed of the particles [m/s].
@@ -402,6 +415,7 @@ int main(int count, char** words) {
         write_case<2, Apic, MlsForce>(root, "2d_fluid", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, honey);
         write_case<3, Pic, MlsForce>(root, "3d_fluid", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, honey);
         write_mirrored(root);
+        write_averaged(root);
         write_solids<2>(root, {0.3, 1.0 / 64, 1.0 / 32});
         write_solids<3>(root, {0.25, 1.0 / 32, 1.0 / 16});
         write_case<3, Apic, MlsForce>(root, "3d_nacc", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, Nacc<float>{});

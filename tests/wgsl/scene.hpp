@@ -81,10 +81,10 @@ firn::Walls<float, D> mirrored_walls(double inset = 0) {
 
 /// Two blocks after ten steps, strained at random; and the program for what comes next.
 template <int D, class Transfer, class Force, class Material, class Kernel = firn::QuadraticBSpline,
-          class Boundary = firn::Walls<float, D>>
+          class Boundary = firn::Walls<float, D>, class Volume = firn::OwnVolume>
 struct MovingBlocks {
     firn::Domain<D> domain;
-    firn::Simulation<D, Material, Transfer, Force, Kernel, Integers, Boundary> simulation;
+    firn::Simulation<D, Material, Transfer, Force, Kernel, Integers, Boundary, Volume> simulation;
     firn::wgsl::Program program;
 
     MovingBlocks(const Matter& matter, const Material& material, const Boundary& boundary = rough_walls<D>())
@@ -112,7 +112,7 @@ struct MovingBlocks {
         simulation.edit_particles();  // so that they are sorted anew now, and not in the next step
         simulation.partition();
         program = firn::wgsl::make_program<Kernel, Transfer, Force, D>(
-            material, simulation.boundary, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)});
+            material, simulation.boundary, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)}, Volume{});
     }
 
     /// The simulation as it is now.

@@ -8,6 +8,7 @@
 #include <firn/stage/grid_update.hpp>
 #include <firn/stage/mirror_planes.hpp>
 #include <firn/stage/time_step.hpp>
+#include <firn/stage/volume.hpp>
 #include <firn/wgsl/module.hpp>
 #include <firn/wgsl/stage_shapes.hpp>
 
@@ -243,6 +244,35 @@ void add_g2p(Module& module) {
                                  return moved_by(velocity, detail::place_per_velocity(), place, V::zero() - corner,
                                                  detail::uniform_of<V>("cells") - corner);
                              });
+}
+
+/// Adds the functions of a volumetric policy that averages to the module. volume_record and average_rate are those of
+/// stage/volume.hpp; rate_of returns a particle's rate of volume change [1/s], with_average what G2P takes from the
+/// grid with the average around the particle, and sum_average a sum over the nodes along an axis.
+template <class Kernel, int D, class Volume>
+void add_volume(Module& module, const Volume& volume) {
+    using R = recorded;
+    using Taken = G2PResult<R, D>;
+    const std::string of_volume = std::string(Volume::name) + ", ";
+    module.function<Taken>("rate_of", of_volume + "the rate of volume change", {"taken"},
+                           [](const Taken& taken) { return trace(taken.velocity_gradient); });
+    module.function<R, R>("volume_record", "firn/stage/volume.hpp: what a particle gives", {"rate", "volume"},
+                          [](const R& rate, const R& initial) { return volume_record<D>(rate, initial); });
+    module.function<R, R>("average_rate", "firn/stage/volume.hpp", {"rates", "volume"},
+                          [](const R& sum, const R& initial) { return average_rate(sum, initial); });
+    constexpr std::size_t K = std::size_t(Kernel::support);
+    using OfAxis = std::array<R, K>;
+    module.function<OfAxis, OfAxis>("sum_average", "firn/stage/g2p.hpp: the sum along an axis", {"parts", "w"},
+                                    [](const OfAxis& parts, const OfAxis& w) {
+                                        std::array<PartialSums<R, 0, false, false>, K> sums;
+                                        for (std::size_t k = 0; k < K; ++k) sums[k].value = parts[k];
+                                        return sum_axis<centre_node<Kernel>>(sums, w, w).value;
+                                    });
+    module.function<Taken, R>("with_average", of_volume + "with the average of the rates around", {"own", "average"},
+                              [&](Taken taken, const R& average) {
+                                  taken.velocity_gradient = volume.velocity_gradient(taken.velocity_gradient, average);
+                                  return taken;
+                              });
 }
 
 /// Adds the functions of the material to the module. These functions return a particle's state after a step, its

@@ -141,9 +141,16 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
                                           " kg; on a GPU, particles lighter than ", 0x1p-86,
                                           " kg move in coarse steps. Use units in which masses are larger."));
 
+    if (!program.volume.empty())
+        for (const std::size_t slot : slots)
+            if (!(particles.volume(slot) >= 0x1p-86F))
+                throw particle_error(sentence("Particle ", particles.id(slot), " has a volume of ",
+                                              particles.volume(slot), " m^", D, "; on a GPU, ", program.volume,
+                                              " needs at least ", 0x1p-86, ". Use units in which volumes are larger."));
+
     const FieldTable& table = particles.table();
     for (const Buffer& buffer : program.buffers) {
-        if (buffer.per != "particle" || buffer.binding == detail::order) continue;
+        if (buffer.per != "particle" || buffer.binding == detail::order || buffer.binding == detail::rates) continue;
         std::vector<float> numbers;
         numbers.reserve(count * std::size_t(buffer.count));
         for (const Component& component : buffer.components) {

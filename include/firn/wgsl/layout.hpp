@@ -79,7 +79,8 @@ struct Program {
         force,                             ///< name of the force form: MLS or weight gradients
         material,                          ///< name of the material
         boundary,                          ///< name of the boundary
-        field;                             ///< name of the acceleration field
+        field,                             ///< name of the acceleration field
+        volume{};                          ///< name of the volumetric policy; empty if it averages nothing
     int workgroup_size;                    ///< number of invocations per workgroup in most entry points
     double time_step_safety;               ///< firn::time_step_safety of the kernel
     std::vector<Uniform> uniforms;         ///< members of the WGSL struct at binding 0
@@ -115,6 +116,7 @@ struct Facts {
     bool sum_gradients;      ///< whether G2P needs gradients of the weights; always true if weight_gradients is true
     bool rate_dependent;     ///< whether the material's stress depends on the velocity gradient
     bool stress_with_state;  ///< whether the material returns its new state and its stress together
+    bool averages_volume;    ///< whether rates of volume change are averaged, see firn::volumetric
     int workgroup_size;      ///< number of invocations per workgroup in most entry points
 };
 
@@ -153,7 +155,22 @@ private:
 };
 
 /// The binding numbers of a program: 0 for the uniforms (params), then those of the storage buffers.
-enum Binding { params, motion, affine, stress, state, constants, nodes, status, counts, coordinates, blocks, order };
+enum Binding {
+    params,
+    motion,
+    affine,
+    stress,
+    state,
+    constants,
+    nodes,
+    status,
+    counts,
+    coordinates,
+    blocks,
+    order,
+    rates,
+    rate_sums
+};
 
 /// Returns the binding number of the buffer that contains the fields with the given role.
 inline Binding buffer_of(FieldRole role) {
@@ -213,6 +230,10 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add("coordinates", "f32", coordinates, "axis_node", 1);
     add("blocks", "u32", blocks, "block", 2);
     add("order", "u32", order, "particle", 1, {{"order", 1, "1"}});
+    if (facts.averages_volume) {
+        add("rates", "f32", rates, "particle", 1, {{"rate_of_volume_change", 1, "1/s"}});
+        add("rate_sums", "i32", rate_sums, "node", node_width);
+    }
 }
 
 /// Sets the default values of the state's components: those of a body at rest, which may depend on the material.
@@ -248,6 +269,8 @@ inline constexpr int mirror_error = 6;
 
 /// Returns the name of the entry point of the k-th pass of mirrored walls.
 inline std::string mirror_pass(int k) { return "mirror_" + std::to_string(k); }
+/// Returns the name of the entry point that folds the rates of volume change at the walls of the k-th pass.
+inline std::string fold_pass(int k) { return "fold_rates_" + std::to_string(k); }
 
 /// Adds the descriptions of the entry points in kernels.hpp to the program. Each description lists the bindings that
 /// the entry point uses.
@@ -268,7 +291,8 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     Bindings first{{motion, true}, {stress, true}, {state, true}, {constants, false}, {status, true}};
     if (facts.rate_dependent) first.emplace_back(affine, true);
     add("initialise", "particle", size, first);
-    add("clear", "node", size, {{nodes, true}, {counts, true}, {status, true}});
+    const Bindings cleared{{nodes, true}, {counts, true}, {status, true}};
+    add("clear", "node", size, facts.averages_volume ? with(cleared, {{rate_sums, true}}) : cleared);
     add("measure", "particle", size, with(particle, {{counts, true}}));
     add("measure_counts", "node", size, {{counts, true}, {status, true}});
     add("choose_scale", "one_workgroup", 1, {{status, true}});
@@ -279,10 +303,23 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     add("order_particles", "particle", size, {{motion, true}, {blocks, true}, {order, true}});
     add("p2g_blocks", "block_workgroup", size, with(particle, {{nodes, true}, {blocks, true}, {order, true}}));
     add("grid_update", "node", size, {{nodes, true}, {coordinates, false}, {status, true}});
-    for_mirror_passes(program, [&](int k, std::size_t first, std::size_t) {
-        const std::string axis(1, "xyz"[program.mirrors[first].plane.axis]);
+    for_mirror_passes(program, [&](int k, std::size_t wall, std::size_t) {
+        const std::string axis(1, "xyz"[program.mirrors[wall].plane.axis]);
         add(mirror_pass(k), axis + "_line", size, {{nodes, true}, {coordinates, false}, {status, true}});
     });
+    if (facts.averages_volume) {
+        add("measure_rates", "particle", size,
+            {{motion, true}, {constants, false}, {nodes, true}, {status, true}, {rates, true}});
+        add("choose_rate_scale", "one_workgroup", 1, {{status, true}});
+        add("scatter_rates", "particle", size,
+            {{motion, true}, {constants, false}, {status, true}, {rates, true}, {rate_sums, true}});
+        if (!program.mirrors.empty()) add("convert_rates", "node", size, {{status, true}, {rate_sums, true}});
+        for_mirror_passes(program, [&](int k, std::size_t wall, std::size_t) {
+            const std::string axis(1, "xyz"[program.mirrors[wall].plane.axis]);
+            add(fold_pass(k), axis + "_line", size, {{coordinates, false}, {status, true}, {rate_sums, true}});
+        });
+        add("average_rates", "node", size, {{nodes, true}, {status, true}, {rate_sums, true}});
+    }
     add("g2p", "particle", size, with(particle, {{state, true}, {nodes, true}}));
 }
 

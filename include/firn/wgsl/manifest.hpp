@@ -43,6 +43,14 @@ inline std::vector<std::string> step_order_of(const Program& program, bool sorte
     detail::for_mirror_passes(program, [&](int k, std::size_t, std::size_t) {
         order.insert(order.end() - 1, detail::mirror_pass(k));  // before g2p
     });
+    if (!program.volume.empty()) {
+        std::vector<std::string> passes{"measure_rates", "choose_rate_scale", "scatter_rates"};
+        if (!program.mirrors.empty()) passes.push_back("convert_rates");
+        detail::for_mirror_passes(program,
+                                  [&](int k, std::size_t, std::size_t) { passes.push_back(detail::fold_pass(k)); });
+        passes.push_back("average_rates");
+        order.insert(order.end() - 1, passes.begin(), passes.end());
+    }
     return order;
 }
 
@@ -74,7 +82,9 @@ inline std::vector<std::string> step_order_of(const Program& program, bool sorte
 ///     step_sorted  the entry points of a step with P2G through workgroup memory, in the order to run them
 ///     status       for each status word its index in the buffer "status". The words error and particle are of type
 ///                  u32, the others of type f32. The word time_step is the step that was taken [s], and time the sum
-///                  of all steps since the host set it to 0 [s].
+///                  of all steps since the host set it to 0 [s]. Only if there is an entry `volume`, the name of a
+///                  volumetric policy: largest_rate, the largest V0 |θ| of a particle with the volume V0 and the rate
+///                  of volume change θ [m^D/s], and the scales of the sums of V0 θ and V0.
 ///     errors       for each value e > 0 of the word error its message; after an error, steps change nothing
 ///
 /// The number of nodes along an axis is 4 (b + 2), where b = ceil(cells / 4). Let the node at the domain's lower corner
@@ -88,6 +98,7 @@ inline std::string manifest(const Program& program) {
         json.field("dimension", program.dimension).field("kernel", program.kernel).field("transfer", program.transfer);
         json.field("force", program.force).field("material", program.material).field("boundary", program.boundary);
         json.key("field").value(program.field);
+        if (!program.volume.empty()) json.field("volume", program.volume);
         json.field("workgroup_size", program.workgroup_size);
         json.field("time_step_safety", program.time_step_safety);
         json.key("uniforms").object([&] {
@@ -145,6 +156,9 @@ inline std::string manifest(const Program& program) {
                  {"error", "particle", "signal_speed", "largest_momentum", "largest_gradient", "largest_mass",
                   "most_particles", "momentum_scale", "mass_scale", "time_step", "place_per_velocity", "time"})
                 json.field(name, word++);
+            if (!program.volume.empty())
+                for (const char* name : {"largest_rate", "largest_volume", "rate_scale", "volume_scale"})
+                    json.field(name, word++);
         });
         json.key("errors").object([&] {
             const std::size_t errors = program.mirrors.empty() ? detail::mirror_error - 1 : error_sentences.size();

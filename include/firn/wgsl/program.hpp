@@ -6,6 +6,7 @@
 #include <firn/field/gravity.hpp>
 #include <firn/transfer/concept.hpp>
 #include <firn/version.hpp>
+#include <firn/volumetric/own_volume.hpp>
 #include <firn/wgsl/definitions.hpp>
 #include <firn/wgsl/manifest.hpp>
 #include <firn/wgsl/text.hpp>
@@ -19,6 +20,7 @@ inline std::string name_of(const Program& program) {
     for (const std::string* policy :
          {&program.kernel, &program.transfer, &program.force, &program.material, &program.boundary, &program.field})
         name += "_" + *policy;
+    if (!program.volume.empty()) name += "_" + program.volume;
     return name;
 }
 
@@ -49,8 +51,8 @@ void set_mirrors(Program& program, const Boundary& boundary) {
 
 }  // namespace detail
 
-/// Makes the WGSL program of a simulation with the given policies: kernel, transfer, force, material, boundary and
-/// acceleration field.
+/// Makes the WGSL program of a simulation with the given policies: kernel, transfer, force, material, boundary,
+/// acceleration field and volumetric policy.
 ///
 /// The parameters of the policies become uniforms of the program, which the host can change between steps. Other
 /// members of the policies, such as the contact of a wall, become fixed parts of the program's text.
@@ -63,15 +65,17 @@ void set_mirrors(Program& program, const Boundary& boundary) {
 /// \param workgroup_size   number of invocations per workgroup, except in entry points that need a different number of
 ///                          invocations
 /// \throws parameter_error  if a parameter of `boundary` is not valid
-template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary,
-          class Field = Gravity<float, D>>
-Program make_program(const Material& material, const Boundary& boundary, const Field& field = {},
+template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field,
+          volumetric Volume>
+Program make_program(const Material& material, const Boundary& boundary, const Field& field, const Volume& volume,
                      int workgroup_size = 64) {
     static_assert(require_material<Material, D>() && require_kernel<Kernel>());
     static_assert(
         !blends_velocities<Transfer> && !refines_velocities<Transfer>,
         "firn: FLIP, AFLIP, ASFLIP and FMPM take further passes, for which there are no WGSL kernels; use Pic or "
         "Apic.");
+    static_assert(Volume::averages_volume || std::same_as<Volume, OwnVolume>,
+                  "firn: this volumetric policy is not yet in WGSL; there are OwnVolume and FBar.");
     static_assert(Kernel::support <= block_size,
                   "one block of ghost nodes holds all nodes beyond the domain that a particle reaches");
     using State = material_state_t<with_scalar_t<Material, recorded>, D>;
@@ -84,6 +88,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       g2p_needs_gradient<Kernel, Transfer, Force>,
                       has_rate_dependent_stress<Material, D>,
                       has_returned_with_stress<Material, D>,
+                      Volume::averages_volume,
                       workgroup_size};
 
     Program program;
@@ -94,6 +99,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     program.material = Material::name;
     program.boundary = Boundary::name;
     program.field = Field::name;
+    if constexpr (Volume::averages_volume) program.volume = Volume::name;
     program.name = detail::name_of(program);
     program.workgroup_size = workgroup_size;
     program.time_step_safety = time_step_safety<Kernel>;
@@ -121,6 +127,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
         add_mirrors<Kernel, D>(module, boundary, walls);
     }
     add_g2p<Kernel, Transfer, Force, D>(module);
+    if constexpr (Volume::averages_volume) add_volume<Kernel, D>(module, volume);
     add_material<D>(module, material);
 
     const detail::KernelText text(facts);
@@ -129,6 +136,14 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                    detail::declarations(program) + "\n" + module.text() + text.helpers() + "\n" +
                    detail::particle_accessors<D, State>(program, table, facts.affine) + text.entry_points(program);
     return program;
+}
+
+/// As make_program() with a volumetric policy, without an average of volume changes.
+template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary,
+          class Field = Gravity<float, D>>
+Program make_program(const Material& material, const Boundary& boundary, const Field& field = {},
+                     int workgroup_size = 64) {
+    return make_program<Kernel, Transfer, Force, D>(material, boundary, field, OwnVolume{}, workgroup_size);
 }
 
 }  // namespace firn::wgsl

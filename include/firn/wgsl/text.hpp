@@ -85,14 +85,17 @@ public:
     }
     std::string entry_points(const Program& program) const {
         return filled(text::time_step) + filled(text::clear) + filled(text::measure) +
-               scatter("scatter", "node_sums", "node_index(" + node_from("first") + ")") + filled(text::p2g) +
+               scatter("scatter", "node_sums", node_in_grid(), record_of_particle) + filled(text::p2g) +
                filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}}) + filled(text::grid_update) +
-               mirrors(program) +
-               filled(text::g2p, {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
-                                  {"GATHER", gather()}});
+               mirrors(program) + average_volume(program) +
+               filled(text::g2p,
+                      {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
+                       {"GATHER", gather("Sums", "sum_axis", "Sums0(velocity_at(" + node_in_grid() + "))")}});
     }
 
 private:
+    static constexpr const char* record_of_particle = "record_of(load_particle(i), fraction)";
+    std::string node_in_grid() const { return "node_index(" + node_from("first") + ")"; }
     static std::string axis(int a) { return std::string(1, "xyz"[a]); }
     // Returns the name of the counter of a loop along axis a. For the last axis, P2G and G2P use the name k instead.
     static std::string counter(int a) { return std::string(1, "abc"[a]); }
@@ -150,11 +153,12 @@ private:
         return of_axis("g", a) + (D_ == 3 ? " * " + of_axis("w", 1 - a) : "");
     }
 
-    std::string scatter(const char* name, const char* target, const std::string& node) const {
+    std::string scatter(const char* name, const char* target, const std::string& node, const char* record) const {
         std::string loops = listed(D_ - 1, [&](int a) { return from_zero(counter(a), facts_.support); }, " ");
         return filled(text::scatter,
                       {{"NAME", name},
                        {"TARGET", target},
+                       {"RECORD", record},
                        {"GRADIENTS", facts_.weight_gradients ? "var g = kernel_gradients_of(fraction);" : ""},
                        {"NODE", node},
                        {"LOOPS", loops},
@@ -162,7 +166,7 @@ private:
     }
     std::string scatter_in_arena() const {
         const auto along = [&](int a) { return arena_along(a); };
-        return scatter("scatter_in_arena", "arena", "arena_node(" + node_from("first") + ")") +
+        return scatter("scatter_in_arena", "arena", "arena_node(" + node_from("first") + ")", record_of_particle) +
                "fn arena_node(at: " + vec("i32") + ") -> u32 { return u32(" + flat("at", along) + "); }\n";
     }
 
@@ -170,11 +174,20 @@ private:
     std::string mirrors(const Program& program) const {
         std::string text = program.mirrors.empty() ? "" : filled(text::mirror_helpers);
         for_mirror_passes(program, [&](int k, std::size_t first, std::size_t last) {
-            text += filled(text::mirror, mirror_names(program, k, first, last));
+            const auto act = [&](const std::string& n, const std::string& place) {
+                return "let column_" + n + " = load_column" + place + ");" + indented(1) + "if (has_matter(column_" +
+                       n + ")) { store_column" + place + ", mirrored_" + n + "(column_" + n + ")); }";
+            };
+            text += filled(text::mirror, mirror_names(program, mirror_pass(k), first, last, act));
         });
         return text;
     }
-    Names mirror_names(const Program& program, int pass, std::size_t first, std::size_t last) const {
+    /// Returns the names to replace in text::mirror. act(n, place) returns the statements for wall n; `place` is the
+    /// beginning of the arguments of a function that acts on a column: the line, the node on the wall and the
+    /// direction.
+    template <class Act>
+    Names mirror_names(const Program& program, const std::string& name, std::size_t first, std::size_t last,
+                       const Act& act) const {
         const int across = program.mirrors[first].plane.axis;
         const auto nodes_along_all = [](std::vector<int> axes) {
             std::vector<std::string> factors;
@@ -197,32 +210,60 @@ private:
         }
         walls += "if (" + wrong + ") { fail(" + std::to_string(mirror_error) + "u, 0xffffffffu); return; }";
         for (std::size_t i = first; i < last; ++i) {
-            const std::string n = std::to_string(i), column = "column_" + n,
-                              place = "(line, wall_" + n + ", " + std::to_string(program.mirrors[i].plane.inward);
-            walls += indented(1) + "let " + column + " = load_column" + place + ");" + indented(1) + "if (has_matter(" +
-                     column + ")) { store_column" + place + ", mirrored_" + n + "(" + column + ")); }";
+            const std::string n = std::to_string(i);
+            walls += indented(1) + act(n, "(line, wall_" + n + ", " + std::to_string(program.mirrors[i].plane.inward));
         }
         std::string coordinate;
         for (const int a : earlier) coordinate += nodes_along(a) + " + ";
-        return {
-            {"NAME", mirror_pass(pass)},    {"LINES", nodes_along_all(others)},      {"STRIDE", nodes_along_all(later)},
-            {"COUNT", nodes_along(across)}, {"FIRST_COORDINATE", coordinate + "4u"}, {"WALLS", walls}};
+        return {{"NAME", name},
+                {"LINES", nodes_along_all(others)},
+                {"STRIDE", nodes_along_all(later)},
+                {"COUNT", nodes_along(across)},
+                {"FIRST_COORDINATE", coordinate + "4u"},
+                {"WALLS", walls}};
+    }
+
+    /// Returns the WGSL text of the passes that average the rates of volume change; no text without an average.
+    std::string average_volume(const Program& program) const {
+        if (!facts_.averages_volume) return "";
+        std::string folds = program.mirrors.empty() ? "" : filled(text::convert_rates);
+        for_mirror_passes(program, [&](int k, std::size_t first, std::size_t last) {
+            const auto act = [](const std::string&, const std::string& place) { return "fold_rates" + place + ");"; };
+            folds += filled(text::mirror, mirror_names(program, fold_pass(k), first, last, act));
+        });
+        const std::string average = "bitcast<f32>(nodes[" + node_in_grid() + "].w)";
+        return filled(text::average_volume, {{"SCATTER", scatter("scatter_rate", "rate_sums", node_in_grid(),
+                                                                 "volume_record(rates[i], load_volume(i))")},
+                                             {"FOLDS", folds},
+                                             {"SUMS", program.mirrors.empty() ? "sums_in_quanta" : "load_sums"},
+                                             {"GATHER", gather("", "sum_average", average)}});
+    }
+    /// Returns the WGSL statements in which G2P computes `taken`.
+    std::string take() const {
+        const std::string nodes = "nodes_from(base + corner), fraction)";
+        if (!facts_.averages_volume) return "let taken = take_from_grid(gather(" + nodes + ", fraction);";
+        return "let own = take_from_grid(gather(" + nodes + ", fraction);" + indented(2) +
+               "let taken = with_average(own, gather_average(" + nodes + ");";
     }
 
     /// Returns the WGSL text of the nested loops in which G2P sums over nodes. The innermost loop is along axis 0, the
     /// outermost along the last axis.
-    std::string gather() const {
+    std::string gather(const std::string& type, const std::string& function, const std::string& of_node) const {
         const auto counter_of = [&](int a) { return a == D_ - 1 ? std::string("k") : counter(a); };
         std::string text;
         for (int a = D_ - 1, depth = 1; a >= 0; --a, ++depth) {
             const std::string n = std::to_string(a);
-            text += (a == D_ - 1 ? "" : indented(depth)) + "var part" + n + ": array<Sums" + n + ", " +
-                    std::to_string(facts_.support) + ">;" + indented(depth) + from_zero(counter_of(a), facts_.support);
+            const std::string K = std::to_string(facts_.support);
+            text += (a == D_ - 1 ? "" : indented(depth)) + "var part" + n + ": " +
+                    (type.empty() ? "vec" + K + "<f32>" : "array<" + type + n + ", " + K + ">") + ";" +
+                    indented(depth) + from_zero(counter_of(a), facts_.support);
         }
-        text += " part0[a] = Sums0(velocity_at(node_index(" + node_from("first") + "))); }";
+        text += " part0[a] = " + of_node + "; }";
         for (int a = 0; a < D_; ++a) {
-            const std::string n = std::to_string(a), gradient = facts_.sum_gradients ? ", g[" + n + "]" : "",
-                              sum = "sum_axis" + n + "(part" + n + ", w[" + n + "]" + gradient + ");";
+            const std::string n = std::to_string(a),
+                              gradient = facts_.sum_gradients && !type.empty() ? ", g[" + n + "]" : "",
+                              sum =
+                                  function + (type.empty() ? "" : n) + "(part" + n + ", w[" + n + "]" + gradient + ");";
             const int depth = D_ - a;
             if (a == D_ - 1)
                 text += indented(depth) + "return " + sum;
@@ -285,6 +326,14 @@ private:
             {"STRESS_SUM", listed(
                                D, [](int a) { return "stress[" + std::to_string(a) + "]." + axis(a); }, " + ")},
             {"UPDATE", update()},
+            {"TAKE", take()},
+            {"CLEAR_LOADS", facts_.averages_volume
+                                ? indented(2) + "for (var k = 12u; k < 14u; k++) { atomicStore(&status[k], 0u); }"
+                                : ""},
+            {"CLEAR_RATES",
+             facts_.averages_volume
+                 ? indented(1) + "for (var k = 0u; k < 4u; k++) { atomicStore(&rate_sums[4u * i + k], 0); }"
+                 : ""},
             {"AT_FIRST_RATE",
              facts_.rate_dependent ? facts_.affine ? ", load_affine_velocity(i)" : ", " + no_matrix(D) : ""},
             {"STORE_AFFINE", facts_.affine ? "store_affine_velocity(i, taken.affine);" : ""},
@@ -317,7 +366,8 @@ inline std::string declarations(const Program& program) {
     };
     for (const Buffer& b : program.buffers) {
         const bool is_read_only = b.binding == constants || b.binding == coordinates;
-        const bool is_atomic = b.binding == status || b.binding == counts || b.binding == blocks;
+        const bool is_atomic =
+            b.binding == status || b.binding == counts || b.binding == blocks || b.binding == rate_sums;
         if (b.binding == nodes) {
             declare("node_sums", b, "atomic<i32>", "read_write");
             declare("nodes", b, "vec4<i32>", "read_write");

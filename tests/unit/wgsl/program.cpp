@@ -3,6 +3,8 @@
 #include "support/scenes.hpp"
 #include <firn/field/attraction.hpp>
 #include <firn/field/damped.hpp>
+#include <firn/force/weight_gradient.hpp>
+#include <firn/volumetric/f_bar.hpp>
 #include <firn/wgsl/inputs.hpp>
 #include <firn/wgsl/manifest.hpp>
 #include <firn/wgsl/program.hpp>
@@ -203,6 +205,43 @@ TEST_CASE("Mirrored walls that lie on no plane of nodes, or too near to each oth
     CHECK(refused({1, 0.9375}).empty());
     CHECK(refused({1, 0.95F}).find("on no plane of nodes") != std::string::npos);
     CHECK(refused({0.0625F, 1}).find("2 cells apart") != std::string::npos);
+}
+
+TEST_CASE(
+    "An average of volume changes has passes before G2P, which fold it at mirrored walls; other programs have none") {
+    auto walls = Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {Contact::slip, 0});
+    const auto make = [&](const auto& volume) {
+        return wgsl::make_program<QuadraticBSpline, Apic, WeightGradientForce, 3>(FixedCorotated<float>{}, walls,
+                                                                                  Gravity<float, 3>{}, volume);
+    };
+    const auto last = [](const wgsl::Program& p, int count, bool sorted = false) {
+        const std::vector<std::string> order = wgsl::step_order_of(p, sorted);
+        return std::vector<std::string>(order.end() - count, order.end());
+    };
+    const wgsl::Program own = make(OwnVolume{});
+    CHECK(own.code == wgsl::make_program<QuadraticBSpline, Apic, WeightGradientForce, 3>(FixedCorotated<float>{}, walls,
+                                                                                         Gravity<float, 3>{})
+                          .code);
+    for (const std::string& text : {own.code, wgsl::manifest(own)}) {
+        CHECK(text.find("average") == std::string::npos);
+        CHECK(text.find("rate_sums") == std::string::npos);
+    }
+    const wgsl::Program held = make(FBar{});
+    CHECK(held.name == own.name + "_f_bar");
+    CHECK(held.buffer("rate_sums").count == 4);
+    for (const bool sorted : {false, true})
+        CHECK(last(held, 6, sorted) == std::vector<std::string>{"grid_update", "measure_rates", "choose_rate_scale",
+                                                                "scatter_rates", "average_rates", "g2p"});
+    walls.nodes_behind = NodesBehind::mirrored;
+    const wgsl::Program p = make(FBar{});
+    CHECK(last(p, 9) == std::vector<std::string>{"measure_rates", "choose_rate_scale", "scatter_rates", "convert_rates",
+                                                 "fold_rates_0", "fold_rates_1", "fold_rates_2", "average_rates",
+                                                 "g2p"});
+    for (const std::string& name : wgsl::step_order_of(p))
+        CHECK(std::any_of(p.entry_points.begin(), p.entry_points.end(), [&](const auto& e) {
+            return e.name == name && e.bindings.size() - 1 <= 8 && p.code.find("fn " + name + "(") != std::string::npos;
+        }));
+    CHECK(wgsl::manifest(p).find("\"volume\": \"f_bar\"") != std::string::npos);
 }
 
 TEST_CASE("A field around a field: damping has the uniforms of both, and is given the velocity") {
