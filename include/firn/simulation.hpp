@@ -395,6 +395,7 @@ private:
         volume.check();
         if (!volume.is_due(now_.steps)) return;
         const double share = volume.share(dt * detail::fastest_signal(sets_) / domain().cell_size);
+        if (!(share > 0)) return;
         for_sets([&](auto& set) {
             scatter(dt, [&, number = number_of(set)](const auto&... sets) {
                 filter_volumes<Kernel>(execution, grid_, filter_memory_, mirrors, share, set.material, number, sets...);

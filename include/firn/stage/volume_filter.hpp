@@ -25,12 +25,12 @@ FIRN_INLINE auto volume_change(const State& state) {
     }
 }
 
-/// Returns the part of a particle in the filter of volume ratios: its initial volume V0, or 0 if the material has no
-/// elastic stress in this state.
+/// Returns the part of a particle in the filter of volume ratios: its initial volume V0; 0 if its volume has changed
+/// without elastic stress, as that of spray.
 template <class Material, class State, scalar S>
 FIRN_INLINE S filtered_volume(const Material& material, const State& state, const S& volume) {
-    const S pressure = trace(kirchhoff_stress(material, state));
-    return select(pressure < S(0), volume, select(pressure > S(0), volume, S(0)));
+    const S pressure = trace(kirchhoff_stress(material, state)), change = volume_change(state);
+    return select((pressure == S(0)) & !(change == S(0)), S(0), volume);
 }
 
 /// Returns a state whose volume ratio J is greater by `change` [1], up to terms of the order change². J at most doubles
