@@ -25,7 +25,9 @@ export function extents(manifest, { capacity, nodes }) {
     if (nodes?.length !== manifest.dimension || !nodes.every(good))
         throw new FirnError(`nodes must be ${manifest.dimension} positive multiples of ${blockWidth}, not ${nodes}.`);
     const node = product(nodes), block = node / blockWidth ** manifest.dimension;
-    return { particle: capacity, node, block, axis_node: nodes.reduce((a, b) => a + b, 0), program: 1 };
+    const lines = nodes.map((along, a) => [`${'xyz'[a]}_line`, node / along]);
+    return { particle: capacity, node, block, axis_node: nodes.reduce((a, b) => a + b, 0), program: 1,
+        ...Object.fromEntries(lines) };
 }
 
 /** The bytes of each binding, by its number. Buffers of the manifest that share a binding share memory. */

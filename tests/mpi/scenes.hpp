@@ -92,14 +92,14 @@ auto four_materials(const Execution& execution, NodesBehind nodes_behind = Nodes
 }
 
 /// Water from a source that falls into a sink, through sand and past a disc that moves; each burst lives for a while.
-template <class Execution>
-auto fountain(const Execution& execution, NodesBehind nodes_behind = NodesBehind::held) {
+template <class Execution, class Volume = OwnVolume>
+auto fountain(const Execution& execution, NodesBehind nodes_behind = NodesBehind::held, Volume volume = {}) {
     const Collider<Sphere<float, 2>> disc{.shape = {0.06F}, .position = {0.2, 0.55}, .linear_velocity = {0.6, -0.3}};
     auto walls = Walls<float, 2>::all({0, 0}, {1, 1}, {Contact::separate, 0.3});
     walls.nodes_behind = nodes_behind;
     Simulation simulation(Domain<2>{{0, 0}, {1, 1}, 1. / 96},
                           Materials(Fluid<float>::from_properties({.bulk = 2e4}), Sand<float>::from_properties({})),
-                          execution, Together(walls, disc), Flip<float>{});
+                          execution, Together(walls, disc), Flip<float>{}, volume);
     simulation.template set<0>().add(sample_box<2>({0.0, 0.0}, {0.3, 0.1}, {.spacing = 1. / 192}), 1000);
     simulation.template set<1>().add(sample_box<2>({0.35, 0.0}, {0.7, 0.2}, {.spacing = 1. / 192}), 1600);
     Source<2> source{.samples = sample_box<2>({0.1, 0.3}, {0.16, 0.34}, {.spacing = 1. / 192}),

@@ -183,6 +183,29 @@ void write_solids(const std::filesystem::path& root, const scenes::Matter& matte
                                   Together(scenes::rough_walls<D>(), ball, tube));
 }
 
+/// Blocks in the corners of mirrored walls, some of them inside of the domain and beside a ball.
+void write_mirrored(const std::filesystem::path& root) {
+    const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.3);
+    write_case<2, Apic, MlsForce>(root, "2d_mirrored", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 20, material, 0,
+                                  scenes::mirrored_walls<2>());
+    write_case<2, Pic, WeightGradientForce, FixedCorotated<float>, CubicBSpline>(
+        root, "2d_mirrored_sorted", {0.3, 1.0 / 64, 1.0 / 32, 1.0 / 32}, "step_sorted", 1, material, 0,
+        scenes::mirrored_walls<2>(1.0 / 32));
+    Collider<Sphere<float, 3>> ball{.shape = {0.1F}, .contact = Contact::slip, .friction = 0.2};
+    ball.position = Vec<double, 3>::filled(0.47);
+    write_case<3, Apic, MlsForce>(root, "3d_mirrored", {0.25, 1.0 / 32, 1.0 / 16, 2.0 / 16}, "step", 3, material, 0,
+                                  Together(ball, scenes::mirrored_walls<3>(2.0 / 16)));
+    write_case<3, Pic, MlsForce>(root, "3d_mirrored_pic", {0.25, 1.0 / 32, 1.0 / 16, 0}, "step", 1, material, 0,
+                                 scenes::mirrored_walls<3>());
+    // A host that moves a wall to where there are no nodes.
+    const scenes::MovingBlocks<2, Apic, MlsForce, FixedCorotated<float>> blocks({0.1, 1.0 / 64, 1.0 / 32, 0}, material,
+                                                                                scenes::mirrored_walls<2>());
+    wgsl::Inputs inputs = blocks.inputs();
+    inputs.set("boundary_lower", {0, -0.01});
+    Case files(root / "error_wall", blocks.program);
+    write_case_file<2>(files, blocks.program, inputs, "step", 2, {}, wgsl::detail::mirror_error);
+}
+
 /// The largest signal speed of the particles [m/s].
 template <class Simulation>
 float largest_signal_speed(const Simulation& simulation) {
@@ -376,6 +399,7 @@ int main(int count, char** words) {
         const auto honey = Fluid<float>::from_properties({.viscosity = 5});
         write_case<2, Apic, MlsForce>(root, "2d_fluid", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, honey);
         write_case<3, Pic, MlsForce>(root, "3d_fluid", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, honey);
+        write_mirrored(root);
         write_solids<2>(root, {0.3, 1.0 / 64, 1.0 / 32});
         write_solids<3>(root, {0.25, 1.0 / 32, 1.0 / 16});
         write_case<3, Apic, MlsForce>(root, "3d_nacc", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, Nacc<float>{});

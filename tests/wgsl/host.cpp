@@ -101,6 +101,23 @@ void compare_with_cpu(bool sorted) {
           sentence(status.signal_speed, " m/s instead of ", blocks.simulation.report().signal_speed));
 }
 
+void mirrored_walls() {
+    scenes::MovingBlocks<2, Apic, MlsForce, FixedCorotated<float>> blocks(
+        {0.3, 1.0 / 64, 1.0 / 32, 0}, FixedCorotated<float>::from_young_poisson(1e5, 0.3), scenes::mirrored_walls<2>());
+    webgpu::Simulation simulation(webgpu::Device(), blocks.program, blocks.inputs());
+    simulation.initialise();
+    simulation.step(3);
+    for (int i = 0; i < 3; ++i) blocks.simulation.step();
+    const std::vector<float> moved = simulation.read_buffer("motion");
+    check_same_bits("motion after three steps between mirrored walls", moved, numbers_of(blocks.inputs(), "motion"));
+    simulation.set("boundary_upper", {1, 0.99});
+    simulation.step();
+    check_throws<parameter_error>("a mirrored wall between nodes", {"mirrored wall", "plane of nodes"},
+                                  [&] { simulation.check(); });
+    check_same_bits("with a mirrored wall between nodes particles stay as they were", simulation.read_buffer("motion"),
+                    moved);
+}
+
 void many_steps_are_single_steps() {
     const Blocks<2> blocks;
     webgpu::Simulation together = blocks.on_device(), single = blocks.on_device();
@@ -304,6 +321,7 @@ int main() {
             compare_with_cpu<2>(sorted);
             compare_with_cpu<3>(sorted);
         }
+        mirrored_walls();
         many_steps_are_single_steps();
         sorted_steps_sort();
         errors_of_a_step();

@@ -48,6 +48,9 @@ std::vector<std::int32_t> node_sums(Simulation& simulation, const std::vector<st
 
 struct Matter {
     double side, spacing, cell_size;
+    /// If not negative: the blocks lie in two opposite corners of a box that is so much smaller than the unit box [m],
+    /// and move along its walls and into them.
+    double in_corners = -1;
 };
 
 /// The unit box.
@@ -55,6 +58,25 @@ template <int D>
 firn::Walls<float, D> rough_walls() {
     return firn::Walls<float, D>::all(firn::Vec<float, D>::filled(0), firn::Vec<float, D>::filled(1),
                                       {firn::Contact::separate, 0.3});
+}
+
+/// A box in the unit box, at a distance from its faces [m]. Its walls have all contacts, and are mirrored: at edges and
+/// corners, each contact meets another one.
+template <int D>
+firn::Walls<float, D> mirrored_walls(double inset = 0) {
+    using firn::Contact, firn::Vec, firn::Wall;
+    firn::Walls<float, D> walls{.lower = Vec<float, D>::filled(float(inset)),
+                                .upper = Vec<float, D>::filled(float(1 - inset))};
+    walls.at_lower[0] = Wall{Contact::slip, 0.2};
+    walls.at_lower[1] = Wall{Contact::separate, 0.3};
+    walls.at_upper[0] = Wall{Contact::stick, 0};
+    walls.at_upper[1] = Wall{Contact::slip, 0};
+    if constexpr (D == 3) {
+        walls.at_lower[2] = Wall{Contact::stick, 0};
+        walls.at_upper[2] = Wall{Contact::separate, 0.3};
+    }
+    walls.nodes_behind = firn::NodesBehind::mirrored;
+    return walls;
 }
 
 /// Two blocks after ten steps, strained at random; and the program for what comes next.
@@ -68,7 +90,11 @@ struct MovingBlocks {
     MovingBlocks(const Matter& matter, const Material& material, const Boundary& boundary = rough_walls<D>())
         : domain(box(matter.cell_size)), simulation(domain, material, {}, boundary) {
         simulation.fixed_time_step = 0.1 * matter.cell_size / 20;  // waves: 12 m/s
-        add_two_blocks<D>(simulation, matter.side, matter.spacing);
+        if (matter.in_corners > 0) simulation.warn = {};           // of walls that lie inside of the domain
+        if (matter.in_corners < 0)
+            add_two_blocks<D>(simulation, matter.side, matter.spacing);
+        else
+            add_blocks_in_corners(matter);
         auto& particles = simulation.edit_particles();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
             if (!particles.is_particle(slot)) continue;
@@ -95,6 +121,16 @@ struct MovingBlocks {
     }
 
 private:
+    void add_blocks_in_corners(const Matter& matter) {
+        using V = firn::Vec<double, D>;
+        const firn::SamplingOptions filling{
+            .spacing = matter.spacing, .pattern = firn::Pattern::jittered, .jitter = 0.1};
+        const V low = V::filled(matter.in_corners), high = V::filled(1 - matter.in_corners);
+        V velocity = V::filled(-0.4);
+        velocity[0] = 1.5;
+        simulation.add(firn::sample_box<D>(low, low + V::filled(matter.side), filling), 1000, velocity);
+        simulation.add(firn::sample_box<D>(high - V::filled(matter.side), high, filling), 1000, -velocity);
+    }
     static firn::Domain<D> box(double cell_size) {
         firn::Domain<D> unit;
         unit.cell_size = cell_size;

@@ -164,7 +164,7 @@ void p2g(const Distributed<Coloured>& execution, SparseGrid<S, D>& grid, double 
         const detail::GridOfPieces<S, D> pieces{grid, shared};
         std::size_t material = 0;
         (sums.template mark<Kernel>(sets, material++, pieces), ...);
-        sums.mark_counted(grid);
+        sums.mark_mirrored(grid);
         S* const nodes = grid.nodes(0);
         sums.template expect<node_width>(nodes);
         {
@@ -205,7 +205,7 @@ void p2g(const Distributed<FixedPoint<Integer, How>>& execution, SparseGrid<S, D
         detail::SharedSums<D> sums(state.all, state.of<D>().shared, state.memory, state.mirrors, threads, state.trace);
         std::size_t material = 0;
         (sums.template mark<Kernel>(sets, material++, grid), ...);
-        sums.mark_counted(grid);
+        sums.mark_mirrored(grid);
         detail::JoinQuanta<Integer, S, D> join(state.all, sums);
         const FixedPointScale<S> scale = firn::detail::sum_in_quanta<Kernel, Transfer, Force>(
             static_cast<const FixedPoint<Integer, How>&>(execution), join, grid, dt, sets...);

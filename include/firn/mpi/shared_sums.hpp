@@ -103,30 +103,27 @@ public:
             [&](std::size_t i, int) {
                 const BlockGroup& group = set.partition.groups[groups[i]];
                 const GroupPlaces<View> places(set.view, set.partition, group, positions);
-                const int blocks = group.sparse ? cube_blocks + 2 : 3;
-                ArenaBox<D> box = places.template box<Kernel>(group);
-                extend(box, set.partition.ranges[group.first_range].block, group.sparse, blocks);
-                mark(box, BlocksAround<D>(grid, set.partition, group), blocks);
+                mark(places.template box<Kernel>(group), BlocksAround<D>(grid, set.partition, group),
+                     group.sparse ? cube_blocks + 2 : 3);
             },
             4);
     }
-    /// Marks the nodes beside mirrored walls whose reactions this rank counts. Call it after mark().
+    /// Marks all nodes beside mirrored walls. Call it after mark().
+    ///
+    /// A node beside such a wall depends on the node on the other side, and at an edge on those behind both walls. A
+    /// rank needs them all, for its particles and for the reactions that it counts.
     /// \param grid  the grid of this rank's blocks
     template <std::floating_point S>
-    void mark_counted(const SparseGrid<S, D>& grid) {
+    void mark_mirrored(const SparseGrid<S, D>& grid) {
         for (const MirrorPlane& plane : mirrors_)
             for (std::size_t i = 0; i < shared_.pieces().size(); ++i) {
-                const auto axis = std::size_t(plane.axis);
-                BlockCoordinate<D> block = grid.block(shared_.pieces()[i].block);
+                const int block = grid.block(shared_.pieces()[i].block)[std::size_t(plane.axis)];
                 unsigned sets[D];
                 std::fill(std::begin(sets), std::end(sets), 15u);
-                sets[axis] = 0;
+                sets[plane.axis] = 0;
                 for (int node = plane.node - 1; node <= plane.node + 1; ++node)
-                    if (node >> 2 == block[axis]) sets[axis] |= 1u << (node & 3);
-                if (sets[axis] == 0) continue;
-                block[axis] = (plane.node - plane.inward) >> 2;
-                const std::uint32_t behind = grid.find(wrapped(grid.domain(), block));
-                if (behind != no_block && shared_.counts(behind)) memory_.masks[i] |= BoxMasks<D>::mask(sets);
+                    if (node >> 2 == block) sets[plane.axis] |= 1u << (node & 3);
+                if (sets[plane.axis] != 0) memory_.masks[i] |= BoxMasks<D>::mask(sets);
             }
     }
 
@@ -263,21 +260,6 @@ private:
     /// Number of values of a block.
     template <int Width>
     static constexpr std::size_t numbers = std::size_t(block_nodes<D> * Width);
-
-    /// Extends the box of a group that reaches nodes beside a mirrored wall: to the nodes on both sides of the wall.
-    /// \param block   the block of a range of the group
-    /// \param blocks  number of blocks along each axis of the arena
-    void extend(ArenaBox<D>& box, const BlockCoordinate<D>& block, bool sparse, int blocks) const {
-        constexpr int before = block_size - allowed_drift;
-        for (const MirrorPlane& plane : mirrors_) {
-            const int of_group = block[std::size_t(plane.axis)];
-            const int first = (sparse ? of_group - (of_group & 1) : of_group) * block_size - allowed_drift;
-            int &low = box.first[plane.axis], &high = box.last[plane.axis];
-            if (low > plane.node + 1 - first || high < plane.node - 1 - first) continue;
-            low = std::max(std::min(low, plane.node - 1 - first), -before);
-            high = std::min(std::max(high, plane.node + 1 - first), blocks * block_size - 1 - before);
-        }
-    }
 
     /// Adds the nodes of a box to the masks of the pieces in which they lie.
     /// \param blocks  number of blocks along each axis of the arena

@@ -116,7 +116,7 @@ public:
     ///                them directly to the grid. Both ways give the same bits.
     void step(int count = 1, bool sorted = false) {
         constexpr int in_one_submission = 16, between_checks = 256;
-        const std::vector<std::string>& order = sorted ? wgsl::sorted_step_order : wgsl::step_order;
+        const std::vector<std::string> order = wgsl::step_order_of(*program_, sorted);
         for (int done = 0; done < count;) {
             const int some = std::min(in_one_submission, count - done);
             run(order, some);
@@ -225,9 +225,11 @@ public:
 
     /// Throws if a step has failed; otherwise returns status(). Waits for all steps so far. After a step has failed,
     /// further steps change nothing until initialise() is called.
-    /// \throws overflow_error  if the sum at a node could exceed the range of the integers
-    /// \throws particle_error  if a particle is not finite or has left the domain; the message has the particle's index
-    /// \throws device_error    if the program reports an error code that firn does not know
+    /// \throws overflow_error   if the sum at a node could exceed the range of the integers
+    /// \throws particle_error   if a particle is not finite or has left the domain; the message has the particle's
+    ///                          index
+    /// \throws parameter_error  if a mirrored wall lies on no plane of nodes, or less than 3 cells from another one
+    /// \throws device_error     if the program reports an error code that firn does not know
     Status check() {
         const Status now = status();
         if (now.error == 0) return now;
@@ -237,6 +239,7 @@ public:
         const std::string what =
             sentence(wgsl::error_sentences[now.error - 1], " (", where, "at the latest in step ", steps_, ")");
         constexpr std::uint32_t first_of_particles = 4;
+        if (now.error == wgsl::detail::mirror_error) throw parameter_error(what);
         if (now.error < first_of_particles) throw overflow_error(what);
         throw particle_error(what);
     }
@@ -280,11 +283,15 @@ private:
             along += n;
             blocks *= n / std::uint32_t(block_size);
         }
+        const auto across = [&](std::size_t axis) { return axis < nodes_.size() ? all / nodes_[axis] : 0; };
         for (const auto& [name, count] : {std::pair<const char*, std::uint64_t>{"particle", capacity_},
                                           {"node", all},
                                           {"block", blocks},
                                           {"block_workgroup", blocks},
                                           {"axis_node", along},
+                                          {"x_line", across(0)},
+                                          {"y_line", across(1)},
+                                          {"z_line", across(2)},
                                           {"program", 1},
                                           {"one_workgroup", 1}})
             if (per == name) return count;

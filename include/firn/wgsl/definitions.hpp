@@ -6,6 +6,7 @@
 #include <firn/data/sparse_grid.hpp>
 #include <firn/material/concept.hpp>
 #include <firn/stage/grid_update.hpp>
+#include <firn/stage/mirror_planes.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/wgsl/module.hpp>
 #include <firn/wgsl/stage_shapes.hpp>
@@ -181,6 +182,36 @@ void add_grid_update(Module& module, const Boundary& boundary, const Field& fiel
             return node_velocity(momentum, mass, position, detail::with_uniforms(field, "field"), detail::time_step(),
                                  on_grid(detail::with_uniforms(boundary, "boundary"), detail::cell_size()));
         });
+}
+
+/// Adds, for the k-th of a boundary's mirrored walls (from 0), the functions position_of_wall_k, which returns the
+/// position [m] of the wall along its axis, and mirrored_k, which returns the nodes of a column after the wall has
+/// acted on them. \see stage/mirror.hpp
+/// \param walls  the mirrored walls, in the order in which the boundary reports them
+template <class Kernel, int D, class Boundary>
+void add_mirrors(Module& module, const Boundary& boundary, const std::vector<MirrorPlane>& walls) {
+    using R = recorded;
+    const SurfaceWeights<double> weights = surface_weights<Kernel, double>();
+    for (std::size_t k = 0; k < walls.size(); ++k) {
+        const MirrorPlane& wall = walls[k];
+        const std::string number = std::to_string(k), of_boundary = std::string(Boundary::name) + ", ";
+        module.function<>(
+            "position_of_wall_" + number,
+            of_boundary + "the position of a mirrored wall along axis " + std::to_string(wall.axis) + " [m]", {}, [&] {
+                R found;
+                std::size_t i = 0;
+                detail::with_uniforms(boundary, "boundary").mirrors([&](int, const auto& position, auto&&...) {
+                    if (i++ == k) found = R(position);
+                });
+                return found;
+            });
+        module.function<NodeColumn<R, D>>(
+            "mirrored_" + number, of_boundary + "firn/stage/mirror.hpp: " + name_of(wall.contact), {"column"},
+            [&](const NodeColumn<R, D>& column) {
+                return mirrored(column, wall.axis, wall.inward, wall.contact, R(wall.friction),
+                                SurfaceWeights<R>{R(weights.on), R(weights.beside)});
+            });
+    }
 }
 
 /// Adds the functions of G2P to the module: sum_axis0, … (sums over the nodes along one axis), take_from_grid (a

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <firn/data/particles.hpp>
+#include <firn/kernel/quadratic_b_spline.hpp>
 #include <firn/stage/fixed_point.hpp>
 #include <firn/wgsl/limits.hpp>
 
@@ -84,13 +85,27 @@ void set_parameters(Inputs& inputs, const Policy& policy, const std::string& pre
         prefix + "_");
 }
 
+namespace detail {
+
+/// A boundary that consists of the mirrored walls of a program.
+struct WallsOfProgram {
+    const Program& program;
+    template <class Seen>
+    void mirrors(const Seen& seen) const {
+        for (const auto& [position, wall] : program.mirrors)
+            seen(wall.axis, float(position), wall.inward, wall.contact, wall.friction, wall.part);
+    }
+};
+
+}  // namespace detail
+
 /// Makes the inputs of a program from particles on the CPU. The program's particles have the order of the slots (the
 /// indices of particles in `particles`), but unused slots are left out: particle 0 of the program is the one with the
 /// lowest slot.
 /// \param dt      time step [s]
 /// \param limits  limits of the device on which the program will run
-/// \throws parameter_error  if the domain is periodic, or if a buffer or an entry point exceeds the limits (see
-///                          check_fits())
+/// \throws parameter_error  if the domain is periodic; if a buffer or an entry point exceeds the limits (see
+///                          check_fits()); or if a mirrored wall does not fit the grid (see mirrors_of())
 /// \throws particle_error   if a particle is lighter than 2^−86 kg
 template <int D, class State>
 Inputs make_inputs(const Program& program, const Domain<D>& domain, const Particles<float, D, State>& particles,
@@ -98,6 +113,7 @@ Inputs make_inputs(const Program& program, const Domain<D>& domain, const Partic
     if (is_periodic(domain))
         throw parameter_error(
             "The domain is periodic, which firn's WGSL programs do not support: run the simulation on the CPU.");
+    mirrors_of<QuadraticBSpline>(detail::WallsOfProgram{program}, domain);
     Inputs inputs(program);
     std::vector<std::size_t> slots;
     for (std::size_t slot = 0; slot < particles.slots(); ++slot)

@@ -299,6 +299,66 @@ fn grid_update(${INVOCATION}) {
 }
 )";
 
+/// WGSL text of helper functions for mirrored walls. A column consists of three nodes of a line of nodes along an axis.
+inline constexpr const char* mirror_helpers = R"(
+/// The nodes along one axis: node k of the line is nodes[first + stride * k].
+struct Line {
+    first: u32,
+    stride: u32,
+    count: i32,
+}
+/// The i-th line along an axis with `count` nodes, where `stride` is how far two of them are apart.
+fn line_of_nodes(i: u32, stride: u32, count: u32) -> Line {
+    return Line(i / stride * stride * count + i % stride, stride, i32(count));
+}
+fn load_node(line: Line, k: i32) -> vec4<f32> {
+    if (k < 0 || k >= line.count) { return vec4<f32>(0.0f); }
+    return bitcast<vec4<f32>>(nodes[line.first + line.stride * u32(k)]);
+}
+fn store_node(line: Line, k: i32, v: ${VEC}, mass: f32) {
+    if (k < 0 || k >= line.count) { return; }
+    nodes[line.first + line.stride * u32(k)] = bitcast<vec4<i32>>(vec4<f32>(${V_AXES}, mass));
+}
+/// The nodes behind node `on`, at it and in front of it.
+fn load_column(line: Line, on: i32, inward: i32) -> NodeColumn {
+    let b = load_node(line, on - inward);
+    let o = load_node(line, on);
+    let f = load_node(line, on + inward);
+    return NodeColumn(b.${AXES}, o.${AXES}, f.${AXES}, b.w, o.w, f.w);
+}
+fn store_column(line: Line, on: i32, inward: i32, column: NodeColumn) {
+    store_node(line, on - inward, column.behind, column.mass_behind);
+    store_node(line, on, column.on, column.mass_on);
+    store_node(line, on + inward, column.front, column.mass_front);
+}
+fn has_matter(column: NodeColumn) -> bool {
+    return column.mass_behind > 0.0f || column.mass_on > 0.0f || column.mass_front > 0.0f;
+}
+
+const no_plane: i32 = -1000000;
+/// The index along its axis of the nodes on a wall; no_plane if the wall lies between nodes. `lower` is the position of
+/// the domain's lower end, where the node with the index 4 is.
+fn node_of_wall(position: f32, lower: f32) -> i32 {
+    let cells = (position - lower) / params.cell_size;
+    let node = clamp(round(cells), -900000.0f, 900000.0f);
+    let rounding = 1e-6f + 1e-6f * (abs(position) + abs(lower)) / params.cell_size;
+    return select(no_plane, i32(node) + 4, abs(cells - node) <= rounding);
+}
+)";
+
+/// WGSL text of the entry point ${NAME}, in which all mirrored walls of one part of the boundary across one axis act on
+/// the nodes beside them. An invocation does one line of nodes across these walls.
+inline constexpr const char* mirror = R"(
+@compute @workgroup_size(${GROUP})
+fn ${NAME}(${INVOCATION}) {
+    let i = invocation(group, groups, local);
+    if (i >= ${LINES} || stopped()) { return; }
+    let line = line_of_nodes(i, ${STRIDE}, ${COUNT});
+    let lower = coordinates[${FIRST_COORDINATE}];
+    ${WALLS}
+}
+)";
+
 /// WGSL text of two entry points: g2p, which updates and moves the particles, and initialise, which computes the stress
 /// of the particles before the first step.
 inline constexpr const char* g2p = R"(

@@ -6,6 +6,7 @@
 #include <firn/data/block_partition.hpp>
 #include <firn/data/particle_view.hpp>
 #include <firn/data/sparse_grid.hpp>
+#include <firn/stage/mirror_planes.hpp>
 
 #include <algorithm>
 #include <string>
@@ -53,12 +54,19 @@ struct Buffer {
 struct EntryPoint {
     std::string name;  ///< name of the function in the program
     /// How much to dispatch. "particle", "node": one invocation for each particle or node. "block_workgroup": one
-    /// workgroup for each block of 4^D nodes. "one_workgroup": a single workgroup.
+    /// workgroup for each block of 4^D nodes. "x_line", "y_line", "z_line": one invocation for each line of nodes along
+    /// this axis. "one_workgroup": a single workgroup.
     std::string per;
     int workgroup_size;  ///< number of invocations per workgroup
     /// For each buffer that the entry point uses: the binding number of the buffer, and whether the entry point may
     /// write to the buffer.
     std::vector<std::pair<int, bool>> bindings;
+};
+
+/// A mirrored wall of a program's boundary. \see NodesBehind::mirrored
+struct MirroredWall {
+    double position;    ///< position of the wall along plane.axis [m], when the program was made
+    MirrorPlane plane;  ///< the wall; plane.node is not set, because the program does not know its domain
 };
 
 /// A WGSL program, with everything that a host (the software that starts the program on a GPU) needs to run the
@@ -77,7 +85,8 @@ struct Program {
     std::vector<Uniform> uniforms;         ///< members of the WGSL struct at binding 0
     std::size_t uniform_bytes = 0;         ///< size of the struct of uniforms, a multiple of 16 [bytes]
     std::vector<Buffer> buffers;           ///< the storage buffers, at the bindings from 1 on
-    std::vector<EntryPoint> entry_points;  ///< all entry points, not in the order of a step (see step_order)
+    std::vector<EntryPoint> entry_points;  ///< all entry points, not in the order of a step (see step_order_of())
+    std::vector<MirroredWall> mirrors{};   ///< mirrored walls, in the order in which they act
     std::string code;                      ///< the WGSL text of the program
 
     /// Returns the buffer of a given name.
@@ -221,11 +230,30 @@ void set_start(Program& program, State start) {
     std::apply([&](const auto&... field) { (set(field), ...); }, State::fields());
 }
 
+/// Calls f(k, first, last) for each pass of mirrored walls: the k-th pass (from 0) lets the walls with the indices
+/// first to last − 1 act. These are all walls of one part of the boundary across one axis.
+template <class F>
+void for_mirror_passes(const Program& program, const F& f) {
+    const std::vector<MirroredWall>& walls = program.mirrors;
+    std::size_t first = 0, last = 0;
+    for (int k = 0; first < walls.size(); ++k, first = last) {
+        const MirrorPlane& of = walls[first].plane;
+        while (last < walls.size() && walls[last].plane.axis == of.axis && walls[last].plane.part == of.part) ++last;
+        f(k, first, last);
+    }
+}
+
+/// The error code of a program whose mirrored walls do not fit the grid.
+inline constexpr int mirror_error = 6;
+
+/// Returns the name of the entry point of the k-th pass of mirrored walls.
+inline std::string mirror_pass(int k) { return "mirror_" + std::to_string(k); }
+
 /// Adds the descriptions of the entry points in kernels.hpp to the program. Each description lists the bindings that
 /// the entry point uses.
 inline void add_entry_points(Program& program, const Facts& facts) {
     using Bindings = std::vector<std::pair<int, bool>>;
-    const auto add = [&](const char* name, const char* per, int size, Bindings bindings) {
+    const auto add = [&](const std::string& name, const std::string& per, int size, Bindings bindings) {
         bindings.emplace_back(params, false);
         std::erase_if(bindings, [&](const auto& b) { return b.first == affine && !facts.affine; });
         std::sort(bindings.begin(), bindings.end());
@@ -251,6 +279,10 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     add("order_particles", "particle", size, {{motion, true}, {blocks, true}, {order, true}});
     add("p2g_blocks", "block_workgroup", size, with(particle, {{nodes, true}, {blocks, true}, {order, true}}));
     add("grid_update", "node", size, {{nodes, true}, {coordinates, false}, {status, true}});
+    for_mirror_passes(program, [&](int k, std::size_t first, std::size_t) {
+        const std::string axis(1, "xyz"[program.mirrors[first].plane.axis]);
+        add(mirror_pass(k), axis + "_line", size, {{nodes, true}, {coordinates, false}, {status, true}});
+    });
     add("g2p", "particle", size, with(particle, {{state, true}, {nodes, true}}));
 }
 

@@ -9,11 +9,12 @@
 namespace firn::wgsl {
 
 /// Names of the entry points of one step, in the order to run them. In this kind of step, P2G adds the particles
-/// directly to the grid.
+/// directly to the grid. A program with mirrored walls has further entry points, see step_order_of().
 inline const std::vector<std::string> step_order{"clear",       "measure", "measure_counts", "choose_scale", "p2g",
                                                  "grid_update", "g2p"};
 /// Names of the entry points of one step, in the order to run them. In this kind of step, P2G first sorts the particles
-/// by block and adds them up in workgroup memory.
+/// by block and adds them up in workgroup memory. A program with mirrored walls has further entry points, see
+/// step_order_of().
 inline const std::vector<std::string> sorted_step_order{
     "clear",       "measure",         "measure_counts", "choose_scale", "clear_blocks", "count_blocks",
     "scan_blocks", "order_particles", "p2g_blocks",     "grid_update",  "g2p"};
@@ -30,7 +31,20 @@ inline const std::vector<std::string> error_sentences{
     "A particle is not finite any more. Compare the time step with its bound, and look for a force or a stiffness that "
     "is too large.",
     "A particle has left the domain. Compare the time step with its bound, and look for a force or a stiffness that is "
-    "too large."};
+    "too large.",
+    "A mirrored wall lies on no plane of nodes, or less than 3 cells from another one. Move the wall, or choose cells "
+    "that divide the domain."};
+static_assert(detail::mirror_error == 6, "the number of the last sentence, counted from 1");
+
+/// Returns the names of the entry points of one step of a program, in the order to run them.
+/// \param sorted  whether P2G sorts the particles. \see step_order, sorted_step_order
+inline std::vector<std::string> step_order_of(const Program& program, bool sorted = false) {
+    std::vector<std::string> order = sorted ? sorted_step_order : step_order;
+    detail::for_mirror_passes(program, [&](int k, std::size_t, std::size_t) {
+        order.insert(order.end() - 1, detail::mirror_pass(k));  // before g2p
+    });
+    return order;
+}
 
 /// Returns the manifest of a program: a JSON text that tells hosts in any language how to run the program.
 ///
@@ -52,7 +66,8 @@ inline const std::vector<std::string> error_sentences{
 ///                  a body at rest.
 ///     kernels      for each entry point its name (`entry`); workgroup_size; bindings: the binding number and access
 ///                  of each buffer; per: how much to dispatch. This is one invocation for each "particle" or "node",
-///                  one workgroup for each block ("block_workgroup"), or a single workgroup ("one_workgroup"). A
+///                  one invocation for each line of nodes along an axis ("x_line", "y_line", "z_line"), one
+///                  workgroup for each block ("block_workgroup"), or a single workgroup ("one_workgroup"). A
 ///                  dispatch of n workgroups has x = min(n, 65535) workgroups along x and y = ceil(n / x) along y.
 ///     initialise   the entry points to run once, after the buffers were written
 ///     step         the entry points of a step, in the order to run them
@@ -122,7 +137,8 @@ inline std::string manifest(const Program& program) {
         });
         const auto text = [&](const std::string& s) { json.value(s); };
         json.key("initialise").array(std::vector<std::string>{"initialise"}, text);
-        json.key("step").array(step_order, text).key("step_sorted").array(sorted_step_order, text);
+        json.key("step").array(step_order_of(program), text);
+        json.key("step_sorted").array(step_order_of(program, true), text);
         json.key("status").object([&] {
             int word = 0;
             for (const char* name :
@@ -131,8 +147,8 @@ inline std::string manifest(const Program& program) {
                 json.field(name, word++);
         });
         json.key("errors").object([&] {
-            for (std::size_t i = 0; i < error_sentences.size(); ++i)
-                json.field(std::to_string(i + 1).c_str(), error_sentences[i]);
+            const std::size_t errors = program.mirrors.empty() ? detail::mirror_error - 1 : error_sentences.size();
+            for (std::size_t i = 0; i < errors; ++i) json.field(std::to_string(i + 1).c_str(), error_sentences[i]);
         });
     });
     return json.text();

@@ -24,9 +24,9 @@ public:
                   const Definition& definition) {
         using Result = std::invoke_result_t<Definition, Arguments...>;
         Recording recording;
-        std::size_t n = 0;
+        [[maybe_unused]] std::size_t n = 0;
         std::vector<std::string> parameters;
-        const auto input = [&]<class T>(std::type_identity<T>) {
+        [[maybe_unused]] const auto input = [&]<class T>(std::type_identity<T>) {
             declare<T>();
             parameters.push_back(names[n] + ": " + shape<T>::type());
             T value{};

@@ -38,6 +38,15 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
     uniforms.add("bound_time_step", "u32", "1", "1: no step is longer than the stable one", {0});
 }
 
+/// Sets the mirrored walls of the program.
+template <class Boundary>
+void set_mirrors(Program& program, const Boundary& boundary) {
+    if constexpr (has_mirrors<Boundary>)
+        boundary.mirrors([&](int axis, auto position, int inward, Contact contact, double friction, int part) {
+            program.mirrors.push_back({double(position), {axis, 0, inward, contact, friction, part}});
+        });
+}
+
 }  // namespace detail
 
 /// Makes the WGSL program of a simulation with the given policies: kernel, transfer, force, material, boundary and
@@ -45,6 +54,9 @@ inline void add_uniforms(UniformLayout& uniforms, int dimension) {
 ///
 /// The parameters of the policies become uniforms of the program, which the host can change between steps. Other
 /// members of the policies, such as the contact of a wall, become fixed parts of the program's text.
+///
+/// Mirrored walls must lie on planes of nodes. make_inputs() checks this, because the program does not know its domain;
+/// if the host moves a wall to another place, the next step reports an error. \see NodesBehind::mirrored
 /// \tparam Kernel          the kernel, such as QuadraticBSpline
 /// \tparam Transfer        the transfer: Pic or Apic
 /// \tparam Force           the force form (how P2G computes forces from stress), such as MlsForce
@@ -94,6 +106,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     program.uniform_bytes = (program.uniform_bytes + 15) / 16 * 16;
     const FieldTable table = field_table<float, D, material_state_t<Material, D>>();
     detail::add_buffers(program, facts, table);
+    detail::set_mirrors(program, boundary);
     detail::set_start(program, initial_state<D>(material));
     detail::add_entry_points(program, facts);
 
@@ -102,6 +115,11 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     add_time_step<Kernel>(module);
     add_p2g<Kernel, Transfer, Force, D>(module);
     add_grid_update<D>(module, boundary, field);
+    if constexpr (has_mirrors<Boundary>) {
+        std::vector<MirrorPlane> walls;
+        for (const MirroredWall& wall : program.mirrors) walls.push_back(wall.plane);
+        add_mirrors<Kernel, D>(module, boundary, walls);
+    }
     add_g2p<Kernel, Transfer, Force, D>(module);
     add_material<D>(module, material);
 
@@ -109,7 +127,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     program.code = "// Written by firn " + version() +
                    " from the definitions that run on the CPU: change those, not this.\n// " + program.name + "\n\n" +
                    detail::declarations(program) + "\n" + module.text() + text.helpers() + "\n" +
-                   detail::particle_accessors<D, State>(program, table, facts.affine) + text.entry_points();
+                   detail::particle_accessors<D, State>(program, table, facts.affine) + text.entry_points(program);
     return program;
 }
 

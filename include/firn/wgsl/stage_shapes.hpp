@@ -4,6 +4,7 @@
 #include <firn/material/concept.hpp>
 #include <firn/stage/fixed_point.hpp>
 #include <firn/stage/g2p.hpp>
+#include <firn/stage/mirror.hpp>
 #include <firn/stage/p2g.hpp>
 #include <firn/wgsl/recorded.hpp>
 
@@ -162,6 +163,23 @@ struct shape<FixedPointScale<S>> : struct_shape<FixedPointScale<S>, shape<FixedP
     /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "FixedPointScale"; }
     static constexpr auto members() { return std::tuple{member{"momentum", &T::momentum}, member{"mass", &T::mass}}; }
+    /// @}
+};
+
+/// Translates NodeColumn (three nodes in a line across a wall) to a WGSL struct.
+template <class S, int D>
+struct shape<NodeColumn<S, D>> : struct_shape<NodeColumn<S, D>, shape<NodeColumn<S, D>>> {
+    using T = NodeColumn<S, D>;  ///< the C++ struct
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
+    static std::string name() { return "NodeColumn"; }
+    static constexpr auto members() {
+        return std::tuple{member{"behind", &T::behind},   member{"on", &T::on},
+                          member{"front", &T::front},     member{"mass_behind", &T::mass_behind},
+                          member{"mass_on", &T::mass_on}, member{"mass_front", &T::mass_front}};
+    }
     /// @}
 };
 

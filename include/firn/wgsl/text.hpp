@@ -83,10 +83,11 @@ public:
     std::string helpers() const {
         return filled(text::helpers) + (facts_.sum_gradients ? filled(text::gradient_helpers) : "");
     }
-    std::string entry_points() const {
+    std::string entry_points(const Program& program) const {
         return filled(text::time_step) + filled(text::clear) + filled(text::measure) +
                scatter("scatter", "node_sums", "node_index(" + node_from("first") + ")") + filled(text::p2g) +
                filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}}) + filled(text::grid_update) +
+               mirrors(program) +
                filled(text::g2p, {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
                                   {"GATHER", gather()}});
     }
@@ -163,6 +164,49 @@ private:
         const auto along = [&](int a) { return arena_along(a); };
         return scatter("scatter_in_arena", "arena", "arena_node(" + node_from("first") + ")") +
                "fn arena_node(at: " + vec("i32") + ") -> u32 { return u32(" + flat("at", along) + "); }\n";
+    }
+
+    /// Returns the WGSL text of the passes of mirrored walls; no text if the program has no such walls.
+    std::string mirrors(const Program& program) const {
+        std::string text = program.mirrors.empty() ? "" : filled(text::mirror_helpers);
+        for_mirror_passes(program, [&](int k, std::size_t first, std::size_t last) {
+            text += filled(text::mirror, mirror_names(program, k, first, last));
+        });
+        return text;
+    }
+    Names mirror_names(const Program& program, int pass, std::size_t first, std::size_t last) const {
+        const int across = program.mirrors[first].plane.axis;
+        const auto nodes_along_all = [](std::vector<int> axes) {
+            std::vector<std::string> factors;
+            for (const int a : axes) factors.push_back(nodes_along(a));
+            return factors.empty() ? "1u" : joined(factors, " * ");
+        };
+        std::vector<int> others, later, earlier;
+        for (int a = 0; a < D_; ++a) {
+            if (a != across) others.push_back(a);
+            if (a > across) later.push_back(a);
+            if (a < across) earlier.push_back(a);
+        }
+        std::string walls, wrong;
+        for (std::size_t i = first; i < last; ++i) {
+            const std::string n = std::to_string(i), node = "wall_" + n;
+            walls += "let " + node + " = node_of_wall(position_of_wall_" + n + "(), lower);" + indented(1);
+            wrong += (wrong.empty() ? "" : " || ") + node + " == no_plane";
+            for (std::size_t other = first; other < i; ++other)
+                wrong += " || abs(" + node + " - wall_" + std::to_string(other) + ") < 3";
+        }
+        walls += "if (" + wrong + ") { fail(" + std::to_string(mirror_error) + "u, 0xffffffffu); return; }";
+        for (std::size_t i = first; i < last; ++i) {
+            const std::string n = std::to_string(i), column = "column_" + n,
+                              place = "(line, wall_" + n + ", " + std::to_string(program.mirrors[i].plane.inward);
+            walls += indented(1) + "let " + column + " = load_column" + place + ");" + indented(1) + "if (has_matter(" +
+                     column + ")) { store_column" + place + ", mirrored_" + n + "(" + column + ")); }";
+        }
+        std::string coordinate;
+        for (const int a : earlier) coordinate += nodes_along(a) + " + ";
+        return {
+            {"NAME", mirror_pass(pass)},    {"LINES", nodes_along_all(others)},      {"STRIDE", nodes_along_all(later)},
+            {"COUNT", nodes_along(across)}, {"FIRST_COORDINATE", coordinate + "4u"}, {"WALLS", walls}};
     }
 
     /// Returns the WGSL text of the nested loops in which G2P sums over nodes. The innermost loop is along axis 0, the

@@ -4,6 +4,7 @@
 #include <firn/field/attraction.hpp>
 #include <firn/field/damped.hpp>
 #include <firn/wgsl/inputs.hpp>
+#include <firn/wgsl/manifest.hpp>
 #include <firn/wgsl/program.hpp>
 
 using namespace firn;
@@ -149,6 +150,59 @@ TEST_CASE("The parameters of each of several boundaries are uniforms, which foll
     CHECK(float_at(bytes, p.uniform("boundary_2_rotation").offset + 4) == Approx(std::sin(0.15)));
     CHECK(float_at(bytes, p.uniform("boundary_1_shape_radius").offset) == 0.25F);
     CHECK_THROWS_AS(set_parameters(inputs, boundary, "field"), usage_error);
+}
+
+TEST_CASE("Mirrored walls act in a pass for each axis and part, after the grid update; other programs have none") {
+    auto walls = Walls<float, 3>::all({0, 0, 0}, {1, 1, 1}, {Contact::slip, 0.1});
+    walls.at_upper[2].contact = Contact::none;
+    const auto make = [](const auto& boundary) {
+        return wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 3>(FixedCorotated<float>{}, boundary);
+    };
+    const wgsl::Program held = make(walls);
+    CHECK(held.mirrors.empty());
+    CHECK(wgsl::step_order_of(held) == wgsl::step_order);
+    CHECK(wgsl::step_order_of(held, true) == wgsl::sorted_step_order);
+    for (const std::string& text : {held.code, wgsl::manifest(held)}) CHECK(text.find("mirror") == std::string::npos);
+
+    walls.nodes_behind = NodesBehind::mirrored;
+    auto inner = walls;
+    inner.lower = {0.25, 0.25, 0.25};
+    const wgsl::Program p = make(Together(walls, inner));
+    REQUIRE(p.mirrors.size() == 10);
+    CHECK(p.mirrors[1].position == 1);
+    CHECK(p.mirrors[1].plane.inward == -1);
+    CHECK(p.mirrors[9].plane.axis == 2);
+    CHECK(p.mirrors[9].plane.part == 1);
+    for (const bool sorted : {false, true}) {
+        const std::vector<std::string> order = wgsl::step_order_of(p, sorted);
+        const auto first = std::find(order.begin(), order.end(), "grid_update");
+        REQUIRE(order.end() - first == 8);
+        CHECK(std::vector<std::string>(first, order.end()) ==
+              std::vector<std::string>{"grid_update", "mirror_0", "mirror_1", "mirror_2", "mirror_3", "mirror_4",
+                                       "mirror_5", "g2p"});
+    }
+    std::string axes;
+    for (const wgsl::EntryPoint& e : p.entry_points)
+        if (e.name.starts_with("mirror_")) axes += e.per[0];
+    CHECK(axes == "xyzxyz");
+    CHECK(p.code.find("let wall_0 = node_of_wall(position_of_wall_0(), lower);") != std::string::npos);
+    CHECK(wgsl::manifest(p).find(wgsl::error_sentences.back()) != std::string::npos);
+}
+
+TEST_CASE("Mirrored walls that lie on no plane of nodes, or too near to each other, are refused with the inputs") {
+    Domain<2> domain;
+    domain.cell_size = 1.0 / 32;
+    Simulation<2> simulation(domain);
+    scenes::add_two_blocks<2>(simulation, 0.2, 1.0 / 32);
+    const auto refused = [&](const Vec<float, 2>& upper) {
+        auto walls = Walls<float, 2>::all({0, 0}, upper, {Contact::slip, 0});
+        walls.nodes_behind = NodesBehind::mirrored;
+        const wgsl::Program p = wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(FixedCorotated<float>{}, walls);
+        return message([&] { (void)wgsl::make_inputs<2>(p, domain, simulation.particles(), 1e-4); });
+    };
+    CHECK(refused({1, 0.9375}).empty());
+    CHECK(refused({1, 0.95F}).find("on no plane of nodes") != std::string::npos);
+    CHECK(refused({0.0625F, 1}).find("2 cells apart") != std::string::npos);
 }
 
 TEST_CASE("A field around a field: damping has the uniforms of both, and is given the velocity") {

@@ -1,0 +1,75 @@
+/// \file The mirrored walls of a boundary on a grid. \see NodesBehind::mirrored
+#pragma once
+
+#include <firn/boundary/concept.hpp>
+#include <firn/core/error.hpp>
+#include <firn/data/domain.hpp>
+#include <firn/stage/mirror.hpp>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace firn {
+
+/// A wall behind which nodes move like mirror images of the nodes in front of it.
+struct MirrorPlane {
+    int axis = 0,                         ///< The axis across the wall.
+        node = 0,                         ///< Index of the nodes on the wall, from the domain's lower corner.
+        inward = 1;                       ///< 1 if matter lies above the wall along the axis, −1 if it lies below.
+    Contact contact = Contact::separate;  ///< How matter may move at the wall.
+    double friction = 0;                  ///< Coulomb's friction coefficient [1]
+    int part = 0;                         ///< Index of the boundary's part that the wall belongs to.
+};
+
+/// The mirrored walls of a boundary on a grid.
+struct Mirrors {
+    std::vector<MirrorPlane> planes;   ///< All walls; those of one part and one axis follow each other.
+    SurfaceWeights<double> weights{};  ///< Weights of the nodes at the surface of a wall.
+};
+
+namespace detail {
+
+/// Checks a mirrored wall, and adds it to the list of walls.
+/// \param on_grid    position of the wall, counted in cells from the domain's lower corner
+/// \param tolerance  largest rounding error of this position [cells]
+[[gnu::cold]] inline void add_mirror(std::vector<MirrorPlane>& planes, const MirrorPlane& plane, double on_grid,
+                                     double tolerance, double position, double cell_size) {
+    if (!(std::abs(on_grid - plane.node) <= tolerance))
+        throw parameter_error(sentence(
+            "The wall at ", position, " m along axis ", plane.axis, " lies ", on_grid,
+            " cells above the lower end of the domain, on no plane of nodes. A mirrored wall must lie on one: move it, "
+            "choose cells that divide the domain (now ",
+            cell_size, " m), or set nodes_behind to NodesBehind::held."));
+    for (const MirrorPlane& other : planes)
+        if (other.part == plane.part && other.axis == plane.axis && std::abs(other.node - plane.node) < 3)
+            throw parameter_error(sentence("Two mirrored walls across axis ", plane.axis, " are ",
+                                           std::abs(other.node - plane.node),
+                                           " cells apart; at least 3 are needed. Take smaller cells, or set "
+                                           "nodes_behind to NodesBehind::held."));
+    planes.push_back(plane);
+}
+
+}  // namespace detail
+
+/// Returns the mirrored walls of a boundary. There are none if the boundary has no function mirrors().
+/// \throws parameter_error  if a mirrored wall lies on no plane of nodes, or if two opposite ones are fewer than 3
+///                          cells apart
+template <class Kernel, class Boundary, int D>
+Mirrors mirrors_of(const Boundary& boundary, const Domain<D>& domain) {
+    Mirrors mirrors;
+    if constexpr (has_mirrors<Boundary>) {
+        boundary.mirrors([&](int axis, auto position, int inward, Contact contact, double friction, int part) {
+            const double on_grid = (double(position) - domain.lower[axis]) / domain.cell_size;
+            const double rounding = double(std::numeric_limits<decltype(position)>::epsilon());
+            const double tolerance =
+                1e-6 + 4 * rounding * (std::abs(domain.lower[axis]) + std::abs(domain.upper[axis])) / domain.cell_size;
+            detail::add_mirror(mirrors.planes, {axis, int(std::lround(on_grid)), inward, contact, friction, part},
+                               on_grid, tolerance, double(position), domain.cell_size);
+        });
+        mirrors.weights = surface_weights<Kernel, double>();
+    }
+    return mirrors;
+}
+
+}  // namespace firn
