@@ -78,7 +78,7 @@ void gather_numbers(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, 
 /// \throws overflow_error  if fixed-point sums could overflow
 template <class Kernel, class Execution, std::floating_point S, int D, class Material, class... Views>
 void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMemory<S>& memory, const Mirrors& mirrors,
-                    double share, const Material& material, std::size_t k, const ParticleSet<Views>&... sets) {
+                    S share, const Material& material, std::size_t k, const ParticleSet<Views>&... sets) {
     using P = native_pack<S>;
     using Lifted = with_scalar_t<Material, P>;
     using State = material_state_t<Lifted, D>;
@@ -116,7 +116,7 @@ void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMe
             detail::for_registers(set, threads, [&](const Slots& slots) {
                 State state = load_state<State>(set.view.state, slots);
                 const P change = filtered_change(volume_change(state), values.template load<P>(slots, 0),
-                                                 averages.template load<P>(slots, 0), P(S(share)));
+                                                 averages.template load<P>(slots, 0), P(share));
                 const auto takes_part = volumes.template load<P>(slots, 0) > P(0);
                 const auto before = kirchhoff_stress(lifted, state);
                 state = with_volume_change<D>(lifted, state, select(takes_part, change, P(0)));
