@@ -33,6 +33,7 @@
 #include <firn/exec/p2g.hpp>
 #include <firn/exec/reactions.hpp>
 #include <firn/exec/transfer_passes.hpp>
+#include <firn/exec/volume_filter.hpp>
 #include <firn/exec/volume_passes.hpp>
 #include <firn/field/attraction.hpp>
 #include <firn/field/damped.hpp>
@@ -67,3 +68,4 @@
 #include <firn/version.hpp>
 #include <firn/volumetric/f_bar.hpp>
 #include <firn/volumetric/own_volume.hpp>
+#include <firn/volumetric/volume_filter.hpp>

@@ -13,6 +13,7 @@
 #include <firn/exec/p2g_fixed_point.hpp>
 #include <firn/exec/totals.hpp>
 #include <firn/exec/transfer_passes.hpp>
+#include <firn/exec/volume_filter.hpp>
 #include <firn/exec/volume_passes.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
@@ -58,7 +59,7 @@ namespace firn {
 /// \tparam Kernel     the weights of nodes: QuadraticBSpline, CubicBSpline or Linear
 /// \tparam Execution  how P2G sums the contributions to a node: Coloured, Serial or FixedPoint
 /// \tparam Boundary   walls, colliders or both. \see boundary/concept.hpp
-/// \tparam Volume     the volumetric policy: OwnVolume, or FBar against locking
+/// \tparam Volume     the volumetric policy: OwnVolume, FBar against locking, or VolumeFilter for a quiet pressure
 template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, class Force = MlsForce,
           class Kernel = QuadraticBSpline, class Execution = Coloured,
           class Boundary = Walls<detail::precision_of_t<Material>, D>, class Volume = OwnVolume>
@@ -130,6 +131,7 @@ public:
                       "arguments out, firn::Simulation simulation(domain, material, walls), or name the policies: "
                       "firn::SimulationWith<3, Snow<float>, Walls<float, 3>, Flip<>>.");
         transfer = detail::one_of<Transfer>([] { return Transfer{}; }, first, rest...);
+        volume = detail::one_of<Volume>([] { return Volume{}; }, first, rest...);
     }
 
     /// This overload does not compile: the compiler prints a message that the domain does not have the dimension of the
@@ -155,6 +157,7 @@ public:
     Boundary boundary;    ///< Walls and colliders. A step moves the ones with a velocity.
     Execution execution;  ///< How P2G sums contributions, and the number of threads of all stages.
     Transfer transfer{};  ///< The transfer policy, with its parameters.
+    Volume volume{};      ///< The volumetric policy, with its parameters.
     /// The impulse and the angular impulse that each part of the boundary exerted on matter in the last step. They are
     /// computed only if `reactions` holds a value when the step begins: call `simulation.reactions.emplace()`.
     std::optional<Reactions<D>> reactions{};
@@ -355,6 +358,7 @@ private:
         });
         if (sorted) activate();
         for_sets([&](auto& set) { set.push(now_, dt, workers()); });
+        if constexpr (filters_volume<Volume>) filter_all_volumes(dt, mirrors);
         make_grid(dt, mirrors);
         if constexpr (boundary_fits)
             grid_update(execution, grid_, dt, acceleration, boundary, mirrors, reactions ? &*reactions : nullptr);
@@ -386,6 +390,17 @@ private:
 
     void make_grid(double dt, const Mirrors& mirrors) {
         scatter(dt, [&](const auto&... sets) { make_grid(dt, mirrors, sets...); });
+    }
+    void filter_all_volumes(double dt, const Mirrors& mirrors) {
+        volume.check();
+        if (!volume.is_due(now_.steps)) return;
+        const double share = volume.share(dt * detail::fastest_signal(sets_) / domain().cell_size);
+        if (!(share > 0)) return;
+        for_sets([&](auto& set) {
+            scatter(dt, [&, number = number_of(set)](const auto&... sets) {
+                filter_volumes<Kernel>(execution, grid_, filter_memory_, mirrors, share, set.material, number, sets...);
+            });
+        });
     }
     void average_volumes(double dt, const Mirrors& mirrors, std::size_t number) {
         scatter(dt, [&](const auto&... sets) {
@@ -484,6 +499,7 @@ private:
     Sets sets_;
     TransferMemory<S> transfer_memory_;
     VolumeMemory<S> volume_memory_;
+    FilterMemory<S> filter_memory_;
     double bound_ = 0;  // bound of the time step, for the present step [s]
     detail::Warnings warnings_;
 };

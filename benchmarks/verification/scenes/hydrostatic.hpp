@@ -19,18 +19,19 @@ struct WaterState {
     double speed = 0;   ///< root of the mean square over √(g H)
 };
 
-template <class S, class Transfer, class Force, class Kernel>
+template <class S, class Transfer, class Force, class Kernel, class Volume = firn::OwnVolume>
 struct Hydrostatic {
     static constexpr double height = 0.1, width = 0.2, density = 1800, bulk = 1e6, g = 9.81,
                             pressure = density * g * height;
 
-    firn::Simulation<2, firn::Fluid<S>, Transfer, Force, Kernel> simulation;
+    firn::SimulationWith<2, firn::Fluid<S>, Transfer, Force, Kernel, Volume> simulation;
 
-    explicit Hydrostatic(double h)
+    explicit Hydrostatic(double h, firn::NodesBehind behind = firn::NodesBehind::held)
         : simulation({{0.0, 0.0}, {width, 0.15}, h}, firn::Fluid<S>::from_properties({.bulk = bulk, .gamma = 7})) {
         auto& boundary = simulation.boundary;
         boundary.at_lower = {firn::Wall{firn::Contact::slip}, firn::Wall{firn::Contact::slip}};
         boundary.at_upper[0] = {firn::Contact::slip};
+        boundary.nodes_behind = behind;
         simulation.reactions.emplace();
         simulation.add(firn::sample_box<2>({0.0, 0.0}, {width, height}, {.spacing = h / 2}), density);
     }

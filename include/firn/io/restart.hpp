@@ -259,6 +259,7 @@ struct RestoredSet {
     bool converted;  ///< if so, only the two members above count
     decltype(Simulation::boundary) boundary;
     decltype(Simulation::transfer) transfer;
+    decltype(Simulation::volume) volume;
     std::vector<double> gravity{};
     double fixed_time_step = 0, most_steps_between_sorts = 0;
 };
@@ -280,7 +281,8 @@ RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>
         {state.time, state.step, state.last_time_step},
         how == Restart::converted,
         simulation.boundary,
-        simulation.transfer};
+        simulation.transfer,
+        simulation.volume};
     auto& stored = made.stored;
     read.read(stored.particles, made.converted);
     stored.bodies = read.bodies();
@@ -291,6 +293,7 @@ RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>
         read.set_places(stored.particles, stored.partition, Kernel::base_shift, !stored.report.sort_needed);
         restore_parameters(made.boundary, state, "boundary");
         restore_parameters(made.transfer, state, "transfer");
+        restore_parameters(made.volume, state, "volumetric");
     }
     if (state.size() > 0)
         check_positions<double, D>(state.size(), simulation.domain(),
@@ -315,6 +318,7 @@ void give_set(Simulation& simulation, RestoredSet<Simulation, I>&& made) {
     if (made.converted) return;
     simulation.boundary = made.boundary;
     simulation.transfer = made.transfer;
+    simulation.volume = made.volume;
     std::copy(made.gravity.begin(), made.gravity.end(), simulation.gravity.v);
     simulation.fixed_time_step = made.fixed_time_step;
     simulation.most_steps_between_sorts = std::uint64_t(made.most_steps_between_sorts);
@@ -328,10 +332,10 @@ void give_set(Simulation& simulation, RestoredSet<Simulation, I>&& made) {
 /// material, loads, forces between particles, sources and sinks. Loads and forces refer to bodies, so add loads and
 /// forces after the particles were added or restored. The particles of the state replace all particles of the set.
 ///
-/// restore() takes from the state: particles, bodies, time, number of steps, all parameters of the transfer and of the
-/// boundary (including the position of a moving boundary), gravity, fixed_time_step and most_steps_between_sorts. To
-/// change one of these, call restore() first, and then set the new value. The number of threads is not taken from the
-/// state.
+/// restore() takes from the state: particles, bodies, time, number of steps, all parameters of the transfer, of the
+/// volumetric policy and of the boundary (including the position of a moving boundary), gravity, fixed_time_step and
+/// most_steps_between_sorts. To change one of these, call restore() first, and then set the new value. The number of
+/// threads is not taken from the state.
 ///
 /// In a simulation with several materials, call restore() once for each material, with states of the same time.
 ///

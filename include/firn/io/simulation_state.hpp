@@ -166,6 +166,9 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
     for_parameters(simulation.transfer, [&](const std::string& name, const char* unit, const auto& value) {
         parameter("transfer", name, unit, as_doubles(value));
     });
+    for_parameters(simulation.volume, [&](const std::string& name, const char* unit, const auto& value) {
+        parameter("volumetric", name, unit, as_doubles(value));
+    });
     for_parameters(simulation.boundary, [&](const std::string& name, const char* unit, const auto& value) {
         parameter("boundary", name, unit, as_doubles(value));
     });

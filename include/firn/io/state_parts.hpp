@@ -138,8 +138,8 @@ inline const StateTable& table(const std::vector<StateTable>& tables, const char
 ///
 ///     restore_parameters(simulation.boundary, state, "boundary");
 ///
-/// \param policy  a boundary or a transfer
-/// \param group   the group of the state's parameters, "boundary" or "transfer"
+/// \param policy  a boundary, a transfer or a volumetric policy
+/// \param group   the group of the state's parameters, "boundary", "transfer" or "volumetric"
 /// \throws io_error  if the state lacks a parameter of the policy, if a parameter has another number of values in the
 ///                   state than in the policy, or if a value is NaN or has a magnitude of at least 1e300; the policy is
 ///                   then unchanged

@@ -10,6 +10,7 @@
 #include <firn/core/tensor.hpp>
 
 #include <concepts>
+#include <cstdint>
 
 namespace firn {
 
@@ -33,5 +34,13 @@ template <class V>
 concept volumetric =
     has_averages_volume_flag<V> &&
     (!V::averages_volume || (has_averaged_gradient<V, float, 3> && has_averaged_gradient<V, double, 2>));
+
+/// Whether the volumetric policy V filters the volume ratios of the particles between steps: it has functions
+/// `is_due(steps)` and `share(crossed)`. \see VolumeFilter
+template <class V>
+inline constexpr bool filters_volume = requires(const V v) {
+    { v.is_due(std::uint64_t(0)) } -> std::same_as<bool>;
+    { v.share(0.0) } -> std::same_as<double>;
+};
 
 }  // namespace firn

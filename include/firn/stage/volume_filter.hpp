@@ -1,0 +1,64 @@
+/// \file The filter of volume ratios: what it does to one particle. \see VolumeFilter
+#pragma once
+
+#include <firn/material/concept.hpp>
+
+namespace firn {
+
+/// Whether a material's state contains a volume ratio J [1].
+template <class State>
+inline constexpr bool has_volume_ratio = requires(State state) { state.J; };
+/// Whether a material's state contains a volume ratio J or a deformation gradient F, whose determinant is J.
+template <class State>
+inline constexpr bool has_volume = has_volume_ratio<State> || requires(State state) { state.F; };
+
+/// Returns the relative change of the volume of a particle, J − 1, from the state of its material [1].
+template <class State>
+FIRN_INLINE auto volume_change(const State& state) {
+    if constexpr (has_volume_ratio<State>) {
+        using S = std::remove_cvref_t<decltype(state.J)>;
+        return state.J - S(1);
+    } else {
+        const auto J = determinant(state.F);
+        using S = std::remove_cvref_t<decltype(J)>;
+        return J - S(1);
+    }
+}
+
+/// Returns the part of a particle in the filter of volume ratios: its initial volume V0; 0 if its volume has changed
+/// without elastic stress, as that of spray.
+template <class Material, class State, scalar S>
+FIRN_INLINE S filtered_volume(const Material& material, const State& state, const S& volume) {
+    const S pressure = trace(kirchhoff_stress(material, state)), change = volume_change(state);
+    return select((pressure == S(0)) & !(change == S(0)), S(0), volume);
+}
+
+/// Returns a state whose volume ratio J is greater by `change` [1], up to terms of the order change². J at most doubles
+/// or halves. The return mapping of the material, if it has one, follows.
+template <int D, class Material, class State, scalar S>
+FIRN_INLINE State with_volume_change(const Material& material, State state, const S& change) {
+    const S J = volume_change(state) + S(1);
+    const S ratio = max(min(change / max(J, S(1e-3)), S(1)), S(-0.5));
+    if constexpr (has_volume_ratio<State>) {
+        state.J = state.J + state.J * ratio;
+        return state;
+    } else {
+        state.F = state.F + state.F * (ratio * S(1.0 / D));
+        if constexpr (requires { material.returned_with_stress(state); })
+            return material.returned_with_stress(state).state;
+        else
+            return returned_by(material, state);
+    }
+}
+
+/// Returns how much a pass of the filter changes J: −b (1 − A)² (J − 1) [1].
+/// \param own    J − 1 of the particle
+/// \param once   A (J − 1): the average of J − 1 around the particle
+/// \param twice  A² (J − 1): the average of the averages
+/// \param share  b, from 0 to 1
+template <scalar S>
+FIRN_INLINE S filtered_change(const S& own, const S& once, const S& twice, const S& share) {
+    return (once - own + (once - twice)) * share;
+}
+
+}  // namespace firn

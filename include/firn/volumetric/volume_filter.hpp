@@ -1,0 +1,68 @@
+/// \file A filter of the volume ratios against noise of the pressure.
+#pragma once
+
+#include <firn/core/error.hpp>
+#include <firn/core/parameters.hpp>
+#include <firn/volumetric/concept.hpp>
+
+#include <cmath>
+
+namespace firn {
+
+/// A filter that removes from the volume ratios J of the particles what no node feels, so that the pressure stays
+/// smooth. Use VolumeFilter for fluids and for soft solids that flow or rest for a long time.
+///
+/// There are more particles than nodes. So many patterns of J over the particles of one cell cause almost no force on
+/// any node (null modes): nothing drives them back, and they grow while particles move. Every few steps, the filter
+/// lets them decay:
+///
+///     J ← J − b (1 − A)² J,        b = x/(1 + x),        x = rate · every · dt c/h
+///     (A J)_p = Σ_i N_ip J_i,      J_i = Σ_p N_ip V0_p J_p / Σ_p N_ip V0_p
+///
+/// N_ip is the weight of particle p at node i, V0_p its initial volume, h the cell size, c the largest signal speed.
+/// The average A is taken among the particles of one set (one material). A particle without elastic stress, such as a
+/// drop of spray with J > 1, takes no part. A material that stores a deformation gradient F has J = det F, and F is
+/// scaled; then the return mapping of the material follows.
+///
+/// A has eigenvalues from 0 to 1. So the filter never increases Σ V0 J², and it keeps the volume Σ V0 J. A pattern of
+/// wave number k decays by the share b (kh)⁴/16 in one pass: waves that the grid resolves and the slope of a
+/// hydrostatic pressure are left as they are. A plain average (1 − A in place of its square) flattens the pressure
+/// below a free surface. The filter does not repair what walls do: use it with mirrored walls.
+/// \see NodesBehind
+///
+/// Other filters of null modes: Gritton and Berzins 2017, "Improving accuracy in the MPM method using a null space
+/// filter"; Tran and Sołowski 2019, "Temporal and null-space filter for the material point method".
+struct VolumeFilter {
+    static constexpr const char* name = "volume_filter";
+    static constexpr bool averages_volume = false;  ///< Rates of volume change are not averaged.
+
+    int every = 8;    ///< number of steps from one pass of the filter to the next, 1 or more [1]
+    double rate = 1;  ///< rate of the decay of null modes, per time h/c in which sound crosses a cell [1]
+
+    /// Checks the parameters.
+    /// \throws parameter_error  if `every` is less than 1, or `rate` is negative or not finite
+    void check() const {
+        if (every < 1)
+            throw parameter_error(sentence("The filter of volume ratios is to act every ", every,
+                                           " steps; give 1 or more. To leave it out, choose the policy OwnVolume."));
+        if (!(rate >= 0) || !std::isfinite(rate))
+            throw parameter_error(
+                sentence("The rate of the filter of volume ratios is ", rate, "; it must be finite and not negative."));
+    }
+    static constexpr auto parameters() {
+        return std::tuple{parameter{"every", "1", &VolumeFilter::every}, parameter{"rate", "1", &VolumeFilter::rate}};
+    }
+
+    /// Returns whether a pass of the filter belongs to the step after `steps` steps.
+    bool is_due(std::uint64_t steps) const { return (steps + 1) % std::uint64_t(every) == 0; }
+    /// Returns the share b of the null modes that one pass removes [1].
+    /// \param crossed  dt c/h: the way of sound in one step [cells]
+    double share(double crossed) const {
+        const double x = rate * every * crossed;
+        return x / (1 + x);
+    }
+};
+
+static_assert(volumetric<VolumeFilter> && filters_volume<VolumeFilter>);
+
+}  // namespace firn
