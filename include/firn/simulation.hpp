@@ -394,7 +394,7 @@ private:
     void filter_all_volumes(double dt, const Mirrors& mirrors) {
         volume.check();
         if (!volume.is_due(now_.steps)) return;
-        const double share = volume.share(dt * detail::fastest_signal(sets_) / domain().cell_size);
+        const S share = volume.share(S(dt / domain().cell_size) * S(detail::fastest_signal(sets_)));
         if (!(share > 0)) return;
         for_sets([&](auto& set) {
             scatter(dt, [&, number = number_of(set)](const auto&... sets) {

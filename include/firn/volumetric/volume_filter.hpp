@@ -3,6 +3,7 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/parameters.hpp>
+#include <firn/core/scalar.hpp>
 #include <firn/volumetric/concept.hpp>
 
 #include <cmath>
@@ -57,9 +58,10 @@ struct VolumeFilter {
     bool is_due(std::uint64_t steps) const { return (steps + 1) % std::uint64_t(every) == 0; }
     /// Returns the share b of the null modes that one pass removes [1].
     /// \param crossed  dt c/h: the way of sound in one step [cells]
-    double share(double crossed) const {
-        const double x = rate * every * crossed;
-        return x / (1 + x);
+    template <scalar S>
+    S share(const S& crossed) const {
+        const S x = S(rate * every) * crossed;
+        return x / (S(1) + x);
     }
 };
 
