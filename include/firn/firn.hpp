@@ -41,6 +41,7 @@
 #include <firn/force/mls.hpp>
 #include <firn/force/none.hpp>
 #include <firn/force/weight_gradient.hpp>
+#include <firn/kernel/compact_quartic.hpp>
 #include <firn/kernel/cubic_b_spline.hpp>
 #include <firn/kernel/linear.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>

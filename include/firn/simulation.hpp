@@ -56,7 +56,7 @@ namespace firn {
 ///                    several models as `Materials<…>`. Each model has its own set of particles: `set<Snow<float>>()`
 /// \tparam Transfer   how velocities are transferred to the grid and back: Apic, Pic, Flip, …
 /// \tparam Force      how stresses become forces on nodes: MlsForce or WeightGradientForce
-/// \tparam Kernel     the weights of nodes: QuadraticBSpline, CubicBSpline or Linear
+/// \tparam Kernel     the weights of nodes: QuadraticBSpline, CubicBSpline, CompactQuartic or Linear
 /// \tparam Execution  how P2G sums the contributions to a node: Coloured, Serial or FixedPoint
 /// \tparam Boundary   walls, colliders or both. \see boundary/concept.hpp
 /// \tparam Volume     the volumetric policy: OwnVolume, FBar against locking, or VolumeFilter for a quiet pressure

@@ -2,6 +2,7 @@
 #include "scenes/cantilever.hpp"
 
 #include "case.hpp"
+#include "scenes/free_surface.hpp"
 
 using namespace firn;
 using namespace verification;
@@ -100,15 +101,28 @@ Curve line(const std::string& label, int cells) {
 struct Far {
     static constexpr double weight = 15;
     Curve loaded, unloaded;
+    Curve of_F, of_positions;  ///< strain of each layer of particles near the clamp, when bent
 };
-template <class Force>
+template <class Force, class Kernel = Q>
 Far bend_far(const std::string& label) {
-    Cantilever<Apic, Force, Q> beam(8);
+    Cantilever<Apic, Force, Kernel> beam(8);
     beam.settle(Far::weight);
-    Far out{axis_of(beam, label), {}};
+    Far out{axis_of(beam, label), {}, {label + ", by F"}, {label + ", by positions", {}, {}, Curve::Kind::published}};
+    for (const auto& layer : beam.layers(0.05, 0.3)) {
+        out.of_F.add(layer.y, layer.of_F);
+        out.of_positions.add(layer.y, layer.of_positions);
+    }
     beam.settle(0);
     out.unloaded = axis_of(beam, label + ", let go");
     return out;
+}
+
+/// The power of forces at a free surface of slope 0.1, over the number of particles a cell and axis.
+template <class Kernel, class Force>
+Curve surface(const std::string& label) {
+    Curve curve{label};
+    for (const int n : {2, 3, 4, 6, 8, 12, 16}) curve.add(n, power_at_free_surface<Kernel, Force>(0.1, n));
+    return curve;
 }
 
 }  // namespace
@@ -127,12 +141,13 @@ int main(int argc, char** argv) {
 
     const Study apic = study<Apic, MlsForce, Q>("APIC", cells);
     const Study gradient = study<Apic, WeightGradientForce, Q>("APIC, weight gradients", quick ? few : some);
+    const Study quartic = study<Apic, WeightGradientForce, CompactQuartic>("APIC, compact quartic", quick ? few : some);
     const Study cubic = study<Apic, MlsForce, CubicBSpline>("APIC, cubic splines", quick ? few : some);
     const Study four = study<Apic, MlsForce, Q>("APIC, 4 × 4 a cell", quick ? std::vector{2} : few, {}, 4);
     const Study flip = study<Flip<double>, MlsForce, Q>("FLIP 0.999", quick ? few : some, {0.999});
     Plot& errors = report.plot({"errors", "Deflection: error over h", "h [m]", "|δ / theory − 1|", true});
     Plot& periods = report.plot({"periods", "Period: error over h", "h [m]", "|T / theory − 1|", true});
-    for (const Study* each : {&apic, &gradient, &cubic, &four, &flip}) {
+    for (const Study* each : {&apic, &gradient, &quartic, &cubic, &four, &flip}) {
         if (each->cells.size() < 2) continue;
         errors.curves.push_back(each->errors(each->deflection, ""));
         periods.curves.push_back(each->errors(each->period, ""));
@@ -154,13 +169,24 @@ int main(int argc, char** argv) {
     for (std::size_t i = 0; i <= 1000; i += 10) bent.add(double(i) / 1000, -down[i]);
     Curve straight{"small deflections", {}, {}, Curve::Kind::published};
     for (int i = 0; i <= 20; ++i) straight.add(i / 20., -Far::weight * BeamTheory::deflection(i / 20.));
-    const Far mls = bend_far<MlsForce>("MLS"), weights = bend_far<WeightGradientForce>("weight gradients");
-    far.curves = {bent, straight, mls.loaded, weights.loaded, mls.unloaded, weights.unloaded};
+    const Far mls = bend_far<MlsForce>("MLS"), weights = bend_far<WeightGradientForce>("weight gradients"),
+              smooth = bend_far<WeightGradientForce, CompactQuartic>("compact quartic");
+    far.curves = {bent,          straight,     mls.loaded,       weights.loaded,
+                  smooth.loaded, mls.unloaded, weights.unloaded, smooth.unloaded};
+    Plot& layers = report.plot({"layers", "Strain of the layers of particles, bent, x from 0.05 to 0.3 m",
+                                "y at first [m]", "½ (FᵀF − 1) along the axis"});
+    layers.curves = {mls.of_F, mls.of_positions, smooth.of_F, smooth.of_positions};
+    Plot& surfaces = report.plot({"surface", "Forces at a free surface of slope 0.1 that should be zero",
+                                  "particles a cell and axis", "Σ |f|²/m a cell of surface, over σ²/ρ", true});
+    surfaces.curves = {surface<Q, MlsForce>("MLS, quadratic"), surface<CubicBSpline, MlsForce>("MLS, cubic"),
+                       surface<Q, WeightGradientForce>("weight gradients, quadratic"),
+                       surface<CompactQuartic, WeightGradientForce>("weight gradients, compact quartic")};
 
     const double duration = quick ? 4 : 20;
     std::vector<Swing> swings;
     swings.push_back(swing<Apic, MlsForce, Q>("APIC", 4, duration));
     swings.push_back(swing<Apic, WeightGradientForce, Q>("APIC, weight gradients", 4, duration));
+    swings.push_back(swing<Apic, WeightGradientForce, CompactQuartic>("APIC, compact quartic", 4, duration));
     swings.push_back(swing<Apic, MlsForce, CubicBSpline>("APIC, cubic splines", 4, duration));
     swings.push_back(swing<Aflip<double>, MlsForce, Q>("AFLIP 0.95", 4, duration));
     swings.push_back(swing<Flip<double>, MlsForce, Q>("FLIP 0.999", 4, duration, {0.999}));
@@ -191,10 +217,12 @@ int main(int argc, char** argv) {
     check(apic, 4, 0.05, 0.02);
     check(apic, 8, 0.02, 0.01);
     check(gradient, 4, 0.05, 0.05);
+    check(quartic, 4, 0.05, 0.02);
     check(flip, 4, 0.05, 0.05);
     if (!quick) {
         check(apic, 16, 0.01, 0.01);
         check(gradient, 8, 0.02, 0.01);
+        check(quartic, 8, 0.02, 0.01);
         check(cubic, 8, 0.05, 0.02);
         check(flip, 8, 0.02, 0.01);
     }
@@ -202,17 +230,21 @@ int main(int argc, char** argv) {
         {"order of the deflection, APIC",
          -fitted_order(std::vector<double>(apic.cells.begin(), apic.cells.end()), apic.errors(apic.deflection, "").y),
          1.5, 0.3, "between 1, of the clamp, and 2, of the quadrature through the thickness"});
-    for (const Far* each : {&weights, &mls}) {
+    for (const Far* each : {&smooth, &weights, &mls}) {
         const bool is_mls = each == &mls;
         const double tip = each->loaded.y.back(), x = each->loaded.x.back();
         report.check({"deflection under 15 g, 8 cells, " + each->loaded.label + " [m]", -tip,
                       down[std::size_t(std::lround(x * 1000))], is_mls ? 0.12 : 0.05,
                       is_mls ? "elastica; a weakness of MLS forces, see below, held so that it does not grow"
                              : "elastica; " + aim + "5 %"});
-        report.at_most("left of it 2.5 periods after letting go, " + each->loaded.label, each->unloaded.y.back() / tip,
-                       is_mls ? 0.12 : 0.05, is_mls ? "as above" : "an elastic beam goes back; " + aim + "5 %");
+        report.at_most("left of it 2.5 periods after letting go, " + each->loaded.label,
+                       std::abs(each->unloaded.y.back() / tip), is_mls ? 0.12 : 0.03,
+                       is_mls ? "as above" : "an elastic beam goes back; " + aim + "3 %");
     }
-    for (const Swing* each : {&swings[0], &swings[1], &swings[3]}) {
+    report.at_most("forces at a free surface, 16 × 16 particles a cell, compact quartic, over MLS",
+                   surfaces.curves[3].y.back() / surfaces.curves[0].y.back(), 1e-6,
+                   "zero in the limit: f = −τ ∮ N n; those of MLS forces have another limit");
+    for (const Swing* each : {&swings[0], &swings[1], &swings[2], &swings[4]}) {
         report.check({"energy left after 4 periods, " + each->energy.label + ", 4 cells", each->energy_after(4), 1,
                       0.05, "kept by the exact beam; " + aim + "5 %"});
         report.at_most("energy above its start, " + each->energy.label, each->highest - 1, 1e-3,
@@ -236,11 +268,30 @@ int main(int argc, char** argv) {
         "with 4 cells and 0.15 % with 8. AFLIP loses half of that. With PIC the beam creeps to rest.");
     report.remark(
         "Under 15 times its weight, the beam's tip sinks by 0.3 m, and the strain at the root is 8 %. With MLS forces, "
-        "the beam sinks too far, sinks on at rest (0.2 % in 2.5 periods), and does not come back to its old shape: 8 % "
-        "of the deflection stays with 8 cells, 11 % with 4. These forces use the velocity gradient C, which is a mean "
-        "over the kernel. With 2 × 2 particles a cell, C does not see all motions of the nodes, and nothing holds the "
-        "beam against the motions that C does not see. With 4 × 4 particles and 4 cells 4 % stays, with 6 × 6 "
-        "particles 2 %. With weight gradients 3 % stays with 2 × 2 particles, 0.3 % with 4 × 4. Take weight gradients "
-        "for beams that bend far, although they are a little softer at small deflections.");
+        "the beam sinks too far and does not come back to its old shape: 8 % of the deflection stays with 8 cells, 11 "
+        "% "
+        "with 4. Only the outermost layers of particles do this: in the plot of the layers, the strain of their F lags "
+        "behind the strain of their positions by up to a third. All other layers agree to 2 %. When the beam is let "
+        "go, the outermost layers are strained the other way and hold it bent.");
+    report.remark(
+        "The reason is not a motion of the nodes that C does not see. An MLS force is f = −V τ N D⁻¹ (x_i − x_p). "
+        "Along x, N D⁻¹ (x_i − x_p) is the gradient of M(x) N(y), along y that of N(x) M(y), where M' = −u N/D. With "
+        "many particles, a constant stress τ gives a node, along x, the boundary integral "
+        "−∮ (τ_xx M(x) N(y) n_x + τ_xy N(x) M(y) n_y). "
+        "A surface without load has τ n = 0, but the integral is zero only if M(x) N(y) = N(x) M(y): where the surface "
+        "is parallel to an axis, or at 45°. At other angles, nodes outside of the surface, with little mass, are "
+        "pulled "
+        "along the surface until the stress of the outermost particles is gone. Each time the turning surface crosses "
+        "a row of nodes, this happens to other particles. The plot of the forces at a free surface shows it: with MLS "
+        "forces, they tend to a limit that is not zero; with weight gradients (f = −τ ∮ N n = 0) they vanish as "
+        "quickly as sums over particles become integrals.");
+    report.remark(
+        "The compact quartic kernel is the function M in both places, so all components are gradients of M(x) M(y). It "
+        "touches as many nodes as the quadratic spline, and is as smooth as the cubic one: sums over particles come "
+        "nearer to integrals, and 0.5 % of the deflection stays. With weight gradients of the quadratic spline 2.4 % "
+        "stays with 2 × 2 particles. Take the compact quartic kernel for beams that bend far. With 4 and 8 cells of 2 "
+        "× "
+        "2 particles, it is also the nearest to the theory at small deflections. A step takes as long as with weight "
+        "gradients of the quadratic spline. The largest time step is smaller by 12 %.");
     return report.finish();
 }

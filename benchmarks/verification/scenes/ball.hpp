@@ -1,6 +1,8 @@
 /// \file An elastic ball falls on a floor and bounces; in 3D against Hertz's contact (Hertz 1882; Johnson 1985, §11.4).
 #pragma once
 
+#include "sides.hpp"
+
 #include <firn/firn.hpp>
 
 #include <numbers>
@@ -14,11 +16,13 @@ struct Ball {
 
     firn::Simulation<D, firn::FixedCorotated<S>, Transfer> simulation;
 
-    Ball(double cell_size, double youngs_modulus, double drop_height, const Transfer& transfer = {})
+    Ball(double cell_size, double youngs_modulus, double drop_height, const Transfer& transfer = {},
+         firn::NodesBehind nodes_behind = firn::NodesBehind::held)
         : h(cell_size), young(youngs_modulus), drop(drop_height), simulation(domain(), material()) {
         using namespace firn;
         simulation.transfer = transfer;
         simulation.boundary.at_lower[1] = {Contact::separate, 0};
+        simulation.boundary.nodes_behind = nodes_behind;
         simulation.reactions.emplace();
         auto centre = Vec<double, D>::filled(0.5);
         centre[1] = radius + drop;

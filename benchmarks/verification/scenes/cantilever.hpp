@@ -138,6 +138,36 @@ struct Cantilever {
         return last.second / Theory::deflection(last.first);
     }
 
+    /// The axial strain of a layer of particles.
+    struct Layer {
+        double y;             ///< at first [m]
+        double of_F;          ///< ½ (FᵀF − 1) along the axis, by the particles' F
+        double of_positions;  ///< the same, by the distance between the neighbours of each particle
+    };
+    /// Of each layer, the mean over the particles that were at first between two places along the axis [m].
+    std::vector<Layer> layers(double from, double to) const {
+        const auto& particles = simulation.particles();
+        std::map<double, std::map<double, std::size_t>> slots;  // by y, then by x
+        each([&](std::size_t slot, const auto& at_first) { slots[at_first[1]][at_first[0]] = slot; });
+        std::vector<Layer> all;
+        for (const auto& [y, row] : slots) {
+            Layer layer{y, 0, 0};
+            double count = 0;
+            for (auto next = std::next(row.begin(), 2), at = std::next(row.begin()), last = row.begin();
+                 next != row.end(); ++next, ++at, ++last) {
+                if (at->first < from || at->first > to) continue;
+                const auto& F = particles.state(at->second).F;
+                const auto apart = particles.exact_position(next->second) - particles.exact_position(last->second);
+                const double before = next->first - last->first;
+                layer.of_F += (F(0, 0) * F(0, 0) + F(1, 0) * F(1, 0) - 1) / 2;
+                layer.of_positions += (dot(apart, apart) / (before * before) - 1) / 2;
+                count += 1;
+            }
+            all.push_back({y, layer.of_F / count, layer.of_positions / count});
+        }
+        return all;
+    }
+
     /// Sets it moving in its first mode: 1 cm at the tip.
     void strike() {
         const double speed = 0.005 * 2 * std::numbers::pi / Theory::period();

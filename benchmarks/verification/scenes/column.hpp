@@ -1,8 +1,10 @@
 /// \file An elastic column under its own weight, held sideways: H = 0.1 m, ρ = 1800 kg/m³, E = 1 MPa, ν = 0, 5 × 5
-/// particles a cell; so is cb-geo/mpm's column (mpm-doc, hydrostatic-column.md; 0.2 m wide there, two cells here, as
-/// nothing depends on the width). At rest, by the height Y before loading: σ_yy = −ρ g (H − Y), also of large strains
+/// particles a cell; so is cb-geo/mpm's column (mpm-doc, hydrostatic-column.md; 0.2 m wide there, two or three cells
+/// here, as nothing depends on the width). At rest, by the height Y before loading: σ_yy = −ρ g (H − Y), also of large strains
 /// as the cross-section stays, and u = −ρ g/E (H Y − Y²/2) for the fixed corotated model, whose P_yy = E (F_yy − 1).
 #pragma once
+
+#include "sides.hpp"
 
 #include <firn/firn.hpp>
 
@@ -22,6 +24,7 @@ struct ColumnRow {
 struct ColumnErrors {
     double base = 0;          ///< |σ_yy| of the lowest row over ρ g H, minus 1: what cb-geo/mpm reports
     double stress = 0;        ///< L₂ over the height, relative
+    double lowest = 0;        ///< the largest of the lowest cell, over ρ g H
     double inner = 0;         ///< the same, from three cells above the floor to three below the top
     double displacement = 0;  ///< as stress
     double support = 0;       ///< what the floor bears over the weight [1]
@@ -35,14 +38,16 @@ struct Column {
     firn::Simulation<2, firn::FixedCorotated<S>, firn::Apic, Force, Kernel> simulation;
     double young;
 
-    explicit Column(double h, double young_ = 1e6, int particles_a_cell_and_axis = 5)
-        : simulation({{0.0, 0.0}, {2 * h, 0.12}, h}, firn::FixedCorotated<S>::from_young_poisson(young_, 0)),
+    /// \param floor  its contact, and the nodes behind floor and sides, which slip
+    explicit Column(double h, double young_ = 1e6, int particles_a_cell_and_axis = 5, const Sides& floor = {})
+        : simulation({{0.0, 0.0}, {width(floor) * h, 0.12}, h}, firn::FixedCorotated<S>::from_young_poisson(young_, 0)),
           young(young_) {
         auto& boundary = simulation.boundary;
-        boundary.at_lower = {firn::Wall{firn::Contact::slip}, firn::Wall{firn::Contact::slip}};
+        boundary.at_lower = {firn::Wall{firn::Contact::slip}, firn::Wall{floor.contact}};
         boundary.at_upper[0] = {firn::Contact::slip};
+        boundary.nodes_behind = floor.nodes_behind;
         const auto samples =
-            firn::sample_box<2>({0.0, 0.0}, {2 * h, height}, {.spacing = h / particles_a_cell_and_axis});
+            firn::sample_box<2>({0.0, 0.0}, {width(floor) * h, height}, {.spacing = h / particles_a_cell_and_axis});
         simulation.add(samples, density);
         for (const auto& x : samples.positions) before_.push_back(x[1]);
     }
@@ -92,6 +97,8 @@ struct Column {
         for (const ColumnRow& row : of) {
             const double u = displacement(row.before), should = stress(row.before);
             off += std::pow(row.stress - should, 2), all += should * should;
+            if (row.before < margin / 3)
+                errors.lowest = std::max(errors.lowest, std::abs(row.stress - should) / pressure);
             if (row.before > margin && row.before < height - margin)
                 off_within += std::pow(row.stress - should, 2), all_within += should * should;
             astray += std::pow(row.height - row.before - u, 2), moved += u * u;
@@ -107,6 +114,9 @@ struct Column {
     }
 
 private:
+    /// In cells: mirrored walls must be three cells apart.
+    static double width(const Sides& floor) { return floor.nodes_behind == firn::NodesBehind::mirrored ? 3 : 2; }
+
     std::vector<double> before_;  ///< height of each particle at first, by id [m]
 };
 

@@ -60,13 +60,13 @@ inline FrontError delayed_front_error(const FrontHistory& of, const std::string&
     return best;
 }
 
-template <class S, class Transfer>
+template <class S, class Transfer, class Volume = firn::OwnVolume>
 struct DamBreak {
     static constexpr double a = 0.05715, g = 9.81, density = 1000, length = 16;  ///< length of the floor over a
     /// c = 20 m/s, ten times the speed of the front.
     static constexpr double bulk = 4e5;
 
-    firn::Simulation<2, firn::Fluid<S>, Transfer> simulation;
+    firn::SimulationWith<2, firn::Fluid<S>, Transfer, Volume> simulation;
 
     explicit DamBreak(int cells_across, const Transfer& transfer = {})
         : simulation({{0.0, 0.0}, {length * a, 3 * a}, a / cells_across},

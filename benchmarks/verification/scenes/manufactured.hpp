@@ -3,6 +3,8 @@
 /// Sadeghirad and Guilkey 2015 (generalised vortex).
 #pragma once
 
+#include "sides.hpp"
+
 #include <firn/firn.hpp>
 
 #include <algorithm>
@@ -68,6 +70,48 @@ struct AxisAligned {
                    (matter.mu * (1 + squared) + matter.lambda * (1 - log_J) * squared - matter.young());
         }
         return b;
+    }
+};
+
+/// u_i = A sin(πX) sin(πY) sin(π(ct + φ_i)), c = √(E/ρ): no displacement at the borders of the unit square, so matter
+/// sticks to them. Shear waves run along the borders, and both components of F depend on both coordinates.
+struct StuckWaves {
+    using Vector = firn::Vec<double, 2>;
+    using Matrix = firn::Mat<double, 2>;
+
+    Matter matter;
+    double amplitude;  ///< A [m]
+
+    double c() const { return std::sqrt(matter.young() / matter.density); }
+    double period() const { return 2 / c(); }
+    double phase(int i, double t) const { return pi * (c() * t + 2. / 3 * i); }
+
+    static double shape(const Vector& X) { return std::sin(pi * X[0]) * std::sin(pi * X[1]); }
+    static Vector gradient(const Vector& X) {
+        return Vector{std::cos(pi * X[0]) * std::sin(pi * X[1]), std::sin(pi * X[0]) * std::cos(pi * X[1])} * pi;
+    }
+    /// A sin(π(ct + φ_i)), and its derivative by t.
+    Vector swing(double t) const { return Vector{std::sin(phase(0, t)), std::sin(phase(1, t))} * amplitude; }
+    Vector swing_rate(double t) const {
+        return Vector{std::cos(phase(0, t)), std::cos(phase(1, t))} * (amplitude * pi * c());
+    }
+
+    Vector position(const Vector& X, double t) const { return X + swing(t) * shape(X); }
+    Vector velocity(const Vector& X, double t) const { return swing_rate(t) * shape(X); }
+    Matrix deformation_gradient(const Vector& X, double t) const {
+        return Matrix::identity() + firn::outer(swing(t), gradient(X));
+    }
+    /// ∂F/∂t [1/s]
+    Matrix deformation_rate(const Vector& X, double t) const { return firn::outer(swing_rate(t), gradient(X)); }
+    /// With the shape f of u = a f, F = I + a ⊗ ∇f, J = 1 + a · ∇f and F⁻ᵀ = I − ∇f ⊗ a/J. As ∂_j (J F⁻ᵀ_ij) = 0,
+    /// ∂_j P_ij = μ a_i Δf + (μ + λ (1 − ln J)) F⁻ᵀ_ij ∂_j J/J with ∂_j J = a_k ∂²f/∂X_j ∂X_k. [N/kg]
+    Vector body_force(const Vector& X, double t) const {
+        const Vector a = swing(t), slope = gradient(X);
+        const double f = shape(X), mixed = pi * pi * std::cos(pi * X[0]) * std::cos(pi * X[1]);
+        const double J = 1 + dot(a, slope), share = matter.mu + matter.lambda * (1 - std::log(J));
+        const Vector by_J = Vector{mixed * a[1] - pi * pi * f * a[0], mixed * a[0] - pi * pi * f * a[1]} * (1 / J);
+        const Vector divergence = a * (-2 * pi * pi * f * matter.mu) + (by_J - slope * (dot(a, by_J) / J)) * share;
+        return a * (-pi * pi * c() * c() * f) - divergence * (1 / matter.density);
     }
 };
 
@@ -160,15 +204,15 @@ struct Manufactured {
     /// \param time_step  fixed [s]
     /// \param staggered  velocities begin half a step before positions, as leapfrog has them; else at once
     Manufactured(const Solution& of, const firn::Domain<2>& domain, const firn::Samples<2>& samples, double time_step,
-                 bool staggered = true, const Transfer& transfer = {})
+                 bool staggered = true, const Transfer& transfer = {}, const Sides& sides = {})
         : solution(of), X(samples.positions), simulation(domain, {S(of.matter.mu), S(of.matter.lambda)}) {
-        using firn::Contact;
         simulation.gravity = {0.0, 0.0};
         simulation.transfer = transfer;
         simulation.fixed_time_step = time_step;
+        simulation.boundary.nodes_behind = sides.nodes_behind;
         for (std::size_t a = 0; a < 2; ++a)
             if (!domain.periodic[a])
-                simulation.boundary.at_lower[a] = simulation.boundary.at_upper[a] = {Contact::slip, 0};
+                simulation.boundary.at_lower[a] = simulation.boundary.at_upper[a] = {sides.contact, 0};
         firn::Samples<2> moved = samples;
         for (Vector& x : moved.positions) x = solution.position(x, 0);
         if (domain.periodic[0])

@@ -75,7 +75,8 @@ struct Sloshing {
         }
         return -(n * sxy - sx * sy) / (n * sxx - sx * sx);
     }
-    /// Root of the mean square of the difference of the pressures from their average through the grid, over ρ g H.
+    /// Root of the mean square of the difference of the pressures from their average through the grid, over ρ g H,
+    /// three cells and more from walls, floor and surface.
     double noise() const {
         const auto& particles = simulation.particles();
         const double h = simulation.domain().cell_size;
@@ -107,13 +108,15 @@ struct Sloshing {
             const double p = pressure_of(slot);
             for_nodes(slot, [&](std::size_t node, double w) { sum[node] += w * p, weight[node] += w; });
         });
-        double squares = 0;
+        double squares = 0, count = 0;
         for_all([&](std::size_t slot) {
+            const auto x = particles.exact_position(slot);
+            if (x[0] < 3 * h || x[0] > length - 3 * h || x[1] < 3 * h || x[1] > height - amplitude - 3 * h) return;
             double off = pressure_of(slot);
             for_nodes(slot, [&](std::size_t node, double w) { off -= w * sum[node] / weight[node]; });
-            squares += off * off;
+            squares += off * off, ++count;
         });
-        return std::sqrt(squares / double(particles.size()));
+        return std::sqrt(squares / count);
     }
 
 private:

@@ -47,6 +47,11 @@ public:
     /// Returns the coordinates of the block with index b. The blocks of the grid are sorted by their keys.
     BlockCoordinate<D> block(std::size_t b) const { return block_of_key<D>(blocks_[b]); }
 
+    /// Returns the coordinate of the block with index b along an axis.
+    int block_along(std::size_t b, int axis) const {
+        return int(blocks_[b] >> 21 * (D - 1 - axis) & 0x1fffff) - (1 << 20);
+    }
+
     /// \name Nodes
     /// @{
 

@@ -6,83 +6,119 @@
 #include <firn/data/sparse_grid.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/exec/reactions.hpp>
+#include <firn/simd/transpose.hpp>
 #include <firn/stage/mirror_planes.hpp>
 
+#include <algorithm>
+#include <cstring>
 #include <vector>
 
 namespace firn {
 
 namespace detail {
 
-/// The three nodes of one column in the grid: behind the wall, on it, and in front of it. nullptr stands for a node
-/// that the grid does not contain.
-template <class S>
-using ColumnNodes = std::array<S*, 3>;
-
-/// Calls f(nodes) for each column of nodes across a wall whose middle node lies in block b.
-template <std::floating_point S, int D, class F>
-void for_columns(SparseGrid<S, D>& grid, const MirrorPlane& plane, std::size_t b, const F& f) {
-    const auto axis = std::size_t(plane.axis);
-    BlockCoordinate<D> block = grid.block(b);
-    if (block[axis] != plane.node >> 2) return;
-    const int apart = 1 << (2 * (D - 1 - plane.axis));  // the nodes of a column are so many nodes apart in the block
-    ColumnNodes<S> first;                               // the column through the block's first line
-    for (int k = 0; k < 3; ++k) {
-        const int node = plane.node + (k - 1) * plane.inward;
-        block[axis] = node >> 2;
-        const std::uint32_t of_node = k == 1 ? std::uint32_t(b) : grid.find(wrapped(grid.domain(), block));
-        first[std::size_t(k)] = of_node == no_block ? nullptr : grid.nodes(of_node) + (node & 3) * apart * node_width;
-    }
-    for (int line = 0; line < block_nodes<D> / block_size; ++line) {
-        const int offset = (line / apart * apart * block_size + line % apart) * node_width;
-        ColumnNodes<S> nodes;
-        for (std::size_t k = 0; k < 3; ++k) nodes[k] = first[k] ? first[k] + offset : nullptr;
-        f(nodes);
-    }
-}
-
+/// The nodes of a block's columns across a wall, behind it, on it, and in front of it: copies of their numbers, and the
+/// addresses of the first ones in the grid. All columns of a block are computed together, in SIMD lanes.
 template <std::floating_point S, int D>
-FIRN_INLINE NodeColumn<S, D> load_column(const ColumnNodes<S>& nodes) {
-    NodeColumn<S, D> column{};
-    Vec<S, D>* const velocities[] = {&column.behind, &column.on, &column.front};
-    S* const masses[] = {&column.mass_behind, &column.mass_on, &column.mass_front};
-    for (std::size_t k = 0; k < 3; ++k)
-        if (nodes[k]) {
-            for (int a = 0; a < D; ++a) velocities[k]->v[a] = nodes[k][a];
-            *masses[k] = nodes[k][node_mass];
+class BlockColumns {
+    using P = native_pack<S>;
+    static constexpr int lanes = scalar_traits<P>::lanes;
+
+public:
+    static constexpr int count = block_nodes<D> / block_size;  ///< Number of columns of a block.
+
+    /// Copies the nodes of the columns whose middle nodes lie in block b.
+    BlockColumns(SparseGrid<S, D>& grid, const MirrorPlane& plane, std::size_t b)
+        : plane_(plane), apart_(1 << (2 * (D - 1 - plane.axis))) {
+        BlockCoordinate<D> block = grid.block(b);
+        int& along = block[std::size_t(plane.axis)];
+        for (int side = 0; side < 3; ++side) {
+            const int node = plane.node + (side - 1) * plane.inward;
+            std::uint32_t of_node = std::uint32_t(b);
+            if (node >> 2 != plane.node >> 2) {
+                along = node >> 2;
+                of_node = grid.find(wrapped(grid.domain(), block));
+            }
+            if (of_node == no_block) continue;
+            first_[side] = grid.nodes(of_node) + (node & 3) * apart_ * node_width;
+            for (int c = 0; c < count; ++c)
+                std::memcpy(before_[side] + c * node_width, first_[side] + place(c), node_width * sizeof(S));
         }
-    return column;
-}
-template <std::floating_point S, int D>
-FIRN_INLINE void store_column(const NodeColumn<S, D>& column, const ColumnNodes<S>& nodes) {
-    const Vec<S, D>* const velocities[] = {&column.behind, &column.on, &column.front};
-    const S masses[] = {column.mass_behind, column.mass_on, column.mass_front};
-    for (std::size_t k = 0; k < 3; ++k)
-        if (nodes[k]) {
-            for (int a = 0; a < D; ++a) nodes[k][a] = velocities[k]->v[a];
-            nodes[k][node_mass] = masses[k];
-        }
-}
+    }
 
-/// Adds the impulse of a wall on matter at the nodes of a column. The masses are those before any wall acted.
+    /// Replaces the columns by f(column), for each register of columns with matter, and writes them to the grid.
+    template <class F>
+    void change(const F& f) {
+        for (int from = 0; from < padded * node_width; from += lanes * node_width) {
+            P r[3][4];
+            for (int side = 0; side < 3; ++side) load_quads(before_[side] + from, r[side]);
+            NodeColumn<P, D> column;
+            unroll<D>([&](auto a) FIRN_LAMBDA {
+                column.behind.v[a] = r[0][a];
+                column.on.v[a] = r[1][a];
+                column.front.v[a] = r[2][a];
+            });
+            column.mass_behind = r[0][node_mass], column.mass_on = r[1][node_mass], column.mass_front = r[2][node_mass];
+            if (!any(column.mass_behind + column.mass_on + column.mass_front > P(0))) {
+                for (int side = 0; side < 3; ++side)
+                    std::copy_n(before_[side] + from, lanes * node_width, after_[side] + from);
+                continue;
+            }
+            const NodeColumn<P, D> now = f(column);
+            unroll<D>([&](auto a) FIRN_LAMBDA {
+                r[0][a] = now.behind.v[a];
+                r[1][a] = now.on.v[a];
+                r[2][a] = now.front.v[a];
+            });
+            r[0][node_mass] = now.mass_behind, r[1][node_mass] = now.mass_on, r[2][node_mass] = now.mass_front;
+            for (int side = 0; side < 3; ++side) store_quads(r[side], after_[side] + from);
+        }
+        for (int side = 0; side < 3; ++side)
+            if (first_[side])
+                for (int c = 0; c < count; ++c)
+                    std::memcpy(first_[side] + place(c), after_[side] + c * node_width, node_width * sizeof(S));
+    }
+
+    /// Returns the address of the first node behind the wall; nullptr if the grid does not have it.
+    const S* behind() const { return first_[0]; }
+    /// Calls f(address, before, after) for each node of the columns, with its numbers before and after the wall acted.
+    template <class F>
+    void for_nodes(const F& f) const {
+        for (int c = 0; c < count; ++c)
+            for (int side = 0; side < 3; ++side)
+                if (first_[side])
+                    f(first_[side] + place(c), before_[side] + c * node_width, after_[side] + c * node_width);
+    }
+
+private:
+    static constexpr int padded = std::max(count, lanes);
+    /// Returns where column c lies: the distance of its numbers from those of the first column.
+    int place(int c) const { return (c / apart_ * apart_ * block_size + c % apart_) * node_width; }
+
+    const MirrorPlane& plane_;
+    int apart_;  // the nodes of a column are so many nodes apart in the block
+    S* first_[3] = {};
+    alignas(64) S before_[3][padded * node_width] = {}, after_[3][padded * node_width];
+};
+
+/// Adds the impulse of a wall on matter at the nodes of a block's columns.
+/// \param masses  the mass of each node of the grid before any wall acted
 template <std::floating_point S, int D>
-[[gnu::cold]] void add_reaction(Reaction<D>& sum, const SparseGrid<S, D>& grid, const ColumnNodes<S>& nodes,
-                                const S* masses, const NodeColumn<S, D>& before, const NodeColumn<S, D>& after) {
-    const Vec<S, D>*const old[] = {&before.behind, &before.on, &before.front}, *const now[] = {&after.behind, &after.on,
-                                                                                               &after.front};
-    for (std::size_t k = 0; k < 3; ++k) {
-        if (!nodes[k]) continue;
-        const auto index = std::size_t(nodes[k] - grid.nodes(0)) / node_width, in_block = index % block_nodes<D>;
-        const BlockCoordinate<D> block = grid.block(index / block_nodes<D>);
+[[gnu::cold]] void add_reaction(Reaction<D>& sum, const SparseGrid<S, D>& grid, const BlockColumns<S, D>& columns,
+                                const S* masses) {
+    columns.for_nodes([&](const S* node, const S* before, const S* after) {
+        const auto index = std::size_t(node - grid.nodes(0)) / node_width;
+        const std::size_t in_block = index % std::size_t(block_nodes<D>);
+        const BlockCoordinate<D> block = grid.block(index / std::size_t(block_nodes<D>));
         Vec<double, D> arm{}, impulse{};
         for (int a = 0; a < D; ++a) {
             const int place = int(in_block >> 2 * (D - 1 - a)) & (block_size - 1);
             arm[a] = position_of_place(grid.domain(), block, a, place) - sum.about[a];
-            impulse[a] = double(masses[index]) * (double(now[k]->v[a]) - double(old[k]->v[a]));
+            impulse[a] = double(masses[index]) * (double(after[a]) - double(before[a]));
         }
         sum.impulse += impulse;
         sum.angular_impulse += axial_product(arm, impulse);
-    }
+    });
 }
 
 /// Lets mirrored walls act on the nodes beside them, which hold velocities and masses. \see mirrored
@@ -93,7 +129,8 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
                   Reactions<D>* reactions = nullptr) {
     if (mirrors.planes.empty()) return;
     const int threads = thread_count(requested_threads(execution));
-    const SurfaceWeights<S> weights{S(mirrors.weights.on), S(mirrors.weights.beside)};
+    using P = native_pack<S>;
+    const SurfaceWeights<P> weights{P(S(mirrors.weights.on)), P(S(mirrors.weights.beside))};
     const std::size_t blocks = grid.block_count();
     std::vector<Reaction<D>> of_blocks;
     std::size_t parts = 0;
@@ -104,7 +141,8 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
         for (std::size_t i = 0; i < of_blocks.size(); ++i) of_blocks[i].about = reactions->parts[i % parts].about;
         masses = grid.template scratch<S>(threads);
         const S* const nodes = grid.nodes(0);
-        for (std::size_t i = 0; i < blocks * block_nodes<D>; ++i) masses[i] = nodes[i * node_width + node_mass];
+        for (std::size_t i = 0; i < blocks * std::size_t(block_nodes<D>); ++i)
+            masses[i] = nodes[i * node_width + node_mass];
     }
     // A column across one axis must find the columns across the axis before it finished: at an edge, nodes are mirrored
     // twice.
@@ -113,30 +151,29 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
         while (last < mirrors.planes.size() && mirrors.planes[last].axis == of.axis &&
                mirrors.planes[last].part == of.part)
             ++last;
-        // The rank that counts the block behind the wall counts the column, in the sum of that block. No matter reaches
-        // a column without this block.
-        const auto add = [&](const ColumnNodes<S>& nodes, int part, const NodeColumn<S, D>& before,
-                             const NodeColumn<S, D>& after) {
-            if (!nodes[0]) return;
-            const auto behind = std::size_t(nodes[0] - grid.nodes(0)) / std::size_t(block_nodes<D> * node_width);
+        // The rank that counts the block behind the wall counts the columns, in the sum of that block. No matter
+        // reaches columns without this block.
+        const auto add = [&](const BlockColumns<S, D>& columns, int part) {
+            if (!columns.behind()) return;
+            const auto behind =
+                std::size_t(columns.behind() - grid.nodes(0)) / std::size_t(block_nodes<D> * node_width);
             if (ranks_of(execution).template counts<D>(behind))
-                add_reaction(of_blocks[behind * parts + std::size_t(part)], grid, nodes, masses, before, after);
+                add_reaction(of_blocks[behind * parts + std::size_t(part)], grid, columns, masses);
         };
         const auto act = [&](std::size_t b, int) {
+            const int along = grid.block_along(b, of.axis);
             for (std::size_t p = first; p < last; ++p) {
                 const MirrorPlane& plane = mirrors.planes[p];
-                const S friction = with_friction ? S(plane.friction) : S(0);
-                for_columns(grid, plane, b, [&](const ColumnNodes<S>& nodes) {
-                    const NodeColumn<S, D> before = load_column<S, D>(nodes);
-                    if (!(before.mass_behind > 0 || before.mass_on > 0 || before.mass_front > 0)) return;
-                    const NodeColumn<S, D> after =
-                        mirrored(before, plane.axis, plane.inward, plane.contact, friction, weights);
-                    store_column(after, nodes);
-                    if (reactions) add(nodes, plane.part, before, after);
+                if (along != plane.node >> 2) continue;
+                BlockColumns<S, D> columns(grid, plane, b);
+                const P friction(with_friction ? S(plane.friction) : S(0));
+                columns.change([&](const NodeColumn<P, D>& column) {
+                    return mirrored(column, plane.axis, plane.inward, plane.contact, friction, weights);
                 });
+                if (reactions) add(columns, plane.part);
             }
         };
-        parallel_for(blocks, threads, act, 16);
+        parallel_for(blocks, threads, act, 64);
     }
     if (reactions) {
         std::vector<Reaction<D>> of_walls(parts);

@@ -3,6 +3,7 @@
 
 #include <firn/core/exact_sum.hpp>
 #include <firn/core/parallel.hpp>
+#include <firn/data/block_partition.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/kernel/concept.hpp>
@@ -116,6 +117,28 @@ FIRN_INLINE Totals<D> totals_of_particle(const Particles<S, D, State>& particles
     return one;
 }
 
+/// Adds the shares of the affine field C to the totals `one` of a particle, for a kernel whose inertia depends on the
+/// particle's position. \see has_local_inertia
+template <class Kernel, std::floating_point S, int D, class State>
+FIRN_INLINE void add_affine(Totals<D>& one, const Particles<S, D, State>& particles, std::size_t slot,
+                            const Domain<D>& domain) {
+    const Vec<double, D> x = particles.exact_position(slot);
+    const Mat<double, D> C = cast<double>(particles.affine(slot));
+    Mat<double, D> C_times_inertia = C;
+    double energy = 0;
+    for (int j = 0; j < D; ++j) {
+        const double place = (x[j] - domain.lower[j]) / domain.cell_size;
+        const double d = place - base_node<Kernel>(place) - centre_node<Kernel>;
+        const double inertia = Kernel::inertia(d) * domain.cell_size * domain.cell_size;
+        for (int i = 0; i < D; ++i) {
+            energy += C(i, j) * C(i, j) * inertia;
+            C_times_inertia(i, j) = C(i, j) * inertia;
+        }
+    }
+    one.angular_momentum = one.angular_momentum + curl<D>(C_times_inertia) * one.mass;
+    one.kinetic_energy += 0.5 * one.mass * energy;
+}
+
 /// The exact sums from which the totals of a set are rounded. The sums of several sets, or of the shares of several
 /// ranks, may be added before they are rounded.
 template <int D>
@@ -162,7 +185,8 @@ TotalsSums<D> sum_totals(const Particles<S, D, State>& particles, const Domain<D
         const std::size_t end = std::min(particles.slots(), (c + 1) * chunk);
         for (std::size_t slot = c * chunk; slot < end; ++slot) {
             if (!particles.is_particle(slot)) continue;
-            const Totals<D> one = totals_of_particle(particles, slot, exact, inertia);
+            Totals<D> one = totals_of_particle(particles, slot, exact, inertia);
+            if constexpr (has_local_inertia<Kernel>) add_affine<Kernel>(one, particles, slot, domain);
             std::size_t q = 0;
             for_quantities(one, [&](double quantity) FIRN_LAMBDA { share.rows[q++][count] = quantity; });
             ++count;
@@ -191,8 +215,8 @@ Totals<D> totals_of_ranks(const Execution& execution, const Particles<S, D, Stat
 /// Returns the totals of a set of particles.
 ///
 /// An affine field C has angular momentum and kinetic energy, like a body whose inertia per mass is h²/inverse_inertia
-/// (Jiang, Schroeder and Teran 2017). If the kernel's inertia is not constant, affine fields do not contribute to the
-/// totals.
+/// (Jiang, Schroeder and Teran 2017). If the kernel's inertia depends on the position of a particle, the inertia at the
+/// particle's present position counts; with the linear kernel, affine fields do not contribute to the totals.
 /// \param threads  number of threads; 0: thread_count() chooses it
 template <class Kernel, class Material, std::floating_point S, int D, class State>
 Totals<D> totals(const Particles<S, D, State>& particles, const Domain<D>& domain, const Material& material,

@@ -96,16 +96,19 @@ void gather_rates(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, in
 template <class Execution, std::floating_point S, int D>
 void mirror_rates(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors) {
     const int threads = thread_count(requested_threads(execution));
+    using P = native_pack<S>;
     for (const MirrorPlane& plane : mirrors.planes)
         parallel_for(
             grid.block_count(), threads,
             [&](std::size_t b, int) {
-                for_columns(grid, plane, b, [](const ColumnNodes<S>& nodes) {
-                    if (!nodes[0] || !nodes[2]) return;
-                    for (const int k : {0, node_mass}) nodes[0][k] = nodes[2][k] = nodes[2][k] + nodes[0][k];
+                if (grid.block_along(b, plane.axis) != plane.node >> 2) return;
+                BlockColumns<S, D>(grid, plane, b).change([](NodeColumn<P, D> column) {
+                    column.front = column.behind = column.front + column.behind;
+                    column.mass_front = column.mass_behind = column.mass_front + column.mass_behind;
+                    return column;
                 });
             },
-            16);
+            64);
 }
 
 }  // namespace detail

@@ -42,11 +42,19 @@ concept has_gradients = requires(const S f) {
 ///     D = Σ N_i (x_i − x)(x_i − x)ᵀ = h² / inverse_inertia I       for every position x of a particle
 ///
 /// (Jiang et al. 2015, "The Affine Particle-In-Cell Method", §5.3). Here h is the cell size, and N_i, v_i and x_i are
-/// the weight, the velocity and the position of node i. A kernel whose D depends on x does not have this member. For
-/// such a kernel Σ N_i v_i (x_i − x)ᵀ D⁻¹ must equal Σ v_i ⊗ ∇N_i, as for multilinear weights.
+/// the weight, the velocity and the position of node i. A kernel whose D depends on x does not have this member. Such a
+/// kernel has a function `inertia` in its place, see has_local_inertia; or Σ N_i v_i (x_i − x)ᵀ D⁻¹ equals Σ v_i ⊗
+/// ∇N_i, as for multilinear weights.
 template <class K>
 concept has_inertia = requires {
     { K::inverse_inertia } -> std::convertible_to<double>;
+};
+/// Whether K has a function `inertia(d)`, because APIC's inertia D depends on the particle's position. The function
+/// returns the entry of D/h² along one axis, Σ N_i (x_i − x)²/h² > 0, for a particle at the distance d from the centre
+/// node along this axis [cells]. D has no entries off the diagonal. \see has_inertia, centre_node
+template <class K>
+concept has_local_inertia = requires(const double d) {
+    { K::inertia(d) } -> std::same_as<double>;
 };
 /// Whether K has the members `largest_weight` and `largest_gradient`. largest_weight[k] is the largest weight that node
 /// base + k can have, where base is the first node that a particle touches. largest_gradient is the largest absolute

@@ -16,7 +16,7 @@ struct G2PSums {
 
 /// Whether G2P needs the sum Σ N_i v_i o_iᵀ. \see G2PSums
 template <class Kernel, class Transfer>
-inline constexpr bool g2p_needs_moment = Transfer::affine && has_inertia<Kernel>;
+inline constexpr bool g2p_needs_moment = Transfer::affine && (has_inertia<Kernel> || has_local_inertia<Kernel>);
 /// Whether G2P needs the sum Σ v_i ∇N_iᵀ. \see G2PSums
 template <class Kernel, class Transfer, class Force>
 inline constexpr bool g2p_needs_gradient = Force::weight_gradients || !g2p_needs_moment<Kernel, Transfer>;
@@ -38,7 +38,14 @@ FIRN_INLINE G2PResult<S, D> take_from_grid(const G2PSums<S, D>& sums, const Vec<
     G2PResult<S, D> result;
     result.velocity = sums.velocity;
     const S D_inverse = inverse_inertia<Kernel>(h);
-    if constexpr (g2p_needs_moment<Kernel, Transfer>)
+    if constexpr (Transfer::affine && has_local_inertia<Kernel>) {
+        Mat<S, D> C = sums.moment - outer(sums.velocity, d);
+        unroll<D>([&](auto j) FIRN_LAMBDA {
+            const S scale = S(1) / (h * Kernel::inertia(d.v[j]));
+            unroll<D>([&](auto i) FIRN_LAMBDA { C(i, j) = C(i, j) * scale; });
+        });
+        result.affine = Transfer::affine_field(C);
+    } else if constexpr (g2p_needs_moment<Kernel, Transfer>)
         result.affine = Transfer::affine_field((sums.moment - outer(sums.velocity, d)) * h * D_inverse);
     else if constexpr (Transfer::affine)
         result.affine = Transfer::affine_field(sums.gradient * (S(1) / h));  // equals B D⁻¹ of APIC

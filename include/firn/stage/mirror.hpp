@@ -56,7 +56,7 @@ FIRN_INLINE S inverse_mass(const S& mass) {
 ///
 /// This takes the impulse p = −(m₀v₀ + 2 m₊m₋(v₊ + v₋)/(m₊ + m₋)) from the wall, with the normal components v.
 /// A wall with Contact::separate acts like this only if it pushes (p > 0). Otherwise matter is free to leave: the nodes
-/// on and behind the wall only lose the part of their velocity that points into the wall.
+/// on and behind the wall only lose the part of their velocity that points into the wall, with friction.
 ///
 /// Friction is an impulse q along the wall, at the surface: the node with weight w there gets the part w q. q is the
 /// smaller one of μ p and the impulse that stops the surface, w₀v₀ + w₊v₊ = 0. This impulse never adds energy.
@@ -102,10 +102,10 @@ FIRN_INLINE NodeColumn<S, D> mirrored(const NodeColumn<S, D>& column, int axis, 
     if (contact == Contact::slip) return after;
 
     const auto pushes = pushed > S(0);
-    const auto leaving = [&](Vec<S, D> v) FIRN_LAMBDA {
-        v.v[axis] = direction * max(direction * v.v[axis], S(0));
-        return v;
-    };
+    Vec<S, D> normal = Vec<S, D>::zero();
+    normal.v[axis] = direction;
+    const auto leaving = [&](const Vec<S, D>& v)
+                             FIRN_LAMBDA { return velocity_after_contact(v, normal, Contact::separate, friction); };
     return {select(pushes, after.behind, leaving(column.behind)),
             select(pushes, after.on, leaving(column.on)),
             select(pushes, after.front, column.front),

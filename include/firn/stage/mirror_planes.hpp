@@ -54,8 +54,7 @@ namespace detail {
 
 /// Returns the mirrored walls of a boundary. There are none if the boundary has no function mirrors().
 /// \throws parameter_error  if a mirrored wall lies on no plane of nodes, or if two opposite ones are fewer than 3
-/// cells
-///                          apart
+///                          cells apart
 template <class Kernel, class Boundary, int D>
 Mirrors mirrors_of(const Boundary& boundary, const Domain<D>& domain) {
     Mirrors mirrors;

@@ -21,7 +21,7 @@ consteval bool require_inertia() {
     static_assert(
         has_inertia<Kernel> || !Force::needs_inertia,
         "firn: MLS forces need a kernel of constant inertia (inverse_inertia in firn/kernel/concept.hpp), which "
-        "the linear kernel does not have. Use WeightGradientForce: for linear weights both would be the same.");
+        "Linear and CompactQuartic do not have. Use WeightGradientForce: for linear weights both would be the same.");
     return true;
 }
 

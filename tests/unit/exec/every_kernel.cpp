@@ -65,11 +65,11 @@ struct Sums {
 }  // namespace
 
 TEMPLATE_TEST_CASE(
-    "P2G with linear and cubic weights is the sum that the papers define, in every execution, for "
+    "P2G with linear, cubic and compact quartic weights is the sum that the papers define, in every execution, for "
     "dense and for sparse matter that has drifted",
     "", (Case<float, 3, Apic, WeightGradientForce, Linear>), (Case<double, 2, Pic, WeightGradientForce, Linear>),
     (Case<double, 3, Pic, MlsForce, CubicBSpline>), (Case<float, 3, Apic, WeightGradientForce, CubicBSpline>),
-    (Case<float, 2, Apic, MlsForce, CubicBSpline>)) {
+    (Case<float, 2, Apic, MlsForce, CubicBSpline>), (Case<double, 3, Apic, WeightGradientForce, CompactQuartic>)) {
     using S = typename TestType::S;
     const double tolerance = (sizeof(S) == 4 ? 0x1p-23 : 0x1p-52) * 64;  // as for the quadratic kernel
     for (const std::size_t count : {std::size_t(200), std::size_t(3000)}) {
@@ -85,10 +85,12 @@ TEMPLATE_TEST_CASE(
     }
 }
 
-TEMPLATE_TEST_CASE("G2P with linear and cubic weights takes what the papers define: v, C and the gradient that moves F",
-                   "", (Case<float, 3, Apic, WeightGradientForce, Linear>),
-                   (Case<double, 2, Pic, WeightGradientForce, Linear>), (Case<double, 3, Apic, MlsForce, CubicBSpline>),
-                   (Case<float, 2, Pic, MlsForce, CubicBSpline>)) {
+TEMPLATE_TEST_CASE(
+    "G2P with linear, cubic and compact quartic weights takes what the papers define: v, C and the gradient that moves "
+    "F",
+    "", (Case<float, 3, Apic, WeightGradientForce, Linear>), (Case<double, 2, Pic, WeightGradientForce, Linear>),
+    (Case<double, 3, Apic, MlsForce, CubicBSpline>), (Case<float, 2, Pic, MlsForce, CubicBSpline>),
+    (Case<float, 3, Apic, WeightGradientForce, CompactQuartic>)) {
     using S = typename TestType::S;
     constexpr int D = TestType::D;
     constexpr double epsilon = double(std::numeric_limits<S>::epsilon());
@@ -126,7 +128,8 @@ TEMPLATE_TEST_CASE("G2P with linear and cubic weights takes what the papers defi
 TEMPLATE_TEST_CASE("Mass, momentum and, with APIC, angular momentum go from particles to grid and back", "",
                    (Case<double, 3, Apic, WeightGradientForce, Linear>),
                    (Case<double, 2, Apic, WeightGradientForce, Linear>),
-                   (Case<double, 3, Apic, MlsForce, CubicBSpline>), (Case<double, 2, Apic, MlsForce, CubicBSpline>)) {
+                   (Case<double, 3, Apic, MlsForce, CubicBSpline>), (Case<double, 2, Apic, MlsForce, CubicBSpline>),
+                   (Case<double, 3, Apic, WeightGradientForce, CompactQuartic>)) {
     constexpr int D = TestType::D;
     Drifted<TestType> matter(3000);
     auto& cloud = matter.cloud;

@@ -3,6 +3,7 @@
 #include "support/catch.hpp"
 #include <firn/core/dual.hpp>
 #include <firn/data/block_partition.hpp>
+#include <firn/kernel/compact_quartic.hpp>
 #include <firn/kernel/cubic_b_spline.hpp>
 #include <firn/kernel/linear.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
@@ -30,7 +31,7 @@ constexpr int places = 1200;  // fractional positions looked at, both ends of [b
 TEMPLATE_TEST_CASE(
     "weights are positive, sum to one, reproduce linear fields, have the inertia that is stated, if one is; their "
     "gradients sum to zero and reproduce a slope of one",
-    "[kernel]", Linear, QuadraticBSpline, CubicBSpline) {
+    "[kernel]", Linear, QuadraticBSpline, CubicBSpline, CompactQuartic) {
     using K = TestType;
     for (int place = 0; place <= places; ++place) {
         const double f = K::base_shift + double(place) / places;
@@ -50,6 +51,8 @@ TEMPLATE_TEST_CASE(
         CHECK(std::abs(first) <= 4e-16);
         if constexpr (has_inertia<K>)
             CHECK(std::abs(second - 1 / K::inverse_inertia) <= 4e-16);  // Σ N (x_i − x)² = h²/4, h²/3
+        else if constexpr (has_local_inertia<K>)
+            CHECK(std::abs(second - K::inertia(f - centre_node<K>)) <= 4e-16);
         else
             for (std::size_t i = 0; i < w.size(); ++i)  // N (x_i − x) D⁻¹ = ∇N, away from where D vanishes
                 if (second > 0.01) CHECK(std::abs(w[i] * (double(i) - f) / second - g[i]) <= 1e-13);
@@ -59,7 +62,7 @@ TEMPLATE_TEST_CASE(
 }
 
 TEMPLATE_TEST_CASE("gradients are the derivatives of the weights, by dual numbers", "[kernel]", Linear,
-                   QuadraticBSpline, CubicBSpline) {
+                   QuadraticBSpline, CubicBSpline, CompactQuartic) {
     using K = TestType;
     for (int place = 0; place <= places; ++place) {
         const double f = K::base_shift + double(place) / places;
@@ -71,7 +74,7 @@ TEMPLATE_TEST_CASE("gradients are the derivatives of the weights, by dual number
 }
 
 TEMPLATE_TEST_CASE("a node's weight, and a spline's slope, is continuous where a particle changes its base node",
-                   "[kernel]", Linear, QuadraticBSpline, CubicBSpline) {
+                   "[kernel]", Linear, QuadraticBSpline, CubicBSpline, CompactQuartic) {
     using K = TestType;
     constexpr double gap = 1e-9;
     double jump = 0;
@@ -88,7 +91,7 @@ TEMPLATE_TEST_CASE("a node's weight, and a spline's slope, is continuous where a
 }
 
 TEMPLATE_TEST_CASE("largest_weight and largest_gradient are reached and not exceeded", "[kernel][bounds]", Linear,
-                   QuadraticBSpline, CubicBSpline) {
+                   QuadraticBSpline, CubicBSpline, CompactQuartic) {
     using K = TestType;
     double gradient = 0;
     for (std::size_t node = 0; node < K::support; ++node) {
@@ -110,17 +113,19 @@ TEMPLATE_TEST_CASE("largest_weight and largest_gradient are reached and not exce
 TEMPLATE_TEST_CASE(
     "courant_limit is 2/ω of the stiffness of matter without gaps, integrated from the gradients, and half of it for "
     "the linear kernel",
-    "[kernel]", Linear, QuadraticBSpline, CubicBSpline) {
+    "[kernel]", Linear, QuadraticBSpline, CubicBSpline, CompactQuartic) {
     using K = TestType;
-    // Σ_j e^{ijθ} ∫ N'(u) N'(u − j) du = ∫ |Σ_k e^{ikθ} N'_k(f)|² df over one cell: a polynomial in f, of degree four
-    // at most, which three points of Gauss integrate exactly.
-    const double root = std::sqrt(0.6) / 2;
-    const double points[] = {0.5 - root, 0.5, 0.5 + root}, shares[] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+    // Σ_j e^{ijθ} ∫ N'(u) N'(u − j) du = ∫ |Σ_k e^{ikθ} N'_k(f)|² df over one cell: a polynomial in f, of degree six
+    // at most, which four points of Gauss integrate exactly.
+    const double near = std::sqrt(3 - 2 * std::sqrt(1.2)) / std::sqrt(28),
+                 far = std::sqrt(3 + 2 * std::sqrt(1.2)) / std::sqrt(28);
+    const double points[] = {0.5 - far, 0.5 - near, 0.5 + near, 0.5 + far};
+    const double of_near = (18 + std::sqrt(30)) / 72, shares[] = {0.5 - of_near, of_near, of_near, 0.5 - of_near};
     double largest = 0;
     constexpr int angles = 20'000;
     for (int angle = 0; angle <= angles; ++angle) {
         double symbol = 0;
-        for (int q = 0; q < 3; ++q) {
+        for (int q = 0; q < 4; ++q) {
             const auto g = K::gradients(K::base_shift + points[q]);
             double real = 0, imaginary = 0;
             for (std::size_t k = 0; k < g.size(); ++k) {
@@ -135,7 +140,7 @@ TEMPLATE_TEST_CASE(
 }
 
 TEMPLATE_TEST_CASE("of a single particle, Σ N'²/N bounds ω² as the safety of the time step says", "[kernel]",
-                   QuadraticBSpline, CubicBSpline) {
+                   QuadraticBSpline, CubicBSpline, CompactQuartic) {
     using K = TestType;
     double largest = 0;
     for (int place = 1; place < places; ++place) {
@@ -146,6 +151,7 @@ TEMPLATE_TEST_CASE("of a single particle, Σ N'²/N bounds ω² as the safety of
         largest = std::max(largest, sum);
     }
     const double limit = 2 / std::sqrt(largest);
-    CHECK(limit == Approx(K::support == 3 ? 0.82 : 1.13).epsilon(0.01));
+    const double expected = std::same_as<K, CompactQuartic> ? 0.866 : K::support == 3 ? 0.82 : 1.13;
+    CHECK(limit == Approx(expected).epsilon(0.01));
     CHECK(time_step_safety<K> < limit);
 }
