@@ -55,7 +55,8 @@ void set_mirrors(Program& program, const Boundary& boundary) {
 /// acceleration field and volumetric policy.
 ///
 /// The parameters of the policies become uniforms of the program, which the host can change between steps. Other
-/// members of the policies, such as the contact of a wall, become fixed parts of the program's text.
+/// members of the policies, such as the contact of a wall, become fixed parts of the program's text; so do the
+/// parameters of a volumetric policy. A filter of volume ratios counts the steps since the host set the status to 0.
 ///
 /// Mirrored walls must lie on planes of nodes. make_inputs() checks this, because the program does not know its domain;
 /// if the host moves a wall to another place, the next step reports an error. \see NodesBehind::mirrored
