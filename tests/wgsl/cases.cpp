@@ -190,7 +190,7 @@ void write_solids(const std::filesystem::path& root, const scenes::Matter& matte
 /// Blocks in the corners of mirrored walls, some of them inside of the domain and beside a ball.
 void write_mirrored(const std::filesystem::path& root) {
     const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.3);
-    write_case<2, Apic, MlsForce>(root, "2d_mirrored", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 20, material, 0,
+    write_case<2, Apic, MlsForce>(root, "2d_mirrored", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 4, material, 0,
                                   scenes::mirrored_walls<2>());
     write_case<2, Pic, WeightGradientForce, FixedCorotated<float>, CubicBSpline>(
         root, "2d_mirrored_sorted", {0.3, 1.0 / 64, 1.0 / 32, 1.0 / 32}, "step_sorted", 1, material, 0,
@@ -212,10 +212,10 @@ void write_mirrored(const std::filesystem::path& root) {
 
 /// Averages of the rates of volume change, also at mirrored walls.
 void write_averaged(const std::filesystem::path& root) {
-    const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.45);
+    const auto material = FixedCorotated<float>::from_young_poisson(1e5, 0.4);
     using Elastic = FixedCorotated<float>;
     write_case<2, Apic, MlsForce, Elastic, QuadraticBSpline, Walls<float, 2>, FBar>(
-        root, "2d_f_bar_mirrored", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 20, material, 0, scenes::mirrored_walls<2>());
+        root, "2d_f_bar_mirrored", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 4, material, 0, scenes::mirrored_walls<2>());
     write_case<3, Apic, WeightGradientForce, Elastic, QuadraticBSpline, Walls<float, 3>, FBar>(
         root, "3d_f_bar", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 2, material);
     write_case<3, Pic, MlsForce, Elastic, CubicBSpline, Walls<float, 3>, FBar>(
@@ -228,7 +228,7 @@ void write_filtered(const std::filesystem::path& root) {
     const auto honey = Fluid<float>::from_properties({.viscosity = 5});
     using Elastic = FixedCorotated<float>;
     write_case<2, Apic, MlsForce, Fluid<float>, QuadraticBSpline, Walls<float, 2>, VolumeFilter>(
-        root, "2d_filter_mirrored", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 20, honey, 2e-4, scenes::mirrored_walls<2>(),
+        root, "2d_filter_mirrored", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 4, honey, 2e-4, scenes::mirrored_walls<2>(),
         {.every = 1});
     write_case<3, Apic, MlsForce, Elastic, QuadraticBSpline, Walls<float, 3>, VolumeFilter>(
         root, "3d_filter", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 4, material, 0, scenes::rough_walls<3>(),
