@@ -414,6 +414,8 @@ int main(int count, char** words) {
         write_case<3, Apic, MlsForce, Elastic, CubicBSpline>(root, "3d_cubic", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50);
         write_case<3, Apic, MlsForce, Elastic, CubicBSpline>(root, "3d_cubic_sorted", {0.25, 1.0 / 32, 1.0 / 16},
                                                              "step_sorted", 50);
+        write_case<2, Apic, WeightGradientForce, Elastic, CompactQuartic>(root, "2d_compact_quartic",
+                                                                          {0.3, 1.0 / 64, 1.0 / 32}, "step", 50);
         const SoftTissue<float> own{.mu = 4e4F, .lambda = 6e4F};
         write_case<2, Pic, MlsForce>(root, "2d_own_material", {0.3, 1.0 / 64, 1.0 / 32}, "step", 50, own);
         write_case<3, Apic, WeightGradientForce>(root, "3d_own_material", {0.25, 1.0 / 32, 1.0 / 16}, "step", 50, own);

@@ -1,7 +1,6 @@
 /// \file A part of a collision beside slipping walls with mirrored nodes, against the whole without walls.
-#include "scenes/walls.hpp"
-
 #include "case.hpp"
+#include "scenes/walls.hpp"
 
 using namespace firn;
 using namespace verification;
@@ -59,8 +58,8 @@ int main(int argc, char** argv) {
                 "them and lies on nodes. One run has all of both bodies and no wall; the other has what is in front of "
                 "the plane, and a slipping wall with mirrored nodes there. A second plane (z = 0 in 3D; in 2D y = 0, "
                 "where the squares meet) leaves a quarter, with an edge between the walls. All runs are in double.");
-    Plot& plot = report.plot({"squares", "Half of two squares: largest distance from the whole run", "step", "|Δx| / L",
-                              true});
+    Plot& plot =
+        report.plot({"squares", "Half of two squares: largest distance from the whole run", "step", "|Δx| / L", true});
     check<Apic>(report, plot, "APIC");
     check<Pic>(report, plot, "PIC");
     check<Flip<double>>(report, plot, "FLIP 0.95");

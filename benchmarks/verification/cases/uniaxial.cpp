@@ -91,7 +91,15 @@ int main(int argc, char** argv) {
                    largest_error(simulated(of.sand, of.of_sand), closed(form_of(of.sand), of.of_sand)), 1e-10,
                    "closed form; a particle of a body that a 3D simulation (APIC) stretches");
 
+    report.at_most("sand in a simulation, F-bar",
+                   largest_error(simulated<FBar>(of.sand, of.of_sand), closed(form_of(of.sand), of.of_sand)), 1e-10,
+                   "as above: the average of a rate of volume change that is the same everywhere is this rate");
+
     const NaccForm clay = form_of(of.nacc);
+    const Path of_clay{{1, 0.91, 0.95, 0.88}};
+    report.at_most("Cam clay in a simulation, F-bar",
+                   largest_error(simulated<FBar>(of.nacc, of_clay), simulated(of.nacc, of_clay)), 1e-10,
+                   "as above; against the same without F-bar");
     Plot& cam = report.plot({"nacc", "Cam clay: compressed, and stretched", "l", "τ [kPa]"});
     for (const double end : {0.91, 1.05}) {
         const bool crushed = end < 1;

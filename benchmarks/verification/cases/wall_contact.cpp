@@ -1,9 +1,8 @@
 /// \file What sticks to walls with mirrored nodes, slides along them, bounces, and leaves them.
+#include "case.hpp"
 #include "scenes/ball.hpp"
 #include "scenes/incline.hpp"
 #include "scenes/walls.hpp"
-
-#include "case.hpp"
 
 using namespace firn;
 using namespace verification;
@@ -35,7 +34,8 @@ void check_layers(Case& report) {
                                   sheared ? "u_x / H" : "u_y / H", "Y / H"});
         const SoftLayer soft(sheared, pull, 0.01, NodesBehind::held);
         Curve exact{"exact", {}, {}, Curve::Kind::reference};
-        for (double Y = 0; Y <= 0.2; Y += 0.01) exact.add(soft.displacement(Y * SoftLayer::height) / SoftLayer::height, Y);
+        for (double Y = 0; Y <= 0.2; Y += 0.01)
+            exact.add(soft.displacement(Y * SoftLayer::height) / SoftLayer::height, Y);
         plot.curves.push_back(exact);
         std::string remark;
         for (const double h : {0.01, 0.005}) {
@@ -68,7 +68,8 @@ void check_pull(Case& report) {
         const std::string how = pull[0] == 0 ? "straight" : "askew";
         const auto felt = PulledOff(pull, NodesBehind::mirrored).after(0.2);
         const char* const source = "what leaves a wall is free; rounding of 200 steps";
-        report.at_most("block pulled off, " + how + ": the floor's impulse over the block's", felt.impulse, 1e-14, source);
+        report.at_most("block pulled off, " + how + ": the floor's impulse over the block's", felt.impulse, 1e-14,
+                       source);
         report.at_most("block pulled off, " + how + ": largest |τ_yy| over E", felt.stress, 1e-13, source);
         report.at_most("block pulled off, " + how + ": velocity against a free fall's, relative", felt.velocity, 1e-13,
                        source);
@@ -108,13 +109,15 @@ void check_bounce(Case& report) {
     }
     report.check({"disk that bounces: energy left, mirrored over held", left[1] / left[0], 1, 0.01,
                   "no less: the mirrored disk of a symmetric collision"});
-    report.remark(formatted(
-        "A disk that falls on a floor that it may leave (h = R/8) keeps %.2f %% of its energy with mirrored nodes, and "
-        "%.2f %% with held ones; it comes as near to the floor, %.2f and %.2f h past the first touch of a rigid disk. "
-        "A ball in 3D is the same to 5 digits. The floor is felt one cell early with both: the disk meets its mirror "
-        "image as two bodies meet on a grid, and hardly any of its particles comes nearer to the floor than half a "
-        "cell, where mirrored nodes would differ.",
-        100 * left[1], 100 * left[0], approach[1] * 32, approach[0] * 32));
+    const auto kept = [&](int i) { return percent(left[i], 2); };
+    const auto way = [&](int i) { return formatted("%.2f h", approach[i] * 32); };
+    report.remark(
+        "A disk that falls on a floor that it may leave (h = R/8) keeps " + kept(1) +
+        " of its energy with mirrored nodes, and " + kept(0) + " with held ones; its centre comes " + way(1) + " and " +
+        way(0) +
+        " nearer to the floor than a rigid disk's. A ball in 3D is the same with both, to 5 digits. The floor "
+        "is felt one cell early with both: a disk meets its mirror image as two bodies meet on a grid, and "
+        "hardly any of its particles comes nearer to the floor than half a cell, where mirrored nodes differ.");
 }
 
 }  // namespace

@@ -55,49 +55,46 @@ struct Waves {
         return WavesBetweenWalls<Solution, Transfer>{{matter, setup.amplitude}, h, setup.particles, 0.2, transfer};
     }
     Study walled(const Setup& setup, NodesBehind nodes_behind) const {
-        return study(label + ", " + contact + ", " + verification::name_of(nodes_behind) + ", " + setup.text(),
-                     setup.amplitude, [&](double h) {
-                         return of(setup, h).walled({stick ? Contact::stick : Contact::slip, nodes_behind});
-                     });
+        return study(
+            label + ", " + contact + ", " + verification::name_of(nodes_behind) + ", " + setup.text(), setup.amplitude,
+            [&](double h) { return of(setup, h).walled({stick ? Contact::stick : Contact::slip, nodes_behind}); });
     }
     Study periodic(const Setup& setup) const {
         return study(label + ", periodic, " + setup.text(), setup.amplitude,
                      [&](double h) { return of(setup, h).periodic(); });
     }
 
-    /// Four that are of second order.
-    void hold(Case& report, Plot& plot) const {
-        const Study held = walled(small, NodesBehind::held);
-        for (const Setup& setup : {small, large}) {
-            const Study mirrored = walled(setup, NodesBehind::mirrored);
-            report.check({"order, at most 2, " + label + ", " + contact + ", " + setup.text(),
-                          std::min(mirrored.order(), 2.0), 2, 0.1,
+    static std::string text(const Study& of) { return formatted("%.2g and %.2f", of.finest(), of.order()); }
+
+    /// One that is of second order. Returns its figures in words.
+    std::string hold(Case& report, Plot& plot, bool draw_held) const {
+        const Study held = walled(small, NodesBehind::held), mirrored = walled(small, NodesBehind::mirrored),
+                    swung = walled(large, NodesBehind::mirrored);
+        for (const bool is_large : {false, true})
+            report.check({"order, at most 2, " + label + ", " + contact + ", " + (is_large ? large : small).text(),
+                          std::min((is_large ? swung : mirrored).order(), 2.0), 2, 0.1,
                           "second order of splines and leapfrog; our aim: 1.8 at least"});
-            if (&setup == &small) continue;
-            report.remark(formatted("%s, %s: with mirrored nodes, error/A at h = 1/32 m is %.2g (%s), and the order is "
-                                    "%.2f. With held nodes they are %.2g and %.2f (%s).",
-                                    label.c_str(), contact, mirrored.finest(), setup.text().c_str(), mirrored.order(),
-                                    held.finest(), held.order(), small.text().c_str()));
-            plot.curves.push_back(mirrored);
-            plot.curves.back().label = label + ", mirrored";
+        plot.curves.push_back(swung);
+        plot.curves.back().label = label + ", mirrored";
+        if (draw_held) {
+            plot.curves.push_back(held);
+            plot.curves.back().label = label + ", held";
         }
-        plot.curves.push_back(held);
-        plot.curves.back().label = label + ", held";
+        return label + " " + text(mirrored) + " (A = 0.05 m: " + text(swung) + "; held: " + text(held) + ")";
     }
 
-    /// Two that damp, and are of lower order without walls, too.
-    void compare(Case& report) const {
+    /// One that damps, and is of lower order without walls, too. Returns its figures in words.
+    std::string compare(Case& report) const {
+        std::string words;
         for (const Setup& setup : {small, large}) {
             const Study mirrored = walled(setup, NodesBehind::mirrored), free = periodic(setup);
             report.at_most("error over that of periodic waves, less 1, " + label + ", " + contact + ", " + setup.text(),
                            std::max(0.0, mirrored.finest() / free.finest() - 1), stick ? 0.02 : 1e-6,
                            stick ? "no worse than without walls; 2 %: the mirror image of stuck matter is no solution"
                                  : "a plane of symmetry changes nothing");
-            report.remark(formatted("%s, %s, %s: error/A at h = 1/32 m is %.3g, and %.3g without walls. The orders are "
-                                    "%.2f and %.2f.",
-                                    label.c_str(), contact, setup.text().c_str(), mirrored.finest(), free.finest(),
-                                    mirrored.order(), free.order()));
+            if (words.empty()) words = label + " " + text(mirrored) + " (periodic: " + text(free) + ")";
         }
+        return words;
     }
 
     /// The largest distance of a particle from where the periodic run has it, over a period, in cells.
@@ -117,8 +114,9 @@ struct Waves {
     void be_exact(Case& report) const {
         for (const int n : {8, 16}) {
             if (n > 8 && report.quick()) continue;
-            report.at_most(formatted("slip, largest |x − x of periodic waves| over h, %s, h = 1/%d m", label.c_str(), n),
-                           off_periodic(1.0 / n), 1e-10, "a plane of symmetry changes nothing; rounding");
+            report.at_most(
+                formatted("slip, largest |x − x of periodic waves| over h, %s, h = 1/%d m", label.c_str(), n),
+                off_periodic(1.0 / n), 1e-10, "a plane of symmetry changes nothing; rounding");
         }
     }
 };
@@ -139,11 +137,13 @@ void run(Case& report) {
     }
     const std::string contact = apic.contact;
     Plot& plot = report.plot({contact, "Waves between walls: " + contact, "h [m]", "error / A", true});
-    apic.hold(report, plot);
+    const std::string of_apic = apic.hold(report, plot, true);
     if (report.quick()) return;
-    aflip.hold(report, plot);
-    flip.hold(report, plot);
-    fmpm.hold(report, plot);
+    const std::string words = of_apic + ", " + aflip.hold(report, plot, false) + ", " + flip.hold(report, plot, false) +
+                              ", " + fmpm.hold(report, plot, false) + ", " + damped.compare(report) + ", " +
+                              pic.compare(report);
+    report.remark("Error/A at h = 1/32 m, and order, with A = 1 mm and mirrored nodes, " + contact + ": " + words +
+                  ".");
     Curve first{"h", {}, {}, Curve::Kind::reference}, second{"h²", {}, {}, Curve::Kind::reference};
     for (const int n : cells) {
         first.add(1.0 / n, 0.6 * 8 / n);
@@ -151,8 +151,6 @@ void run(Case& report) {
     }
     plot.curves.push_back(first);
     plot.curves.push_back(second);
-    damped.compare(report);
-    pic.compare(report);
 }
 
 }  // namespace

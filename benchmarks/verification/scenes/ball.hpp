@@ -1,9 +1,9 @@
 /// \file An elastic ball falls on a floor and bounces; in 3D against Hertz's contact (Hertz 1882; Johnson 1985, §11.4).
 #pragma once
 
-#include "sides.hpp"
-
 #include <firn/firn.hpp>
+
+#include "sides.hpp"
 
 #include <numbers>
 

@@ -1,12 +1,13 @@
 /// \file An elastic column under its own weight, held sideways: H = 0.1 m, ρ = 1800 kg/m³, E = 1 MPa, ν = 0, 5 × 5
 /// particles a cell; so is cb-geo/mpm's column (mpm-doc, hydrostatic-column.md; 0.2 m wide there, two or three cells
-/// here, as nothing depends on the width). At rest, by the height Y before loading: σ_yy = −ρ g (H − Y), also of large strains
-/// as the cross-section stays, and u = −ρ g/E (H Y − Y²/2) for the fixed corotated model, whose P_yy = E (F_yy − 1).
+/// here, as nothing depends on the width). At rest, by the height Y before loading: σ_yy = −ρ g (H − Y), also of large
+/// strains as the cross-section stays, and u = −ρ g/E (H Y − Y²/2) for the fixed corotated model, whose P_yy = E (F_yy
+/// − 1).
 #pragma once
 
-#include "sides.hpp"
-
 #include <firn/firn.hpp>
+
+#include "sides.hpp"
 
 #include <cmath>
 #include <numbers>

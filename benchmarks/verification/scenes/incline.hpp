@@ -2,22 +2,21 @@
 /// solid that lies askew in the grid; or gravity is askew, and the incline is a solid or a wall of the grid.
 #pragma once
 
-#include "sides.hpp"
-
 #include <firn/firn.hpp>
 
-#include <optional>
+#include "sides.hpp"
 
 #include <numbers>
+#include <optional>
 
 namespace verification {
 
 struct InclineOptions {
     double slope = std::numbers::pi / 6, friction = 0.3;
     double h = 1.0 / 40;
-    double young = 1e6;     ///< [Pa]
-    double duration = 0.5;  ///< [s]
-    bool askew = false;     ///< the solid, not gravity
+    double young = 1e6;                       ///< [Pa]
+    double duration = 0.5;                    ///< [s]
+    bool askew = false;                       ///< the solid, not gravity
     std::optional<firn::NodesBehind> wall{};  ///< the incline is a wall of the grid, with these nodes behind
 };
 
@@ -86,11 +85,11 @@ Slide slide(const InclineOptions& options, const Transfer& transfer = {}) {
         walls.at_lower[1].friction = options.friction;
         walls.nodes_behind = *options.wall;
         Simulation<2, FixedCorotated<S>, Transfer, Force, Kernel> simulation({{0.0, 0.0}, {3.0, 1.0}, options.h},
-                                                                            material, {}, walls);
+                                                                             material, {}, walls);
         return slide_on(simulation, options, R, cast<double>(ground.position), transfer);
     }
     Simulation<2, FixedCorotated<S>, Transfer, Force, Kernel, Coloured, decltype(ground)> simulation(domain, material,
-                                                                                                   {}, ground);
+                                                                                                     {}, ground);
     return slide_on(simulation, options, R, cast<double>(ground.position), transfer);
 }
 

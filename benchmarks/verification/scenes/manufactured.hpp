@@ -3,9 +3,9 @@
 /// Sadeghirad and Guilkey 2015 (generalised vortex).
 #pragma once
 
-#include "sides.hpp"
-
 #include <firn/firn.hpp>
+
+#include "sides.hpp"
 
 #include <algorithm>
 #include <cmath>

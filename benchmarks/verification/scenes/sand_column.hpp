@@ -29,11 +29,12 @@ inline double height_of_lagree(double a) { return 0.65 * std::pow(a, 0.35); }
 inline double time_of_lube(double height, double g) { return 3.3 * std::sqrt(height / g); }
 }  // namespace deposit
 
-template <class S>
+/// \tparam Policies  what differs from the defaults of a simulation
+template <class S, class... Policies>
 struct SandColumn {
     static constexpr double width = 0.1, density = 1600, g = 9.81;  ///< L0 [m]
 
-    firn::Simulation<2, firn::Sand<S>> simulation;
+    firn::SimulationWith<2, firn::Sand<S>, Policies...> simulation;
     double aspect, h;
 
     SandColumn(double aspect_, int cells_across, firn::Angle friction_angle = firn::degrees(30))

@@ -57,10 +57,12 @@ std::vector<Response> driven(const Model& model, const Path& path) {
 
 /// The responses of a particle within a body that a simulation stretches: velocities are given anew for every step, and
 /// no forces act, so that they are those of F.
-template <class Model>
+/// \tparam Policies  what differs from the defaults of a simulation
+template <class... Policies, class Model>
 std::vector<Response> simulated(const Model& model, const Path& path) {
     using S = firn::material_scalar_t<Model>;
-    firn::Simulation<3, Model, firn::Apic, firn::NoForce> simulation({{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}, 0.1}, model);
+    firn::SimulationWith<3, Model, firn::NoForce, Policies...> simulation({{0.0, 0.0, 0.0}, {1.0, 1.0, 1.0}, 0.1},
+                                                                          model);
     simulation.gravity = {0.0, 0.0, 0.0};
     simulation.fixed_time_step = 1e-5;
     simulation.add(firn::sample_box<3>({0.3, 0.4, 0.4}, {0.7, 0.6, 0.6}, {.spacing = 0.05}), 1000);

@@ -1,11 +1,11 @@
-/// \file What walls with mirrored nodes promise: half a problem beside a slipping wall moves as the whole problem; stuck
-/// matter hangs from its wall, or is sheared beside it, as the exact solutions say; what is pulled off a wall that it
-/// may leave feels nothing of it.
+/// \file What walls with mirrored nodes promise: half a problem beside a slipping wall moves as the whole problem;
+/// stuck matter hangs from its wall, or is sheared beside it, as the exact solutions say; what is pulled off a wall
+/// that it may leave feels nothing of it.
 #pragma once
 
-#include "manufactured.hpp"
-
 #include <firn/firn.hpp>
+
+#include "manufactured.hpp"
 
 #include <cmath>
 #include <numbers>

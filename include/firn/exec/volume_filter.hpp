@@ -78,7 +78,7 @@ void gather_numbers(const ParticleSet<View>& set, const SparseGrid<S, D>& grid, 
 /// \throws overflow_error  if fixed-point sums could overflow
 template <class Kernel, class Execution, std::floating_point S, int D, class Material, class... Views>
 void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMemory<S>& memory, const Mirrors& mirrors,
-                    double share, const Material& material, std::size_t k, const ParticleSet<Views>&... sets) {
+                    S share, const Material& material, std::size_t k, const ParticleSet<Views>&... sets) {
     using P = native_pack<S>;
     using Lifted = with_scalar_t<Material, P>;
     using State = material_state_t<Lifted, D>;
@@ -117,7 +117,7 @@ void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMe
                 auto after = filtered_state<D>(lifted, load_state<State>(set.view.state, slots),
                                                load_symmetric<P, D>(set.view.stress, slots),
                                                values.template load<P>(slots, 0), averages.template load<P>(slots, 0),
-                                               volumes.template load<P>(slots, 0), P(S(share)));
+                                               volumes.template load<P>(slots, 0), P(share));
                 store_state(set.view.state, slots, after.state);
                 store_symmetric(set.view.stress, slots, after.stress);
             });

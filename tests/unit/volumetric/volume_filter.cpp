@@ -40,7 +40,7 @@ struct Block {
         grid.activate(partition);
         update_stress(Serial{}, particles.view(), partition, material, h);
     }
-    void filter(double share, const Mirrors& mirrors = {}) {
+    void filter(S share, const Mirrors& mirrors = {}) {
         FilterMemory<S> memory;
         filter_volumes<Kernel>(Coloured{2}, grid, memory, mirrors, share, material, 0,
                                ParticleSet{particles.view(), partition});
