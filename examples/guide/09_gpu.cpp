@@ -55,7 +55,8 @@ int main() {
     //! - Programs support one material, PIC and APIC, float and a dense grid. They do not support periodic axes, or
     //!   meshes as boundaries.
     //! - Mirrored walls must lie on planes of nodes also where a host moves them; a step reports an error otherwise.
-    //! - For FBar, give the acceleration field and the policy: `make_program<…>(tissue, walls, gravity, firn::FBar{})`.
+    //! - For FBar or VolumeFilter, give the acceleration field and the policy: `make_program<…>(tissue, walls, gravity,
+    //!   firn::FBar{})`. The parameters of VolumeFilter become fixed parts of the program. It counts its steps from 0.
     //!
     //! `06_emit_wgsl --list` lists the programs that it writes: every kernel, transfer and force form with one material,
     //! every material with one of these, and snow with an obstacle. `--all FOLDER` writes them. firn::wgsl makes a

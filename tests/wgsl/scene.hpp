@@ -87,8 +87,10 @@ struct MovingBlocks {
     firn::Simulation<D, Material, Transfer, Force, Kernel, Integers, Boundary, Volume> simulation;
     firn::wgsl::Program program;
 
-    MovingBlocks(const Matter& matter, const Material& material, const Boundary& boundary = rough_walls<D>())
+    MovingBlocks(const Matter& matter, const Material& material, const Boundary& boundary = rough_walls<D>(),
+                 const Volume& volume = {})
         : domain(box(matter.cell_size)), simulation(domain, material, {}, boundary) {
+        simulation.volume = volume;
         simulation.fixed_time_step = 0.1 * matter.cell_size / 20;  // waves: 12 m/s
         if (matter.in_corners > 0) simulation.warn = {};           // of walls that lie inside of the domain
         if (matter.in_corners < 0)
@@ -112,7 +114,7 @@ struct MovingBlocks {
         simulation.edit_particles();  // so that they are sorted anew now, and not in the next step
         simulation.partition();
         program = firn::wgsl::make_program<Kernel, Transfer, Force, D>(
-            material, simulation.boundary, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)}, Volume{});
+            material, simulation.boundary, firn::Gravity<float, D>{firn::cast<float>(simulation.gravity)}, volume);
     }
 
     /// The simulation as it is now.

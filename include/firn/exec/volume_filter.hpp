@@ -114,18 +114,12 @@ void filter_volumes(const Execution& execution, SparseGrid<S, D>& grid, FilterMe
             detail::average_at_nodes<Kernel>(execution, grid, mirrors, memory.scales[k], threads, all...);
             detail::gather_numbers<Kernel>(set, grid, threads, averages);  // averages: A² (J - 1)
             detail::for_registers(set, threads, [&](const Slots& slots) {
-                State state = load_state<State>(set.view.state, slots);
-                const P change = filtered_change(volume_change(state), values.template load<P>(slots, 0),
-                                                 averages.template load<P>(slots, 0), P(share));
-                const auto takes_part = volumes.template load<P>(slots, 0) > P(0);
-                const auto before = kirchhoff_stress(lifted, state);
-                state = with_volume_change<D>(lifted, state, select(takes_part, change, P(0)));
-                store_state(set.view.state, slots, state);
-                // Only the elastic part of the stress changes; a viscous part stays.
-                const auto after = kirchhoff_stress(lifted, state);
-                const Mat<P, D> stress = load_symmetric<P, D>(set.view.stress, slots);
-                store_symmetric(set.view.stress, slots,
-                                has_rate_dependent_stress<Lifted, D> ? stress + (after - before) : after);
+                auto after = filtered_state<D>(lifted, load_state<State>(set.view.state, slots),
+                                               load_symmetric<P, D>(set.view.stress, slots),
+                                               values.template load<P>(slots, 0), averages.template load<P>(slots, 0),
+                                               volumes.template load<P>(slots, 0), P(share));
+                store_state(set.view.state, slots, after.state);
+                store_symmetric(set.view.stress, slots, after.stress);
             });
         };
         parallel_region(threads, [&] {

@@ -61,4 +61,27 @@ FIRN_INLINE S filtered_change(const S& own, const S& once, const S& twice, const
     return (once - own + (once - twice)) * share;
 }
 
+/// A particle after a pass of the filter.
+template <class State, class S, int D>
+struct FilteredState {
+    State state;       ///< the state of the material
+    Mat<S, D> stress;  ///< the Kirchhoff stress τ [Pa]
+};
+
+/// Returns the state and the stress of a particle after a pass of the filter. Only the elastic part of the stress
+/// changes; a viscous part stays.
+/// \param stress  Kirchhoff stress τ before [Pa];  \param volume  \see filtered_volume
+/// \param once, twice, share  \see filtered_change
+template <int D, class Material, class State, scalar S>
+FIRN_INLINE FilteredState<State, S, D> filtered_state(const Material& material, const State& state,
+                                                      const Mat<S, D>& stress, const S& once, const S& twice,
+                                                      const S& volume, const S& share) {
+    const S change = select(volume > S(0), filtered_change(volume_change(state), once, twice, share), S(0));
+    const State after = with_volume_change<D>(material, state, change);
+    if constexpr (has_rate_dependent_stress<Material, D>)
+        return {after, stress + (kirchhoff_stress(material, after) - kirchhoff_stress(material, state))};
+    else
+        return {after, kirchhoff_stress(material, after)};
+}
+
 }  // namespace firn

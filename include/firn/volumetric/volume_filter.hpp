@@ -3,6 +3,7 @@
 
 #include <firn/core/error.hpp>
 #include <firn/core/parameters.hpp>
+#include <firn/core/scalar.hpp>
 #include <firn/volumetric/concept.hpp>
 
 #include <cmath>

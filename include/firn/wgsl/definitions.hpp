@@ -9,6 +9,7 @@
 #include <firn/stage/mirror_planes.hpp>
 #include <firn/stage/time_step.hpp>
 #include <firn/stage/volume.hpp>
+#include <firn/stage/volume_filter.hpp>
 #include <firn/wgsl/module.hpp>
 #include <firn/wgsl/stage_shapes.hpp>
 
@@ -246,16 +247,11 @@ void add_g2p(Module& module) {
                              });
 }
 
-/// Adds the functions of a volumetric policy that averages to the module. volume_record and average_rate are those of
-/// stage/volume.hpp; rate_of returns a particle's rate of volume change [1/s], with_average what G2P takes from the
-/// grid with the average around the particle, and sum_average a sum over the nodes along an axis.
-template <class Kernel, int D, class Volume>
-void add_volume(Module& module, const Volume& volume) {
+/// Adds the functions that average numbers of particles at the nodes: volume_record and average_rate, which are those
+/// of stage/volume.hpp, and sum_average, a sum over the nodes along an axis.
+template <class Kernel, int D>
+void add_volume_average(Module& module) {
     using R = recorded;
-    using Taken = G2PResult<R, D>;
-    const std::string of_volume = std::string(Volume::name) + ", ";
-    module.function<Taken>("rate_of", of_volume + "the rate of volume change", {"taken"},
-                           [](const Taken& taken) { return trace(taken.velocity_gradient); });
     module.function<R, R>("volume_record", "firn/stage/volume.hpp: what a particle gives", {"rate", "volume"},
                           [](const R& rate, const R& initial) { return volume_record<D>(rate, initial); });
     module.function<R, R>("average_rate", "firn/stage/volume.hpp", {"rates", "volume"},
@@ -268,11 +264,46 @@ void add_volume(Module& module, const Volume& volume) {
                                         for (std::size_t k = 0; k < K; ++k) sums[k].value = parts[k];
                                         return sum_axis<centre_node<Kernel>>(sums, w, w).value;
                                     });
+}
+
+/// Adds the functions of a volumetric policy that averages rates of volume change: rate_of, a particle's rate [1/s],
+/// and with_average, what G2P takes from the grid with the average of the rates around the particle.
+template <int D, class Volume>
+void add_averaged_volume(Module& module, const Volume& volume) {
+    using R = recorded;
+    using Taken = G2PResult<R, D>;
+    const std::string of_volume = std::string(Volume::name) + ", ";
+    module.function<Taken>("rate_of", of_volume + "the rate of volume change", {"taken"},
+                           [](const Taken& taken) { return trace(taken.velocity_gradient); });
     module.function<Taken, R>("with_average", of_volume + "with the average of the rates around", {"own", "average"},
                               [&](Taken taken, const R& average) {
                                   taken.velocity_gradient = volume.velocity_gradient(taken.velocity_gradient, average);
                                   return taken;
                               });
+}
+
+/// Adds the functions of a volumetric policy that filters volume ratios: share_of, and those of stage/volume_filter.hpp
+/// for one particle.
+template <int D, class Material, class Volume>
+void add_filtered_volume(Module& module, const Material& material, const Volume& volume) {
+    using R = recorded;
+    using Lifted = with_scalar_t<Material, R>;
+    using State = material_state_t<Lifted, D>;
+    const std::string of_volume = std::string(Volume::name) + ", ";
+    const auto model = [&] { return detail::with_uniforms(material, "material"); };
+    module.function<R>("share_of", of_volume + "the share that one pass removes", {"crossed"},
+                       [&](const R& crossed) { return volume.share(crossed); });
+    module.function<State>("volume_change_of", "firn/stage/volume_filter.hpp: J - 1", {"state"},
+                           [](const State& state) { return volume_change(state); });
+    module.function<State, R>(
+        "filtered_volume_of", "firn/stage/volume_filter.hpp: V0 of a particle that takes part, else 0",
+        {"state", "volume"},
+        [&](const State& state, const R& initial) { return filtered_volume(model(), state, initial); });
+    module.function<State, Mat<R, D>, R, R, R, R>(
+        "filtered", "firn/stage/volume_filter.hpp: state and stress after a pass",
+        {"state", "stress", "once", "twice", "volume", "share"},
+        [&](const State& state, const Mat<R, D>& stress, const R& once, const R& twice, const R& taking_part,
+            const R& share) { return filtered_state<D>(model(), state, stress, once, twice, taking_part, share); });
 }
 
 /// Adds the functions of the material to the module. These functions return a particle's state after a step, its

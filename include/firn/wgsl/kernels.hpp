@@ -86,7 +86,7 @@ fn clear(${INVOCATION}) {
     let i = invocation(group, groups, local);
     if (stopped()) { return; }
     if (i == 0u) {
-        choose_time_step();
+        choose_time_step();${CHOOSE_SHARE}
         atomicStore(&status[1], 0xffffffffu); // no particle
         for (var k = 2u; k < 7u; k++) { atomicStore(&status[k], 0u); }${CLEAR_LOADS}
     }
@@ -347,110 +347,15 @@ fn node_of_wall(position: f32, lower: f32) -> i32 {
 )";
 
 /// WGSL text of the entry point ${NAME}, in which all mirrored walls of one part of the boundary across one axis act on
-/// the nodes beside them. An invocation does one line of nodes across these walls.
+/// the nodes beside them. If ${IDLE} is true, it does nothing. An invocation does one line of nodes across these walls.
 inline constexpr const char* mirror = R"(
 @compute @workgroup_size(${GROUP})
 fn ${NAME}(${INVOCATION}) {
     let i = invocation(group, groups, local);
-    if (i >= ${LINES} || stopped()) { return; }
+    if (i >= ${LINES} || ${IDLE}) { return; }
     let line = line_of_nodes(i, ${STRIDE}, ${COUNT});
     let lower = coordinates[${FIRST_COORDINATE}];
     ${WALLS}
-}
-)";
-
-/// WGSL text of the entry points that average the rates of volume change: measure_rates, choose_rate_scale,
-/// scatter_rates and average_rates, which puts the average of each node in place of its mass. \see stage/volume.hpp
-inline constexpr const char* average_volume = R"(
-var<workgroup> largest_rates: array<atomic<u32>, 2>;
-
-/// The rate of volume change of each particle; the largest of V0 times rate, and of V0. Status words 12 to 15: those two,
-/// and the two scales.
-@compute @workgroup_size(${GROUP})
-fn measure_rates(${INVOCATION}) {
-    let i = invocation(group, groups, local);
-    if (i < params.particles && !stopped()) {
-        let place = load_place(i);
-        let base = base_node_of(place);
-        let fraction = place - base;
-        let rate = rate_of(take_from_grid(gather(nodes_from(base + load_corner(i)), fraction), fraction));
-        rates[i] = rate;
-        let load = load_of(volume_record(rate, load_volume(i)));
-        atomicMax(&largest_rates[0], bitcast<u32>(load.momentum));
-        atomicMax(&largest_rates[1], bitcast<u32>(load.mass));
-    }
-    workgroupBarrier();
-    if (local < 2u) { atomicMax(&status[12u + local], atomicLoad(&largest_rates[local])); }
-}
-
-@compute @workgroup_size(1)
-fn choose_rate_scale() {
-    if (stopped()) { return; }
-    let bound = bound_of(FixedPointLoad(bitcast<f32>(atomicLoad(&status[12])), 0.0f,
-                                        bitcast<f32>(atomicLoad(&status[13])), bitcast<f32>(atomicLoad(&status[6]))));
-    if (!is_finite(bound.momentum) || !is_finite(bound.mass)) { fail(1u, 0xffffffffu); return; }
-    let scale = scale_of(bound);
-    atomicStore(&status[14], bitcast<u32>(scale.momentum));
-    atomicStore(&status[15], bitcast<u32>(scale.mass));
-}
-fn rate_scale() -> FixedPointScale {
-    return FixedPointScale(bitcast<f32>(atomicLoad(&status[14])), bitcast<f32>(atomicLoad(&status[15])));
-}
-${SCATTER}
-@compute @workgroup_size(${GROUP})
-fn scatter_rates(${INVOCATION}) {
-    let i = invocation(group, groups, local);
-    if (i >= params.particles || stopped()) { return; }
-    scatter_rate(i, rate_scale(), ${IVEC}(0));
-}
-
-/// The sums of node i: of V0 times rate, and of V0.
-fn sums_in_quanta(i: u32) -> vec2<f32> {
-    let volume = atomicLoad(&rate_sums[4u * i + 3u]);
-    if (volume < ${FEWEST}i) { return vec2<f32>(0.0f); }
-    let scale = rate_scale();
-    return vec2<f32>(f32(atomicLoad(&rate_sums[4u * i])) * (1.0f / scale.momentum), f32(volume) * (1.0f / scale.mass));
-}
-fn load_sums(i: u32) -> vec2<f32> {
-    return vec2<f32>(bitcast<f32>(atomicLoad(&rate_sums[4u * i])), bitcast<f32>(atomicLoad(&rate_sums[4u * i + 3u])));
-}
-fn store_sums(i: u32, sums: vec2<f32>) {
-    atomicStore(&rate_sums[4u * i], bitcast<i32>(sums.x));
-    atomicStore(&rate_sums[4u * i + 3u], bitcast<i32>(sums.y));
-}
-${FOLDS}
-@compute @workgroup_size(${GROUP})
-fn average_rates(${INVOCATION}) {
-    let i = invocation(group, groups, local);
-    if (i >= node_count() || stopped()) { return; }
-    let sums = ${SUMS}(i);
-    nodes[i] = vec4<i32>(nodes[i].xyz, bitcast<i32>(average_rate(sums.x, sums.y)));
-}
-
-fn gather_average(first: ${IVEC}, f: ${VEC}) -> f32 {
-    var w = kernel_weights_of(f);
-    ${GATHER}
-}
-)";
-
-/// WGSL text of the entry point convert_rates. If there are mirrored walls, it replaces the integer sums of
-/// average_volume by numbers.
-inline constexpr const char* convert_rates = R"(
-@compute @workgroup_size(${GROUP})
-fn convert_rates(${INVOCATION}) {
-    let i = invocation(group, groups, local);
-    if (i < node_count() && !stopped()) { store_sums(i, sums_in_quanta(i)); }
-}
-/// The sums of the node behind node `on` and of the node in front of it: both get the sum of the two.
-fn fold_rates(line: Line, on: i32, inward: i32) {
-    let behind = on - inward;
-    let front = on + inward;
-    if (min(behind, front) < 0 || max(behind, front) >= line.count) { return; }
-    let b = line.first + line.stride * u32(behind);
-    let f = line.first + line.stride * u32(front);
-    let sums = load_sums(f) + load_sums(b);
-    store_sums(b, sums);
-    store_sums(f, sums);
 }
 )";
 

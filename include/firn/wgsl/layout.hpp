@@ -80,7 +80,7 @@ struct Program {
         material,                          ///< name of the material
         boundary,                          ///< name of the boundary
         field,                             ///< name of the acceleration field
-        volume{};                          ///< name of the volumetric policy; empty if it averages nothing
+        volume{};                          ///< name of the volumetric policy; empty if it is OwnVolume
     int workgroup_size;                    ///< number of invocations per workgroup in most entry points
     double time_step_safety;               ///< firn::time_step_safety of the kernel
     std::vector<Uniform> uniforms;         ///< members of the WGSL struct at binding 0
@@ -96,6 +96,11 @@ struct Program {
         for (const Buffer& b : buffers)
             if (b.name == of_name) return b;
         throw usage_error("The program " + name + " has no buffer " + of_name + ".");
+    }
+    /// Returns whether the program has an entry point of a given name.
+    bool has(const std::string& entry_point) const {
+        return std::any_of(entry_points.begin(), entry_points.end(),
+                           [&](const EntryPoint& e) { return e.name == entry_point; });
     }
     /// Returns the uniform of a given name.
     /// \throws usage_error  if no uniform has this name
@@ -117,6 +122,8 @@ struct Facts {
     bool rate_dependent;     ///< whether the material's stress depends on the velocity gradient
     bool stress_with_state;  ///< whether the material returns its new state and its stress together
     bool averages_volume;    ///< whether rates of volume change are averaged, see firn::volumetric
+    bool filters_volume;     ///< whether volume ratios are filtered, see firn::filters_volume
+    int filters_every;       ///< number of steps from one pass of this filter to the next
     int workgroup_size;      ///< number of invocations per workgroup in most entry points
 };
 
@@ -225,13 +232,17 @@ inline void add_buffers(Program& program, const Facts& facts, const FieldTable& 
     add_fields("state", state);
     add_fields("constants", constants);
     add("nodes", "i32", nodes, "node", node_width);
-    add("status", "u32", status, "program", 16);
+    add("status", "u32", status, "program", facts.filters_volume ? 20 : 16);
     add("counts", "u32", counts, "node", 1);
     add("coordinates", "f32", coordinates, "axis_node", 1);
     add("blocks", "u32", blocks, "block", 2);
     add("order", "u32", order, "particle", 1, {{"order", 1, "1"}});
     if (facts.averages_volume) {
         add("rates", "f32", rates, "particle", 1, {{"rate_of_volume_change", 1, "1/s"}});
+        add("rate_sums", "i32", rate_sums, "node", node_width);
+    }
+    if (facts.filters_volume) {
+        add("rates", "f32", rates, "particle", 2, {{"volume_change", 1, "1"}, {"filtered_volume", 1, "m^D"}});
         add("rate_sums", "i32", rate_sums, "node", node_width);
     }
 }
@@ -291,8 +302,9 @@ inline void add_entry_points(Program& program, const Facts& facts) {
     Bindings first{{motion, true}, {stress, true}, {state, true}, {constants, false}, {status, true}};
     if (facts.rate_dependent) first.emplace_back(affine, true);
     add("initialise", "particle", size, first);
+    const bool sums_rates = facts.averages_volume || facts.filters_volume;
     const Bindings cleared{{nodes, true}, {counts, true}, {status, true}};
-    add("clear", "node", size, facts.averages_volume ? with(cleared, {{rate_sums, true}}) : cleared);
+    add("clear", "node", size, sums_rates ? with(cleared, {{rate_sums, true}}) : cleared);
     add("measure", "particle", size, with(particle, {{counts, true}}));
     add("measure_counts", "node", size, {{counts, true}, {status, true}});
     add("choose_scale", "one_workgroup", 1, {{status, true}});
@@ -307,18 +319,30 @@ inline void add_entry_points(Program& program, const Facts& facts) {
         const std::string axis(1, "xyz"[program.mirrors[wall].plane.axis]);
         add(mirror_pass(k), axis + "_line", size, {{nodes, true}, {coordinates, false}, {status, true}});
     });
-    if (facts.averages_volume) {
-        add("measure_rates", "particle", size,
-            {{motion, true}, {constants, false}, {nodes, true}, {status, true}, {rates, true}});
+    if (sums_rates) {
+        const Bindings particle_sums{
+            {motion, true}, {constants, false}, {status, true}, {rates, true}, {rate_sums, true}},
+            sums{{status, true}, {rate_sums, true}};
         add("choose_rate_scale", "one_workgroup", 1, {{status, true}});
-        add("scatter_rates", "particle", size,
-            {{motion, true}, {constants, false}, {status, true}, {rates, true}, {rate_sums, true}});
-        if (!program.mirrors.empty()) add("convert_rates", "node", size, {{status, true}, {rate_sums, true}});
+        add("scatter_rates", "particle", size, particle_sums);
+        if (!program.mirrors.empty()) add("convert_rates", "node", size, sums);
         for_mirror_passes(program, [&](int k, std::size_t wall, std::size_t) {
             const std::string axis(1, "xyz"[program.mirrors[wall].plane.axis]);
-            add(fold_pass(k), axis + "_line", size, {{coordinates, false}, {status, true}, {rate_sums, true}});
+            add(fold_pass(k), axis + "_line", size, with(sums, {{coordinates, false}}));
         });
-        add("average_rates", "node", size, {{nodes, true}, {status, true}, {rate_sums, true}});
+        if (facts.averages_volume) {
+            add("measure_rates", "particle", size,
+                {{motion, true}, {constants, false}, {nodes, true}, {status, true}, {rates, true}});
+            add("average_rates", "node", size, with(sums, {{nodes, true}}));
+        } else {
+            add("measure_volumes", "particle", size, with(particle_sums, {{state, true}}));
+            add("count_volumes", "node", size, sums);
+            add("average_volumes", "node", size, sums);
+            add("measure_averages", "particle", size,
+                {{motion, true}, {status, true}, {rates, true}, {rate_sums, true}});
+            add("filter_volumes", "particle", size,
+                {{motion, true}, {stress, true}, {state, true}, {status, true}, {rates, true}, {rate_sums, true}});
+        }
     }
     add("g2p", "particle", size, with(particle, {{state, true}, {nodes, true}}));
 }

@@ -43,13 +43,23 @@ inline std::vector<std::string> step_order_of(const Program& program, bool sorte
     detail::for_mirror_passes(program, [&](int k, std::size_t, std::size_t) {
         order.insert(order.end() - 1, detail::mirror_pass(k));  // before g2p
     });
-    if (!program.volume.empty()) {
-        std::vector<std::string> passes{"measure_rates", "choose_rate_scale", "scatter_rates"};
-        if (!program.mirrors.empty()) passes.push_back("convert_rates");
-        detail::for_mirror_passes(program,
-                                  [&](int k, std::size_t, std::size_t) { passes.push_back(detail::fold_pass(k)); });
-        passes.push_back("average_rates");
+    std::vector<std::string> average{"choose_rate_scale", "scatter_rates"};
+    if (!program.mirrors.empty()) average.push_back("convert_rates");
+    detail::for_mirror_passes(program,
+                              [&](int k, std::size_t, std::size_t) { average.push_back(detail::fold_pass(k)); });
+    const auto join = [](std::vector<std::string> passes, const std::vector<std::string>& more) {
+        passes.insert(passes.end(), more.begin(), more.end());
+        return passes;
+    };
+    if (program.has("average_rates")) {
+        const auto passes = join(join({"measure_rates"}, average), {"average_rates"});
         order.insert(order.end() - 1, passes.begin(), passes.end());
+    }
+    if (program.has("filter_volumes")) {
+        average.push_back("average_volumes");
+        auto passes = join(join({"measure_volumes", "count_volumes"}, average), {"measure_averages"});
+        passes = join(join(passes, average), {"filter_volumes"});
+        order.insert(order.begin() + 1, passes.begin(), passes.end());  // after clear
     }
     return order;
 }
@@ -159,6 +169,7 @@ inline std::string manifest(const Program& program) {
             if (!program.volume.empty())
                 for (const char* name : {"largest_rate", "largest_volume", "rate_scale", "volume_scale"})
                     json.field(name, word++);
+            if (program.has("filter_volumes")) json.field("filter_share", word++);
         });
         json.key("errors").object([&] {
             const std::size_t errors = program.mirrors.empty() ? detail::mirror_error - 1 : error_sentences.size();

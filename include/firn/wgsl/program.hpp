@@ -55,7 +55,8 @@ void set_mirrors(Program& program, const Boundary& boundary) {
 /// acceleration field and volumetric policy.
 ///
 /// The parameters of the policies become uniforms of the program, which the host can change between steps. Other
-/// members of the policies, such as the contact of a wall, become fixed parts of the program's text.
+/// members of the policies, such as the contact of a wall, become fixed parts of the program's text; so do the
+/// parameters of a volumetric policy. A filter of volume ratios counts the steps since the host set the status to 0.
 ///
 /// Mirrored walls must lie on planes of nodes. make_inputs() checks this, because the program does not know its domain;
 /// if the host moves a wall to another place, the next step reports an error. \see NodesBehind::mirrored
@@ -74,12 +75,20 @@ Program make_program(const Material& material, const Boundary& boundary, const F
         !blends_velocities<Transfer> && !refines_velocities<Transfer>,
         "firn: FLIP, AFLIP, ASFLIP and FMPM take further passes, for which there are no WGSL kernels; use Pic or "
         "Apic.");
-    static_assert(Volume::averages_volume || std::same_as<Volume, OwnVolume>,
-                  "firn: this volumetric policy is not yet in WGSL; there are OwnVolume and FBar.");
+    static_assert(Volume::averages_volume || filters_volume<Volume> || std::same_as<Volume, OwnVolume>,
+                  "firn: this volumetric policy is not yet in WGSL; there are OwnVolume, FBar and VolumeFilter.");
+    static_assert(!(Volume::averages_volume && filters_volume<Volume>),
+                  "firn: a volumetric policy that averages and filters is not yet in WGSL.");
     static_assert(Kernel::support <= block_size,
                   "one block of ghost nodes holds all nodes beyond the domain that a particle reaches");
     using State = material_state_t<with_scalar_t<Material, recorded>, D>;
     static_assert(std::tuple_size_v<decltype(State::fields())> > 0, "firn: a struct of WGSL has at least one member");
+    int every = 0;
+    if constexpr (filters_volume<Volume>) {
+        static_assert(has_volume<State>, "firn: a filter of volume ratios needs a material with a state J or F.");
+        volume.check();
+        every = volume.every;
+    }
     const Facts facts{D,
                       Kernel::support,
                       centre_node<Kernel>,
@@ -89,6 +98,8 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                       has_rate_dependent_stress<Material, D>,
                       has_returned_with_stress<Material, D>,
                       Volume::averages_volume,
+                      filters_volume<Volume>,
+                      every,
                       workgroup_size};
 
     Program program;
@@ -99,7 +110,7 @@ Program make_program(const Material& material, const Boundary& boundary, const F
     program.material = Material::name;
     program.boundary = Boundary::name;
     program.field = Field::name;
-    if constexpr (Volume::averages_volume) program.volume = Volume::name;
+    if constexpr (!std::same_as<Volume, OwnVolume>) program.volume = Volume::name;
     program.name = detail::name_of(program);
     program.workgroup_size = workgroup_size;
     program.time_step_safety = time_step_safety<Kernel>;
@@ -127,8 +138,10 @@ Program make_program(const Material& material, const Boundary& boundary, const F
         add_mirrors<Kernel, D>(module, boundary, walls);
     }
     add_g2p<Kernel, Transfer, Force, D>(module);
-    if constexpr (Volume::averages_volume) add_volume<Kernel, D>(module, volume);
     add_material<D>(module, material);
+    if constexpr (!std::same_as<Volume, OwnVolume>) add_volume_average<Kernel, D>(module);
+    if constexpr (Volume::averages_volume) add_averaged_volume<D>(module, volume);
+    if constexpr (filters_volume<Volume>) add_filtered_volume<D>(module, material, volume);
 
     const detail::KernelText text(facts);
     program.code = "// Written by firn " + version() +

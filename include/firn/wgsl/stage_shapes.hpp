@@ -6,6 +6,7 @@
 #include <firn/stage/g2p.hpp>
 #include <firn/stage/mirror.hpp>
 #include <firn/stage/p2g.hpp>
+#include <firn/stage/volume_filter.hpp>
 #include <firn/wgsl/recorded.hpp>
 
 namespace firn::wgsl {
@@ -101,6 +102,19 @@ struct shape<StateAndStress<State, S, D>>
 
     /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
     static std::string name() { return "StateAndStress"; }
+    static constexpr auto members() { return std::tuple{member{"state", &T::state}, member{"stress", &T::stress}}; }
+    /// @}
+};
+
+/// Translates FilteredState (a particle after a filter of volume ratios) to a WGSL struct.
+template <class State, class S, int D>
+struct shape<FilteredState<State, S, D>> : struct_shape<FilteredState<State, S, D>, shape<FilteredState<State, S, D>>> {
+    using T = FilteredState<State, S, D>;  ///< the C++ struct
+    /// \name Interface of struct_shape
+    /// @{
+
+    /// name() returns the struct's name in WGSL; members() returns its members. \see struct_shape
+    static std::string name() { return "FilteredState"; }
     static constexpr auto members() { return std::tuple{member{"state", &T::state}, member{"stress", &T::stress}}; }
     /// @}
 };

@@ -6,6 +6,7 @@
 #include <firn/wgsl/kernels.hpp>
 #include <firn/wgsl/layout.hpp>
 #include <firn/wgsl/module.hpp>
+#include <firn/wgsl/volume_kernels.hpp>
 
 namespace firn::wgsl {
 
@@ -87,7 +88,7 @@ public:
         return filled(text::time_step) + filled(text::clear) + filled(text::measure) +
                scatter("scatter", "node_sums", node_in_grid(), record_of_particle) + filled(text::p2g) +
                filled(text::p2g_sorted, {{"SCATTER", scatter_in_arena()}}) + filled(text::grid_update) +
-               mirrors(program) + average_volume(program) +
+               mirrors(program) + volume(program) +
                filled(text::g2p,
                       {{"GRADIENTS", facts_.sum_gradients ? "var g = kernel_gradients_of(f);" : ""},
                        {"GATHER", gather("Sums", "sum_axis", "Sums0(velocity_at(" + node_in_grid() + "))")}});
@@ -178,7 +179,7 @@ private:
                 return "let column_" + n + " = load_column" + place + ");" + indented(1) + "if (has_matter(column_" +
                        n + ")) { store_column" + place + ", mirrored_" + n + "(column_" + n + ")); }";
             };
-            text += filled(text::mirror, mirror_names(program, mirror_pass(k), first, last, act));
+            text += filled(text::mirror, mirror_names(program, mirror_pass(k), "stopped()", first, last, act));
         });
         return text;
     }
@@ -186,8 +187,8 @@ private:
     /// beginning of the arguments of a function that acts on a column: the line, the node on the wall and the
     /// direction.
     template <class Act>
-    Names mirror_names(const Program& program, const std::string& name, std::size_t first, std::size_t last,
-                       const Act& act) const {
+    Names mirror_names(const Program& program, const std::string& name, const std::string& idle, std::size_t first,
+                       std::size_t last, const Act& act) const {
         const int across = program.mirrors[first].plane.axis;
         const auto nodes_along_all = [](std::vector<int> axes) {
             std::vector<std::string> factors;
@@ -216,6 +217,7 @@ private:
         std::string coordinate;
         for (const int a : earlier) coordinate += nodes_along(a) + " + ";
         return {{"NAME", name},
+                {"IDLE", idle},
                 {"LINES", nodes_along_all(others)},
                 {"STRIDE", nodes_along_all(later)},
                 {"COUNT", nodes_along(across)},
@@ -223,21 +225,30 @@ private:
                 {"WALLS", walls}};
     }
 
-    /// Returns the WGSL text of the passes that average the rates of volume change; no text without an average.
-    std::string average_volume(const Program& program) const {
-        if (!facts_.averages_volume) return "";
-        std::string folds = program.mirrors.empty() ? "" : filled(text::convert_rates);
+    /// Returns the WGSL text of the passes of a volumetric policy; no text for OwnVolume.
+    std::string volume(const Program& program) const {
+        if (!sums_rates()) return "";
+        const bool filters = facts_.filters_volume, mirrors = !program.mirrors.empty();
+        const std::string volume_of = filters ? "rates[params.capacity + i]" : "load_volume(i)",
+                          record = "volume_record(rates[i], " + volume_of + ")",
+                          average = filters ? "bitcast<f32>(atomicLoad(&rate_sums[4u * " + node_in_grid() + " + 2u]))"
+                                            : "bitcast<f32>(nodes[" + node_in_grid() + "].w)";
+        const Names names{{"IDLE", idle()},
+                          {"COUNT_WORD", filters ? "18" : "6"},
+                          {"SCATTER", scatter("scatter_rate", "rate_sums", node_in_grid(), record.c_str())},
+                          {"SUMS", mirrors ? "load_sums" : "sums_in_quanta"},
+                          {"EVERY", std::to_string(facts_.filters_every)},
+                          {"GATHER", gather("", "sum_average", average)}};
+        std::string text = filled(text::volume_average, names) + (mirrors ? filled(text::convert_rates, names) : "");
         for_mirror_passes(program, [&](int k, std::size_t first, std::size_t last) {
             const auto act = [](const std::string&, const std::string& place) { return "fold_rates" + place + ");"; };
-            folds += filled(text::mirror, mirror_names(program, fold_pass(k), first, last, act));
+            text += filled(text::mirror, mirror_names(program, fold_pass(k), idle(), first, last, act));
         });
-        const std::string average = "bitcast<f32>(nodes[" + node_in_grid() + "].w)";
-        return filled(text::average_volume, {{"SCATTER", scatter("scatter_rate", "rate_sums", node_in_grid(),
-                                                                 "volume_record(rates[i], load_volume(i))")},
-                                             {"FOLDS", folds},
-                                             {"SUMS", program.mirrors.empty() ? "sums_in_quanta" : "load_sums"},
-                                             {"GATHER", gather("", "sum_average", average)}});
+        return text + filled(filters ? text::filter : text::rates, names);
     }
+    bool sums_rates() const { return facts_.averages_volume || facts_.filters_volume; }
+    /// Returns the WGSL condition under which the passes of the volumetric policy do nothing.
+    std::string idle() const { return facts_.filters_volume ? "filter_rests()" : "stopped()"; }
     /// Returns the WGSL statements in which G2P computes `taken`.
     std::string take() const {
         const std::string nodes = "nodes_from(base + corner), fraction)";
@@ -327,13 +338,18 @@ private:
                                D, [](int a) { return "stress[" + std::to_string(a) + "]." + axis(a); }, " + ")},
             {"UPDATE", update()},
             {"TAKE", take()},
-            {"CLEAR_LOADS", facts_.averages_volume
-                                ? indented(2) + "for (var k = 12u; k < 14u; k++) { atomicStore(&status[k], 0u); }"
-                                : ""},
+            {"CHOOSE_SHARE", facts_.filters_volume
+                                 ? indented(2) +
+                                       "atomicStore(&status[16], bitcast<u32>(share_of(chosen.place_per_velocity * "
+                                       "bitcast<f32>(atomicLoad(&status[2])))));" +
+                                       indented(2) + "atomicAdd(&status[17], 1u);" + indented(2) +
+                                       "atomicStore(&status[18], 0u);"
+                                 : ""},
+            {"CLEAR_LOADS",
+             sums_rates() ? indented(2) + "for (var k = 12u; k < 14u; k++) { atomicStore(&status[k], 0u); }" : ""},
             {"CLEAR_RATES",
-             facts_.averages_volume
-                 ? indented(1) + "for (var k = 0u; k < 4u; k++) { atomicStore(&rate_sums[4u * i + k], 0); }"
-                 : ""},
+             sums_rates() ? indented(1) + "for (var k = 0u; k < 4u; k++) { atomicStore(&rate_sums[4u * i + k], 0); }"
+                          : ""},
             {"AT_FIRST_RATE",
              facts_.rate_dependent ? facts_.affine ? ", load_affine_velocity(i)" : ", " + no_matrix(D) : ""},
             {"STORE_AFFINE", facts_.affine ? "store_affine_velocity(i, taken.affine);" : ""},

@@ -5,6 +5,7 @@
 #include <firn/field/damped.hpp>
 #include <firn/force/weight_gradient.hpp>
 #include <firn/volumetric/f_bar.hpp>
+#include <firn/volumetric/volume_filter.hpp>
 #include <firn/wgsl/inputs.hpp>
 #include <firn/wgsl/manifest.hpp>
 #include <firn/wgsl/program.hpp>
@@ -242,6 +243,32 @@ TEST_CASE(
             return e.name == name && e.bindings.size() - 1 <= 8 && p.code.find("fn " + name + "(") != std::string::npos;
         }));
     CHECK(wgsl::manifest(p).find("\"volume\": \"f_bar\"") != std::string::npos);
+}
+
+TEST_CASE("A filter of volume ratios has passes before P2G, which average twice; its interval is checked") {
+    auto walls = Walls<float, 2>::all({0, 0}, {1, 1}, {Contact::slip, 0});
+    walls.nodes_behind = NodesBehind::mirrored;
+    walls.at_lower[0].contact = walls.at_upper[0].contact = Contact::none;
+    const auto make = [&](const VolumeFilter& filter) {
+        return wgsl::make_program<QuadraticBSpline, Apic, MlsForce, 2>(FixedCorotated<float>{}, walls,
+                                                                       Gravity<float, 2>{}, filter);
+    };
+    const wgsl::Program p = make({.every = 5});
+    const std::vector<std::string> average{"choose_rate_scale", "scatter_rates", "convert_rates", "fold_rates_0",
+                                           "average_volumes"};
+    std::vector<std::string> expected{"clear", "measure_volumes", "count_volumes"};
+    expected.insert(expected.end(), average.begin(), average.end());
+    expected.push_back("measure_averages");
+    expected.insert(expected.end(), average.begin(), average.end());
+    for (const char* name : {"filter_volumes", "measure"}) expected.push_back(name);
+    const std::vector<std::string> order = wgsl::step_order_of(p);
+    REQUIRE(order.size() > expected.size());
+    CHECK(std::equal(expected.begin(), expected.end(), order.begin()));
+    for (const std::string& name : order) CHECK(p.has(name));
+    for (const wgsl::EntryPoint& e : p.entry_points) CHECK(e.bindings.size() - 1 <= 8);
+    CHECK(p.code.find("% 5u != 0u") != std::string::npos);
+    CHECK(p.name.ends_with("_volume_filter"));
+    CHECK_THROWS_AS(make({.every = 0}), parameter_error);
 }
 
 TEST_CASE("A field around a field: damping has the uniforms of both, and is given the velocity") {
