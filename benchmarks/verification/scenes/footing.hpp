@@ -67,7 +67,7 @@ struct DampedFrame {
 
 /// The footing in a frame that moves with the strip, so that the strip stays on a plane of nodes: the base of the soil
 /// is pushed upwards against the strip. (If the strip moves by s against the grid, the soil below moves away from the
-/// nodes that push it, and the load is as of a strip that is narrower by about 2 s.)
+/// nodes that push it, and the load is as of a strip that is narrower by up to 2 s.)
 /// \tparam Policies  transfer, force form and whatever else the simulation is to have
 template <class... Policies>
 struct Footing {
