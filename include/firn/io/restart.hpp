@@ -230,8 +230,15 @@ private:
 /// \throws io_error  if one of these differs
 template <std::size_t I, class Simulation, class T>
 void check_same_run(const Simulation& simulation, const State<T>& state, Restart how) {
-    check_same(state, policies_of<I>(simulation),
-               "Go on with a simulation of the same policies and precision, or use Restart::converted.");
+    constexpr const char* advice =
+        "Go on with a simulation of the same policies and precision, or use Restart::converted.";
+    const std::vector<StateAttribute> policies = policies_of<I>(simulation);
+    check_same(state, policies, advice);
+    // A state says nothing of a volumetric policy that is the default.
+    const auto is_volumetric = [](const StateAttribute& a) { return a.name == "volumetric"; };
+    if (std::any_of(state.attributes.begin(), state.attributes.end(), is_volumetric) &&
+        std::none_of(policies.begin(), policies.end(), is_volumetric))
+        check_same(state, {{"volumetric", OwnVolume::name}}, advice);
     if (how == Restart::same_bits) check_same_build(state);
     const auto& domain = simulation.domain();
     if (parameter_values(state, "grid", "lower") != as_doubles(domain.lower) ||

@@ -15,9 +15,10 @@ namespace restarts {
 using namespace firn;
 
 /// A block is thrown at another against the floor.
-template <class Material, class Execution, class Transfer = Apic>
+template <class Material, class Execution, class Transfer = Apic, class Volume = OwnVolume>
 void goes_on(const Material& material) {
-    using Run = Simulation<2, Material, Transfer, MlsForce, QuadraticBSpline, Execution>;
+    using Run = Simulation<2, Material, Transfer, MlsForce, QuadraticBSpline, Execution,
+                           Walls<material_scalar_t<Material>, 2>, Volume>;
     const auto made = [&](int threads) {
         Execution execution{};
         if constexpr (requires { execution.threads; }) execution.threads = threads;

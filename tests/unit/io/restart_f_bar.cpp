@@ -1,0 +1,25 @@
+// FBar: a restart goes on to the same bits, and a run without FBar does not go on from its state.
+#include "restart_scene.hpp"
+
+namespace restart_f_bar_tests {
+
+using namespace firn;
+
+TEST_CASE("FBar goes on to the same bits, threads changed at the restart", "[io][restart]") {
+    restarts::goes_on<NeoHookean<float>, Coloured, Apic, FBar>(NeoHookean<float>::from_young_poisson(2e4, 0.45));
+}
+
+TEST_CASE("A run goes on from a state only with the same volumetric policy", "[io][restart]") {
+    const Domain<2> domain{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 16};
+    const auto material = NeoHookean<float>::from_young_poisson(2e4, 0.45);
+    Simulation averaged(domain, material, FBar{});
+    Simulation own(domain, material);
+    averaged.add(sample_box<2>({0.4, 0.4}, {0.6, 0.6}, {.spacing = 1.0 / 32}), 1000);
+    own.add(sample_box<2>({0.4, 0.4}, {0.6, 0.6}, {.spacing = 1.0 / 32}), 1000);
+    const auto of_averaged = state_of(averaged), of_own = state_of(own);
+    CHECK_THROWS_AS(restore(own, of_averaged), io_error);
+    CHECK_THROWS_AS(restore(averaged, of_own), io_error);
+    CHECK_NOTHROW(restore(averaged, of_averaged));
+}
+
+}  // namespace restart_f_bar_tests
