@@ -140,6 +140,7 @@ public:
     const S* layer(std::size_t k) const {
         return k > layers_.size() || layers_[k - 1].empty() ? nullptr : layers_[k - 1].data();
     }
+    /// Returns the numbers of layer k, as above, to be changed.
     S* layer(std::size_t k) { return const_cast<S*>(std::as_const(*this).layer(k)); }
 
     /// Returns the index of a block, or no_block if the grid does not contain the block.

@@ -35,8 +35,12 @@ FIRN_INLINE SurfaceWeights<S> surface_weights() {
 /// Three nodes in a line across a wall, behind it, on it and in front of it, after the grid update.
 template <scalar S, int D>
 struct NodeColumn {
-    Vec<S, D> behind, on, front;         ///< velocities [m/s]
-    S mass_behind, mass_on, mass_front;  ///< masses [kg]; 0 for a node without matter
+    Vec<S, D> behind;  ///< velocity of the node behind the wall [m/s]
+    Vec<S, D> on;      ///< velocity of the node on the wall [m/s]
+    Vec<S, D> front;   ///< velocity of the node in front of the wall [m/s]
+    S mass_behind;     ///< mass of the node behind the wall [kg]; 0 for a node without matter
+    S mass_on;         ///< mass of the node on the wall [kg]; 0 for a node without matter
+    S mass_front;      ///< mass of the node in front of the wall [kg]; 0 for a node without matter
 };
 
 /// Returns 1 / mass; 0 for a node without matter. \see node_velocity

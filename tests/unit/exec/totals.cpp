@@ -1,4 +1,5 @@
 /// \file Totals: sums over particles, the same bits in any order of the particles, and in any shares of ranks.
+#include "support/by_definition.hpp"
 #include "support/catch.hpp"
 #include "support/scenes.hpp"
 
@@ -173,6 +174,28 @@ TEST_CASE("a simulation asks its execution for the totals of all ranks") {
     CHECK(both.particles == 2 * one.particles);
     CHECK(both.mass == Approx(2.001 * one.mass).epsilon(1e-12));
     CHECK(both.momentum[1] == Approx(2 * both.mass).epsilon(1e-12));
+}
+
+TEST_CASE("totals of an affine field take the inertia of the compact quartic kernel where the particle is") {
+    const Cloud<double, 2> cloud(60);
+    for (std::size_t p = 0; p < 60; ++p) {
+        const auto one = cloud.particles([&](std::size_t q) { return p == q; });
+        std::size_t slot = 0;
+        while (!one.is_particle(slot)) ++slot;
+        const Vec<double, 2> x = one.exact_position(slot), v = one.velocity(slot);
+        const Mat<double, 2> C = one.affine(slot);
+        Vec<double, 2> D{0.0, 0.0};  // Σ M (x_i − x)², axis by axis
+        by_definition::for_nodes<CompactQuartic>(cloud.of.domain, x, [&](const auto& node) {
+            for (int a = 0; a < 2; ++a) D[a] += node.weight * node.offset[a] * node.offset[a];
+        });
+        double energy = dot(v, v);
+        for (int i = 0; i < 2; ++i)
+            for (int j = 0; j < 2; ++j) energy += C(i, j) * C(i, j) * D[j];
+        const double m = cloud.of.mass[p], turning = x[0] * v[1] - x[1] * v[0] + C(1, 0) * D[0] - C(0, 1) * D[1];
+        const auto totals = firn::totals<CompactQuartic>(one, cloud.of.domain, cloud.material, 1);
+        CHECK(totals.kinetic_energy == Approx(0.5 * m * energy).epsilon(1e-12));
+        CHECK(std::abs(totals.angular_momentum - m * turning) <= 1e-12 * m * (norm(x) * norm(v) + std::abs(turning)));
+    }
 }
 
 }  // namespace totals_tests
