@@ -199,8 +199,10 @@ void write_mirrored(const std::filesystem::path& root) {
     ball.position = Vec<double, 3>::filled(0.47);
     write_case<3, Apic, MlsForce>(root, "3d_mirrored", {0.25, 1.0 / 32, 1.0 / 16, 2.0 / 16}, "step", 3, material, 0,
                                   Together(ball, scenes::mirrored_walls<3>(2.0 / 16)));
+#if defined(FIRN_TEST_ALL)
     write_case<3, Pic, MlsForce>(root, "3d_mirrored_pic", {0.25, 1.0 / 32, 1.0 / 16, 0}, "step", 1, material, 0,
                                  scenes::mirrored_walls<3>());
+#endif
     // A host that moves a wall to where there are no nodes.
     const scenes::MovingBlocks<2, Apic, MlsForce, FixedCorotated<float>> blocks({0.1, 1.0 / 64, 1.0 / 32, 0}, material,
                                                                                 scenes::mirrored_walls<2>());
@@ -218,8 +220,10 @@ void write_averaged(const std::filesystem::path& root) {
         root, "2d_f_bar_mirrored", {0.3, 1.0 / 64, 1.0 / 32, 0}, "step", 4, material, 0, scenes::mirrored_walls<2>());
     write_case<3, Apic, WeightGradientForce, Elastic, QuadraticBSpline, Walls<float, 3>, FBar>(
         root, "3d_f_bar", {0.25, 1.0 / 32, 1.0 / 16}, "step_sorted", 2, material);
+#if defined(FIRN_TEST_ALL)
     write_case<3, Pic, MlsForce, Elastic, CubicBSpline, Walls<float, 3>, FBar>(
         root, "3d_f_bar_mirrored", {0.25, 1.0 / 32, 1.0 / 16, 0}, "step", 1, material, 0, scenes::mirrored_walls<3>());
+#endif
 }
 
 /// Filters of the volume ratios: in every step, and in every second one.
