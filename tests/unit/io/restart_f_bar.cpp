@@ -1,4 +1,4 @@
-// FBar: a restart goes on to the same bits, and a run without FBar does not go on from its state.
+/// \file FBar: a restart goes on to the same bits, and a run without FBar does not go on from its state.
 #include "restart_scene.hpp"
 
 namespace restart_f_bar_tests {
