@@ -34,7 +34,8 @@ struct Check {
 
 /// A line of a plot. The reference is drawn black and dashed.
 struct Curve {
-    enum class Kind { ours, reference, published };  ///< published: points, of an experiment or another code
+    /// published: points, of an experiment or another code; particles: one point each
+    enum class Kind { ours, reference, published, particles };
     std::string label;
     std::vector<double> x{}, y{};
     Kind kind = Kind::ours;
@@ -105,7 +106,8 @@ public:
 
 private:
     static const char* name_of(Curve::Kind kind) {
-        return kind == Curve::Kind::ours ? "ours" : kind == Curve::Kind::reference ? "reference" : "published";
+        constexpr const char* names[] = {"ours", "reference", "published", "particles"};
+        return names[int(kind)];
     }
 
     void write() const {

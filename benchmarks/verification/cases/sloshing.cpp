@@ -19,7 +19,7 @@ constexpr double wanted = 0.1;  // decay by viscosity in a period, 2 ν k² T
 /// p / ρ g H over y / H of single particles, in a strip of two cells in the middle of the box.
 template <class Water>
 Curve column(const Water& water, const std::string& label) {
-    Curve curve{label, {}, {}, Curve::Kind::published};
+    Curve curve{label, {}, {}, Curve::Kind::particles};
     for_particles(water.simulation, [&](std::size_t slot) {
         const auto& particles = water.simulation.particles();
         const auto x = particles.exact_position(slot);
