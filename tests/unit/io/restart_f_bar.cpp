@@ -1,4 +1,4 @@
-/// \file FBar: a restart goes on to the same bits, and a run without FBar does not go on from its state.
+/// \file Volumetric policies: a restart goes on to the same bits, and a run with another policy does not go on.
 #include "restart_scene.hpp"
 
 namespace restart_f_bar_tests {
@@ -7,6 +7,11 @@ using namespace firn;
 
 TEST_CASE("FBar goes on to the same bits, threads changed at the restart", "[io][restart]") {
     restarts::goes_on<NeoHookean<float>, Coloured, Apic, FBar>(NeoHookean<float>::from_young_poisson(2e4, 0.45));
+}
+
+TEST_CASE("The filter of volume ratios goes on to the same bits, between two of its passes as well", "[io][restart]") {
+    restarts::goes_on<NeoHookean<float>, Coloured, Apic, VolumeFilter>(
+        NeoHookean<float>::from_young_poisson(2e4, 0.45));
 }
 
 TEST_CASE("A run goes on from a state only with the same volumetric policy", "[io][restart]") {
