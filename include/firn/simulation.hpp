@@ -391,7 +391,9 @@ private:
     void make_grid(double dt, const Mirrors& mirrors) {
         scatter(dt, [&](const auto&... sets) { make_grid(dt, mirrors, sets...); });
     }
-    void filter_all_volumes(double dt, const Mirrors& mirrors) {
+    void filter_all_volumes(double dt, const Mirrors& mirrors)
+        requires filters_volume<Volume>
+    {
         volume.check();
         if (!volume.is_due(now_.steps)) return;
         const S share = volume.share(S(dt / domain().cell_size) * S(detail::fastest_signal(sets_)));
@@ -402,7 +404,9 @@ private:
             });
         });
     }
-    void average_volumes(double dt, const Mirrors& mirrors, std::size_t number) {
+    void average_volumes(double dt, const Mirrors& mirrors, std::size_t number)
+        requires(Volume::averages_volume)
+    {
         scatter(dt, [&](const auto&... sets) {
             average_volume<Kernel, Transfer, Force>(execution, grid_, volume_memory_, mirrors, number, sets...);
         });
