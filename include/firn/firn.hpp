@@ -67,6 +67,7 @@
 #include <firn/transfer/fmpm.hpp>
 #include <firn/transfer/pic.hpp>
 #include <firn/version.hpp>
+#include <firn/contact/coulomb.hpp>
 #include <firn/volumetric/f_bar.hpp>
 #include <firn/volumetric/own_volume.hpp>
 #include <firn/volumetric/volume_filter.hpp>

@@ -4,10 +4,12 @@
 #include <firn/core/requirements.hpp>
 
 #include <firn/boundary/walls.hpp>
+#include <firn/contact/one_field.hpp>
 #include <firn/core/stepper.hpp>
 #include <firn/data/check_particles.hpp>
 #include <firn/data/particles.hpp>
 #include <firn/data/sampling.hpp>
+#include <firn/exec/contact.hpp>
 #include <firn/exec/g2p.hpp>
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g_fixed_point.hpp>
@@ -60,11 +62,13 @@ namespace firn {
 /// \tparam Execution  how P2G sums the contributions to a node: Coloured, Serial or FixedPoint
 /// \tparam Boundary   walls, colliders or both. \see boundary/concept.hpp
 /// \tparam Volume     the volumetric policy: OwnVolume, FBar against locking, or VolumeFilter for a quiet pressure
+/// \tparam Law        the contact law between groups of bodies: CoulombContact, or OneField without groups
 template <int D, class Material = FixedCorotated<float>, class Transfer = Apic, class Force = MlsForce,
           class Kernel = QuadraticBSpline, class Execution = Coloured,
-          class Boundary = Walls<detail::precision_of_t<Material>, D>, class Volume = OwnVolume>
-class Simulation : public Stepper<D>,
-                   public SetAccess<Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume>, D> {
+          class Boundary = Walls<detail::precision_of_t<Material>, D>, class Volume = OwnVolume, class Law = OneField>
+class Simulation
+    : public Stepper<D>,
+      public SetAccess<Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>, D> {
     using List = detail::material_list<Material, D>;
     using Make = detail::material_sets<D, List>;
     using Stepper<D>::now_;
@@ -78,7 +82,7 @@ class Simulation : public Stepper<D>,
 public:
     static_assert(D == 2 || D == 3, "firn simulates in two or three dimensions");
     static_assert(require_kernel<Kernel>());
-    static_assert(transfer<Transfer> && force<Force> && volumetric<Volume>);
+    static_assert(transfer<Transfer> && force<Force> && volumetric<Volume> && firn::contact_law<Law>);
     /// Always true. If the boundary has another precision or dimension than the simulation, the compiler stops with a
     /// message.
     static constexpr bool boundary_fits = detail::require_fitting_boundary<Boundary, detail::precision_of_t<List>, D>();
@@ -90,6 +94,10 @@ public:
     using Sets = typename Make::type;  ///< A tuple with one MaterialSet for each material.
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
+    static constexpr bool has_contact_groups = Law::between_groups;  ///< Whether bodies may be in contact groups.
+    static_assert(!has_contact_groups || has_one_rank<Execution>,
+                  "firn: contact between groups does not run on several processes yet. Use an execution without "
+                  "firn::mpi, or the default contact law, OneField.");
     /// Passed to set() instead of an index, it stands for the material of a simulation that has only one.
     static constexpr std::size_t unnamed = detail::unnamed_material;
 
@@ -125,13 +133,14 @@ public:
               detail::one_of<Boundary>([&] { return detail::default_boundary<Boundary, S>(domain); }, first, rest...)) {
         constexpr bool named =
             !detail::require_policies<First, Rest...>() ||
-            detail::among<Transfer, Force, Kernel, Execution, Boundary, Volume>::template are_all<First, Rest...>;
+            detail::among<Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::template are_all<First, Rest...>;
         static_assert(named,
                       "firn: this simulation is given policies that its type does not name. Leave its template "
                       "arguments out, firn::Simulation simulation(domain, material, walls), or name the policies: "
                       "firn::SimulationWith<3, Snow<float>, Walls<float, 3>, Flip<>>.");
         transfer = detail::one_of<Transfer>([] { return Transfer{}; }, first, rest...);
         volume = detail::one_of<Volume>([] { return Volume{}; }, first, rest...);
+        contact = detail::one_of<Law>([] { return Law{}; }, first, rest...);
     }
 
     /// This overload does not compile: the compiler prints a message that the domain does not have the dimension of the
@@ -158,6 +167,10 @@ public:
     Execution execution;  ///< How P2G sums contributions, and the number of threads of all stages.
     Transfer transfer{};  ///< The transfer policy, with its parameters.
     Volume volume{};      ///< The volumetric policy, with its parameters.
+    Law contact{};        ///< The contact law, with its parameters.
+    /// The impulses between contact groups in the last step. They are computed only if `contact_impulses` holds a value
+    /// when the step begins: call `simulation.contact_impulses.emplace()`.
+    std::optional<ContactImpulses<D>> contact_impulses{};
     /// The impulse and the angular impulse that each part of the boundary exerted on matter in the last step. They are
     /// computed only if `reactions` holds a value when the step begins: call `simulation.reactions.emplace()`.
     std::optional<Reactions<D>> reactions{};
@@ -342,6 +355,7 @@ private:
         if (!(now_.time + dt > now_.time) || !std::isfinite(now_.time + dt))
             detail::throw_no_step(dt, now_.time, now_.steps, is_the_bound(dt) ? reason_of_bound() : "");
         if constexpr (requires { transfer.check(); }) transfer.check();
+        if constexpr (requires { contact.check(); }) contact.check();
         static_cast<void>(lift<native_pack<S>>(boundary));  // checks the boundary's parameters before anything changes
         const Mirrors mirrors = mirrors_of<Kernel>(boundary, domain());
         ranks().use_mirrors(mirrors.planes);
@@ -425,6 +439,9 @@ private:
         before_p2g<Kernel, Transfer>(execution, grid_, mirrors, sets...);
         p2g<Kernel, Transfer, Force>(execution, grid_, dt, sets...);
         after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, mirrors, sets...);
+        if constexpr (Law::between_groups)
+            meet_groups<Kernel>(execution, grid_, contact, dt, contact_memory_,
+                                contact_impulses ? &*contact_impulses : nullptr, sets...);
     }
 
     /// Prepares the sets of particles that changed since the last step: checks and sorts the particles, and computes
@@ -493,6 +510,7 @@ private:
         for_sets([&](auto& set) { all[i++] = &set.partition; });
         grid_.activate(all, workers());
         ranks().template meet<Kernel>(grid_, all, workers());
+        if constexpr (Law::between_groups) contact_memory_.meetings.find(grid_, all);
     }
 
     template <class F>
@@ -504,6 +522,7 @@ private:
     TransferMemory<S> transfer_memory_;
     VolumeMemory<S> volume_memory_;
     FilterMemory<S> filter_memory_;
+    [[no_unique_address]] std::conditional_t<Law::between_groups, ContactMemory<Kernel, D>, OneField> contact_memory_;
     double bound_ = 0;  // bound of the time step, for the present step [s]
     detail::Warnings warnings_;
 };
@@ -517,26 +536,27 @@ Simulation(const Domain<D>&, const Material&, const Policies&...)
                   typename detail::chosen<D, Material, Policies...>::kernel,
                   typename detail::chosen<D, Material, Policies...>::execution,
                   typename detail::chosen<D, Material, Policies...>::boundary,
-                  typename detail::chosen<D, Material, Policies...>::volume>;
+                  typename detail::chosen<D, Material, Policies...>::volume,
+                  typename detail::chosen<D, Material, Policies...>::contact>;
 
 // Functions that take long to compile are defined outside of the class, so that they are not inline. A file that
 // declares the simulation as `extern template class` does not compile these functions again.
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume>::step() {
+          class Volume, class Law>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::step() {
     step(gravity);
 }
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume>::advance(double duration) {
+          class Volume, class Law>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::advance(double duration) {
     advance(duration, gravity);
 }
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume>
-void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume>::prepare() {
+          class Volume, class Law>
+void Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::prepare() {
     if (any_set([](const auto& set) { return !set.readiness.is(Readiness::changed); }))
         detail::throw_spoiled(now_.steps);
     if (now_.steps == 0) for_sets([&](auto& set) { set.give(now_.time, workers(), ranks().share()); });

@@ -46,6 +46,40 @@ BlockCoordinate<D> block_of_key(std::uint64_t key) {
 /// Returns the remainder of a / n as a number in [0, n), also if a is negative.
 constexpr int modulo(int a, int n) { return (a % n + n) % n; }
 
+/// \name Copies of the domain's blocks
+/// Each contact group has blocks and nodes of its own: a copy of the blocks of the domain. The copy of group g lies
+/// g × copy_stride() blocks further along axis 0. Group 0 has the blocks themselves. So sorting, the grid, P2G and G2P
+/// treat particles of different groups like particles that are far apart. \see contact/concept.hpp
+/// @{
+
+/// Number of blocks before the first block of a domain that belong to the same copy: those of ghost nodes, and more.
+inline constexpr int copy_margin = 4;
+
+/// Returns the distance along axis 0 between the copies of two consecutive groups [blocks]. It is a multiple of 12, so
+/// that a copy of a block has the colour of the block.
+template <int D>
+int copy_stride(const Domain<D>& domain) {
+    const int blocks = (domain.cells(0) + block_size - 1) / block_size;
+    return (blocks + 2 * copy_margin + 11) / 12 * 12;
+}
+/// Returns the contact group to whose copy a block belongs.
+/// \param along   coordinate of the block along axis 0
+/// \param stride  copy_stride() of the domain
+constexpr int group_of_copy(int along, int stride) {
+    const int from = along + copy_margin;
+    return from >= 0 ? from / stride : -((stride - 1 - from) / stride);
+}
+/// Returns the coordinate along axis 0 of the block of which a block is the copy.
+/// \param along   coordinate of the copy along axis 0
+/// \param stride  copy_stride() of the domain
+constexpr int along_in_domain(int along, int stride) { return along - group_of_copy(along, stride) * stride; }
+/// Returns the number of contact groups that the keys of blocks can tell apart, group 0 included.
+template <int D>
+int most_contact_groups(const Domain<D>& domain) {
+    return ((1 << 20) - copy_margin) / copy_stride(domain);
+}
+/// @}
+
 /// Returns the number of blocks along a periodic axis, or 0 if the axis is not periodic.
 template <int D>
 int block_period(const Domain<D>& domain, int axis) {
@@ -57,11 +91,14 @@ bool is_periodic(const Domain<D>& domain) {
     return std::find(domain.periodic.begin(), domain.periodic.end(), true) != domain.periodic.end();
 }
 /// Returns the coordinates of a block, moved into the domain by whole periods: each coordinate along a periodic axis is
-/// taken modulo the number of blocks. Coordinates along the other axes stay as they are.
+/// taken modulo the number of blocks. Coordinates along the other axes stay as they are. A block of a copy stays in it.
 template <int D>
 BlockCoordinate<D> wrapped(const Domain<D>& domain, BlockCoordinate<D> block) {
     for (int a = 0; a < D; ++a)
-        if (const int n = block_period(domain, a); n > 0) block[std::size_t(a)] = modulo(block[std::size_t(a)], n);
+        if (const int n = block_period(domain, a); n > 0) {
+            const int before = a == 0 ? group_of_copy(block[0], copy_stride(domain)) * copy_stride(domain) : 0;
+            block[std::size_t(a)] = before + modulo(block[std::size_t(a)] - before, n);
+        }
     return block;
 }
 /// Returns the key of wrapped(domain, block), for a block that is given by its key.
@@ -80,11 +117,13 @@ int block_distance(const Domain<D>& domain, int axis, int from, int to) {
 }
 
 /// Returns the coordinate [m], along one axis, of a point that is given by its block and its place in that block.
-/// \param block  coordinates of the block
+/// \param block  coordinates of the block, or of a copy of it
 /// \param place  the point's place along the axis: its distance [cells] from the block's lower corner
 template <int D>
 double position_of_place(const Domain<D>& domain, const BlockCoordinate<D>& block, int axis, double place) {
-    return domain.lower[axis] + domain.cell_size * (block_size * block[std::size_t(axis)] + place);
+    int along = block[std::size_t(axis)];
+    if (axis == 0) along = along_in_domain(along, copy_stride(domain));
+    return domain.lower[axis] + domain.cell_size * (block_size * along + place);
 }
 
 /// Number of blocks along each axis of a cube. Blocks with few particles (sparse blocks) are scattered together with
@@ -164,12 +203,20 @@ struct BlockPartition {
     /// particle is given by its id.
     aligned_vector<std::uint32_t> order;
     std::size_t particles = 0;  ///< number of particles in all ranges
+    /// copy_stride() of the domain if particles are in contact groups; 0 if all are in group 0.
+    int copy_stride = 0;
     /// Row in the grid's table of neighbours that belongs to this partition's first range (the particles of one block).
     /// It is 0 unless several sets of particles share the grid. \see SparseGrid::activate
     std::size_t first_row = 0;
 
     /// Number of slots, including those of padding.
     std::size_t slots() const { return order.size(); }
+    /// Returns the coordinate, along an axis, of the block of the domain in which range r lies, whichever copy of the
+    /// block the range has.
+    int block_along(std::size_t r, int axis) const {
+        const int along = ranges[r].block[std::size_t(axis)];
+        return axis == 0 && copy_stride > 0 ? along_in_domain(along, copy_stride) : along;
+    }
 };
 
 /// Returns one coordinate of a particle's base node, the lowest node to which the particle scatters: ⌊x − shift⌋. The

@@ -26,6 +26,7 @@ struct PlacesOfParticles {
     const std::uint32_t* block;  ///< for each slot, the index in `keys` of the particle's block
     const std::uint64_t* keys;   ///< keys of blocks. \see firn::block_key
     std::size_t slots;           ///< number of slots
+    bool grouped;                ///< true if a particle may be in a contact group other than 0
 
     /// True if the slot holds a particle, false if the slot is padding.
     bool is_particle(std::size_t slot) const { return id[slot] != no_particle; }
@@ -80,7 +81,7 @@ public:
         ids_.require(1);
         const std::size_t slot = new_slot();
         set_start(slot);
-        set_position(slot, x);
+        set_position(slot, x, 0);
         id_[slot] = ids_.give();
         ++size_;
         return slot;
@@ -125,7 +126,7 @@ public:
     Vec<S, D> place(std::size_t slot) const { return vector(of_place, slot); }
     /// Returns the addresses of the arrays that sorting reads. The addresses are valid until the store is changed.
     PlacesOfParticles<S> places() const {
-        return {fields_.template numbers<S>(of_place), id_.data(), block_.data(), blocks_.data(), slots()};
+        return {fields_.template numbers<S>(of_place), id_.data(), block_.data(), blocks_.data(), slots(), grouped_};
     }
     /// Returns the velocity v [m/s] of the particle in a slot.
     Vec<S, D> velocity(std::size_t slot) const { return vector(of_velocity, slot); }
@@ -161,22 +162,44 @@ public:
             fields_.template at<S>(field, slot, info.component_of(D, k)) = from[k];
     }
 
-    /// Sets the position x [m] of the particle in a slot.
-    void set_position(std::size_t slot, const Vec<double, D>& x) {
+    /// Returns the contact group of the particle in a slot.
+    int contact_group(std::size_t slot) const {
+        return grouped_ ? group_of_copy(block(slot)[0], copy_stride(domain_)) : 0;
+    }
+    /// Puts the particle in a slot into a contact group. Particles must be sorted again before the next step.
+    /// \param group  from 0 to most_contact_groups(domain()) − 1
+    void set_contact_group(std::size_t slot, int group) {
+        BlockCoordinate<D> of = block(slot);
+        of[0] += (group - contact_group(slot)) * copy_stride(domain_);
+        grouped_ = grouped_ || group != 0;
+        set_block(slot, block_key<D>(of));
+    }
+
+    /// Sets the position x [m] of the particle in a slot. The particle stays in its contact group.
+    void set_position(std::size_t slot, const Vec<double, D>& x) { set_position(slot, x, contact_group(slot)); }
+    /// Sets the position x [m] and the contact group of the particle in a slot.
+    void set_position(std::size_t slot, const Vec<double, D>& x, int group) {
         BlockCoordinate<D> of{};
         Vec<S, D> place{};
         for (int a = 0; a < D; ++a) {
             const double cells = (x[a] - domain_.lower[a]) / domain_.cell_size;
             const double block = std::floor(cells / block_size);
             of[std::size_t(a)] = std::abs(block) < most_blocks_per_axis ? int(block) : 0;  // NaN: block 0
+            if (a == 0 && !domain_.periodic[0]) {  // outside of the domain lie the copies of its blocks
+                const int last = (domain_.cells(0) + block_size - 1) / block_size;
+                of[0] = std::clamp(of[0], -1, last);
+            }
             place[a] = S(cells - block_size * double(of[std::size_t(a)]));
         }
-        set_place(slot, wrapped(domain_, of), place);
+        of = wrapped(domain_, of);
+        of[0] += group * copy_stride(domain_);
+        set_place(slot, of, place);
     }
     /// Sets the position of the particle in a slot, given by a block and a position within the block.
-    /// \param of     coordinates of a block
+    /// \param of     coordinates of a block, or of a copy of it
     /// \param place  position within the block [cells], counted from the block's lower corner
     void set_place(std::size_t slot, const BlockCoordinate<D>& of, const Vec<S, D>& place) {
+        grouped_ = grouped_ || group_of_copy(of[0], copy_stride(domain_)) != 0;
         set_block(slot, block_key<D>(of));
         put(of_place, slot, place.v, D);
     }
@@ -390,6 +413,7 @@ private:
     FieldTable table_;
     std::size_t size_ = 0;  // number of particles
     Ids ids_;
+    bool grouped_ = false;   // whether a particle may be in a contact group other than 0
     std::size_t end_ = 0;    // number of slots in use, including padding
     std::size_t spare_ = 0;  // number of slots that reorder() leaves free behind those in use
     FieldMemory fields_;

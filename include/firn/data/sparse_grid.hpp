@@ -38,18 +38,25 @@ public:
     explicit SparseGrid(const Domain<D>& domain) : domain_(domain) {
         detail::tell_unoptimised<FIRN_TELLS_UNOPTIMISED>();
         check(domain);
+        copy_stride_ = copy_stride(domain);
     }
 
     /// The domain of the grid.
     const Domain<D>& domain() const { return domain_; }
     /// Number of blocks that the grid contains.
     std::size_t block_count() const { return blocks_.size(); }
-    /// Returns the coordinates of the block with index b. The blocks of the grid are sorted by their keys.
+    /// Returns the coordinates of the block with index b; they are those of a copy if the block belongs to a contact
+    /// group. The blocks of the grid are sorted by their keys.
     BlockCoordinate<D> block(std::size_t b) const { return block_of_key<D>(blocks_[b]); }
 
-    /// Returns the coordinate of the block with index b along an axis.
+    /// Returns the coordinate, along an axis, of the block of the domain that block b is or is a copy of.
     int block_along(std::size_t b, int axis) const {
-        return int(blocks_[b] >> 21 * (D - 1 - axis) & 0x1fffff) - (1 << 20);
+        const int along = int(blocks_[b] >> 21 * (D - 1 - axis) & 0x1fffff) - (1 << 20);
+        return axis == 0 ? along_in_domain(along, copy_stride_) : along;
+    }
+    /// Returns the contact group whose sums the nodes of block b hold.
+    int contact_group(std::size_t b) const {
+        return group_of_copy(int(blocks_[b] >> 21 * (D - 1) & 0x1fffff) - (1 << 20), copy_stride_);
     }
 
     /// \name Nodes
@@ -276,6 +283,7 @@ private:
     }
 
     Domain<D> domain_;
+    int copy_stride_;
     std::vector<std::uint64_t> blocks_;  // keys of the blocks, sorted
     aligned_vector<std::uint32_t> neighbours_;
     aligned_vector<S> nodes_;

@@ -31,12 +31,12 @@ public:
     BlockColumns(SparseGrid<S, D>& grid, const MirrorPlane& plane, std::size_t b)
         : plane_(plane), apart_(1 << (2 * (D - 1 - plane.axis))) {
         BlockCoordinate<D> block = grid.block(b);
-        int& along = block[std::size_t(plane.axis)];
+        const int along = block[std::size_t(plane.axis)];
         for (int side = 0; side < 3; ++side) {
             const int node = plane.node + (side - 1) * plane.inward;
             std::uint32_t of_node = std::uint32_t(b);
             if (node >> 2 != plane.node >> 2) {
-                along = node >> 2;
+                block[std::size_t(plane.axis)] = along + (node >> 2) - (plane.node >> 2);  // in the same copy
                 of_node = grid.find(wrapped(grid.domain(), block));
             }
             if (of_node == no_block) continue;

@@ -26,13 +26,15 @@ public:
             const BlockRange<D>& range = partition.ranges[r];
             const std::size_t padded = group.sparse ? group.packs() * pack_size : std::size_t(pack_size);
             const bool last = r + 1 == group.first_range + group.ranges;
+            S corner[D];
+            for (int a = 0; a < D; ++a) corner[a] = S(partition.block_along(r, a) * block_size);
             for (const std::size_t end = last ? padded : slot + range.particles; slot < end; ++slot) {
-                for (int a = 0; a < D; ++a) lower_[a][slot] = S(range.block[std::size_t(a)] * block_size);
+                for (int a = 0; a < D; ++a) lower_[a][slot] = corner[a];
                 range_[slot] = r;
             }
         }
         for (int a = 0; a < D; ++a) {
-            const int block = partition.ranges[group.first_range].block[std::size_t(a)];
+            const int block = partition.block_along(group.first_range, a);
             origin_[a] = S((group.sparse ? block & ~1 : block) * block_size);
         }
     }

@@ -158,6 +158,7 @@ template <int D, class View, class Material>
     const Positions<View> positions(*domain);
     Vec<S, D> block{};
     for (int a = 0; a < D; ++a) block[a] = S(block_size * range.block[std::size_t(a)]);
+    block[0] = S(block_size * along_in_domain(range.block[0], copy_stride(*domain)));
     const Vec<S, D> lowest = positions.lowest(block), highest = positions.highest(block);
     for (int a = 0; a < D; ++a) {
         const S x = view.position.at(slots, a);

@@ -46,9 +46,9 @@ std::vector<StateField<S>> fields_of(const ParticleStore<S, D>& particles, const
 /// Returns attributes of a run: the names of the policies, the precision, and the index I of the material in the
 /// simulation. The run can be continued from a state only if the state has the same values of these attributes.
 template <std::size_t I, int D, class Materials, class Transfer, class Force, class Kernel, class Execution,
-          class Boundary, class Volume>
+          class Boundary, class Volume, class Law>
 std::vector<StateAttribute> policies_of(
-    const Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary, Volume>& simulation) {
+    const Simulation<D, Materials, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>& simulation) {
     using Material = std::remove_cvref_t<decltype(simulation.template set<I>().material())>;
     std::vector<StateAttribute> policies{{"kernel", std::string(name_of<Kernel>())},
                                          {"transfer", std::string(name_of<Transfer>())},
@@ -61,6 +61,11 @@ std::vector<StateAttribute> policies_of(
     if constexpr (requires { simulation.boundary.description(); })
         policies.push_back({"boundary_conditions", simulation.boundary.description()});
     if constexpr (!std::same_as<Volume, OwnVolume>) policies.push_back({"volumetric", std::string(name_of<Volume>())});
+    if constexpr (Law::between_groups) {
+        policies.push_back({"contact", std::string(name_of<Law>())});
+        if constexpr (requires { simulation.contact.description(); })
+            policies.push_back({"contact_law", simulation.contact.description()});
+    }
     return policies;
 }
 

@@ -12,6 +12,7 @@ struct Body {
     std::uint32_t first = 0,  ///< Id of the first particle.
         count = 0;            ///< Number of ids. Some of the particles with these ids may have been removed.
     double end = std::numeric_limits<double>::infinity();  ///< Time at which the body's particles are removed [s].
+    int contact_group = 0;  ///< The contact group of the body's particles. \see SetAccess::set_contact_group
 
     /// Returns whether `id` is the id of a particle of this body.
     bool holds(std::uint32_t id) const { return id - first < count; }  // if id < first, the difference is very large

@@ -6,8 +6,8 @@
 namespace firn {
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume>
-Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume>::add_to(
+          class Volume, class Law>
+Body Simulation<D, Material, Transfer, Force, Kernel, Execution, Boundary, Volume, Law>::add_to(
     std::size_t number, const Samples<D>& samples, double density, const Vec<double, D>& velocity) {
     Body body;
     std::size_t i = 0;

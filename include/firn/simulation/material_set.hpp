@@ -260,6 +260,25 @@ struct MaterialSet {
         }
     }
 
+    /// Puts the particles of a body into a contact group. \see SetAccess::set_contact_group
+    /// \throws parameter_error  if `body` is not one of the bodies of this set, if it has no particles, or if the group
+    ///                          is out of range
+    void set_contact_group(const Body& body, int group) {
+        check_body(body);
+        const int most = most_contact_groups(particles.domain());
+        if (group < 0 || group >= most)
+            throw parameter_error(sentence("A body is put into contact group ", group,
+                                           "; in this domain there are groups 0 to ", most - 1, "."));
+        if (body.count == 0)
+            throw parameter_error(sentence("A body without particles is put into contact group ", group,
+                                           ". Give the body that add() has returned."));
+        readiness.edit();
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot) && body.holds(particles.id(slot))) particles.set_contact_group(slot, group);
+        for (Body& of : bodies)
+            if (of.first >= body.first && of.first - body.first < body.count) of.contact_group = group;
+    }
+
     /// Removes the particles for which wanted(position [m], id) returns true.
     /// \return the number of removed particles
     template <class Wanted>
@@ -284,6 +303,7 @@ struct MaterialSet {
                 for (Vec<double, D>& x : burst.positions) x += source.velocity * (time - born);
                 add(burst, source.density, source.velocity, threads, share);
                 bodies.back().end = born + source.lifespan;
+                if (source.contact_group != 0) set_contact_group(bodies.back(), source.contact_group);
             }
         }
     }

@@ -5,6 +5,7 @@
 
 #include <firn/boundary/concept.hpp>
 #include <firn/boundary/walls.hpp>
+#include <firn/contact/one_field.hpp>
 #include <firn/exec/execution.hpp>
 #include <firn/force/mls.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
@@ -17,7 +18,7 @@
 namespace firn {
 
 template <int D, class Material, class Transfer, class Force, class Kernel, class Execution, class Boundary,
-          class Volume>
+          class Volume, class Law>
 class Simulation;
 
 namespace detail {
@@ -39,6 +40,8 @@ template <class P>
 struct is_boundary : std::bool_constant<says_where<P, 2> || says_where<P, 3>> {};
 template <class P>
 struct is_volumetric : std::bool_constant<has_averages_volume_flag<P>> {};
+template <class P>
+struct is_contact_law : std::bool_constant<has_between_groups_flag<P>> {};
 
 /// Has the member `type`: the first of `Policies` that is a policy of this kind; `Default` if there is none.
 template <template <class> class Kind, class Default, class... Policies>
@@ -53,20 +56,23 @@ inline constexpr int how_many = (0 + ... + int(Kind<Policies>::value));
 /// Returns true. If a type is not a policy, or if two policies are of the same kind, the compiler stops with a message.
 template <class... Policies>
 consteval bool require_policies() {
-    constexpr bool known =
-        ((is_transfer<Policies>::value || is_force<Policies>::value || is_kernel<Policies>::value ||
-          is_execution<Policies>::value || is_boundary<Policies>::value || is_volumetric<Policies>::value) &&
-         ...);
+    constexpr bool known = ((is_transfer<Policies>::value || is_force<Policies>::value || is_kernel<Policies>::value ||
+                             is_execution<Policies>::value || is_boundary<Policies>::value ||
+                             is_volumetric<Policies>::value || is_contact_law<Policies>::value) &&
+                            ...);
     static_assert(
         known,
         "firn: what is given to a simulation after its material are policies: a boundary, a transfer, a "
-        "force form, a kernel, an execution or a volumetric policy. One argument is none of these. (A boundary has "
+        "force form, a kernel, an execution, a volumetric policy or a contact law. One argument is none of these. (A "
+        "boundary has "
         "velocity(x, v) and reaches(lower, upper), see firn/boundary/concept.hpp; several materials are given as "
         "firn::Materials{snow, sand}.)");
     constexpr bool once = how_many<is_transfer, Policies...> <= 1 && how_many<is_force, Policies...> <= 1 &&
                           how_many<is_kernel, Policies...> <= 1 && how_many<is_execution, Policies...> <= 1 &&
-                          how_many<is_volumetric, Policies...> <= 1;
-    static_assert(once, "firn: a simulation has one transfer, force form, kernel, execution and volumetric policy.");
+                          how_many<is_volumetric, Policies...> <= 1 && how_many<is_contact_law, Policies...> <= 1;
+    static_assert(once,
+                  "firn: a simulation has one transfer, force form, kernel, execution, volumetric policy and contact "
+                  "law.");
     constexpr bool one_boundary = how_many<is_boundary, Policies...> <= 1;
     static_assert(one_boundary,
                   "firn: a simulation has one boundary; join several with firn::Together(walls, collider).");
@@ -85,7 +91,8 @@ struct chosen {
     using execution = typename first_of_kind<is_execution, Coloured, Policies...>::type;
     using boundary = typename first_of_kind<is_boundary, Walls<precision_of_t<Material>, D>, Policies...>::type;
     using volume = typename first_of_kind<is_volumetric, OwnVolume, Policies...>::type;
-    using simulation = Simulation<D, Material, transfer, force, kernel, execution, boundary, volume>;
+    using contact = typename first_of_kind<is_contact_law, OneField, Policies...>::type;
+    using simulation = Simulation<D, Material, transfer, force, kernel, execution, boundary, volume, contact>;
 };
 
 /// Has the member `are_all<Policies...>`: whether each of the given policies is one of the types `All`.

@@ -108,6 +108,23 @@ public:
         require_one_rank();
         return self().mine().add_force(body, std::move(force));
     }
+    /// Puts a body into a contact group. Bodies of different groups meet by the simulation's contact law; bodies of one
+    /// group share one field of velocities. All bodies are in group 0 at first. Of a source, set the member
+    /// `contact_group`.
+    /// \param group  number of the group. The larger the domain, the fewer groups it can have: about 10⁶ divided by the
+    ///               number of its blocks of 4 cells along axis 0
+    /// \throws parameter_error  if `body` is not one of the bodies of this particle set, if it has no particles, or if
+    ///                          the group is out of range
+    void set_contact_group(const Body& body, int group) {
+        require_groups();
+        self().mine().set_contact_group(body, group);
+    }
+    /// Puts all bodies of this particle set into a contact group. \see set_contact_group(const Body&, int)
+    void set_contact_group(int group) {
+        require_groups();
+        auto& set = self().mine();
+        set.set_contact_group(Body{0, set.particles.next_id()}, group);
+    }
     /// Adds a source, which adds particles during the following steps. Each burst is a body.
     /// \throws parameter_error  if the source has no particles, or one of its parameters is out of range
     void add_source(const Source<D>& source) {
@@ -159,6 +176,11 @@ public:
     }
 
 private:
+    void require_groups() const {
+        static_assert(std::remove_cvref_t<decltype(self().simulation())>::has_contact_groups,
+                      "firn: this simulation has no contact groups. Give it a contact law: "
+                      "firn::Simulation simulation(domain, material, firn::CoulombContact{.friction = 0.3}).");
+    }
     void require_one_rank() const {
         static_assert(has_one_rank<std::remove_cvref_t<decltype(self().simulation().execution)>>,
                       "firn: nets, and forces between the particles of a body, cannot be distributed over several "

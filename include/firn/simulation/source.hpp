@@ -24,6 +24,7 @@ struct Source {
     double end = std::numeric_limits<double>::infinity();       ///< no burst is due after this time [s]
     double lifespan = std::numeric_limits<double>::infinity();  ///< age at which a particle is removed [s]
     std::uint64_t bursts = 0;                                   ///< number of bursts added so far
+    int contact_group = 0;                                      ///< contact group of the particles
 
     /// Returns a source whose bursts form a jet without gaps. Each burst is a layer of particles. The distance between
     /// two layers, along the velocity, is `spacing`.

@@ -49,7 +49,9 @@ BlockPartition<D> partition_places(const PlacesOfParticles<S>& particles, const 
                   if (periodic)
                       for (std::uint64_t& block : cells.block) block = wrapped_key(domain, block);
               });
-    return sort.partition(colours);
+    BlockPartition<D> partition = sort.partition(colours);
+    if (particles.grouped) partition.copy_stride = copy_stride(domain);
+    return partition;
 }
 
 }  // namespace detail

@@ -1,0 +1,100 @@
+/// \file Contact with Coulomb friction, and its kin: stick and slip without parting.
+#pragma once
+
+#include <firn/boundary/contact.hpp>
+#include <firn/contact/concept.hpp>
+#include <firn/core/error.hpp>
+
+#include <cmath>
+#include <vector>
+
+namespace firn {
+
+/// How the matter of two contact groups may move at their common surface.
+struct PairContact {
+    /// Contact::separate: no penetration, and no traction in tension. Contact::slip: as `separate`, but surfaces that
+    /// have touched part no more. Contact::stick: surfaces that have touched neither part nor slide. Contact::none: the
+    /// groups pass through each other.
+    Contact contact = Contact::separate;
+    double friction = 0;  ///< Coulomb's friction coefficient μ [1]
+    double reach = 0.25;  ///< For `slip` and `stick`: the gap up to which surfaces count as touching [cells].
+};
+
+/// Contact between groups: surfaces do not penetrate each other, part freely, and slide with Coulomb friction.
+///
+/// Let w be the velocity of one group relative to the other, g the gap between their surfaces [m], and n the normal
+/// between them. Surfaces may approach by g in a step, so the law of boundaries acts on w + n max(g, 0)/dt.
+/// \see velocity_after_contact
+///
+///     CoulombContact contact{.friction = 0.3};                    // for all pairs of groups
+///     contact.set_pair(1, 2, {.friction = 0.6});                  // for groups 1 and 2
+///     contact.set_pair(2, 3, {.contact = Contact::stick});
+struct CoulombContact {
+    static constexpr const char* name = "coulomb_contact";
+    static constexpr bool between_groups = true;  ///< Groups of matter meet by this law.
+
+    /// A pair of groups with a contact of its own.
+    struct Pair {
+        int first, second;  ///< the groups; first < second
+        PairContact contact;
+    };
+
+    double friction = 0;                                  ///< Coulomb's friction coefficient μ of all other pairs [1]
+    ContactNormals normals = ContactNormals::regression;  ///< How normals are found.
+    std::vector<Pair> pairs{};                            ///< Pairs with a contact of their own. \see set_pair
+
+    /// Gives two groups a contact of their own.
+    /// \throws parameter_error  if both groups are the same, if one is negative, if the pair has a contact of its own
+    ///                          already, or if a parameter of the contact is out of range
+    void set_pair(int a, int b, const PairContact& contact) {
+        if (a == b || a < 0 || b < 0)
+            throw parameter_error(sentence("The groups ", a, " and ", b,
+                                           " are given a contact; give two different groups, counted from 0."));
+        const int first = a < b ? a : b, second = a < b ? b : a;
+        for (const Pair& pair : pairs)
+            if (pair.first == first && pair.second == second)
+                throw parameter_error(
+                    sentence("The groups ", first, " and ", second, " are given a contact twice; give it once."));
+        pairs.push_back({first, second, contact});
+        check();
+    }
+
+    /// Returns the contact of two groups.
+    PairContact of_pair(int first, int second) const {
+        for (const Pair& pair : pairs)
+            if (pair.first == first && pair.second == second) return pair.contact;
+        return {.friction = friction};
+    }
+
+    /// Checks the friction and the reach of all pairs.
+    /// \throws parameter_error  if one is negative or not finite
+    void check() const {
+        const auto look = [](const PairContact& of) {
+            if (!(of.friction >= 0) || !std::isfinite(of.friction))
+                throw parameter_error(sentence("The friction between contact groups is ", of.friction,
+                                               "; Coulomb's coefficient must be finite and not negative."));
+            if (!(of.reach >= 0) || !std::isfinite(of.reach))
+                throw parameter_error(
+                    sentence("The reach of a contact is ", of.reach, " cells; it must be finite and not negative."));
+        };
+        look({.friction = friction});
+        for (const Pair& pair : pairs) look(pair.contact);
+    }
+
+    /// Returns the velocity of group a relative to group b after contact [m/s].
+    template <std::floating_point S, int D>
+    Vec<S, D> relative_velocity(int a, int b, const Meeting<S, D>& at) const {
+        const PairContact of = of_pair(a, b);
+        const bool holds = of.contact != Contact::separate && of.contact != Contact::none;
+        if (holds && at.gap <= S(of.reach) * at.cell_size)
+            return velocity_after_contact(at.velocity, at.normal, of.contact, S(of.friction));
+        const S open = max(at.gap, S(0)) / at.dt;
+        if (of.contact == Contact::none || dot(at.velocity, at.normal) + open >= S(0)) return at.velocity;
+        const Vec<S, D> closing = at.normal * open;
+        return velocity_after_contact(at.velocity + closing, at.normal, Contact::separate, S(of.friction)) - closing;
+    }
+};
+
+static_assert(contact_law<CoulombContact>);
+
+}  // namespace firn

@@ -1,0 +1,346 @@
+/// \file Contact between groups of matter, at all nodes where groups meet. Every contact group has nodes of its own: in
+/// a copy of the domain's blocks, so P2G and G2P need not know of groups. \see copy_stride. A step is
+///
+///     …                                                                   // as without contact, up to the momenta
+///     meet_groups<Kernel>(execution, grid, law, dt, memory, impulses, sets...);
+///     grid_update(execution, grid, dt, acceleration, boundary);
+///     …
+///
+/// and memory.meetings.find(grid, partitions) follows each grid.activate().
+#pragma once
+
+#include <firn/core/parallel.hpp>
+#include <firn/data/particle_set.hpp>
+#include <firn/data/particle_view.hpp>
+#include <firn/data/sparse_grid.hpp>
+#include <firn/exec/execution.hpp>
+#include <firn/exec/separation.hpp>
+#include <firn/math/exp_log.hpp>
+#include <firn/stage/contact.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace firn {
+
+/// The impulses between contact groups in one step, summed over all nodes.
+template <int D>
+struct ContactImpulses {
+    /// For each two groups that touched, the lower number first: the impulse on the first group [N s]. The second group
+    /// received the opposite impulse.
+    std::map<std::pair<int, int>, Vec<double, D>> on_first{};
+
+    /// Returns the impulse that group b exerted on group a [N s]; zero if they did not touch.
+    Vec<double, D> on(int a, int b) const {
+        const auto found = on_first.find(std::minmax(a, b));
+        if (found == on_first.end()) return Vec<double, D>::zero();
+        return a < b ? found->second : -found->second;
+    }
+};
+
+/// The blocks of the domain at which contact groups may meet: those of which the grid has several copies.
+template <int D>
+class MeetingPlaces {
+public:
+    /// Particles of one block that may reach a node of another.
+    struct Near {
+        std::uint32_t set, range;  ///< index of the set of particles, and of the range in its partition
+        int blocks[D];             ///< coordinates of their block, counted from the block of the nodes
+    };
+    /// The nodes of one group at a block of the domain.
+    struct Copy {
+        int group;                ///< number of the contact group
+        std::size_t block;        ///< grid index of the block that holds the group's nodes
+        std::size_t first, last;  ///< particles that may reach the nodes: nears()[first] to nears()[last − 1]
+    };
+    /// A block of the domain.
+    struct Place {
+        std::size_t first, last;  ///< its copies: copies()[first] to copies()[last − 1], sorted by group
+    };
+
+    const std::vector<Place>& places() const { return places_; }  ///< The blocks, sorted by their keys.
+    const std::vector<Copy>& copies() const { return copies_; }   ///< The copies of all blocks.
+    const std::vector<Near>& nears() const { return nears_; }     ///< The particles near all copies.
+
+    /// Finds the blocks, after the grid was activated for these partitions.
+    template <std::floating_point S>
+    void find(const SparseGrid<S, D>& grid, std::span<BlockPartition<D>* const> partitions) {
+        places_.clear(), copies_.clear(), nears_.clear();
+        if (std::none_of(partitions.begin(), partitions.end(), [](const auto* p) { return p->copy_stride > 0; }))
+            return;
+        std::vector<std::pair<std::uint64_t, std::size_t>> blocks;  // keys in the domain, and grid indices
+        for (std::size_t b = 0; b < grid.block_count(); ++b) {
+            BlockCoordinate<D> block = grid.block(b);
+            block[0] = grid.block_along(b, 0);
+            blocks.emplace_back(block_key<D>(block), b);  // of one key, the copies come sorted by group
+        }
+        std::sort(blocks.begin(), blocks.end());
+        for (std::size_t first = 0, last = 0; first < blocks.size(); first = last) {
+            while (last < blocks.size() && blocks[last].first == blocks[first].first) ++last;
+            if (last - first < 2) continue;
+            const std::size_t begin = copies_.size();
+            for (std::size_t i = first; i < last; ++i) add_copy(grid, blocks[i].second, partitions);
+            places_.push_back({begin, copies_.size()});
+        }
+    }
+
+private:
+    template <std::floating_point S>
+    void add_copy(const SparseGrid<S, D>& grid, std::size_t b, std::span<BlockPartition<D>* const> partitions) {
+        Copy copy{grid.contact_group(b), b, nears_.size(), 0};
+        for (std::uint32_t s = 0; s < partitions.size(); ++s) {
+            const BlockPartition<D>& partition = *partitions[s];
+            for (int n = 0; n < SparseGrid<S, D>::neighbour_count; ++n) {
+                Near near{s, 0, {}};
+                BlockCoordinate<D> block = grid.block(b);
+                for (int a = D - 1, rest = n; a >= 0; --a, rest /= 3) {
+                    near.blocks[a] = rest % 3 - 1;
+                    block[std::size_t(a)] += near.blocks[a];
+                }
+                const std::uint64_t key = block_key<D>(wrapped(grid.domain(), block));
+                const auto found = std::lower_bound(
+                    partition.by_block.begin(), partition.by_block.end(), key,
+                    [&](std::uint32_t r, std::uint64_t k) { return block_key<D>(partition.ranges[r].block) < k; });
+                if (found == partition.by_block.end() || block_key<D>(partition.ranges[*found].block) != key) continue;
+                near.range = *found;
+                nears_.push_back(near);
+            }
+        }
+        copy.last = nears_.size();
+        copies_.push_back(copy);
+    }
+
+    std::vector<Place> places_;
+    std::vector<Copy> copies_;
+    std::vector<Near> nears_;
+};
+
+namespace detail {
+
+/// Returns the index of a member among the fields of a material's state.
+template <class State, class Member>
+consteval std::size_t field_of(Member State::* member) {
+    std::size_t index = 0;
+    std::apply(
+        [&](const auto&... field) {
+            std::size_t i = 0;
+            const auto look = [&](const auto& of) {
+                if constexpr (std::same_as<std::remove_cvref_t<decltype(of.member)>, Member State::*>)
+                    if (of.member == member) index = i;
+                ++i;
+            };
+            (look(field), ...);
+        },
+        State::fields());
+    return index;
+}
+
+/// Returns r² F Fᵀ of particles: the square of the ellipsoid into which F turns a ball of radius r. The particles of a
+/// material without F change their lengths alike in all directions.
+/// \param radius  radius of the undeformed particles
+template <class View, class P>
+FIRN_INLINE auto shape_of(const View& view, const Slots& slots, const P& radius) {
+    using State = typename View::state_type;
+    constexpr int D = View::dimension;
+    const P square = radius * radius;
+    if constexpr (requires(State state) { state.F; }) {
+        constexpr std::size_t f = field_of(&State::F);
+        Mat<P, D> F;
+        unroll<D * D>([&](auto k) FIRN_LAMBDA { F.m[k] = view.state[f].template load<P>(slots, k); });
+        return (F * transpose(F)) * square;
+    } else if constexpr (requires(State state) { state.J; }) {
+        constexpr std::size_t f = field_of(&State::J);
+        using S = typename View::scalar_type;
+        const P J = max(view.state[f].template load<P>(slots, 0), P(S(1e-6)));
+        return Mat<P, D>::identity() * (square * exp(log(J) * P(S(2.0 / D))));
+    } else {
+        return Mat<P, D>::identity() * square;
+    }
+}
+
+/// Adds the particles of one range that reach some nodes to `near`.
+/// \param blocks  coordinates of the particles' block, counted from the block of the nodes
+template <class Kernel, int D, class View>
+void find_near(NearParticles<Kernel, D>& near, const View& view, const BlockRange<D>& range, const int (&blocks)[D],
+               double cell_size) {
+    using S = typename View::scalar_type;
+    using P = native_pack<S>;
+    constexpr int lanes = scalar_traits<P>::lanes;
+    const std::size_t end = range.first_slot + range.particles;
+    for (std::size_t slot = range.first_slot / lanes * lanes; slot < end; slot += lanes) {
+        const Slots slots{slot, nullptr};
+        const Vec<P, D> place = load_vector<P, D>(view.position, slots);
+        auto inside = P(1) > P(0);
+        Vec<P, D> base;
+        unroll<D>([&](auto a) FIRN_LAMBDA {
+            const P corner = P(S(blocks[a] * block_size));
+            base.v[a] = base_node<Kernel>(place.v[a]) + corner;
+            inside = inside & (base.v[a] >= P(S(near.first(a)))) & (base.v[a] <= P(S(near.last(a))));
+        });
+        if (!any(inside)) continue;
+        const P volume = view.volume.template load<P>(slots, 0);
+        P radius;
+        if constexpr (D == 2)
+            radius = sqrt(volume) * P(S(0.5 / cell_size));
+        else
+            radius =
+                exp(log(max(volume * P(S(1 / (cell_size * cell_size * cell_size))), P(S(1e-30)))) * P(S(1.0 / 3))) *
+                P(S(0.5));
+        radius = select(volume > P(0), radius, P(0));
+        const Mat<P, D> shape = shape_of(view, slots, radius);
+        for (int l = 0; l < lanes; ++l) {
+            if (!inside[l] || slot + std::size_t(l) < range.first_slot || slot + std::size_t(l) >= end) continue;
+            auto& particle = near.found.emplace_back();
+            int k = 0;
+            for (int a = 0; a < D; ++a) {
+                particle.base[a] = int(lane_value(base.v[a], l));
+                particle.place[a] = double(lane_value(place.v[a], l)) + blocks[a] * block_size;
+                for (int c = a; c < D; ++c) particle.shape[k++] = double(lane_value(shape(a, c), l));
+            }
+        }
+    }
+}
+
+/// Memory of one thread for contact.
+template <class Kernel, int D>
+struct ContactScratch {
+    std::vector<NearParticles<Kernel, D>> near{};  ///< for each group at a block
+    Separator<Kernel, D> separator{};
+    std::vector<GroupAtNode<D>> groups{};
+    std::vector<std::size_t> copy_of{};  ///< for each of `groups`, the index of its copy
+    std::vector<PairAtNode<D>> pairs{};
+};
+
+/// An impulse between two groups.
+template <int D>
+struct PairImpulse {
+    int first, second;
+    Vec<double, D> on_first;
+};
+
+}  // namespace detail
+
+/// Memory for meet_groups(). Pass the same object in every step, so that memory is not allocated again.
+template <class Kernel, int D>
+struct ContactMemory {
+    MeetingPlaces<D> meetings;  ///< Where groups may meet.
+    std::vector<detail::ContactScratch<Kernel, D>> of_threads{};
+    std::vector<std::vector<detail::PairImpulse<D>>> of_places{};
+};
+
+namespace detail {
+
+/// Lets the groups at the nodes of one block of the domain act on each other.
+/// \param impulses  receives the impulses between groups; nullptr if they are not wanted
+template <class Kernel, class Law, std::floating_point S, int D, class... Views>
+void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typename MeetingPlaces<D>::Place& place,
+             const Law& law, double dt, ContactScratch<Kernel, D>& scratch, std::vector<PairImpulse<D>>* impulses,
+             const ParticleSet<Views>&... sets) {
+    const std::size_t count = place.last - place.first;
+    const auto copy = [&](std::size_t c) -> const auto& { return meetings.copies()[place.first + c]; };
+    const auto node_of = [&](std::size_t c, int node) { return grid.nodes(copy(c).block) + node * node_width; };
+    const auto is_filled = [&](std::size_t c, int node) {
+        return node_of(c, node)[node_mass] >= std::numeric_limits<S>::min();
+    };
+    std::array<std::uint8_t, std::size_t(block_nodes<D>)> groups_at{};
+    int low[D], high[D];
+    std::fill_n(low, D, block_size);
+    std::fill_n(high, D, -1);
+    for (std::size_t c = 0; c < count; ++c)
+        for (int node = 0; node < block_nodes<D>; ++node)
+            if (is_filled(c, node) && ++groups_at[std::size_t(node)] == 2)
+                for (int a = 0; a < D; ++a) {
+                    const int along = node >> (2 * (D - 1 - a)) & (block_size - 1);
+                    low[a] = std::min(low[a], along);
+                    high[a] = std::max(high[a], along);
+                }
+    if (high[0] < 0) return;
+
+    const double h = grid.domain().cell_size;
+    if (scratch.near.size() < count) scratch.near.resize(count);
+    for (std::size_t c = 0; c < count; ++c) {
+        auto& near = scratch.near[c];
+        near.clear(low, high);
+        for (std::size_t i = copy(c).first; i < copy(c).last; ++i) {
+            const auto& of = meetings.nears()[i];
+            std::uint32_t s = 0;
+            const auto add = [&](const auto& set) {
+                if (s++ == of.set) find_near(near, set.view, set.partition.ranges[of.range], of.blocks, h);
+            };
+            (add(sets), ...);
+        }
+        near.sort();
+    }
+
+    const ContactNormals how = normals_of(law);
+    for (int node = 0; node < block_nodes<D>; ++node) {
+        if (groups_at[std::size_t(node)] < 2) continue;
+        auto& groups = scratch.groups;
+        auto& pairs = scratch.pairs;
+        groups.clear(), pairs.clear(), scratch.copy_of.clear();
+        for (std::size_t c = 0; c < count; ++c) {
+            if (!is_filled(c, node)) continue;
+            const S* const numbers = node_of(c, node);
+            GroupAtNode<D> group{copy(c).group, double(numbers[node_mass]), {}};
+            for (int a = 0; a < D; ++a) group.momentum[a] = double(numbers[a]);
+            groups.push_back(group);
+            scratch.copy_of.push_back(c);
+        }
+        int at[D];
+        for (int a = 0; a < D; ++a) at[a] = node >> (2 * (D - 1 - a)) & (block_size - 1);
+        for (std::size_t i = 0; i < groups.size(); ++i)
+            for (std::size_t k = i + 1; k < groups.size(); ++k) {
+                const Separation<D> found =
+                    scratch.separator(scratch.near[scratch.copy_of[i]], scratch.near[scratch.copy_of[k]], at, how);
+                if (found.may_touch) pairs.push_back({i, k, found.normal, found.gap * h});
+            }
+        if (pairs.empty()) continue;
+        meet(law, std::span(groups), std::span(pairs), h, dt);
+        for (std::size_t i = 0; i < groups.size(); ++i) {
+            S* const numbers = node_of(scratch.copy_of[i], node);
+            for (int a = 0; a < D; ++a) numbers[a] = S(groups[i].momentum[a]);
+        }
+        if (!impulses) continue;
+        for (const PairAtNode<D>& pair : pairs)
+            if (dot(pair.impulse, pair.impulse) > 0)
+                impulses->push_back({groups[pair.first].group, groups[pair.second].group, pair.impulse});
+    }
+}
+
+}  // namespace detail
+
+/// Lets contact groups act on each other: changes the momenta at all nodes where several groups have mass. Call it when
+/// the nodes hold momenta and masses, with the impulses of stresses.
+/// \param law       the contact law. \see contact/concept.hpp
+/// \param dt        time step [s]
+/// \param memory    memory; its `meetings` must have been found for the grid
+/// \param impulses  receives the impulses between groups; nullptr if they are not wanted
+/// \param sets      all sets on the grid, in the order of their partitions
+template <class Kernel, class Law, class Execution, std::floating_point S, int D, class... Views>
+void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& law, double dt,
+                 ContactMemory<Kernel, D>& memory, ContactImpulses<D>* impulses, const ParticleSet<Views>&... sets) {
+    if (impulses) impulses->on_first.clear();
+    const auto& places = memory.meetings.places();
+    if (places.empty()) return;
+    const int threads = thread_count(requested_threads(execution));
+    if (memory.of_threads.size() < std::size_t(threads)) memory.of_threads.resize(std::size_t(threads));
+    if (impulses) memory.of_places.resize(places.size());
+    parallel_for(places.size(), threads, [&](std::size_t i, int thread) {
+        if (impulses) memory.of_places[i].clear();
+        detail::meet_at(grid, memory.meetings, places[i], law, dt, memory.of_threads[std::size_t(thread)],
+                        impulses ? &memory.of_places[i] : nullptr, sets...);
+    });
+    if (!impulses) return;
+    for (std::size_t i = 0; i < places.size(); ++i)
+        for (const detail::PairImpulse<D>& one : memory.of_places[i])
+            impulses->on_first.try_emplace({one.first, one.second}, Vec<double, D>::zero()).first->second +=
+                one.on_first;
+}
+
+}  // namespace firn
