@@ -2,7 +2,7 @@
 /// a copy of the domain's blocks, so P2G and G2P need not know of groups. \see copy_stride. A step is
 ///
 ///     …                                                                   // as without contact, up to the momenta
-///     meet_groups<Kernel>(execution, grid, law, dt, memory, impulses, sets...);
+///     meet_groups<Kernel>(execution, grid, law, dt, mirrors, memory, impulses, sets...);
 ///     grid_update(execution, grid, dt, acceleration, boundary);
 ///     …
 ///
@@ -17,6 +17,7 @@
 #include <firn/exec/separation.hpp>
 #include <firn/math/exp_log.hpp>
 #include <firn/stage/contact.hpp>
+#include <firn/stage/mirror_planes.hpp>
 
 #include <algorithm>
 #include <array>
@@ -164,23 +165,56 @@ FIRN_INLINE auto shape_of(const View& view, const Slots& slots, const P& radius)
     }
 }
 
+/// What finds the mirror images of particles: for each axis, whether the coordinate is reflected, and twice the
+/// position of the mirror, counted from the block of the nodes [cells].
+template <int D>
+struct MirrorImage {
+    bool reflects[D] = {};
+    int twice[D] = {};
+};
+
+/// Finds the mirror images that may reach nodes of a block; the first one is no reflection.
+/// \param block  coordinates of the block of nodes, in the domain
+template <int D>
+void find_images(const Mirrors& mirrors, const BlockCoordinate<D>& block, std::vector<MirrorImage<D>>& images) {
+    images.assign(1, {});
+    for (const MirrorPlane& plane : mirrors.planes) {
+        const int node = plane.node - block[std::size_t(plane.axis)] * block_size;
+        if (plane.contact == Contact::none || node < -block_size || node > 2 * block_size) continue;
+        const std::size_t count = images.size();
+        for (std::size_t i = 0; i < count; ++i) {
+            if (images[i].reflects[plane.axis]) continue;
+            images.push_back(images[i]);
+            images.back().reflects[plane.axis] = true;
+            images.back().twice[plane.axis] = 2 * node;
+        }
+    }
+}
+
 /// Adds the particles of one range that reach some nodes to `near`.
 /// \param blocks  coordinates of the particles' block, counted from the block of the nodes
+/// \param image   whether the particles' mirror images are added instead, and where the mirrors are
 template <class Kernel, int D, class View>
 void find_near(NearParticles<Kernel, D>& near, const View& view, const BlockRange<D>& range, const int (&blocks)[D],
-               double cell_size) {
+               const MirrorImage<D>& image, double cell_size) {
     using S = typename View::scalar_type;
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
     const std::size_t end = range.first_slot + range.particles;
+    int corner[D];
+    S sign[D];
+    for (int a = 0; a < D; ++a) {
+        sign[a] = image.reflects[a] ? S(-1) : S(1);
+        corner[a] = image.reflects[a] ? image.twice[a] - blocks[a] * block_size : blocks[a] * block_size;
+    }
     for (std::size_t slot = range.first_slot / lanes * lanes; slot < end; slot += lanes) {
         const Slots slots{slot, nullptr};
-        const Vec<P, D> place = load_vector<P, D>(view.position, slots);
+        Vec<P, D> place = load_vector<P, D>(view.position, slots);
         auto inside = P(1) > P(0);
         Vec<P, D> base;
         unroll<D>([&](auto a) FIRN_LAMBDA {
-            const P corner = P(S(blocks[a] * block_size));
-            base.v[a] = base_node<Kernel>(place.v[a]) + corner;
+            place.v[a] = place.v[a] * P(sign[a]);
+            base.v[a] = base_node<Kernel>(place.v[a]) + P(S(corner[a]));
             inside = inside & (base.v[a] >= P(S(near.first(a)))) & (base.v[a] <= P(S(near.last(a))));
         });
         if (!any(inside)) continue;
@@ -200,8 +234,9 @@ void find_near(NearParticles<Kernel, D>& near, const View& view, const BlockRang
             int k = 0;
             for (int a = 0; a < D; ++a) {
                 particle.base[a] = int(lane_value(base.v[a], l));
-                particle.place[a] = double(lane_value(place.v[a], l)) + blocks[a] * block_size;
-                for (int c = a; c < D; ++c) particle.shape[k++] = double(lane_value(shape(a, c), l));
+                particle.place[a] = double(lane_value(place.v[a], l)) + corner[a];
+                for (int c = a; c < D; ++c)
+                    particle.shape[k++] = double(lane_value(shape(a, c), l)) * double(sign[a] * sign[c]);
             }
         }
     }
@@ -211,6 +246,7 @@ void find_near(NearParticles<Kernel, D>& near, const View& view, const BlockRang
 template <class Kernel, int D>
 struct ContactScratch {
     std::vector<NearParticles<Kernel, D>> near{};  ///< for each group at a block
+    std::vector<MirrorImage<D>> images{};
     Separator<Kernel, D> separator{};
     std::vector<GroupAtNode<D>> groups{};
     std::vector<std::size_t> copy_of{};  ///< for each of `groups`, the index of its copy
@@ -237,11 +273,12 @@ struct ContactMemory {
 namespace detail {
 
 /// Lets the groups at the nodes of one block of the domain act on each other.
+/// \param mirrors   walls in which particles have mirror images, which count as particles for normals and gaps
 /// \param impulses  receives the impulses between groups; nullptr if they are not wanted
 template <class Kernel, class Law, std::floating_point S, int D, class... Views>
 void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typename MeetingPlaces<D>::Place& place,
-             const Law& law, double dt, ContactScratch<Kernel, D>& scratch, std::vector<PairImpulse<D>>* impulses,
-             const ParticleSet<Views>&... sets) {
+             const Law& law, double dt, const Mirrors& mirrors, ContactScratch<Kernel, D>& scratch,
+             std::vector<PairImpulse<D>>* impulses, const ParticleSet<Views>&... sets) {
     const std::size_t count = place.last - place.first;
     const auto copy = [&](std::size_t c) -> const auto& { return meetings.copies()[place.first + c]; };
     const auto node_of = [&](std::size_t c, int node) { return grid.nodes(copy(c).block) + node * node_width; };
@@ -264,6 +301,9 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
 
     const double h = grid.domain().cell_size;
     if (scratch.near.size() < count) scratch.near.resize(count);
+    BlockCoordinate<D> at_block = grid.block(copy(0).block);
+    at_block[0] = grid.block_along(copy(0).block, 0);
+    find_images(mirrors, at_block, scratch.images);
     for (std::size_t c = 0; c < count; ++c) {
         auto& near = scratch.near[c];
         near.clear(low, high);
@@ -271,7 +311,9 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
             const auto& of = meetings.nears()[i];
             std::uint32_t s = 0;
             const auto add = [&](const auto& set) {
-                if (s++ == of.set) find_near(near, set.view, set.partition.ranges[of.range], of.blocks, h);
+                if (s++ != of.set) return;
+                for (const MirrorImage<D>& image : scratch.images)
+                    find_near(near, set.view, set.partition.ranges[of.range], of.blocks, image, h);
             };
             (add(sets), ...);
         }
@@ -319,11 +361,12 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
 /// the nodes hold momenta and masses, with the impulses of stresses.
 /// \param law       the contact law. \see contact/concept.hpp
 /// \param dt        time step [s]
+/// \param mirrors   mirrors_of<Kernel>(boundary, domain)
 /// \param memory    memory; its `meetings` must have been found for the grid
 /// \param impulses  receives the impulses between groups; nullptr if they are not wanted
 /// \param sets      all sets on the grid, in the order of their partitions
 template <class Kernel, class Law, class Execution, std::floating_point S, int D, class... Views>
-void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& law, double dt,
+void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& law, double dt, const Mirrors& mirrors,
                  ContactMemory<Kernel, D>& memory, ContactImpulses<D>* impulses, const ParticleSet<Views>&... sets) {
     if (impulses) impulses->on_first.clear();
     const auto& places = memory.meetings.places();
@@ -333,7 +376,7 @@ void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& 
     if (impulses) memory.of_places.resize(places.size());
     parallel_for(places.size(), threads, [&](std::size_t i, int thread) {
         if (impulses) memory.of_places[i].clear();
-        detail::meet_at(grid, memory.meetings, places[i], law, dt, memory.of_threads[std::size_t(thread)],
+        detail::meet_at(grid, memory.meetings, places[i], law, dt, mirrors, memory.of_threads[std::size_t(thread)],
                         impulses ? &memory.of_places[i] : nullptr, sets...);
     });
     if (!impulses) return;
