@@ -142,30 +142,35 @@ consteval std::size_t field_of(Member State::* member) {
     return index;
 }
 
-/// Returns r² F Fᵀ of particles: the square of the ellipsoid into which F turns a ball of radius r. The particles of a
-/// material without F change their lengths alike in all directions.
-/// \param radius  radius of the undeformed particles
+/// Returns the volume ratios J of particles; 1 for a material that has neither F nor J.
 template <class View, class P>
-FIRN_INLINE auto shape_of(const View& view, const Slots& slots, const P& radius) {
+FIRN_INLINE P volume_ratio_of(const View& view, const Slots& slots) {
     using State = typename View::state_type;
     constexpr int D = View::dimension;
-    const P square = radius * radius;
-    if constexpr (requires(State state) { state.F; }) {
-        constexpr std::size_t f = field_of(&State::F);
+    if constexpr (requires(State state) { state.J; }) {
+        return view.state[field_of(&State::J)].template load<P>(slots, 0);
+    } else if constexpr (requires(State state) { state.F; }) {
         Mat<P, D> F;
-        unroll<D * D>([&](auto k) FIRN_LAMBDA { F.m[k] = view.state[f].template load<P>(slots, k); });
-        return (F * transpose(F)) * square;
-    } else if constexpr (requires(State state) { state.J; }) {
-        constexpr std::size_t f = field_of(&State::J);
-        using S = typename View::scalar_type;
-        const P J = max(view.state[f].template load<P>(slots, 0), P(S(1e-6)));
-        return Mat<P, D>::identity() * (square * exp(log(J) * P(S(2.0 / D))));
+        unroll<D * D>([&](auto k) FIRN_LAMBDA { F.m[k] = view.state[field_of(&State::F)].template load<P>(slots, k); });
+        return determinant(F);
     } else {
-        return Mat<P, D>::identity() * square;
+        return P(1);
     }
 }
 
-/// What finds the mirror images of particles: for each axis, whether the coordinate is reflected, and twice the
+/// Returns half of the extents of particles [cells]: ½ (J V0)^(1/D) / h.
+template <class View, class P>
+FIRN_INLINE P radius_of(const View& view, const Slots& slots, double cell_size) {
+    using S = typename View::scalar_type;
+    constexpr int D = View::dimension;
+    const P volume =
+        view.volume.template load<P>(slots, 0) * volume_ratio_of<View, P>(view, slots) * P(S(std::pow(cell_size, -D)));
+    const P filled = max(volume, P(S(1e-12)));
+    const P extent = D == 2 ? sqrt(filled) : exp(log(filled) * P(S(1.0 / 3)));
+    return select(volume > P(S(1e-12)), extent * P(S(0.5)), P(S(0)));
+}
+
+/// How the mirror images of particles are found: for each axis, whether the coordinate is reflected, and twice the
 /// position of the mirror, counted from the block of the nodes [cells].
 template <int D>
 struct MirrorImage {
@@ -173,8 +178,8 @@ struct MirrorImage {
     int twice[D] = {};
 };
 
-/// Finds the mirror images that may reach nodes of a block; the first one is no reflection.
-/// \param block  coordinates of the block of nodes, in the domain
+/// Finds the mirror images that may reach the nodes of a block; the first one is no reflection.
+/// \param block  coordinates of the block of nodes in the domain
 template <int D>
 void find_images(const Mirrors& mirrors, const BlockCoordinate<D>& block, std::vector<MirrorImage<D>>& images) {
     images.assign(1, {});
@@ -192,52 +197,46 @@ void find_images(const Mirrors& mirrors, const BlockCoordinate<D>& block, std::v
 }
 
 /// Adds the particles of one range that reach some nodes to `near`.
+/// \param ids     id of the particle in each slot
 /// \param blocks  coordinates of the particles' block, counted from the block of the nodes
 /// \param image   whether the particles' mirror images are added instead, and where the mirrors are
 template <class Kernel, int D, class View>
-void find_near(NearParticles<Kernel, D>& near, const View& view, const BlockRange<D>& range, const int (&blocks)[D],
-               const MirrorImage<D>& image, double cell_size) {
+void find_near(NearParticles<Kernel, D>& near, const View& view, const std::uint32_t* ids, const BlockRange<D>& range,
+               const int (&blocks)[D], const MirrorImage<D>& image, double cell_size) {
     using S = typename View::scalar_type;
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
-    const std::size_t end = range.first_slot + range.particles;
-    int corner[D];
-    S sign[D];
+    int corner[D];  // where the corner of the particles' block, or its image, lies
     for (int a = 0; a < D; ++a) {
-        sign[a] = image.reflects[a] ? S(-1) : S(1);
         corner[a] = image.reflects[a] ? image.twice[a] - blocks[a] * block_size : blocks[a] * block_size;
+        const int low = image.reflects[a] ? corner[a] - block_size : corner[a];
+        if (near.first(a) > low + block_size - 1 + allowed_drift || near.last(a) < low - 1 - allowed_drift) return;
     }
+    const std::size_t end = range.first_slot + range.particles;
     for (std::size_t slot = range.first_slot / lanes * lanes; slot < end; slot += lanes) {
         const Slots slots{slot, nullptr};
         Vec<P, D> place = load_vector<P, D>(view.position, slots);
         auto inside = P(1) > P(0);
-        Vec<P, D> base;
+        P bin = P(0);
         unroll<D>([&](auto a) FIRN_LAMBDA {
-            place.v[a] = place.v[a] * P(sign[a]);
-            base.v[a] = base_node<Kernel>(place.v[a]) + P(S(corner[a]));
-            inside = inside & (base.v[a] >= P(S(near.first(a)))) & (base.v[a] <= P(S(near.last(a))));
+            if (image.reflects[a]) place.v[a] = -place.v[a];
+            const P base = base_node<Kernel>(place.v[a]) + P(S(corner[a] - near.first(a)));
+            inside = inside & (base >= P(0)) & (base <= P(S(near.bins(a) - 1)));
+            bin = bin * P(S(near.bins(a))) + base;
         });
         if (!any(inside)) continue;
-        const P volume = view.volume.template load<P>(slots, 0);
-        P radius;
-        if constexpr (D == 2)
-            radius = sqrt(volume) * P(S(0.5 / cell_size));
-        else
-            radius =
-                exp(log(max(volume * P(S(1 / (cell_size * cell_size * cell_size))), P(S(1e-30)))) * P(S(1.0 / 3))) *
-                P(S(0.5));
-        radius = select(volume > P(0), radius, P(0));
-        const Mat<P, D> shape = shape_of(view, slots, radius);
-        for (int l = 0; l < lanes; ++l) {
-            if (!inside[l] || slot + std::size_t(l) < range.first_slot || slot + std::size_t(l) >= end) continue;
+        alignas(64) S bins[lanes], radii[lanes], places[D][lanes];
+        bin.store(bins);
+        radius_of<View, P>(view, slots, cell_size).store(radii);
+        unroll<D>([&](auto a) FIRN_LAMBDA { (place.v[a] + P(S(corner[a]))).store(places[a]); });
+        const auto first = std::size_t(slot < range.first_slot ? range.first_slot - slot : 0);
+        for (std::size_t l = first; l < std::min<std::size_t>(lanes, end - slot); ++l) {
+            if (!inside[int(l)]) continue;
             auto& particle = near.found.emplace_back();
-            int k = 0;
-            for (int a = 0; a < D; ++a) {
-                particle.base[a] = int(lane_value(base.v[a], l));
-                particle.place[a] = double(lane_value(place.v[a], l)) + corner[a];
-                for (int c = a; c < D; ++c)
-                    particle.shape[k++] = double(lane_value(shape(a, c), l)) * double(sign[a] * sign[c]);
-            }
+            particle.id = ids[slot + l];
+            particle.bin = std::uint32_t(bins[l]);
+            particle.radius = float(radii[l]);
+            for (int a = 0; a < D; ++a) particle.place[a] = float(places[a][l]);
         }
     }
 }
@@ -273,7 +272,7 @@ struct ContactMemory {
 namespace detail {
 
 /// Lets the groups at the nodes of one block of the domain act on each other.
-/// \param mirrors   walls in which particles have mirror images, which count as particles for normals and gaps
+/// \param mirrors   walls behind which particles have mirror images; these count as particles for normals and gaps
 /// \param impulses  receives the impulses between groups; nullptr if they are not wanted
 template <class Kernel, class Law, std::floating_point S, int D, class... Views>
 void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typename MeetingPlaces<D>::Place& place,
@@ -286,25 +285,29 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
         return node_of(c, node)[node_mass] >= std::numeric_limits<S>::min();
     };
     std::array<std::uint8_t, std::size_t(block_nodes<D>)> groups_at{};
-    int low[D], high[D];
-    std::fill_n(low, D, block_size);
-    std::fill_n(high, D, -1);
+    bool some = false;
     for (std::size_t c = 0; c < count; ++c)
         for (int node = 0; node < block_nodes<D>; ++node)
-            if (is_filled(c, node) && ++groups_at[std::size_t(node)] == 2)
+            if (is_filled(c, node)) some = ++groups_at[std::size_t(node)] > 1 || some;
+    if (!some) return;
+
+    const double h = grid.domain().cell_size;
+    if (scratch.near.size() < count) scratch.near.resize(count);
+    BlockCoordinate<D> block = grid.block(copy(0).block);
+    block[0] = grid.block_along(copy(0).block, 0);
+    find_images(mirrors, block, scratch.images);
+    for (std::size_t c = 0; c < count; ++c) {
+        int low[D], high[D];  // the nodes at which this group meets others
+        std::fill_n(low, D, block_size);
+        std::fill_n(high, D, -1);
+        for (int node = 0; node < block_nodes<D>; ++node)
+            if (groups_at[std::size_t(node)] > 1 && is_filled(c, node))
                 for (int a = 0; a < D; ++a) {
                     const int along = node >> (2 * (D - 1 - a)) & (block_size - 1);
                     low[a] = std::min(low[a], along);
                     high[a] = std::max(high[a], along);
                 }
-    if (high[0] < 0) return;
-
-    const double h = grid.domain().cell_size;
-    if (scratch.near.size() < count) scratch.near.resize(count);
-    BlockCoordinate<D> at_block = grid.block(copy(0).block);
-    at_block[0] = grid.block_along(copy(0).block, 0);
-    find_images(mirrors, at_block, scratch.images);
-    for (std::size_t c = 0; c < count; ++c) {
+        if (high[0] < 0) continue;
         auto& near = scratch.near[c];
         near.clear(low, high);
         for (std::size_t i = copy(c).first; i < copy(c).last; ++i) {
@@ -313,7 +316,8 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
             const auto add = [&](const auto& set) {
                 if (s++ != of.set) return;
                 for (const MirrorImage<D>& image : scratch.images)
-                    find_near(near, set.view, set.partition.ranges[of.range], of.blocks, image, h);
+                    find_near(near, set.view, set.partition.order.data(), set.partition.ranges[of.range], of.blocks,
+                              image, h);
             };
             (add(sets), ...);
         }
@@ -321,6 +325,7 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
     }
 
     const ContactNormals how = normals_of(law);
+    const double reach = reach_of(law);
     for (int node = 0; node < block_nodes<D>; ++node) {
         if (groups_at[std::size_t(node)] < 2) continue;
         auto& groups = scratch.groups;
@@ -338,8 +343,11 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
         for (int a = 0; a < D; ++a) at[a] = node >> (2 * (D - 1 - a)) & (block_size - 1);
         for (std::size_t i = 0; i < groups.size(); ++i)
             for (std::size_t k = i + 1; k < groups.size(); ++k) {
+                const Vec<double, D> velocity =
+                    groups[i].momentum * (1 / groups[i].mass) - groups[k].momentum * (1 / groups[k].mass);
                 const Separation<D> found =
-                    scratch.separator(scratch.near[scratch.copy_of[i]], scratch.near[scratch.copy_of[k]], at, how);
+                    scratch.separator(scratch.near[scratch.copy_of[i]], scratch.near[scratch.copy_of[k]], at,
+                                      velocity * (dt / h), reach, how);
                 if (found.may_touch) pairs.push_back({i, k, found.normal, found.gap * h});
             }
         if (pairs.empty()) continue;
