@@ -11,14 +11,14 @@ namespace {
 
 constexpr double h = 1.0 / 16, radius = 4 * h;
 
-struct Meeting {
+struct Impact {
     std::vector<Vec<double, 2>> positions{};
     double impulse = 0;  ///< on one of them [N s]
 };
 
 /// Two disks fly at each other along y. The point where they meet lies 0.3 cells above a node.
 /// \param half  only the half x > 0, beside a wall with mirrored nodes
-Meeting meet(bool half, int steps) {
+Impact collide(bool half, int steps) {
     Domain<2> domain{{half ? 0.0 : -8 * h, -16 * h}, {8 * h, 16 * h}, h};
     auto walls = Walls<double, 2>::all(domain.lower, domain.upper, {Contact::none, 0});
     if (half) walls.at_lower[0] = {Contact::slip, 0};
@@ -38,7 +38,7 @@ Meeting meet(bool half, int steps) {
         const Body body = simulation.add(disk, 1000, {0.0, -side});
         if (side < 0) simulation.set_contact_group(body, 1);
     }
-    Meeting out;
+    Impact out;
     for (int i = 0; i < steps; ++i) {
         simulation.step();
         out.impulse += (half ? 2 : 1) * simulation.contact_impulses->on(0, 1)[1];
@@ -52,7 +52,7 @@ Meeting meet(bool half, int steps) {
 }  // namespace
 
 TEST_CASE("Contact between groups beside a mirrored wall: half of two disks meets as the whole") {
-    const Meeting half = meet(true, 150), whole = meet(false, 150);
+    const Impact half = collide(true, 150), whole = collide(false, 150);
     REQUIRE(half.positions.size() * 2 == whole.positions.size());
     double farthest = 0;
     for (const auto& x : half.positions) {
