@@ -98,8 +98,7 @@ void disks(Case& report) {
         found(roll(slides, true), rigid_disk(slides)) + ".");
     report.remark(formatted("Without contact groups, the disk with μ = 0.1 moves %.3f m in %.2f s.", stuck.way.back(),
                             stuck.time.back()) +
-                  " Then all matter shares one field of velocities; the disk sticks to the incline and rolls, whatever "
-                  "the friction.");
+                  " All matter then shares one field of velocities, so μ has no effect.");
     report.remark(
         "The region where disk and slab touch is 1.3 cells wide (Hertz). So the centre of pressure must be "
         "right to a twentieth of a cell if the angular acceleration shall be right to 3 %. Besides, in APIC "
