@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
     const auto look = [&](const RingOptions& options, const std::string& label) {
         const Braking run = brake_ring(options, Apic{});
         spins.curves.push_back({label, run.time, run.spin});
-        Curve torque{label}, pressing{label + ", N/F"};
+        Curve torque{label};
         for (std::size_t i = 0; i < run.time.size(); ++i)
             torque.add(run.time[i], run.torque[i] / (options.friction * load * arm));
         torques.curves.push_back(torque);
@@ -41,9 +41,7 @@ int main(int argc, char** argv) {
     const Braking flip = brake_ring(options, Flip<double>{.ratio = 1}),
                   together = brake_ring({.friction = 0.3, .groups = false}, Apic{});
     spins.curves.push_back({"without groups", together.time, together.spin});
-    report.remark(
-        formatted("FLIP with a share of 1: the torque is %.4f of the formula's. Without contact groups the "
-                  "ring sticks to the disk and swings, at once.",
-                  flip.mean_torque / (0.3 * flip.mean_normal * arm)));
+    report.remark(formatted("FLIP with a share of 1: the torque is %.4f of the formula's.",
+                            flip.mean_torque / (0.3 * flip.mean_normal * arm)));
     return report.finish();
 }
