@@ -7,7 +7,7 @@
 #include <firn/firn.hpp>
 
 #include <algorithm>
-#include <string>
+#include <cmath>
 #include <vector>
 
 namespace verification {
@@ -86,48 +86,52 @@ private:
     double area_;
 };
 
-/// What two bars do.
+/// What two bars do. Times are in L/c, forces in ρ c v A.
 struct BarsOutcome {
-    std::vector<double> time{}, force{};  ///< since the bars meet, over L/c [1]; force on the right bar, over ρ c v A [1]
+    std::vector<double> time{}, force{};  ///< of each step: its middle, since the bars meet; the force on the right bar
     double restitution = 0;               ///< e: speed of the left bar after contact over that before
-    double first = 0, duration = 0;       ///< the first force; from the first to the last force, over L/c [1]
-    double half = 0;                      ///< how long the force is above half of ρ c v A, over L/c [1]
-    double tension = 0;                   ///< the largest force that pulls, over ρ c v A
-    double impulse = 0;                   ///< impulse over 2 m v
+    double first = 0, last = 0;           ///< the first and the last step with a force: the middle of each
+    double tension = 0;                   ///< the largest force that pulls
+    double plateau = 0;                   ///< mean force from a quarter to three quarters of the contact
+    double impulse = 0;                   ///< of the force, over 2 m v
+
+    double duration() const { return last - first; }
 };
 
 /// Two bars meet and part.
-/// \param rest  how long they are followed after contact should end [L/c]
+/// \param least  a force below this part of ρ c v A counts as none for `first` and `last`
 template <class TheBars>
-BarsOutcome meet(TheBars& bars) {
+BarsOutcome meet(TheBars& bars, double least = 0) {
     BarsOutcome out;
     auto& simulation = bars.simulation;
-    const double unit = TheBars::length / TheBars::wave_speed, dt = simulation.fixed_time_step,
+    const double unit = TheBars::length / TheBars::wave_speed, dt = simulation.fixed_time_step / unit,
                  end = bars.touch() + bars.duration() + bars.gap / TheBars::speed + unit;
-    double before = bars.velocity(), last = 0, above = 0;
+    double before = bars.velocity(), steps = 0;
     bool touched = false;
     while (simulation.time() < end) {
         simulation.step();
         double force = 0;
         if constexpr (TheBars::in_groups) {
-            force = simulation.contact_impulses->on(1, 0)[0] / dt / bars.force();
+            force = simulation.contact_impulses->on(1, 0)[0] / simulation.last_time_step() / bars.force();
         } else {
             const double now = bars.velocity();
-            force = (before - now) * TheBars::density * TheBars::length / (TheBars::density * TheBars::speed * dt);
+            force = (before - now) / TheBars::speed / dt;
             before = now;
         }
-        const double t = (simulation.time() - bars.touch()) / unit;
-        out.time.push_back(t - 0.5 * dt / unit);
+        const double t = (simulation.time() - bars.touch()) / unit - 0.5 * dt;
+        out.time.push_back(t);
         out.force.push_back(force);
-        if (force != 0 && !touched) out.first = t - dt / unit, touched = true;
-        if (force != 0) last = t;
-        if (force > 0.5) above += dt / unit;
+        if (std::abs(force) > least) {
+            if (!touched) out.first = t;
+            out.last = t;
+            touched = true;
+        }
         out.tension = std::max(out.tension, -force);
-        out.impulse += force * dt / unit / 2;
+        out.impulse += force * dt / 2;
+        if (t > 0.5 && t < 1.5) out.plateau += force, ++steps;
     }
+    out.plateau /= steps;
     out.restitution = -bars.velocity() / TheBars::speed;
-    out.duration = last - out.first;
-    out.half = above;
     return out;
 }
 

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numbers>
+#include <vector>
 
 namespace verification {
 
@@ -109,7 +111,7 @@ private:
 };
 
 /// The gap between the nominal faces when the blocks feel the first force [cells]; NaN if they feel none until their
-/// nominal faces overlap by half a cell.
+/// nominal faces overlap by half a cell. Without groups, a change of the mean velocity by 1e-6 counts as a force.
 template <int D, class Law = firn::CoulombContact>
 double gap_at_first_force(const GapOptions<D>& options) {
     Blocks<D, Law> blocks(options);
@@ -123,6 +125,90 @@ double gap_at_first_force(const GapOptions<D>& options) {
         }
     }
     return std::numeric_limits<double>::quiet_NaN();
+}
+
+/// Force on the first block along the normal, over the nominal gap.
+struct Approach {
+    std::vector<double> gap{}, force{};  ///< [cells]; force over ρ c v A, against the approach
+};
+/// Two blocks approach, and bounce.
+/// \param until  nominal gap at the end [cells]: the gap that blocks would have if they passed through each other
+template <int D, class Law = firn::CoulombContact>
+Approach approach(const GapOptions<D>& options, double until) {
+    Blocks<D, Law> blocks(options);
+    Approach out;
+    const double scale = Blocks<D, Law>::c * options.speed * std::pow(options.cells, D - 1),
+                 mass = std::pow(options.cells, D);
+    double before = blocks.velocity();
+    while (blocks.nominal_gap() > until) {
+        blocks.simulation.step();
+        const double now = blocks.velocity();
+        out.gap.push_back(blocks.nominal_gap());
+        out.force.push_back((before - now) * mass / blocks.simulation.last_time_step() / scale);
+        before = now;
+    }
+    return out;
+}
+
+/// What is felt when two blocks part.
+struct Parting {
+    double impulse = 0;   ///< the largest impulse between the groups in a step, over m v
+    double pull = 0;      ///< the largest impulse that pulls, over m v
+    double velocity = 0;  ///< largest error of a particle's velocity, over v
+};
+/// Two blocks that touch are pulled apart.
+/// \param steps  number of time steps
+template <int D, class Law = firn::CoulombContact>
+Parting part(GapOptions<D> options, int steps) {
+    options.speed = -std::abs(options.speed);
+    Blocks<D, Law> blocks(options);
+    Parting out;
+    const double momentum = -options.speed * std::pow(options.cells, D);
+    for (int i = 0; i < steps; ++i) {
+        blocks.simulation.step();
+        if constexpr (Law::between_groups) {
+            const auto impulse = blocks.simulation.contact_impulses->on(1, 0);
+            out.impulse = std::max(out.impulse, norm(impulse) / momentum);
+        }
+        out.velocity = std::max(out.velocity, blocks.velocity_error() / -options.speed);
+    }
+    return out;
+}
+
+/// Two blocks that touch are pressed together by a body force that grows and wanes, and then pulled apart by one.
+struct Pressed {
+    double pull = 0;    ///< the largest force that pulls, over the largest that presses
+    double late = 0;    ///< the last time with a force, over the duration of the pressing [1]
+    double pushed = 0;  ///< impulse of the contact over that of the body force in the first half [1]
+};
+template <int D>
+Pressed press_and_pull(GapOptions<D> options, double strain, double period) {
+    using namespace firn;
+    options.speed = options.gap = 0;
+    Blocks<D> blocks(options);
+    // A half sine pushes; a half sine pulls. At the common face, the stress of a slow push is ρ a × side.
+    const double most = strain / options.cells, pi = std::numbers::pi;
+    for (int side = 0; side < 2; ++side) {
+        const auto direction = blocks.normal * (side == 0 ? 1.0 : -1.0);
+        blocks.simulation.add_load(side == 0 ? blocks.first : blocks.second,
+                                   [=](const Vec<double, D>&, double time) -> Vec<double, D> {
+                                       return direction * (most * std::pow(0.5, D) * std::sin(2 * pi * time / period));
+                                   });
+    }
+    Pressed out;
+    double press = 0, pull = 0, sum = 0;
+    while (blocks.simulation.time() < period) {
+        blocks.simulation.step();
+        // On the second block by the first: along the normal if it presses.
+        const double impulse = dot(blocks.simulation.contact_impulses->on(1, 0), blocks.normal);
+        press = std::max(press, impulse);
+        pull = std::max(pull, -impulse);
+        sum += impulse;
+        if (impulse != 0) out.late = blocks.simulation.time() / (period / 2);
+    }
+    out.pull = pull / press;
+    out.pushed = sum / (std::pow(options.cells, D) * most * period / pi);
+    return out;
 }
 
 }  // namespace verification
