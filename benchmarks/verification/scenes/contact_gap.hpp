@@ -179,7 +179,6 @@ Parting part(GapOptions<D> options, int steps) {
 struct Pressed {
     double pull = 0;    ///< the largest force that pulls, over the largest that presses
     double late = 0;    ///< the last time with a force, over the duration of the pressing [1]
-    double pushed = 0;  ///< impulse of the contact over that of the body force in the first half [1]
 };
 template <int D>
 Pressed press_and_pull(GapOptions<D> options, double strain, double period) {
@@ -196,18 +195,16 @@ Pressed press_and_pull(GapOptions<D> options, double strain, double period) {
                                    });
     }
     Pressed out;
-    double press = 0, pull = 0, sum = 0;
+    double press = 0, pull = 0;
     while (blocks.simulation.time() < period) {
         blocks.simulation.step();
         // On the second block by the first: along the normal if it presses.
         const double impulse = dot(blocks.simulation.contact_impulses->on(1, 0), blocks.normal);
         press = std::max(press, impulse);
         pull = std::max(pull, -impulse);
-        sum += impulse;
         if (impulse != 0) out.late = blocks.simulation.time() / (period / 2);
     }
     out.pull = pull / press;
-    out.pushed = sum / (std::pow(options.cells, D) * most * period / pi);
     return out;
 }
 
