@@ -88,12 +88,15 @@ public:
         for (const Particle& p : found) ++begin_[p.bin + 2];
         for (std::size_t i = 2; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
         if (order_.size() < found.size()) order_.resize(found.size());
-        for (std::uint32_t i = 0; i < found.size(); ++i) {
-            const std::uint32_t first = begin_[found[i].bin];
-            std::uint32_t at = begin_[found[i].bin + 1]++;
-            for (; at > first && found[order_[at - 1]].id > found[i].id; --at) order_[at] = order_[at - 1];
-            order_[at] = i;
-        }
+        for (std::uint32_t i = 0; i < found.size(); ++i) order_[begin_[found[i].bin + 1]++] = i;
+        // A bin is sorted when all bins are filled: before, the places of the bin below it may be empty.
+        for (std::size_t b = 0; b + 2 < begin_.size(); ++b)
+            for (std::uint32_t next = begin_[b] + 1; next < begin_[b + 1]; ++next) {
+                const std::uint32_t i = order_[next];
+                std::uint32_t at = next;
+                for (; at > begin_[b] && found[order_[at - 1]].id > found[i].id; --at) order_[at] = order_[at - 1];
+                order_[at] = i;
+            }
         moments_.assign((begin_.size() - 2) * padded, 0);
         for (auto& numbers : place_)
             if (numbers.size() < found.size() + spare) numbers.resize(found.size() + spare);
