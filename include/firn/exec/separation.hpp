@@ -231,6 +231,9 @@ class Separator {
 public:
     /// The weight λ of the penalty. With it, the layer of particles at the surface decides about the plane.
     static constexpr double penalty = 5e-5;
+    /// What the extent of the particles themselves adds to their scatter at the start: ¼ r²/3 with r = ¼ cell [cells²].
+    /// Without it, a node that sees a single row of particles of each group would find a plane along the row.
+    static constexpr double own_scatter = 5e-3;
     static constexpr double sharpness = 16;  ///< ‖β‖ after the start [1/cell]
     static constexpr int newton_steps = 3;   ///< Number of Newton steps after the start.
     static constexpr double band = 0.6;      ///< Newton's method needs the particles this near to the plane [cells].
@@ -297,7 +300,7 @@ private:
             }
             H[D][D] += 0.125;
         }
-        for (int a = 0; a < D; ++a) H[a][a] += penalty;
+        for (int a = 0; a < D; ++a) H[a][a] += own_scatter;
         if (!detail::solve_definite(H, to)) return Vec<double, D>::zero();
         Vec<double, D> normal;
         for (int a = 0; a < D; ++a) normal[a] = to[a];
