@@ -57,9 +57,10 @@ int main(int argc, char** argv) {
         const std::string where = formatted(", %d cells", cells[i]);
         report.check({"restitution e" + where, of.restitution, 1, 1 - least[i],
                       formatted("no loss; dispersion takes a part: at least %g", least[i])});
-        report.check({"duration of the contact" + where + " [L/c]", of.duration(), 2, 0.01 * std::max(1.0, 80. / cells[i]),
-                      "2 L/c; 1 % at 80 cells, and as h above; from the middle of the first step with a force to that of "
-                      "the last"});
+        report.check(
+            {"duration of the contact" + where + " [L/c]", of.duration(), 2, 0.01 * std::max(1.0, 80. / cells[i]),
+             "2 L/c; 1 % at 80 cells, and as h above; from the middle of the first step with a force to that of "
+             "the last"});
         report.check({"force, mean over the middle half of the contact" + where + " [ρ c v A]", of.plateau, 1, 2e-3,
                       "plane waves: ρ c v A"});
         report.at_most("largest force that pulls" + where + " [ρ c v A]", of.tension, 0, "none: contact is unilateral");
@@ -84,14 +85,15 @@ int main(int argc, char** argv) {
                  gradients = series<2, CoulombContact, Apic, WeightGradientForce>("weight gradients, groups", coarse);
     for (const Series* each : {&flip, &fmpm, &gradients})
         for (std::size_t i = 0; i < coarse.size(); ++i)
-            report.at_most("largest force that pulls, " + each->restitution.label +
-                               formatted(", %d cells [ρ c v A]", coarse[i]),
-                           each->outcomes[i].tension, 0, "none: contact is unilateral");
+            report.at_most(
+                "largest force that pulls, " + each->restitution.label + formatted(", %d cells [ρ c v A]", coarse[i]),
+                each->outcomes[i].tension, 0, "none: contact is unilateral");
 
     const std::size_t shown = quick ? 1 : 2;
     const std::string at = formatted("%d cells", cells[shown]);
     report.plot({"force", "Force between the bars, " + at, "(t − t_touch) c/L", "F / ρ c v A"}).curves = {
-        force_of(apic.outcomes[shown], "APIC, groups", -0.5, 2.7), force_of(one.outcomes[shown], "APIC, one field", -0.5, 2.7),
+        force_of(apic.outcomes[shown], "APIC, groups", -0.5, 2.7),
+        force_of(one.outcomes[shown], "APIC, one field", -0.5, 2.7),
         force_of(flip.outcomes.back(), "FLIP(0.99), groups", -0.5, 2.7),
         force_of(fmpm.outcomes.back(), "FMPM(2), groups", -0.5, 2.7),
         {"linear theory", {-0.5, 0, 0, 2, 2, 2.7}, {0, 0, 1, 1, 0, 0}, Curve::Kind::reference}};
@@ -101,21 +103,23 @@ int main(int argc, char** argv) {
 
     const BarsOutcome& stuck = one.outcomes[shown];
     const double h = 1.0 / cells[shown];
-    report.remark("Restitution with " + formatted("%d to %d cells: ", cells.front(), cells.back()) + listed(apic) + "; " +
-                  listed(one) + "; " + listed(flip) + "; " + listed(fmpm) + "; " + listed(gradients) +
+    report.remark("Restitution with " + formatted("%d to %d cells: ", cells.front(), cells.back()) + listed(apic) +
+                  "; " + listed(one) + "; " + listed(flip) + "; " + listed(fmpm) + "; " + listed(gradients) +
                   ". Dispersion of the waves limits e, not contact: short waves lag, and stay in the bars as vibration "
                   "when these part. FLIP and FMPM keep less than APIC here, because the steps are small.");
     const double closing = 2 * Bars<2>::speed / h;  // [cells a unit of time]
-    report.remark(formatted("Without groups, bars of %d cells feel the first force (1 %% of ρ c v A) at a gap of %.2f h. ",
-                            cells[shown], -stuck.first * closing) +
-                  formatted("When they part, they pull each other with up to %.2f ρ c v A; the last force acts %.2f L/c "
-                            "after the touch, ",
-                            stuck.tension, stuck.last) +
-                  formatted("at a gap of about %.1f h. With groups, the first force acts at a gap of %.3f h.",
-                            (stuck.last - 2) * closing * stuck.restitution, -apic.outcomes[shown].first * closing));
-    report.remark(formatted("Duration of the contact with FLIP(0.99), FMPM(2) and weight gradients, %d cells: %.3f, "
-                            "%.3f and %.3f L/c.",
-                            coarse.back(), flip.outcomes.back().duration(), fmpm.outcomes.back().duration(),
-                            gradients.outcomes.back().duration()));
+    report.remark(
+        formatted("Without groups, bars of %d cells feel the first force (1 %% of ρ c v A) at a gap of %.2f h. ",
+                  cells[shown], -stuck.first * closing) +
+        formatted("When they part, they pull each other with up to %.2f ρ c v A; the last force acts %.2f L/c "
+                  "after the touch, ",
+                  stuck.tension, stuck.last) +
+        formatted("at a gap of about %.1f h. With groups, the first force acts at a gap of %.3f h.",
+                  (stuck.last - 2) * closing * stuck.restitution, -apic.outcomes[shown].first * closing));
+    report.remark(
+        formatted("Duration of the contact with FLIP(0.99), FMPM(2) and weight gradients, %d cells: %.3f, "
+                  "%.3f and %.3f L/c.",
+                  coarse.back(), flip.outcomes.back().duration(), fmpm.outcomes.back().duration(),
+                  gradients.outcomes.back().duration()));
     return report.finish();
 }

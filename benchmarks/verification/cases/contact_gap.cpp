@@ -1,4 +1,5 @@
-/// \file Blocks that approach slowly, by contact groups: at which gap they feel each other. Blocks that are pulled apart.
+/// \file Blocks that approach slowly, by contact groups: at which gap they feel each other. Blocks that are pulled
+/// apart.
 #include "scenes/contact_gap.hpp"
 
 #include "case.hpp"
@@ -91,12 +92,13 @@ Curve drawn(const Approach& of, const std::string& label) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    Case report(argc, argv, "Gap at the first force",
-                "Two blocks, 10 cells wide, E = 1 Pa, ν = 0.3, ρ = 1 kg/m³, 2 × 2 particles a cell, approach each other "
-                "slowly, at ±0.001 c. Each is a contact group of its own. The gap between their nominal faces when they "
-                "feel the first force should be 0. Blocks that touch are pulled apart: there should be no force at all. "
-                "Of blocks at several places in the grid, and with several patterns of particles, the farthest from 0 "
-                "is reported.");
+    Case report(
+        argc, argv, "Gap at the first force",
+        "Two blocks, 10 cells wide, E = 1 Pa, ν = 0.3, ρ = 1 kg/m³, 2 × 2 particles a cell, approach each other "
+        "slowly, at ±0.001 c. Each is a contact group of its own. The gap between their nominal faces when they "
+        "feel the first force should be 0. Blocks that touch are pulled apart: there should be no force at all. "
+        "Of blocks at several places in the grid, and with several patterns of particles, the farthest from 0 "
+        "is reported.");
     const bool quick = report.quick();
     check_approach<2>(report);
     check_approach<3>(report);
@@ -109,22 +111,25 @@ int main(int argc, char** argv) {
         report.at_most("pressed, then pulled apart: largest force that pulls over the largest that presses" + of,
                        run.pull, 0, "none: contact is unilateral");
         report.check({"pressed, then pulled apart: time of the last force over the duration of the pressing load" + of,
-                      run.late, 1, 0.1, "what is pulled lets go; the first mode of a block takes half of that duration"});
+                      run.late, 1, 0.1,
+                      "what is pulled lets go; the first mode of a block takes half of that duration"});
     }
 
     // What one field of velocities does, and harder cases.
     const double one = gap_at_first_force<2, OneField>({.gap = 3.5}),
                  one_turned = gap_at_first_force<2, OneField>({.turn = 30, .gap = 3.5});
     const Parting stuck = part<2, OneField>({.gap = 0, .speed = 0.01}, 400);
-    Plot& plot = report.plot({"force", "Force between blocks that approach, 2D", "−gap of the nominal faces [h]",
-                              "F / ρ c v A"});
+    Plot& plot = report.plot(
+        {"force", "Force between blocks that approach, 2D", "−gap of the nominal faces [h]", "F / ρ c v A"});
     const double jitter = SamplingOptions{}.jitter;
     plot.curves = {drawn(approach<2>({.gap = 0.3}, -0.3), "uniform"),
                    drawn(approach<2>({.turn = 30, .gap = 0.3}, -0.3), "turned by 30°"),
                    drawn(approach<2>({.jitter = {jitter, 0}, .gap = 0.3}, -0.3), "one jittered"),
                    drawn(approach<2>({.jitter = {jitter, jitter}, .gap = 0.4}, -0.3), "both jittered"),
                    drawn(approach<2, OneField>({.gap = 3.2}, -0.3), "one field"),
-                   {"elastic blocks that are one wave long", {-3.2, 0, 0, 0.04, 0.04, 0.3}, {0, 0, 1, 1, 0, 0},
+                   {"elastic blocks that are one wave long",
+                    {-3.2, 0, 0, 0.04, 0.04, 0.3},
+                    {0, 0, 1, 1, 0, 0},
                     Curve::Kind::reference}};
     report.remark(formatted("Without groups, the blocks feel each other at a gap of %.2f h, turned blocks at %.2f h. ",
                             one, one_turned) +
@@ -138,21 +143,24 @@ int main(int argc, char** argv) {
                       "cells): %.2f h, turned %.2f h, ",
                       corner, corner_turned) +
             formatted("in 3D %.2f h and %.2f h. ", corner_3d, askew) +
-            "At a node near the corner of one block, the particles of the blocks lie on different sides of the node, and "
+            "At a node near the corner of one block, the particles of the blocks lie on different sides of the node, "
+            "and "
             "the regression tilts the plane towards the line between their centres by a few degrees.");
         const double rough = jittered<2>(0.5, 0, true), both = jittered<2>(0.5, 0.5, true),
                      rough_3d = jittered<3>(0.5, 0, true), both_3d = jittered<3>(0.5, 0.5, true);
-        report.remark(formatted("Particles that are jittered by up to half a spacing, so that they stand out by 0.25 h: one "
-                                "block %.2f h, both %.2f h, ",
-                                rough, both) +
-                      formatted("in 3D %.2f h and %.2f h.", rough_3d, both_3d));
+        report.remark(
+            formatted("Particles that are jittered by up to half a spacing, so that they stand out by 0.25 h: one "
+                      "block %.2f h, both %.2f h, ",
+                      rough, both) +
+            formatted("in 3D %.2f h and %.2f h.", rough_3d, both_3d));
     }
     const double gradient = gap_at_first_force<2>({.gap = 1, .normals = ContactNormals::volume_gradient}),
                  gradient_turned =
                      gap_at_first_force<2>({.turn = 30, .gap = 1, .normals = ContactNormals::volume_gradient});
-    report.remark(formatted("With normals from the gradients of volume (ContactNormals::volume_gradient), uniform blocks "
-                            "feel the first force at %.2f h, turned ones at %.2f h: ",
-                            gradient, gradient_turned) +
-                  "at the corners of the blocks the normals are wrong by up to 45°, and the gap is measured along them.");
+    report.remark(
+        formatted("With normals from the gradients of volume (ContactNormals::volume_gradient), uniform blocks "
+                  "feel the first force at %.2f h, turned ones at %.2f h: ",
+                  gradient, gradient_turned) +
+        "at the corners of the blocks the normals are wrong by up to 45°, and the gap is measured along them.");
     return report.finish();
 }

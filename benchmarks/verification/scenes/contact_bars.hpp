@@ -1,7 +1,7 @@
-/// \file Two equal elastic bars meet head-on: L = 1 m, E = 1 Pa, ρ = 1 kg/m³, ν = 0, so that c = 1 m/s; v = ±0.01 c. The
-/// linear theory: a plane wave passes through each bar and back, so contact lasts 2 L/c; its stress is ρ c v; the bars
-/// exchange their velocities, and there is no stress and no strain when they part (Graff 1975, "Wave motion in elastic
-/// solids", §2.4). Fixed corotated matter with ν = 0 follows the linear theory along the bar, as P = E (F − 1).
+/// \file Two equal elastic bars meet head-on: L = 1 m, E = 1 Pa, ρ = 1 kg/m³, ν = 0, so that c = 1 m/s; v = ±0.01 c.
+/// The linear theory: a plane wave passes through each bar and back, so contact lasts 2 L/c; its stress is ρ c v; the
+/// bars exchange their velocities, and there is no stress and no strain when they part (Graff 1975, "Wave motion in
+/// elastic solids", §2.4). Fixed corotated matter with ν = 0 follows the linear theory along the bar, as P = E (F − 1).
 #pragma once
 
 #include <firn/firn.hpp>
@@ -13,10 +13,10 @@
 namespace verification {
 
 struct BarsOptions {
-    int cells = 20;       ///< cells along a bar
-    double offset = 0;    ///< of the surface where the bars meet from a plane of nodes [cells]
-    int across = 4;       ///< cells across a bar; its sides slip along mirrored walls
-    double courant = 0.3; ///< c dt/h
+    int cells = 20;        ///< cells along a bar
+    double offset = 0;     ///< of the surface where the bars meet from a plane of nodes [cells]
+    int across = 4;        ///< cells across a bar; its sides slip along mirrored walls
+    double courant = 0.3;  ///< c dt/h
 };
 
 /// \tparam Law  a contact law; with OneField, the bars are not in groups of their own
@@ -53,8 +53,8 @@ struct Bars {
         }
     }
 
-    double touch() const { return gap / (2 * speed); }                   ///< When the bars meet [s].
-    static double duration() { return 2 * length / wave_speed; }         ///< How long contact lasts [s].
+    double touch() const { return gap / (2 * speed); }                     ///< When the bars meet [s].
+    static double duration() { return 2 * length / wave_speed; }           ///< How long contact lasts [s].
     double force() const { return density * wave_speed * speed * area_; }  ///< Force of the contact [N].
 
     /// The mean velocity of the left bar [m/s].

@@ -15,14 +15,14 @@ namespace verification {
 
 template <int D>
 struct GapOptions {
-    double cells = 10;                ///< side of each block [cells]
-    double turn = 0;                  ///< angle by which both blocks are turned with their lattices [°]
-    std::array<double, 2> jitter{};   ///< of each block: largest random shift of a particle per axis [spacings]
-    std::uint64_t seed = 1;           ///< of the random shifts
-    firn::Vec<double, D> offset{};    ///< of both blocks from a plane of nodes [cells]
-    double aside = 0;                 ///< by how much the second block is moved along the common face [cells]
-    double gap = 0.25;                ///< between the nominal faces at first [cells]
-    double speed = 1e-3;              ///< of each block, over c; negative if they part
+    double cells = 10;               ///< side of each block [cells]
+    double turn = 0;                 ///< angle by which both blocks are turned with their lattices [°]
+    std::array<double, 2> jitter{};  ///< of each block: largest random shift of a particle per axis [spacings]
+    std::uint64_t seed = 1;          ///< of the random shifts
+    firn::Vec<double, D> offset{};   ///< of both blocks from a plane of nodes [cells]
+    double aside = 0;                ///< by how much the second block is moved along the common face [cells]
+    double gap = 0.25;               ///< between the nominal faces at first [cells]
+    double speed = 1e-3;             ///< of each block, over c; negative if they part
     firn::ContactNormals normals = firn::ContactNormals::regression;
 };
 
@@ -38,8 +38,8 @@ struct Blocks {
     firn::Body first, second;
 
     explicit Blocks(const GapOptions<D>& of)
-        : options(of), simulation(domain(of), firn::FixedCorotated<double>::from_young_poisson(1, 0.3), law(of),
-                                  firn::Coloured{1}) {
+        : options(of),
+          simulation(domain(of), firn::FixedCorotated<double>::from_young_poisson(1, 0.3), law(of), firn::Coloured{1}) {
         using namespace firn;
         simulation.gravity = {};
         simulation.fixed_time_step = 0.3 * h / c;
@@ -177,8 +177,8 @@ Parting part(GapOptions<D> options, int steps) {
 
 /// Two blocks that touch are pressed together by a body force that grows and wanes, and then pulled apart by one.
 struct Pressed {
-    double pull = 0;    ///< the largest force that pulls, over the largest that presses
-    double late = 0;    ///< the last time with a force, over the duration of the pressing [1]
+    double pull = 0;  ///< the largest force that pulls, over the largest that presses
+    double late = 0;  ///< the last time with a force, over the duration of the pressing [1]
 };
 template <int D>
 Pressed press_and_pull(GapOptions<D> options, double strain, double period) {

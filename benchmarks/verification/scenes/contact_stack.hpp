@@ -24,6 +24,7 @@ struct StackOptions {
     int cells = 10;         ///< of the side of a block
     double young = 1e6;     ///< E [Pa]
     double friction = 0.5;  ///< between the blocks, and of the floor [1]
+    bool geostatic = true;  ///< Whether the stack starts from the geostatic state; otherwise it is not stressed.
 };
 
 /// \tparam Law  a contact law; with OneField, all blocks are one body
@@ -54,14 +55,15 @@ struct Stack {
             counts.fill(2 * of.cells);
             Samples<D> block{lattice_points<D>(lower, counts, h / 2), std::pow(h / 2, D)};
             const auto before = block.positions;
-            for (auto& x : block.positions) x = x + displacement(x);
+            if (of.geostatic)
+                for (auto& x : block.positions) x = x + displacement(x);
             const auto body = blocks[std::size_t(i)] = simulation.add(block, density);
             if constexpr (in_groups) simulation.set_contact_group(body, i);
             before_.insert(before_.end(), before.begin(), before.end());
         }
         auto& particles = simulation.edit_particles();
         for (std::size_t slot = 0; slot < particles.slots(); ++slot) {
-            if (!particles.is_particle(slot)) continue;
+            if (!of.geostatic || !particles.is_particle(slot)) continue;
             auto state = particles.state(slot);
             state.F = deformation(before_[particles.id(slot)]);
             particles.set_state(slot, state);
@@ -99,10 +101,10 @@ struct Stack {
     double elastic_energy() const {
         return std::pow(density * g, 2) * std::pow(height, 3) / (6 * modulus()) * std::pow(side, D - 1);
     }
-    /// Kinetic, elastic and potential energy [J].
-    double energy() const {
+    /// Elastic and potential energy [J].
+    double stored_energy() const {
         const auto totals = simulation.totals();
-        return totals.kinetic_energy + totals.elastic_energy + g * totals.first_moment[1];
+        return totals.elastic_energy + g * totals.first_moment[1];
     }
     /// The mean height of the topmost row of particles [m].
     double top() const { return mean(count - 1, true)[1]; }
