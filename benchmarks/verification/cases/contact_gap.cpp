@@ -127,7 +127,7 @@ int main(int argc, char** argv) {
                    drawn(approach<2>({.jitter = {jitter, 0}, .gap = 0.3}, -0.3), "one jittered"),
                    drawn(approach<2>({.jitter = {jitter, jitter}, .gap = 0.4}, -0.3), "both jittered"),
                    drawn(approach<2, OneField>({.gap = 3.2}, -0.3), "one field"),
-                   {"elastic blocks that are one wave long",
+                   {"plane waves from gap 0",
                     {-3.2, 0, 0, 0.04, 0.04, 0.3},
                     {0, 0, 1, 1, 0, 0},
                     Curve::Kind::reference}};
