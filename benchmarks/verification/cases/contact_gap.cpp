@@ -122,15 +122,13 @@ int main(int argc, char** argv) {
     Plot& plot = report.plot(
         {"force", "Force between blocks that approach, 2D", "−gap of the nominal faces [h]", "F / ρ c v A"});
     const double jitter = SamplingOptions{}.jitter;
-    plot.curves = {drawn(approach<2>({.gap = 0.3}, -0.3), "uniform"),
-                   drawn(approach<2>({.turn = 30, .gap = 0.3}, -0.3), "turned by 30°"),
-                   drawn(approach<2>({.jitter = {jitter, 0}, .gap = 0.3}, -0.3), "one jittered"),
-                   drawn(approach<2>({.jitter = {jitter, jitter}, .gap = 0.4}, -0.3), "both jittered"),
-                   drawn(approach<2, OneField>({.gap = 3.2}, -0.3), "one field"),
-                   {"plane waves from gap 0",
-                    {-3.2, 0, 0, 0.04, 0.04, 0.3},
-                    {0, 0, 1, 1, 0, 0},
-                    Curve::Kind::reference}};
+    plot.curves = {
+        drawn(approach<2>({.gap = 0.3}, -0.3), "uniform"),
+        drawn(approach<2>({.turn = 30, .gap = 0.3}, -0.3), "turned by 30°"),
+        drawn(approach<2>({.jitter = {jitter, 0}, .gap = 0.3}, -0.3), "one jittered"),
+        drawn(approach<2>({.jitter = {jitter, jitter}, .gap = 0.4}, -0.3), "both jittered"),
+        drawn(approach<2, OneField>({.gap = 3.2}, -0.3), "one field"),
+        {"plane waves from gap 0", {-3.2, 0, 0, 0.04, 0.04, 0.3}, {0, 0, 1, 1, 0, 0}, Curve::Kind::reference}};
     report.remark(formatted("Without groups, the blocks feel each other at a gap of %.2f h, turned blocks at %.2f h. ",
                             one, one_turned) +
                   formatted("Pulled apart from touch, the velocities of their particles are off by up to %.0f %%.",

@@ -100,7 +100,8 @@ int main(int argc, char** argv) {
                    "never: the stack sinks and swings, and contact gives no energy; to second order in a step");
     report.at_most("largest force that pulls between two blocks, over the weight of one, 2D, not stressed at the start",
                    falling.tension, 0, "none: contact is unilateral");
-    Plot& heights = report.plot({"height", "Height of the stack in the first second", "t [s]", "change / height [10⁻⁶]"});
+    Plot& heights =
+        report.plot({"height", "Height of the stack in the first second", "t [s]", "change / height [10⁻⁶]"});
     Plot& energies = report.plot({"energy", "Energy of the stack", "t [s]", "change / elastic energy [10⁻⁶]"});
     for (const Standing& each : runs) {
         heights.curves.push_back(each.height);
