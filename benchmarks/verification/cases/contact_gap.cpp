@@ -142,8 +142,10 @@ int main(int argc, char** argv) {
                       corner, corner_turned) +
             formatted("in 3D %.2f h and %.2f h. ", corner_3d, askew) +
             "At a node near the corner of one block, the particles of the blocks lie on different sides of the node, "
-            "and "
-            "the regression tilts the plane towards the line between their centres by a few degrees.");
+            "so the "
+            "plane is found less exactly; in 3D, contact can begin at the first step there (0.3 h is where these "
+            "blocks "
+            "start).");
         const double rough = jittered<2>(0.5, 0, true), both = jittered<2>(0.5, 0.5, true),
                      rough_3d = jittered<3>(0.5, 0, true), both_3d = jittered<3>(0.5, 0.5, true);
         report.remark(
