@@ -116,6 +116,7 @@ public:
     /// \throws parameter_error  if the domain or a parameter of the material is out of range
     Simulation(const Domain<D>& domain, const Material& material, const std::type_identity_t<Execution>& how,
                const Boundary& walls)
+        requires(detail::is_boundary<Boundary>::value)
         : boundary(walls), execution(how), grid_(domain), sets_(Make::make(material, domain)) {
         for_sets([](const auto& set) { check_material<D>(set.material); });
         this->speaks_ = ranks().speaks();

@@ -6,6 +6,7 @@
 #include <firn/core/error.hpp>
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 namespace firn {
@@ -64,6 +65,16 @@ struct CoulombContact {
         for (const Pair& pair : pairs)
             if (pair.first == first && pair.second == second) return pair.contact;
         return {.friction = friction};
+    }
+
+    /// Returns the parameters as text: "friction 0.3, normals by regression; 1 and 2: stick, friction 0, reach 0.25".
+    std::string description() const {
+        std::string text = sentence("friction ", friction, ", normals by ",
+                                    normals == ContactNormals::regression ? "regression" : "volume gradient");
+        for (const Pair& pair : pairs)
+            text += sentence("; ", pair.first, " and ", pair.second, ": ", name_of(pair.contact.contact), ", friction ",
+                             pair.contact.friction, ", reach ", pair.contact.reach);
+        return text;
     }
 
     /// Checks the friction and the reach of all pairs.

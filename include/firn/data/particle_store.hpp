@@ -166,6 +166,8 @@ public:
     int contact_group(std::size_t slot) const {
         return grouped_ ? group_of_copy(block(slot)[0], copy_stride(domain_)) : 0;
     }
+    /// Returns whether a particle may be in a contact group other than 0.
+    bool has_contact_groups() const { return grouped_; }
     /// Puts the particle in a slot into a contact group. Particles must be sorted again before the next step.
     /// \param group  from 0 to most_contact_groups(domain()) − 1
     void set_contact_group(std::size_t slot, int group) {

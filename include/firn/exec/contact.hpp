@@ -141,68 +141,71 @@ consteval std::size_t field_of(Member State::* member) {
     return index;
 }
 
-/// Returns r² F Fᵀ of particles: the square of the ellipsoid into which F turns a ball of radius r. The particles of a
-/// material without F change their lengths alike in all directions.
-/// \param radius  radius of the undeformed particles
+/// Returns the volume ratios J of particles; 1 for a material that has neither F nor J.
 template <class View, class P>
-FIRN_INLINE auto shape_of(const View& view, const Slots& slots, const P& radius) {
+FIRN_INLINE P volume_ratio_of(const View& view, const Slots& slots) {
     using State = typename View::state_type;
     constexpr int D = View::dimension;
-    const P square = radius * radius;
-    if constexpr (requires(State state) { state.F; }) {
-        constexpr std::size_t f = field_of(&State::F);
+    if constexpr (requires(State state) { state.J; }) {
+        return view.state[field_of(&State::J)].template load<P>(slots, 0);
+    } else if constexpr (requires(State state) { state.F; }) {
         Mat<P, D> F;
-        unroll<D * D>([&](auto k) FIRN_LAMBDA { F.m[k] = view.state[f].template load<P>(slots, k); });
-        return (F * transpose(F)) * square;
-    } else if constexpr (requires(State state) { state.J; }) {
-        constexpr std::size_t f = field_of(&State::J);
-        using S = typename View::scalar_type;
-        const P J = max(view.state[f].template load<P>(slots, 0), P(S(1e-6)));
-        return Mat<P, D>::identity() * (square * exp(log(J) * P(S(2.0 / D))));
+        unroll<D * D>([&](auto k) FIRN_LAMBDA { F.m[k] = view.state[field_of(&State::F)].template load<P>(slots, k); });
+        return determinant(F);
     } else {
-        return Mat<P, D>::identity() * square;
+        return P(1);
     }
 }
 
+/// Returns half of the extents of particles [cells]: ½ (J V0)^(1/D) / h.
+template <class View, class P>
+FIRN_INLINE P radius_of(const View& view, const Slots& slots, double cell_size) {
+    using S = typename View::scalar_type;
+    constexpr int D = View::dimension;
+    const P volume =
+        view.volume.template load<P>(slots, 0) * volume_ratio_of<View, P>(view, slots) * P(S(std::pow(cell_size, -D)));
+    const P filled = max(volume, P(S(1e-12)));
+    const P extent = D == 2 ? sqrt(filled) : exp(log(filled) * P(S(1.0 / 3)));
+    return select(volume > P(S(1e-12)), extent * P(S(0.5)), P(S(0)));
+}
+
 /// Adds the particles of one range that reach some nodes to `near`.
+/// \param ids     id of the particle in each slot
 /// \param blocks  coordinates of the particles' block, counted from the block of the nodes
 template <class Kernel, int D, class View>
-void find_near(NearParticles<Kernel, D>& near, const View& view, const BlockRange<D>& range, const int (&blocks)[D],
-               double cell_size) {
+void find_near(NearParticles<Kernel, D>& near, const View& view, const std::uint32_t* ids, const BlockRange<D>& range,
+               const int (&blocks)[D], double cell_size) {
     using S = typename View::scalar_type;
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
+    for (int a = 0; a < D; ++a)
+        if (near.first(a) > (blocks[a] + 1) * block_size - 1 + allowed_drift ||
+            near.last(a) < blocks[a] * block_size - allowed_drift)
+            return;
     const std::size_t end = range.first_slot + range.particles;
     for (std::size_t slot = range.first_slot / lanes * lanes; slot < end; slot += lanes) {
         const Slots slots{slot, nullptr};
         const Vec<P, D> place = load_vector<P, D>(view.position, slots);
         auto inside = P(1) > P(0);
-        Vec<P, D> base;
+        P bin = P(0);
         unroll<D>([&](auto a) FIRN_LAMBDA {
-            const P corner = P(S(blocks[a] * block_size));
-            base.v[a] = base_node<Kernel>(place.v[a]) + corner;
-            inside = inside & (base.v[a] >= P(S(near.first(a)))) & (base.v[a] <= P(S(near.last(a))));
+            const P base = base_node<Kernel>(place.v[a]) + P(S(blocks[a] * block_size - near.first(a)));
+            inside = inside & (base >= P(0)) & (base <= P(S(near.bins(a) - 1)));
+            bin = bin * P(S(near.bins(a))) + base;
         });
         if (!any(inside)) continue;
-        const P volume = view.volume.template load<P>(slots, 0);
-        P radius;
-        if constexpr (D == 2)
-            radius = sqrt(volume) * P(S(0.5 / cell_size));
-        else
-            radius =
-                exp(log(max(volume * P(S(1 / (cell_size * cell_size * cell_size))), P(S(1e-30)))) * P(S(1.0 / 3))) *
-                P(S(0.5));
-        radius = select(volume > P(0), radius, P(0));
-        const Mat<P, D> shape = shape_of(view, slots, radius);
-        for (int l = 0; l < lanes; ++l) {
-            if (!inside[l] || slot + std::size_t(l) < range.first_slot || slot + std::size_t(l) >= end) continue;
+        alignas(64) S bins[lanes], radii[lanes], places[D][lanes];
+        bin.store(bins);
+        radius_of<View, P>(view, slots, cell_size).store(radii);
+        unroll<D>([&](auto a) FIRN_LAMBDA { (place.v[a] + P(S(blocks[a] * block_size))).store(places[a]); });
+        const auto first = std::size_t(slot < range.first_slot ? range.first_slot - slot : 0);
+        for (std::size_t l = first; l < std::min<std::size_t>(lanes, end - slot); ++l) {
+            if (!inside[int(l)]) continue;
             auto& particle = near.found.emplace_back();
-            int k = 0;
-            for (int a = 0; a < D; ++a) {
-                particle.base[a] = int(lane_value(base.v[a], l));
-                particle.place[a] = double(lane_value(place.v[a], l)) + blocks[a] * block_size;
-                for (int c = a; c < D; ++c) particle.shape[k++] = double(lane_value(shape(a, c), l));
-            }
+            particle.id = ids[slot + l];
+            particle.bin = std::uint32_t(bins[l]);
+            particle.radius = float(radii[l]);
+            for (int a = 0; a < D; ++a) particle.place[a] = float(places[a][l]);
         }
     }
 }
@@ -271,7 +274,8 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
             const auto& of = meetings.nears()[i];
             std::uint32_t s = 0;
             const auto add = [&](const auto& set) {
-                if (s++ == of.set) find_near(near, set.view, set.partition.ranges[of.range], of.blocks, h);
+                if (s++ == of.set)
+                    find_near(near, set.view, set.partition.order.data(), set.partition.ranges[of.range], of.blocks, h);
             };
             (add(sets), ...);
         }

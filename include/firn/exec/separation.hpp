@@ -1,19 +1,20 @@
 /// \file The normal and the gap between two contact groups at a node, from the positions of the particles around it.
 ///
-/// All sums over particles are exact: their terms are rounded to multiples of a small number first. So the results
-/// depend neither on the order of the particles nor on the width of the SIMD registers.
+/// All sums over particles are taken in one order: by base node, then by id, in eight lanes. So the results depend
+/// neither on the order of the particles in memory nor on the width of the SIMD registers.
 #pragma once
 
 #include <firn/contact/concept.hpp>
-#include <firn/core/lanes.hpp>
 #include <firn/core/pack.hpp>
 #include <firn/data/block_partition.hpp>
-#include <firn/data/particle_view.hpp>
+#include <firn/kernel/concept.hpp>
 #include <firn/math/exp_log.hpp>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -21,36 +22,50 @@ namespace firn {
 
 namespace detail {
 
-/// Returns t, rounded to a multiple of 2⁻³². Sums of such terms are exact as long as they are below 2²⁰.
-template <class P>
-FIRN_INLINE P in_exact_units(const P& t) {
-    constexpr double whole = 0x1.8p20;
-    return (t + P(whole)) - P(whole);
+/// Eight numbers that are processed together; where registers are shorter, in several of them.
+using Eight = pack<float, 8>;
+
+/// Returns the sum of all lanes, added up as a balanced tree.
+FIRN_INLINE float sum_of_lanes(const Eight& all) {
+    using four [[gnu::vector_size(16)]] = float;
+    four halves[2];
+    std::memcpy(halves, &all.lanes, sizeof halves);
+    const four half = halves[0] + halves[1];
+    return (half[0] + half[2]) + (half[1] + half[3]);
+}
+/// Returns a mask of the first `count` lanes.
+FIRN_INLINE Eight::mask first_lanes(std::uint32_t count) {
+    alignas(32) static constexpr std::int32_t numbers[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+    Eight::mask_vector lanes;
+    std::memcpy(&lanes, numbers, sizeof lanes);
+    return {lanes < std::int32_t(std::min<std::uint32_t>(count, 8))};
 }
 
-/// Number of values of a symmetric D × D matrix and a vector, and 1: the moments of a set of points.
+/// Number of moments of a set of points: their number, the sums of their coordinates and of products of two of them.
 template <int D>
-inline constexpr int moment_count = 1 + D + symmetric_size<D>;
+inline constexpr int moment_count = 1 + D + D * (D + 1) / 2;
 
-/// The particles of one contact group around the nodes of a block. They are sorted by their base nodes.
+/// The particles of one contact group around the nodes of a block, sorted by their base nodes, then by id.
 template <class Kernel, int D>
 class NearParticles {
 public:
     static constexpr int K = Kernel::support;
     static constexpr int lines = D == 2 ? K : K * K;  ///< Number of lines of base nodes whose particles reach a node.
-    static constexpr std::size_t spare = 16;          ///< Numbers behind the last particle that may be read.
+    static constexpr std::size_t spare = 16;          ///< Number of values that may be read behind the last particle.
 
     /// A particle. Positions are counted from the lower corner of the block of nodes [cells].
     struct Particle {
-        int base[D];                      ///< base node
-        double place[D];                  ///< position [cells]
-        double shape[symmetric_size<D>];  ///< r² F Fᵀ [cells²]; r is the radius of the undeformed particle
+        std::uint32_t id, bin;
+        float place[D];  ///< position [cells]
+        float radius;    ///< half of the particle's extent [cells]
     };
     /// Consecutive particles: those with the indices begin ≤ i < end.
     struct Span {
         std::uint32_t begin, end;
     };
     using Spans = std::array<Span, std::size_t(lines)>;
+
+    std::vector<Particle> found;  ///< The particles, in any order, until sort() is called.
 
     /// Prepares for particles that reach the nodes low to high (along each axis, counted from the block's first node).
     void clear(const int (&low)[D], const int (&high)[D]) {
@@ -61,39 +76,40 @@ public:
             count_[a] = high[a] - first_[a] + 1;
             bins *= std::size_t(count_[a]);
         }
-        begin_.assign(bins + 1, 0);
+        begin_.assign(bins + 2, 0);
     }
-    /// Returns whether a particle with this base node reaches one of the nodes.
-    bool reaches(const int (&base)[D]) const {
-        for (int a = 0; a < D; ++a)
-            if (base[a] < first_[a] || base[a] >= first_[a] + count_[a]) return false;
-        return true;
-    }
-    int first(int axis) const { return first_[axis]; }                    ///< Lowest base node that reaches.
-    int last(int axis) const { return first_[axis] + count_[axis] - 1; }  ///< Highest base node that reaches.
+    int first(int axis) const { return first_[axis]; }                    ///< Lowest base node that reaches a node.
+    int last(int axis) const { return first_[axis] + count_[axis] - 1; }  ///< Highest base node that reaches a node.
+    int bins(int axis) const { return count_[axis]; }                     ///< Number of base nodes along an axis.
 
-    std::vector<Particle> found;  ///< The particles, in any order, until sort() is called.
-
-    /// Sorts the particles by their base nodes, and sums their moments.
+    /// Sorts the particles, and sums their moments.
     void sort() {
-        for (const Particle& p : found) ++begin_[bin(p.base) + 1];
-        for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
-        next_.assign(begin_.begin(), begin_.end() - 1);
-        moments_.assign(next_.size() * padded, 0);
-        for (auto& numbers : place_) numbers.resize(found.size() + spare);
-        for (auto& numbers : shape_) numbers.resize(found.size() + spare);
-        for (const Particle& p : found) {
-            const std::size_t b = bin(p.base), i = next_[b]++;
-            double* const sum = moments_.data() + b * padded;
+        // begin_[b + 1] is the next place of bin b while particles are placed, and its end afterwards.
+        for (const Particle& p : found) ++begin_[p.bin + 2];
+        for (std::size_t i = 2; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
+        if (order_.size() < found.size()) order_.resize(found.size());
+        for (std::uint32_t i = 0; i < found.size(); ++i) {
+            const std::uint32_t first = begin_[found[i].bin];
+            std::uint32_t at = begin_[found[i].bin + 1]++;
+            for (; at > first && found[order_[at - 1]].id > found[i].id; --at) order_[at] = order_[at - 1];
+            order_[at] = i;
+        }
+        moments_.assign((begin_.size() - 2) * padded, 0);
+        for (auto& numbers : place_)
+            if (numbers.size() < found.size() + spare) numbers.resize(found.size() + spare);
+        if (radius_.size() < found.size() + spare) radius_.resize(found.size() + spare);
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            const Particle& p = found[order_[i]];
+            double* const sum = moments_.data() + p.bin * padded;
             sum[0] += 1;
             int k = 1;
             for (int a = 0; a < D; ++a) {
                 place_[std::size_t(a)][i] = p.place[a];
-                sum[k++] += in_exact_units(p.place[a]);
+                sum[k++] += double(p.place[a]);
             }
             for (int a = 0; a < D; ++a)
-                for (int c = a; c < D; ++c) sum[k++] += in_exact_units(p.place[a] * p.place[c]);
-            for (std::size_t c = 0; c < shape_.size(); ++c) shape_[c][i] = p.shape[c];
+                for (int c = a; c < D; ++c) sum[k++] += double(p.place[a]) * double(p.place[c]);
+            radius_[i] = p.radius;
         }
     }
 
@@ -102,11 +118,7 @@ public:
         Spans spans;
         double sum[padded] = {};
         for (int line = 0; line < lines; ++line) {
-            int base[D];
-            base[D - 1] = node[D - 1] - (K - 1);
-            base[D - 2] = node[D - 2] - (K - 1) + line % K;
-            if constexpr (D == 3) base[0] = node[0] - (K - 1) + line / K;
-            const std::size_t b = bin(base);
+            const std::size_t b = first_bin(node, line);
             spans[std::size_t(line)] = {begin_[b], begin_[b + K]};
             for (std::size_t i = b; i < b + K; ++i)
                 for (std::size_t k = 0; k < padded; ++k) sum[k] += moments_[i * padded + k];
@@ -114,23 +126,50 @@ public:
         for (int k = 0; k < moment_count<D>; ++k) moments[k] += sum[k];
         return spans;
     }
+    /// Returns the particles around a node whose base nodes have cells near a plane: the distance of a cell's middle is
+    /// at most `within` [cells].
+    /// \param n  unit normal of the plane;  \param middle  n · x of the plane, counted from the node [cells]
+    Spans near_plane(const int (&node)[D], const Vec<double, D>& n, double middle, double within) const {
+        Spans spans;
+        for (int line = 0; line < lines; ++line) {
+            const std::size_t b = first_bin(node, line);
+            double along = -middle;
+            for (int a = 0, rest = line; a < D; ++a) {
+                const int k = a == D - 1 ? 0 : D == 3 && a == 0 ? rest / K : rest % K;
+                along += n[a] * (k - (K - 1) + Kernel::base_shift + 0.5);
+            }
+            int begin = K, end = 0;
+            for (int k = 0; k < K; ++k)
+                if (std::abs(along + n[D - 1] * k) <= within) {
+                    begin = std::min(begin, k);
+                    end = k + 1;
+                }
+            if (begin > end) begin = end;
+            spans[std::size_t(line)] = {begin_[b + std::size_t(begin)], begin_[b + std::size_t(end)]};
+        }
+        return spans;
+    }
 
-    const double* place(int axis) const { return place_[std::size_t(axis)].data(); }  ///< Positions [cells].
-    const double* shape(int k) const { return shape_[std::size_t(k)].data(); }        ///< r² F Fᵀ [cells²].
+    const float* place(int axis) const { return place_[std::size_t(axis)].data(); }  ///< Positions [cells].
+    const float* radius() const { return radius_.data(); }                           ///< Radii [cells].
 
 private:
     static constexpr std::size_t padded = (std::size_t(moment_count<D>) + 3) / 4 * 4;
-    std::size_t bin(const int (&base)[D]) const {
-        int b = 0;
-        for (int a = 0; a < D; ++a) b = b * count_[a] + (base[a] - first_[a]);
-        return std::size_t(b);
+    /// Returns the first bin of a line of base nodes whose particles reach a node.
+    std::size_t first_bin(const int (&node)[D], int line) const {
+        int bin = 0;
+        for (int a = 0; a < D; ++a) {
+            const int k = a == D - 1 ? 0 : D == 3 && a == 0 ? line / K : line % K;
+            bin = bin * count_[a] + node[a] - (K - 1) + k - first_[a];
+        }
+        return std::size_t(bin);
     }
 
     int first_[D], count_[D];
-    std::vector<std::uint32_t> begin_, next_;
+    std::vector<std::uint32_t> begin_, order_;
     std::vector<double> moments_;
-    std::array<std::vector<double>, std::size_t(D)> place_;
-    std::array<std::vector<double>, std::size_t(symmetric_size<D>)> shape_;
+    std::array<std::vector<float>, std::size_t(D)> place_;
+    std::vector<float> radius_;
 };
 
 /// Solves A x = b for a symmetric positive definite N × N matrix, by Cholesky's method.
@@ -138,23 +177,20 @@ private:
 /// \param b  the right side; receives the solution
 /// \return whether the matrix was positive definite
 template <int N>
-bool solve_definite(double (&A)[N][N], double (&b)[N]) {
+FIRN_INLINE bool solve_definite(double (&A)[N][N], double (&b)[N]) {
+    double per_pivot[N];
     for (int j = 0; j < N; ++j) {
-        for (int k = 0; k < j; ++k) A[j][j] -= A[j][k] * A[j][k];
+        for (int k = 0; k < j; ++k) A[j][j] -= A[j][k] * A[j][k] * per_pivot[k];
         if (!(A[j][j] > 0)) return false;
-        A[j][j] = std::sqrt(A[j][j]);
-        for (int i = j + 1; i < N; ++i) {
-            for (int k = 0; k < j; ++k) A[i][j] -= A[i][k] * A[j][k];
-            A[i][j] /= A[j][j];
-        }
+        per_pivot[j] = 1 / A[j][j];
+        for (int i = j + 1; i < N; ++i)
+            for (int k = 0; k < j; ++k) A[i][j] -= A[i][k] * A[j][k] * per_pivot[k];
     }
-    for (int i = 0; i < N; ++i) {
-        for (int k = 0; k < i; ++k) b[i] -= A[i][k] * b[k];
-        b[i] /= A[i][i];
-    }
+    for (int i = 0; i < N; ++i)
+        for (int k = 0; k < i; ++k) b[i] -= A[i][k] * b[k] * per_pivot[k];
     for (int i = N - 1; i >= 0; --i) {
         for (int k = i + 1; k < N; ++k) b[i] -= A[k][i] * b[k];
-        b[i] /= A[i][i];
+        b[i] *= per_pivot[i];
     }
     return true;
 }
@@ -169,16 +205,16 @@ struct Separation {
     bool may_touch = false;   ///< false if the groups are so far apart that they cannot touch in this step
 };
 
-/// Finds the surface between two contact groups at a node by logistic regression: the plane n · x + b = 0 that
+/// Finds the surface between two contact groups at a node by logistic regression: the plane β · x + b = 0 that
 /// minimises
 ///
 ///     ½ (mean of log(1 + e⁻ᶻ) over the first group + mean of log(1 + eᶻ) over the second) + ½ λ ‖β‖²,   z = β · x + b
 ///
-/// over the particles that contribute to the node; n = β/‖β‖. The sum is convex. Newton's method starts from β = 0,
-/// where it gives Fisher's linear discriminant, and takes a fixed number of steps. Then, with the support function
-/// rₚ(n) = ‖r Fₚᵀ n‖ of the particle, a ball in the undeformed state,
+/// over the particles that contribute to the node. The normal is n = β/‖β‖. The sum is convex. Newton's method starts
+/// from β = 0, where it gives Fisher's linear discriminant; its further steps begin with ‖β‖ = sharpness and half-way
+/// between the groups. Then, with the radius r = ½ (J V0)^(1/D) of a particle,
 ///
-///     gap = min over the first group of (n · xₚ − rₚ)  −  max over the second of (n · xₚ + rₚ)
+///     gap = min over the first group of (n · x − r)  −  max over the second of (n · x + r)
 ///
 /// Nairn, Hammerquist and Smith 2020 find the plane in a similar way, by least squares of the logistic function.
 /// \tparam Kernel  decides which particles contribute to a node
@@ -186,28 +222,28 @@ template <class Kernel, int D>
 class Separator {
     using Near = detail::NearParticles<Kernel, D>;
     using Spans = typename Near::Spans;
-    using P = native_pack<double>;
-    static constexpr int lanes = scalar_traits<P>::lanes, N = D + 1;
+    using P = detail::Eight;
+    static constexpr int N = D + 1;
 
 public:
     /// The weight λ of the penalty. With it, the layer of particles at the surface decides about the plane.
     static constexpr double penalty = 5e-4;
     static constexpr double sharpness = 8;  ///< ‖β‖ after the start [1/cell]
-    static constexpr int newton_steps = 4;  ///< Number of Newton steps after the start.
-    static constexpr double band = 1.25;  ///< Newton's method uses particles within this distance of the plane [cells].
-    static constexpr double far = 0.75;   ///< Groups with a larger gap at the start cannot touch [cells].
+    static constexpr int newton_steps = 3;  ///< Number of Newton steps after the start.
+    static constexpr double band = 1;       ///< Newton's method needs the particles this near to the plane [cells].
+    static constexpr double far = 0.75;     ///< Groups with a larger gap at the start cannot touch [cells].
 
     /// Returns the surface between two groups at a node.
     /// \param node  index of the node, counted from the block's first node
-    Separation<D> operator()(const Near& first, const Near& second, const int (&node)[D], ContactNormals how) {
+    Separation<D> operator()(const Near& first, const Near& second, const int (&node)[D], ContactNormals how) const {
         const Near* const groups[2] = {&first, &second};
         double moments[2][detail::moment_count<D>] = {};
         Spans spans[2];
         for (int g = 0; g < 2; ++g) {
             spans[g] = groups[g]->around(node, moments[g]);
+            if (!(moments[g][0] > 0)) return {};
             centre(moments[g], node);
         }
-        if (!(moments[0][0] > 0 && moments[1][0] > 0)) return {};
         Separation<D> found;
         found.normal = how == ContactNormals::regression ? discriminant(moments) : gradient(groups, spans, node);
         if (!(dot(found.normal, found.normal) > 0)) return {};
@@ -215,16 +251,16 @@ public:
         found.gap = low - high;
         found.may_touch = found.gap < far;
         if (!found.may_touch || how != ContactNormals::regression) return found;
-        const Vec<double, D> better = regression(groups, spans, node, found.normal, 0.5 * (low + high));
-        low = least(first, spans[0], node, better);
-        high = -least(second, spans[1], node, -better);
-        return {better, low - high, true};
+        found.normal = regression(groups, node, found.normal, 0.5 * (low + high));
+        low = least(first, spans[0], node, found.normal);
+        high = -least(second, spans[1], node, -found.normal);
+        found.gap = low - high;
+        return found;
     }
 
 private:
     /// Turns moments about the corner of the block into means about a node; the count stays.
     static void centre(double (&m)[detail::moment_count<D>], const int (&node)[D]) {
-        if (!(m[0] > 0)) return;
         double mean[D];
         for (int a = 0; a < D; ++a) mean[a] = m[1 + a] / m[0];
         int k = 1 + D;
@@ -267,18 +303,19 @@ private:
             Vec<double, D> of_group = Vec<double, D>::zero();
             for (const auto& span : spans[g])
                 for (std::uint32_t i = span.begin; i < span.end; ++i) {
-                    double weight[D], slope[D];
+                    double weight[D], slope[D], volume = 1;
                     for (int a = 0; a < D; ++a) {
-                        const double x = groups[g]->place(a)[i], base = base_node<Kernel>(x);
+                        const double x = double(groups[g]->place(a)[i]), base = base_node<Kernel>(x);
                         const auto k = std::size_t(std::clamp(node[a] - int(base), 0, Kernel::support - 1));
                         weight[a] = Kernel::weights(x - base)[k];
                         slope[a] = Kernel::gradients(x - base)[k];
+                        volume *= double(groups[g]->radius()[i]);
                     }
                     for (int a = 0; a < D; ++a) {
-                        double term = -slope[a];
+                        double term = -slope[a] * volume;
                         for (int c = 0; c < D; ++c)
                             if (c != a) term *= weight[c];
-                        of_group[a] += detail::in_exact_units(term);
+                        of_group[a] += term;
                     }
                 }
             sum += unit(of_group) * (g == 0 ? 1.0 : -1.0);
@@ -286,45 +323,41 @@ private:
         return unit(sum);
     }
 
-    /// Returns the smallest n · x − r(n) of the particles [cells], with x counted from the node.
+    /// Returns the smallest n · x − r of the particles [cells], with x counted from the node.
     static double least(const Near& group, const Spans& spans, const int (&node)[D], const Vec<double, D>& n) {
-        P least(std::numeric_limits<double>::infinity());
-        double at_node = 0;
-        for (int a = 0; a < D; ++a) at_node += n[a] * node[a];
+        P least(std::numeric_limits<float>::max()), normal[D];
+        for (int a = 0; a < D; ++a) normal[a] = P(float(n[a]));
         for (const auto& span : spans)
-            for (std::uint32_t i = span.begin; i < span.end; i += lanes) {
-                P along = P(-at_node), square(0);
-                int k = 0;
-                for (int a = 0; a < D; ++a) {
-                    along = along + P::load(group.place(a) + i) * P(n[a]);
-                    for (int c = a; c < D; ++c)
-                        square = square + P::load(group.shape(k++) + i) * P(n[a] * n[c] * (a == c ? 1 : 2));
-                }
-                const P reach = along - sqrt(max(square, P(0)));
-                least = select(number() < P(double(span.end - i)), min(least, reach), least);
+            for (std::uint32_t i = span.begin; i < span.end; i += 8) {
+                P along = -P::load(group.radius() + i);
+                for (int a = 0; a < D; ++a)
+                    along = along + (P::load(group.place(a) + i) - P(float(node[a]))) * normal[a];
+                least = select(detail::first_lanes(span.end - i), min(least, along), least);
             }
-        return -reduce_max(-least);
-    }
-    /// Returns the numbers of the lanes: 0, 1, 2, …
-    static P number() {
-        alignas(64) double numbers[lanes];
-        for (int l = 0; l < lanes; ++l) numbers[l] = l;
-        return P::load(numbers);
+        return -double(reduce_max(-least));
     }
 
     /// Returns the normal of the plane after Newton's method.
     /// \param start   the normal at the start;  \param middle  n · x of the plane at the start, counted from the node
-    Vec<double, D> regression(const Near* const (&groups)[2], const Spans (&spans)[2], const int (&node)[D],
-                              const Vec<double, D>& start, double middle) {
-        std::size_t counts[2];
-        for (int g = 0; g < 2; ++g) counts[g] = choose(*groups[g], spans[g], node, start, middle, chosen_[g]);
-        if (counts[0] == 0 || counts[1] == 0) return start;
+    static Vec<double, D> regression(const Near* const (&groups)[2], const int (&node)[D], const Vec<double, D>& start,
+                                     double middle) {
+        double within = band;
+        for (int a = 0; a < D; ++a) within += 0.5 * std::abs(start[a]);
+        Spans spans[2];
+        double weights[2];
+        for (int g = 0; g < 2; ++g) {
+            spans[g] = groups[g]->near_plane(node, start, middle, within);
+            std::uint32_t count = 0;
+            for (const auto& span : spans[g]) count += span.end - span.begin;
+            if (count == 0) return start;
+            weights[g] = 0.5 / count;
+        }
         double theta[N];
         for (int a = 0; a < D; ++a) theta[a] = sharpness * start[a];
         theta[D] = -sharpness * middle;
         for (int step = 0; step < newton_steps; ++step) {
-            double H[N][N] = {}, to[N] = {};
-            for (int g = 0; g < 2; ++g) add_sums(g, counts[g], theta, H, to);
+            double H[N][N], to[N];
+            sum_terms(groups, spans, weights, node, theta, H, to);
             for (int a = 0; a < D; ++a) {
                 H[a][a] += penalty;
                 to[a] -= penalty * theta[a];
@@ -341,64 +374,44 @@ private:
         return dot(normal, start) > 0 ? normal : start;
     }
 
-    /// Copies the positions of the particles near the plane, counted from the node. \return their number
-    static std::size_t choose(const Near& group, const Spans& spans, const int (&node)[D], const Vec<double, D>& n,
-                              double middle, std::array<std::vector<double>, std::size_t(D)>& to) {
-        std::size_t most = 0, count = 0;
-        for (const auto& span : spans) most += span.end - span.begin;
-        for (auto& numbers : to)
-            if (numbers.size() < most + Near::spare) numbers.resize(most + Near::spare);
-        for (const auto& span : spans)
-            for (std::uint32_t i = span.begin; i < span.end; ++i) {
-                double along = -middle;
-                for (int a = 0; a < D; ++a) along += n[a] * (to[std::size_t(a)][count] = group.place(a)[i] - node[a]);
-                count += std::abs(along) <= band;
-            }
-        for (auto& numbers : to) std::fill_n(numbers.begin() + std::ptrdiff_t(count), Near::spare, 0.0);
-        return count;
-    }
-
-    /// Adds the terms of one group to the matrix and the right side of a Newton step.
-    void add_sums(int g, std::size_t count, const double (&theta)[N], double (&H)[N][N], double (&to)[N]) const {
-        P sums[N * (N + 1) / 2], rest[N];
+    /// Sums the terms of the particles in the matrix and the right side of a Newton step.
+    static void sum_terms(const Near* const (&groups)[2], const Spans (&spans)[2], const double (&weights)[2],
+                          const int (&node)[D], const double (&theta)[N], double (&H)[N][N], double (&to)[N]) {
+        P sums[N * (N + 1) / 2], rest[N], beta[N];
         for (P& sum : sums) sum = P(0);
         for (P& sum : rest) sum = P(0);
-        const double sign = g == 0 ? 1 : -1;
-        for (std::size_t i = 0; i < count; i += lanes) {
-            P x[N], z = P(theta[D]);
-            for (int a = 0; a < D; ++a) {
-                x[a] = P::load(chosen_[g][std::size_t(a)].data() + i);
-                z = z + x[a] * P(theta[a]);
-            }
-            x[D] = P(1);
-            // The probability of the wrong group: 1/(1 + e^z) for the first group.
-            const P wrong =
-                select(number() < P(double(count - i)), P(1) / (P(1) + exp(min(z * P(sign), P(700)))), P(0));
-            const P curvature = wrong * (P(1) - wrong);
-            int k = 0;
-            for (int a = 0; a < N; ++a) {
-                rest[a] = rest[a] + detail::in_exact_units(wrong * x[a]);
-                const P part = curvature * x[a];
-                for (int c = 0; c <= a; ++c) {
-                    sums[k] = sums[k] + detail::in_exact_units(part * x[c]);
-                    ++k;
+        for (int a = 0; a < N; ++a) beta[a] = P(float(theta[a]));
+        for (int g = 0; g < 2; ++g) {
+            const P sign(g == 0 ? 1.f : -1.f), weight{float(weights[g])};
+            for (const auto& span : spans[g])
+                for (std::uint32_t i = span.begin; i < span.end; i += 8) {
+                    P x[N], z = beta[D];
+                    for (int a = 0; a < D; ++a) {
+                        x[a] = P::load(groups[g]->place(a) + i) - P(float(node[a]));
+                        z = z + x[a] * beta[a];
+                    }
+                    x[D] = P(1.f);
+                    // The probability of the wrong group: 1/(1 + e^z) for the first group, 1/(1 + e^−z) for the second.
+                    const P wrong = P(1.f) / (P(1.f) + exp(max(min(z * sign, P(80.f)), P(-80.f))));
+                    const P mine = select(detail::first_lanes(span.end - i), weight * wrong, P(0.f));
+                    const P curvature = mine * (P(1.f) - wrong), pull = mine * sign;
+                    int k = 0;
+                    unroll<N>([&](auto a) FIRN_LAMBDA {
+                        rest[a] = rest[a] + pull * x[a];
+                        const P part = curvature * x[a];
+                        unroll<a + 1>([&](auto c) FIRN_LAMBDA {
+                            sums[k] = sums[k] + part * x[c];
+                            ++k;
+                        });
+                    });
                 }
-            }
         }
-        const double weight = 0.5 / double(count);
         int k = 0;
         for (int a = 0; a < N; ++a) {
-            to[a] += sign * weight * sum_of(rest[a]);
-            for (int c = 0; c <= a; ++c) H[a][c] += weight * sum_of(sums[k++]);
+            to[a] = double(detail::sum_of_lanes(rest[a]));
+            for (int c = 0; c <= a; ++c) H[a][c] = double(detail::sum_of_lanes(sums[k++]));
         }
     }
-    static double sum_of(const P& lanes_of) {
-        double sum = 0;
-        for (int l = 0; l < lanes; ++l) sum += lanes_of[l];
-        return sum;
-    }
-
-    std::array<std::vector<double>, std::size_t(D)> chosen_[2];
 };
 
 }  // namespace firn

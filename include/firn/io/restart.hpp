@@ -123,6 +123,15 @@ public:
             all.push_back({std::uint32_t(first), std::uint32_t(count), until});
             end = first + count;
         }
+        for (const StateTable& groups : state_.tables) {
+            if (groups.name != "contact_group") continue;
+            if (groups.columns != 1 || groups.values.size() != all.size()) throw_damaged("table of contact groups");
+            for (std::size_t b = 0; b < all.size(); ++b) {
+                const std::int64_t group = groups.values[b];
+                if (group < 0 || group >= std::numeric_limits<int>::max()) throw_damaged("table of contact groups");
+                all[b].contact_group = int(group);
+            }
+        }
         return all;
     }
 
@@ -234,11 +243,14 @@ void check_same_run(const Simulation& simulation, const State<T>& state, Restart
         "Go on with a simulation of the same policies and precision, or use Restart::converted.";
     const std::vector<StateAttribute> policies = policies_of<I>(simulation);
     check_same(state, policies, advice);
-    // A state says nothing of a volumetric policy that is the default.
-    const auto is_volumetric = [](const StateAttribute& a) { return a.name == "volumetric"; };
-    if (std::any_of(state.attributes.begin(), state.attributes.end(), is_volumetric) &&
-        std::none_of(policies.begin(), policies.end(), is_volumetric))
-        check_same(state, {{"volumetric", OwnVolume::name}}, advice);
+    // A state says nothing of a volumetric policy or a contact law that is the default.
+    for (const StateAttribute& unsaid : {StateAttribute{"volumetric", std::string(OwnVolume::name)},
+                                         StateAttribute{"contact", std::string(OneField::name)}}) {
+        const auto is_it = [&](const StateAttribute& a) { return a.name == unsaid.name; };
+        if (std::any_of(state.attributes.begin(), state.attributes.end(), is_it) &&
+            std::none_of(policies.begin(), policies.end(), is_it))
+            check_same(state, {unsaid}, advice);
+    }
     if (how == Restart::same_bits) check_same_build(state);
     const auto& domain = simulation.domain();
     if (parameter_values(state, "grid", "lower") != as_doubles(domain.lower) ||
@@ -271,6 +283,38 @@ struct RestoredSet {
     double fixed_time_step = 0, most_steps_between_sorts = 0;
 };
 
+/// Checks the contact groups of bodies, and puts the particles of a converted state into them. (The particles of other
+/// states lie in the blocks of their groups already.)
+/// \throws io_error  if the domain has no blocks for a group
+template <class Set>
+void restore_contact_groups(Set& stored, bool converted) {
+    for (const Body& body : stored.bodies) {
+        if (body.contact_group == 0) continue;
+        if (body.contact_group >= most_contact_groups(stored.particles.domain()))
+            throw io_error(sentence("The state has a body of contact group ", body.contact_group,
+                                    "; in this domain there are groups 0 to ",
+                                    most_contact_groups(stored.particles.domain()) - 1, "."));
+        for (std::size_t slot = 0; converted && slot < stored.particles.slots(); ++slot)
+            if (stored.particles.is_particle(slot) && body.holds(stored.particles.id(slot)))
+                stored.particles.set_contact_group(slot, body.contact_group);
+    }
+}
+/// Checks that the particles lie in the blocks of their bodies' contact groups, and tells the partition of them.
+/// \throws io_error  if a particle does not
+template <class Set>
+void check_contact_groups(Set& stored) {
+    bool grouped = stored.particles.has_contact_groups();
+    for (const Body& body : stored.bodies) grouped = grouped || body.contact_group != 0;
+    if (!grouped) return;
+    for (std::size_t slot = 0; slot < stored.particles.slots(); ++slot) {
+        if (!stored.particles.is_particle(slot)) continue;
+        const std::size_t b = stored.body_of(stored.particles.id(slot));
+        const int group = b < stored.bodies.size() ? stored.bodies[b].contact_group : 0;
+        if (stored.particles.contact_group(slot) != group) throw_damaged("table of contact groups");
+    }
+    stored.partition.copy_stride = copy_stride(stored.particles.domain());
+}
+
 /// Reads and checks what restore() takes from a state. The simulation is not changed.
 /// \throws io_error, particle_error  as restore()
 template <class Simulation, std::size_t I, class T>
@@ -293,11 +337,13 @@ RestoredSet<Simulation, I> read_set(SetHandle<Simulation, I> set, const State<T>
     auto& stored = made.stored;
     read.read(stored.particles, made.converted);
     stored.bodies = read.bodies();
+    restore_contact_groups(stored, made.converted);
     if (!made.converted) {
         stored.partition = read.partition(colours_along_axis<Kernel>);
         stored.report = {parameter_values(state, "run", "signal_speed")[0],
                          parameter_values(state, "run", "sort_needed")[0] != 0};
         read.set_places(stored.particles, stored.partition, Kernel::base_shift, !stored.report.sort_needed);
+        check_contact_groups(stored);
         restore_parameters(made.boundary, state, "boundary");
         restore_parameters(made.transfer, state, "transfer");
         restore_parameters(made.volume, state, "volumetric");

@@ -192,6 +192,11 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
     for (const Body& body : all_bodies)
         bodies.values.insert(bodies.values.end(), {body.first, body.count, std::bit_cast<std::int64_t>(body.end)});
     state.tables = {std::move(slots), std::move(blocks), std::move(bodies)};
+    if constexpr (Simulation::has_contact_groups) {
+        StateTable groups{"contact_group", 1, {}};  // Body::contact_group
+        for (const Body& body : all_bodies) groups.values.push_back(body.contact_group);
+        state.tables.push_back(std::move(groups));
+    }
     into = std::move(state);
 }
 
@@ -211,6 +216,9 @@ void fill_state_of(SetHandle<Simulation, I> set, State<typename Simulation::scal
 ///   blocks (see before_on_curve()): the block's D coordinates, the number of particles in the blocks before it, and
 ///   the number of its particles
 /// - `slot`: the number of each particle in this order: block by block, and in a block in the order of memory
+///
+/// If the simulation has contact groups, the table `contact_group` has the group of each body. The blocks of a group
+/// lie further along axis 0, see copy_stride().
 ///
 /// These tables do not depend on how the particles are spread over memory, threads or processes.
 /// \param set   the set; in a simulation with several materials for example `simulation.set<Snow<float>>()`
