@@ -11,6 +11,8 @@
 ///
 ///     void check()                           throws parameter_error if a parameter is out of range
 ///     ContactNormals normals                 how normals are found; regression by default
+///     double largest_reach()                 the gap up to which the law acts on groups that do not approach [cells];
+///                                            0 by default
 ///     std::string description()              a text that is written into files
 #pragma once
 
@@ -70,6 +72,15 @@ ContactNormals normals_of(const Law& law) {
         return law.normals;
     else
         return ContactNormals::regression;
+}
+
+/// Returns the gap up to which a contact law acts on groups that do not approach each other [cells].
+template <class Law>
+double reach_of(const Law& law) {
+    if constexpr (requires { law.largest_reach(); })
+        return law.largest_reach();
+    else
+        return 0;
 }
 
 }  // namespace firn

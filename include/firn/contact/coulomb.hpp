@@ -5,6 +5,7 @@
 #include <firn/contact/concept.hpp>
 #include <firn/core/error.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -65,6 +66,15 @@ struct CoulombContact {
         for (const Pair& pair : pairs)
             if (pair.first == first && pair.second == second) return pair.contact;
         return {.friction = friction};
+    }
+
+    /// Returns the largest reach of the pairs that stay together [cells].
+    double largest_reach() const {
+        double largest = 0;
+        for (const Pair& pair : pairs)
+            if (pair.contact.contact == Contact::slip || pair.contact.contact == Contact::stick)
+                largest = std::max(largest, pair.contact.reach);
+        return largest;
     }
 
     /// Returns the parameters as text: "friction 0.3, normals by regression; 1 and 2: stick, friction 0, reach 0.25".

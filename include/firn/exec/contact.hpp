@@ -252,22 +252,26 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
         return node_of(c, node)[node_mass] >= std::numeric_limits<S>::min();
     };
     std::array<std::uint8_t, std::size_t(block_nodes<D>)> groups_at{};
-    int low[D], high[D];
-    std::fill_n(low, D, block_size);
-    std::fill_n(high, D, -1);
+    bool some = false;
     for (std::size_t c = 0; c < count; ++c)
         for (int node = 0; node < block_nodes<D>; ++node)
-            if (is_filled(c, node) && ++groups_at[std::size_t(node)] == 2)
+            if (is_filled(c, node)) some = ++groups_at[std::size_t(node)] > 1 || some;
+    if (!some) return;
+
+    const double h = grid.domain().cell_size;
+    if (scratch.near.size() < count) scratch.near.resize(count);
+    for (std::size_t c = 0; c < count; ++c) {
+        int low[D], high[D];  // the nodes at which this group meets others
+        std::fill_n(low, D, block_size);
+        std::fill_n(high, D, -1);
+        for (int node = 0; node < block_nodes<D>; ++node)
+            if (groups_at[std::size_t(node)] > 1 && is_filled(c, node))
                 for (int a = 0; a < D; ++a) {
                     const int along = node >> (2 * (D - 1 - a)) & (block_size - 1);
                     low[a] = std::min(low[a], along);
                     high[a] = std::max(high[a], along);
                 }
-    if (high[0] < 0) return;
-
-    const double h = grid.domain().cell_size;
-    if (scratch.near.size() < count) scratch.near.resize(count);
-    for (std::size_t c = 0; c < count; ++c) {
+        if (high[0] < 0) continue;
         auto& near = scratch.near[c];
         near.clear(low, high);
         for (std::size_t i = copy(c).first; i < copy(c).last; ++i) {
@@ -283,6 +287,7 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
     }
 
     const ContactNormals how = normals_of(law);
+    const double reach = reach_of(law);
     for (int node = 0; node < block_nodes<D>; ++node) {
         if (groups_at[std::size_t(node)] < 2) continue;
         auto& groups = scratch.groups;
@@ -300,8 +305,11 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
         for (int a = 0; a < D; ++a) at[a] = node >> (2 * (D - 1 - a)) & (block_size - 1);
         for (std::size_t i = 0; i < groups.size(); ++i)
             for (std::size_t k = i + 1; k < groups.size(); ++k) {
+                const Vec<double, D> velocity =
+                    groups[i].momentum * (1 / groups[i].mass) - groups[k].momentum * (1 / groups[k].mass);
                 const Separation<D> found =
-                    scratch.separator(scratch.near[scratch.copy_of[i]], scratch.near[scratch.copy_of[k]], at, how);
+                    scratch.separator(scratch.near[scratch.copy_of[i]], scratch.near[scratch.copy_of[k]], at,
+                                      velocity * (dt / h), reach, how);
                 if (found.may_touch) pairs.push_back({i, k, found.normal, found.gap * h});
             }
         if (pairs.empty()) continue;

@@ -227,15 +227,20 @@ class Separator {
 
 public:
     /// The weight λ of the penalty. With it, the layer of particles at the surface decides about the plane.
-    static constexpr double penalty = 5e-4;
-    static constexpr double sharpness = 8;  ///< ‖β‖ after the start [1/cell]
-    static constexpr int newton_steps = 3;  ///< Number of Newton steps after the start.
-    static constexpr double band = 1;       ///< Newton's method needs the particles this near to the plane [cells].
-    static constexpr double far = 0.75;     ///< Groups with a larger gap at the start cannot touch [cells].
+    static constexpr double penalty = 5e-5;
+    static constexpr double sharpness = 16;  ///< ‖β‖ after the start [1/cell]
+    static constexpr int newton_steps = 3;   ///< Number of Newton steps after the start.
+    static constexpr double band = 0.6;      ///< Newton's method needs the particles this near to the plane [cells].
 
     /// Returns the surface between two groups at a node.
-    /// \param node  index of the node, counted from the block's first node
-    Separation<D> operator()(const Near& first, const Near& second, const int (&node)[D], ContactNormals how) const {
+    ///
+    /// A plane that separates the groups before and after a step shows that they do not touch in it, whatever the best
+    /// plane is. So the plane at the start often suffices.
+    /// \param node   index of the node, counted from the block's first node
+    /// \param moved  how far the first group moves relative to the second in the step [cells]
+    /// \param reach  the gap up to which the contact law acts on groups that do not approach [cells]
+    Separation<D> operator()(const Near& first, const Near& second, const int (&node)[D], const Vec<double, D>& moved,
+                             double reach, ContactNormals how) const {
         const Near* const groups[2] = {&first, &second};
         double moments[2][detail::moment_count<D>] = {};
         Spans spans[2];
@@ -249,7 +254,7 @@ public:
         if (!(dot(found.normal, found.normal) > 0)) return {};
         double low = least(first, spans[0], node, found.normal), high = -least(second, spans[1], node, -found.normal);
         found.gap = low - high;
-        found.may_touch = found.gap < far;
+        found.may_touch = !(found.gap > reach && found.gap + dot(moved, found.normal) > 0);
         if (!found.may_touch || how != ContactNormals::regression) return found;
         found.normal = regression(groups, node, found.normal, 0.5 * (low + high));
         low = least(first, spans[0], node, found.normal);
