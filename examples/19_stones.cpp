@@ -22,11 +22,16 @@ constexpr firn::Angle slope = firn::degrees(50);        // of the funnel
 template <int D>
 struct Box {
     static constexpr std::int64_t columns = D == 2 ? 8 : 4, rows = 64 / (D == 2 ? 8 : 16);
+    static constexpr double distance = 2.15 * radius;  // of stones at the start
     static constexpr double width = (D == 2 ? 24 : 12) * radius;
     static constexpr double opening = 4 * radius;                 // width of the opening
     static constexpr double bottom = (D == 2 ? 14 : 9) * radius;  // height of the opening
-    static double top() { return bottom + std::tan(slope.in_radians()) * (width - opening) / 2; }
-    static double height() { return top() + (2.5 * double(rows) + 1.5) * radius; }
+    /// Height of the lowest stones' centres: the outermost of them are just above the planks.
+    static double lowest() {
+        return bottom + 1.5 * radius +
+               std::tan(slope.in_radians()) * (0.5 * (double(columns - 1) * distance - opening) + radius);
+    }
+    static double height() { return lowest() + double(rows - 1) * distance + 2 * radius; }
 };
 
 struct Settings {
@@ -37,7 +42,7 @@ struct Settings {
 template <int D>
 std::vector<Plank<D>> funnel(double friction, double cell_size) {
     const double angle = slope.in_radians(), c = std::cos(angle), s = std::sin(angle);
-    const double half_length = 0.6 * Box<D>::width / c, half_thickness = 0.5 * radius;
+    const double half_length = 0.25 * (Box<D>::width - Box<D>::opening) / c + radius, half_thickness = 0.5 * radius;
     std::vector<Plank<D>> planks;
     for (const int axis : D == 2 ? std::vector{0} : std::vector{0, 2})
         for (const int side : {1, -1}) {
@@ -80,11 +85,10 @@ Simulation<D, Law> make(const example::Options& options, const Settings& setting
                            row = D == 2 ? n / columns : n / columns / columns;
         Point<D> centre;
         for (int a = 0; a < D; ++a) {
-            const double shift = 0.2 * (2 * firn::unit_interval(random.bits()) - 1);
             const double place =
-                a == 1 ? Box<D>::top() / radius + 1.5 + 2.5 * double(row)
-                       : 0.5 * width / radius + 2.5 * (double(a == 0 ? along : across) - 0.5 * double(columns - 1));
-            centre[a] = radius * (place + shift);
+                a == 1 ? Box<D>::lowest() + Box<D>::distance * double(row)
+                       : 0.5 * width + Box<D>::distance * (double(a == 0 ? along : across) - 0.5 * double(columns - 1));
+            centre[a] = place + 0.05 * radius * (2 * firn::unit_interval(random.bits()) - 1);
         }
         const firn::Body stone =
             simulation.add(firn::sample_sphere<D>(centre, radius, {.spacing = spacing}), settings.density);
@@ -116,7 +120,7 @@ example::Scenery<D> planks(double spacing) {
     auto all = funnel<D>(0, 2 * spacing);
     if (D == 3) all.erase(all.begin() + 2);
     for (const Plank<D>& plank : all) {
-        const auto half = firn::cast<double>(plank.shape.half_extents);
+        auto half = firn::cast<double>(plank.shape.half_extents);
         const auto turned = firn::matrix_of(plank.rotation);
         if constexpr (D == 2) {
             const auto is_inside = [&](const Point<2>& x) { return x[0] > 0 && x[0] < Box<2>::width; };
@@ -124,6 +128,7 @@ example::Scenery<D> planks(double spacing) {
                 if (const auto placed = plank.position + turned * x; is_inside(placed))
                     scenery.points.push_back(placed);
         } else {
+            (half[0] > half[2] ? half[0] : half[2]) = 0.5 * Box<D>::width;  // planks reach into the walls
             auto mesh = example::box_mesh(half * -1.0, half);
             for (auto& x : mesh.vertices) x = plank.position + turned * x;
             example::add_mesh(scenery.surface, mesh, example::slate);
@@ -143,7 +148,7 @@ int fall(const example::Options& options, const Settings& settings, std::int64_t
     auto slippery = make<D>(options, smooth, spacing, firn::CoulombContact{});
     auto stuck = make<D>(options, smooth, spacing, firn::OneField{});
 
-    const double dt = 0.5 * rough.stable_time_step();
+    const double dt = 0.8 * rough.stable_time_step();
     example::Options runs[] = {options, options, options};
     const char* const names[] = {"_friction", "_smooth", "_one_field"};
     for (int i = 0; i < 3; ++i) runs[i].name += names[i];
@@ -158,7 +163,7 @@ int fall(const example::Options& options, const Settings& settings, std::int64_t
     example::View view{.direction = {{-0.15F, -0.2F, -1.0F}}};
     view.frame = example::Box{{}, {{float(Box<D>::width), float(Box<D>::height()), D == 2 ? 0 : float(Box<D>::width)}}};
     view.width = 600;
-    view.height = 1200;
+    view.height = 1000;
     view.smoothing = 0.5F;
     const auto scenery = planks<D>(spacing);
     const auto drawn = [&] {
@@ -186,10 +191,10 @@ int stones_in_funnel(int argc, char** argv) {
                                .about = "64 stones fall into a funnel: contact groups with and without friction, and "
                                         "one field of velocities, beside each other. --particles is met approximately.",
                                .particles = 29'000,
-                               .steps = 12'000,
+                               .steps = 18'000,
                                .frames = 60,
                                .takes_time = true});
-    Settings settings{.young = 4e5, .friction = 0.2, .density = 1000};
+    Settings settings{.young = 2e5, .friction = 0.2, .density = 1000};
     std::int64_t dimensions = 2;
     line.add("--young", settings.young, "Young's modulus in Pa", 1e3, 1e9);
     line.add("--friction", settings.friction, "Friction between stones and at walls, in the first run", 0, 10);

@@ -176,7 +176,14 @@ int main() {
 //! ## Costs
 //!
 //! What is alone costs what it costs without groups. A step takes longer where groups are so near that they share nodes:
-//! COSTS
+//!
+//! | scene of `benchmarks/step_contact.cpp` | time of a step with groups / in one field |
+//! | --- | ---: |
+//! | two cubes before they touch | APART |
+//! | two cubes of 21 cells that press on each other | MEET |
+//! | a heap of 64 balls, R = 6 cells, each in a group of its own | STONES |
+//!
+//! `ContactNormals::volume_gradient` and larger bodies cost less.
 //!
 //! ## Limits
 //!
