@@ -24,6 +24,7 @@
 #include <limits>
 #include <map>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -44,64 +45,85 @@ struct ContactImpulses {
     }
 };
 
-/// The blocks of the domain at which contact groups may meet: those of which the grid has several copies.
+/// The cubes of blocks at which contact groups may meet: those of which the grid has blocks for several groups.
 template <int D>
 class MeetingPlaces {
 public:
-    /// Particles of one block that may reach a node of another.
+    /// Particles of one block that may reach a node of a cube.
     struct Near {
         std::uint32_t set, range;  ///< index of the set of particles, and of the range in its partition
-        int blocks[D];             ///< coordinates of their block, counted from the block of the nodes
+        int blocks[D];             ///< coordinates of their block, counted from the cube's first block
     };
-    /// The nodes of one group at a block of the domain.
+    static constexpr int blocks_of_cube = D == 2 ? 4 : 8;  ///< Number of blocks in a cube.
+    /// The nodes of one group at a cube of blocks.
     struct Copy {
         int group;                ///< number of the contact group
-        std::size_t block;        ///< grid index of the block that holds the group's nodes
         std::size_t first, last;  ///< particles that may reach the nodes: nears()[first] to nears()[last − 1]
+        /// Grid indices of the blocks that hold the group's nodes, the last axis fastest; no_block where there is none.
+        std::array<std::uint32_t, std::size_t(blocks_of_cube)> blocks;
     };
-    /// A block of the domain.
+    /// A cube of blocks.
     struct Place {
         std::size_t first, last;  ///< its copies: copies()[first] to copies()[last − 1], sorted by group
     };
 
-    const std::vector<Place>& places() const { return places_; }  ///< The blocks, sorted by their keys.
-    const std::vector<Copy>& copies() const { return copies_; }   ///< The copies of all blocks.
-    const std::vector<Near>& nears() const { return nears_; }     ///< The particles near all copies.
+    const std::vector<Place>& places() const {
+        return places_;
+    }  ///< The cubes, sorted by the keys of their first blocks.
+    const std::vector<Copy>& copies() const { return copies_; }  ///< The groups at all cubes.
+    const std::vector<Near>& nears() const { return nears_; }    ///< The particles near all copies.
 
-    /// Finds the blocks, after the grid was activated for these partitions.
+    /// Finds the cubes, after the grid was activated for these partitions.
     template <std::floating_point S>
     void find(const SparseGrid<S, D>& grid, std::span<BlockPartition<D>* const> partitions) {
         places_.clear(), copies_.clear(), nears_.clear();
         if (std::none_of(partitions.begin(), partitions.end(), [](const auto* p) { return p->copy_stride > 0; }))
             return;
-        std::vector<std::pair<std::uint64_t, std::size_t>> blocks;  // keys in the domain, and grid indices
-        for (std::size_t b = 0; b < grid.block_count(); ++b) {
+        struct Found {
+            std::uint64_t cube;  // key of its first block in the domain
+            int group;
+            std::uint32_t block;  // grid index
+            bool operator<(const Found& other) const {
+                return std::tie(cube, group, block) < std::tie(other.cube, other.group, other.block);
+            }
+        };
+        std::vector<Found> all;
+        for (std::uint32_t b = 0; b < grid.block_count(); ++b) {
             BlockCoordinate<D> block = grid.block(b);
             block[0] = grid.block_along(b, 0);
-            blocks.emplace_back(block_key<D>(block), b);  // of one key, the copies come sorted by group
+            for (int& along : block) along &= ~(cube_blocks - 1);
+            all.push_back({block_key<D>(block), grid.contact_group(b), b});
         }
-        std::sort(blocks.begin(), blocks.end());
-        for (std::size_t first = 0, last = 0; first < blocks.size(); first = last) {
-            while (last < blocks.size() && blocks[last].first == blocks[first].first) ++last;
-            if (last - first < 2) continue;
+        std::sort(all.begin(), all.end());
+        for (std::size_t first = 0, last = 0; first < all.size(); first = last) {
+            while (last < all.size() && all[last].cube == all[first].cube) ++last;
+            if (all[first].group == all[last - 1].group) continue;
             const std::size_t begin = copies_.size();
-            for (std::size_t i = first; i < last; ++i) add_copy(grid, blocks[i].second, partitions);
+            for (std::size_t i = first; i < last; ++i) {
+                if (i == first || all[i].group != all[i - 1].group) add_copy(grid, all[i].block, partitions);
+                int corner = 0;
+                for (const int along : grid.block(all[i].block)) corner = corner * cube_blocks + (along & 1);
+                copies_.back().blocks[std::size_t(corner)] = all[i].block;
+            }
             places_.push_back({begin, copies_.size()});
         }
     }
 
 private:
+    /// Adds the group of block b at the cube of block b, without its blocks.
     template <std::floating_point S>
     void add_copy(const SparseGrid<S, D>& grid, std::size_t b, std::span<BlockPartition<D>* const> partitions) {
-        Copy copy{grid.contact_group(b), b, nears_.size(), 0};
+        constexpr int n = cube_blocks + 2;  // blocks along an axis whose particles reach the cube
+        Copy copy{grid.contact_group(b), nears_.size(), 0, {}};
+        copy.blocks.fill(no_block);
         for (std::uint32_t s = 0; s < partitions.size(); ++s) {
             const BlockPartition<D>& partition = *partitions[s];
-            for (int n = 0; n < SparseGrid<S, D>::neighbour_count; ++n) {
+            for (int i = 0; i < (D == 2 ? n * n : n * n * n); ++i) {
                 Near near{s, 0, {}};
                 BlockCoordinate<D> block = grid.block(b);
-                for (int a = D - 1, rest = n; a >= 0; --a, rest /= 3) {
-                    near.blocks[a] = rest % 3 - 1;
-                    block[std::size_t(a)] += near.blocks[a];
+                for (int a = D - 1, rest = i; a >= 0; --a, rest /= n) {
+                    near.blocks[a] = rest % n - 1;
+                    block[std::size_t(a)] = (block[std::size_t(a)] & ~(cube_blocks - 1)) + near.blocks[a];
                 }
                 const std::uint64_t key = block_key<D>(wrapped(grid.domain(), block));
                 const auto found = std::lower_bound(
@@ -158,12 +180,12 @@ FIRN_INLINE P volume_ratio_of(const View& view, const Slots& slots) {
 }
 
 /// Returns half of the extents of particles [cells]: ½ (J V0)^(1/D) / h.
+/// \param per_cell  1/h^D [1/m^D]
 template <class View, class P>
-FIRN_INLINE P radius_of(const View& view, const Slots& slots, double cell_size) {
+FIRN_INLINE P radius_of(const View& view, const Slots& slots, const P& per_cell) {
     using S = typename View::scalar_type;
     constexpr int D = View::dimension;
-    const P volume =
-        view.volume.template load<P>(slots, 0) * volume_ratio_of<View, P>(view, slots) * P(S(std::pow(cell_size, -D)));
+    const P volume = view.volume.template load<P>(slots, 0) * volume_ratio_of<View, P>(view, slots) * per_cell;
     const P filled = max(volume, P(S(1e-12)));
     const P extent = D == 2 ? sqrt(filled) : exp(log(filled) * P(S(1.0 / 3)));
     return select(volume > P(S(1e-12)), extent * P(S(0.5)), P(S(0)));
@@ -171,13 +193,14 @@ FIRN_INLINE P radius_of(const View& view, const Slots& slots, double cell_size) 
 
 /// Adds the particles of one range that reach some nodes to `near`.
 /// \param ids     id of the particle in each slot
-/// \param blocks  coordinates of the particles' block, counted from the block of the nodes
+/// \param blocks  coordinates of the particles' block, counted from the first block of the nodes
 template <class Kernel, int D, class View>
 void find_near(NearParticles<Kernel, D>& near, const View& view, const std::uint32_t* ids, const BlockRange<D>& range,
                const int (&blocks)[D], double cell_size) {
     using S = typename View::scalar_type;
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
+    const P per_cell(S(D == 2 ? 1 / (cell_size * cell_size) : 1 / (cell_size * cell_size * cell_size)));
     for (int a = 0; a < D; ++a)
         if (near.first(a) > (blocks[a] + 1) * block_size - 1 + allowed_drift ||
             near.last(a) < blocks[a] * block_size - allowed_drift)
@@ -196,7 +219,7 @@ void find_near(NearParticles<Kernel, D>& near, const View& view, const std::uint
         if (!any(inside)) continue;
         alignas(64) S bins[lanes], radii[lanes], places[D][lanes];
         bin.store(bins);
-        radius_of<View, P>(view, slots, cell_size).store(radii);
+        radius_of<View, P>(view, slots, per_cell).store(radii);
         unroll<D>([&](auto a) FIRN_LAMBDA { (place.v[a] + P(S(blocks[a] * block_size))).store(places[a]); });
         const auto first = std::size_t(slot < range.first_slot ? range.first_slot - slot : 0);
         for (std::size_t l = first; l < std::min<std::size_t>(lanes, end - slot); ++l) {
@@ -213,8 +236,8 @@ void find_near(NearParticles<Kernel, D>& near, const View& view, const std::uint
 /// Memory of one thread for contact.
 template <class Kernel, int D>
 struct ContactScratch {
-    std::vector<NearParticles<Kernel, D>> near{};  ///< for each group at a block
-    Separator<Kernel, D> separator{};
+    std::vector<NearParticles<Kernel, D>> near{};  ///< for each group at a cube
+    std::vector<Vec<double, D>> normals{};         ///< for each two groups at a cube, the normal found last
     std::vector<GroupAtNode<D>> groups{};
     std::vector<std::size_t> copy_of{};  ///< for each of `groups`, the index of its copy
     std::vector<PairAtNode<D>> pairs{};
@@ -239,37 +262,47 @@ struct ContactMemory {
 
 namespace detail {
 
-/// Lets the groups at the nodes of one block of the domain act on each other.
+/// Lets the groups at the nodes of one cube of blocks act on each other.
 /// \param impulses  receives the impulses between groups; nullptr if they are not wanted
 template <class Kernel, class Law, std::floating_point S, int D, class... Views>
 void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typename MeetingPlaces<D>::Place& place,
              const Law& law, double dt, ContactScratch<Kernel, D>& scratch, std::vector<PairImpulse<D>>* impulses,
              const ParticleSet<Views>&... sets) {
+    constexpr int n = cube_blocks * block_size, nodes = D == 2 ? n * n : n * n * n;
     const std::size_t count = place.last - place.first;
     const auto copy = [&](std::size_t c) -> const auto& { return meetings.copies()[place.first + c]; };
-    const auto node_of = [&](std::size_t c, int node) { return grid.nodes(copy(c).block) + node * node_width; };
-    const auto is_filled = [&](std::size_t c, int node) {
-        return node_of(c, node)[node_mass] >= std::numeric_limits<S>::min();
+    const auto along = [](int node, int a) { return node / (a == D - 1 ? 1 : a == D - 2 ? n : n * n) % n; };
+    /// Returns the numbers of a group's node; nullptr if the group has no mass there.
+    const auto filled = [&](std::size_t c, int node) -> S* {
+        int block = 0, within = 0;
+        for (int a = 0; a < D; ++a) {
+            block = block * cube_blocks + along(node, a) / block_size;
+            within = within * block_size + along(node, a) % block_size;
+        }
+        const std::uint32_t b = copy(c).blocks[std::size_t(block)];
+        if (b == no_block) return nullptr;
+        S* const numbers = grid.nodes(b) + within * node_width;
+        return numbers[node_mass] >= std::numeric_limits<S>::min() ? numbers : nullptr;
     };
-    std::array<std::uint8_t, std::size_t(block_nodes<D>)> groups_at{};
+    std::array<std::uint8_t, std::size_t(nodes)> groups_at{};
     bool some = false;
     for (std::size_t c = 0; c < count; ++c)
-        for (int node = 0; node < block_nodes<D>; ++node)
-            if (is_filled(c, node)) some = ++groups_at[std::size_t(node)] > 1 || some;
+        for (int node = 0; node < nodes; ++node)
+            if (filled(c, node)) some = ++groups_at[std::size_t(node)] > 1 || some;
     if (!some) return;
 
     const double h = grid.domain().cell_size;
     if (scratch.near.size() < count) scratch.near.resize(count);
+    scratch.normals.assign(count * count, Vec<double, D>::zero());
     for (std::size_t c = 0; c < count; ++c) {
         int low[D], high[D];  // the nodes at which this group meets others
-        std::fill_n(low, D, block_size);
+        std::fill_n(low, D, n);
         std::fill_n(high, D, -1);
-        for (int node = 0; node < block_nodes<D>; ++node)
-            if (groups_at[std::size_t(node)] > 1 && is_filled(c, node))
+        for (int node = 0; node < nodes; ++node)
+            if (groups_at[std::size_t(node)] > 1 && filled(c, node))
                 for (int a = 0; a < D; ++a) {
-                    const int along = node >> (2 * (D - 1 - a)) & (block_size - 1);
-                    low[a] = std::min(low[a], along);
-                    high[a] = std::max(high[a], along);
+                    low[a] = std::min(low[a], along(node, a));
+                    high[a] = std::max(high[a], along(node, a));
                 }
         if (high[0] < 0) continue;
         auto& near = scratch.near[c];
@@ -288,34 +321,37 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
 
     const ContactNormals how = normals_of(law);
     const double reach = reach_of(law);
-    for (int node = 0; node < block_nodes<D>; ++node) {
+    const Separator<Kernel, D> separator;
+    for (int node = 0; node < nodes; ++node) {
         if (groups_at[std::size_t(node)] < 2) continue;
         auto& groups = scratch.groups;
         auto& pairs = scratch.pairs;
         groups.clear(), pairs.clear(), scratch.copy_of.clear();
         for (std::size_t c = 0; c < count; ++c) {
-            if (!is_filled(c, node)) continue;
-            const S* const numbers = node_of(c, node);
+            const S* const numbers = filled(c, node);
+            if (!numbers) continue;
             GroupAtNode<D> group{copy(c).group, double(numbers[node_mass]), {}};
             for (int a = 0; a < D; ++a) group.momentum[a] = double(numbers[a]);
             groups.push_back(group);
             scratch.copy_of.push_back(c);
         }
         int at[D];
-        for (int a = 0; a < D; ++a) at[a] = node >> (2 * (D - 1 - a)) & (block_size - 1);
+        for (int a = 0; a < D; ++a) at[a] = along(node, a);
         for (std::size_t i = 0; i < groups.size(); ++i)
             for (std::size_t k = i + 1; k < groups.size(); ++k) {
+                const std::size_t first = scratch.copy_of[i], second = scratch.copy_of[k];
                 const Vec<double, D> velocity =
                     groups[i].momentum * (1 / groups[i].mass) - groups[k].momentum * (1 / groups[k].mass);
+                Vec<double, D>& normal = scratch.normals[first * count + second];
                 const Separation<D> found =
-                    scratch.separator(scratch.near[scratch.copy_of[i]], scratch.near[scratch.copy_of[k]], at,
-                                      velocity * (dt / h), reach, how);
+                    separator(scratch.near[first], scratch.near[second], at, velocity * (dt / h), reach, how, normal);
+                normal = found.normal;
                 if (found.may_touch) pairs.push_back({i, k, found.normal, found.gap * h});
             }
         if (pairs.empty()) continue;
         meet(law, std::span(groups), std::span(pairs), h, dt);
         for (std::size_t i = 0; i < groups.size(); ++i) {
-            S* const numbers = node_of(scratch.copy_of[i], node);
+            S* const numbers = filled(scratch.copy_of[i], node);
             for (int a = 0; a < D; ++a) numbers[a] = S(groups[i].momentum[a]);
         }
         if (!impulses) continue;

@@ -41,10 +41,6 @@ FIRN_INLINE Eight::mask first_lanes(std::uint32_t count) {
     return {lanes < std::int32_t(std::min<std::uint32_t>(count, 8))};
 }
 
-/// Number of moments of a set of points: their number, the sums of their coordinates and of products of two of them.
-template <int D>
-inline constexpr int moment_count = 1 + D + D * (D + 1) / 2;
-
 /// The particles of one contact group around the nodes of a block, sorted by their base nodes, then by id.
 template <class Kernel, int D>
 class NearParticles {
@@ -82,7 +78,7 @@ public:
     int last(int axis) const { return first_[axis] + count_[axis] - 1; }  ///< Highest base node that reaches a node.
     int bins(int axis) const { return count_[axis]; }                     ///< Number of base nodes along an axis.
 
-    /// Sorts the particles, and sums their moments.
+    /// Sorts the particles.
     void sort() {
         // begin_[b + 1] is the next place of bin b while particles are placed, and its end afterwards.
         for (const Particle& p : found) ++begin_[p.bin + 2];
@@ -94,36 +90,23 @@ public:
             for (; at > first && found[order_[at - 1]].id > found[i].id; --at) order_[at] = order_[at - 1];
             order_[at] = i;
         }
-        moments_.assign((begin_.size() - 2) * padded, 0);
         for (auto& numbers : place_)
             if (numbers.size() < found.size() + spare) numbers.resize(found.size() + spare);
         if (radius_.size() < found.size() + spare) radius_.resize(found.size() + spare);
         for (std::size_t i = 0; i < found.size(); ++i) {
             const Particle& p = found[order_[i]];
-            double* const sum = moments_.data() + p.bin * padded;
-            sum[0] += 1;
-            int k = 1;
-            for (int a = 0; a < D; ++a) {
-                place_[std::size_t(a)][i] = p.place[a];
-                sum[k++] += double(p.place[a]);
-            }
-            for (int a = 0; a < D; ++a)
-                for (int c = a; c < D; ++c) sum[k++] += double(p.place[a]) * double(p.place[c]);
+            for (int a = 0; a < D; ++a) place_[std::size_t(a)][i] = p.place[a];
             radius_[i] = p.radius;
         }
     }
 
-    /// Returns the particles that contribute to a node, and adds their moments to `moments`.
-    Spans around(const int (&node)[D], double (&moments)[moment_count<D>]) const {
+    /// Returns the particles that contribute to a node.
+    Spans around(const int (&node)[D]) const {
         Spans spans;
-        double sum[padded] = {};
         for (int line = 0; line < lines; ++line) {
             const std::size_t b = first_bin(node, line);
             spans[std::size_t(line)] = {begin_[b], begin_[b + K]};
-            for (std::size_t i = b; i < b + K; ++i)
-                for (std::size_t k = 0; k < padded; ++k) sum[k] += moments_[i * padded + k];
         }
-        for (int k = 0; k < moment_count<D>; ++k) moments[k] += sum[k];
         return spans;
     }
     /// Returns the particles around a node whose base nodes have cells near a plane: the distance of a cell's middle is
@@ -154,7 +137,6 @@ public:
     const float* radius() const { return radius_.data(); }                           ///< Radii [cells].
 
 private:
-    static constexpr std::size_t padded = (std::size_t(moment_count<D>) + 3) / 4 * 4;
     /// Returns the first bin of a line of base nodes whose particles reach a node.
     std::size_t first_bin(const int (&node)[D], int line) const {
         int bin = 0;
@@ -167,7 +149,6 @@ private:
 
     int first_[D], count_[D];
     std::vector<std::uint32_t> begin_, order_;
-    std::vector<double> moments_;
     std::array<std::vector<float>, std::size_t(D)> place_;
     std::vector<float> radius_;
 };
@@ -229,8 +210,10 @@ public:
     /// The weight λ of the penalty. With it, the layer of particles at the surface decides about the plane.
     static constexpr double penalty = 5e-5;
     static constexpr double sharpness = 16;  ///< ‖β‖ after the start [1/cell]
-    static constexpr int newton_steps = 3;   ///< Number of Newton steps after the start.
-    static constexpr double band = 0.6;      ///< Newton's method needs the particles this near to the plane [cells].
+    static constexpr int newton_steps = 4;   ///< Largest number of Newton steps after the start.
+    /// The search ends with a Newton step shorter than this [1/cell]. It turns the normal by less than 3°.
+    static constexpr double settled = 0.8;
+    static constexpr double band = 0.6;  ///< Newton's method needs the particles this near to the plane [cells].
 
     /// Returns the surface between two groups at a node.
     ///
@@ -239,23 +222,23 @@ public:
     /// \param node   index of the node, counted from the block's first node
     /// \param moved  how far the first group moves relative to the second in the step [cells]
     /// \param reach  the gap up to which the contact law acts on groups that do not approach [cells]
+    /// \param near   the normal found at a node nearby, from which the search starts; zero if there is none
     Separation<D> operator()(const Near& first, const Near& second, const int (&node)[D], const Vec<double, D>& moved,
-                             double reach, ContactNormals how) const {
+                             double reach, ContactNormals how, const Vec<double, D>& near) const {
         const Near* const groups[2] = {&first, &second};
-        double moments[2][detail::moment_count<D>] = {};
-        Spans spans[2];
-        for (int g = 0; g < 2; ++g) {
-            spans[g] = groups[g]->around(node, moments[g]);
-            if (!(moments[g][0] > 0)) return {};
-            centre(moments[g], node);
-        }
+        const Spans spans[2] = {first.around(node), second.around(node)};
+        const bool by_regression = how == ContactNormals::regression;
         Separation<D> found;
-        found.normal = how == ContactNormals::regression ? discriminant(moments) : gradient(groups, spans, node);
+        if (!by_regression)
+            found.normal = gradient(groups, spans, node);
+        else
+            found.normal = dot(near, near) > 0 ? near : discriminant(groups, spans, node);
         if (!(dot(found.normal, found.normal) > 0)) return {};
         double low = least(first, spans[0], node, found.normal), high = -least(second, spans[1], node, -found.normal);
+        if (!(low < none && high > -none)) return {};
         found.gap = low - high;
         found.may_touch = !(found.gap > reach && found.gap + dot(moved, found.normal) > 0);
-        if (!found.may_touch || how != ContactNormals::regression) return found;
+        if (!found.may_touch || !by_regression) return found;
         found.normal = regression(groups, node, found.normal, 0.5 * (low + high));
         low = least(first, spans[0], node, found.normal);
         high = -least(second, spans[1], node, -found.normal);
@@ -264,16 +247,7 @@ public:
     }
 
 private:
-    /// Turns moments about the corner of the block into means about a node; the count stays.
-    static void centre(double (&m)[detail::moment_count<D>], const int (&node)[D]) {
-        double mean[D];
-        for (int a = 0; a < D; ++a) mean[a] = m[1 + a] / m[0];
-        int k = 1 + D;
-        for (int a = 0; a < D; ++a)
-            for (int c = a; c < D; ++c, ++k)
-                m[k] = m[k] / m[0] - mean[a] * node[c] - mean[c] * node[a] + double(node[a]) * node[c];
-        for (int a = 0; a < D; ++a) m[1 + a] = mean[a] - node[a];
-    }
+    static constexpr double none = 1e30;  // above any distance
 
     static Vec<double, D> unit(const Vec<double, D>& v) {
         const double square = dot(v, v);
@@ -282,23 +256,15 @@ private:
     }
 
     /// Returns the normal after the first Newton step, from β = 0.
-    static Vec<double, D> discriminant(const double (&moments)[2][detail::moment_count<D>]) {
-        double H[N][N] = {}, to[N] = {};
+    static Vec<double, D> discriminant(const Near* const (&groups)[2], const Spans (&spans)[2], const int (&node)[D]) {
+        double weights[2];
         for (int g = 0; g < 2; ++g) {
-            const double* const m = moments[g];
-            int k = 1 + D;
-            for (int a = 0; a < D; ++a) {
-                for (int c = a; c < D; ++c) H[c][a] += 0.125 * m[k++];
-                H[D][a] += 0.125 * m[1 + a];
-                to[a] += (g == 0 ? 0.25 : -0.25) * m[1 + a];
-            }
-            H[D][D] += 0.125;
+            const std::uint32_t count = number_of(spans[g]);
+            if (count == 0) return Vec<double, D>::zero();
+            weights[g] = 0.5 / count;
         }
-        for (int a = 0; a < D; ++a) H[a][a] += penalty;
-        if (!detail::solve_definite(H, to)) return Vec<double, D>::zero();
-        Vec<double, D> normal;
-        for (int a = 0; a < D; ++a) normal[a] = to[a];
-        return unit(normal);
+        const double theta[N] = {};
+        return unit(newton_step(groups, spans, weights, node, theta).normal);
     }
 
     /// Returns the normal from the gradients of the volumes of both groups at a node.
@@ -342,6 +308,12 @@ private:
         return -double(reduce_max(-least));
     }
 
+    static std::uint32_t number_of(const Spans& spans) {
+        std::uint32_t count = 0;
+        for (const auto& span : spans) count += span.end - span.begin;
+        return count;
+    }
+
     /// Returns the normal of the plane after Newton's method.
     /// \param start   the normal at the start;  \param middle  n · x of the plane at the start, counted from the node
     static Vec<double, D> regression(const Near* const (&groups)[2], const int (&node)[D], const Vec<double, D>& start,
@@ -352,8 +324,7 @@ private:
         double weights[2];
         for (int g = 0; g < 2; ++g) {
             spans[g] = groups[g]->near_plane(node, start, middle, within);
-            std::uint32_t count = 0;
-            for (const auto& span : spans[g]) count += span.end - span.begin;
+            const std::uint32_t count = number_of(spans[g]);
             if (count == 0) return start;
             weights[g] = 0.5 / count;
         }
@@ -361,22 +332,38 @@ private:
         for (int a = 0; a < D; ++a) theta[a] = sharpness * start[a];
         theta[D] = -sharpness * middle;
         for (int step = 0; step < newton_steps; ++step) {
-            double H[N][N], to[N];
-            sum_terms(groups, spans, weights, node, theta, H, to);
-            for (int a = 0; a < D; ++a) {
-                H[a][a] += penalty;
-                to[a] -= penalty * theta[a];
-            }
-            if (!detail::solve_definite(H, to)) break;
-            double square = 0;
-            for (int a = 0; a < N; ++a) square += to[a] * to[a];
-            const double most = 0.5 * sharpness, part = square > most * most ? most / std::sqrt(square) : 1.0;
-            for (int a = 0; a < N; ++a) theta[a] += part * to[a];
+            const Step to = newton_step(groups, spans, weights, node, theta);
+            const double square = dot(to.normal, to.normal) + to.offset * to.offset, most = 0.5 * sharpness;
+            const double part = square > most * most ? most / std::sqrt(square) : 1.0;
+            for (int a = 0; a < D; ++a) theta[a] += part * to.normal[a];
+            theta[D] += part * to.offset;
+            if (square < settled * settled) break;
         }
         Vec<double, D> normal;
         for (int a = 0; a < D; ++a) normal[a] = theta[a];
         normal = unit(normal);
         return dot(normal, start) > 0 ? normal : start;
+    }
+
+    /// The change of β and b in a Newton step.
+    struct Step {
+        Vec<double, D> normal;
+        double offset;
+    };
+    /// Returns a Newton step from β and b, which are `theta`; zero if the matrix is singular.
+    static Step newton_step(const Near* const (&groups)[2], const Spans (&spans)[2], const double (&weights)[2],
+                            const int (&node)[D], const double (&theta)[N]) {
+        double H[N][N], to[N];
+        sum_terms(groups, spans, weights, node, theta, H, to);
+        for (int a = 0; a < D; ++a) {
+            H[a][a] += penalty;
+            to[a] -= penalty * theta[a];
+        }
+        Step step{Vec<double, D>::zero(), 0};
+        if (!detail::solve_definite(H, to)) return step;
+        for (int a = 0; a < D; ++a) step.normal[a] = to[a];
+        step.offset = to[D];
+        return step;
     }
 
     /// Sums the terms of the particles in the matrix and the right side of a Newton step.
