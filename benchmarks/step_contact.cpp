@@ -68,9 +68,12 @@ bool add_scene(const std::string& scene_name, Scene<3> (*make_scene)(), const La
 
 const firn::CoulombContact law{.friction = 0.3};
 const bool added[] = {
-    add_scene("two_cubes_apart_one_field", apart, firn::OneField{}), add_scene("two_cubes_apart", apart, law),
-    add_scene("two_cubes_meet_one_field", meeting, firn::OneField{}), add_scene("two_cubes_meet", meeting, law),
-    add_scene("stones_one_field", heap, firn::OneField{}), add_scene("stones", heap, law),
+    add_scene("two_cubes_apart_one_field", apart, firn::OneField{}),
+    add_scene("two_cubes_apart", apart, law),
+    add_scene("two_cubes_meet_one_field", meeting, firn::OneField{}),
+    add_scene("two_cubes_meet", meeting, law),
+    add_scene("stones_one_field", heap, firn::OneField{}),
+    add_scene("stones", heap, law),
 };
 
 }  // namespace
