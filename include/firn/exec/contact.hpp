@@ -237,6 +237,7 @@ void find_near(NearParticles<Kernel, D>& near, const View& view, const std::uint
 template <class Kernel, int D>
 struct ContactScratch {
     std::vector<NearParticles<Kernel, D>> near{};  ///< for each group at a cube
+    std::vector<std::size_t> places{};             ///< for each group and node at a cube, the node's index in the grid
     std::vector<Vec<double, D>> normals{};         ///< for each two groups at a cube, the normal found last
     std::vector<GroupAtNode<D>> groups{};
     std::vector<std::size_t> copy_of{};  ///< for each of `groups`, the index of its copy
@@ -272,24 +273,30 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
     const std::size_t count = place.last - place.first;
     const auto copy = [&](std::size_t c) -> const auto& { return meetings.copies()[place.first + c]; };
     const auto along = [](int node, int a) { return node / (a == D - 1 ? 1 : a == D - 2 ? n : n * n) % n; };
-    /// Returns the numbers of a group's node; nullptr if the group has no mass there.
-    const auto filled = [&](std::size_t c, int node) -> S* {
-        int block = 0, within = 0;
-        for (int a = 0; a < D; ++a) {
-            block = block * cube_blocks + along(node, a) / block_size;
-            within = within * block_size + along(node, a) % block_size;
-        }
-        const std::uint32_t b = copy(c).blocks[std::size_t(block)];
-        if (b == no_block) return nullptr;
-        S* const numbers = grid.nodes(b) + within * node_width;
-        return numbers[node_mass] >= std::numeric_limits<S>::min() ? numbers : nullptr;
-    };
+    // For each group and node of the cube: the node's index in the grid; none if the group has no mass there.
+    constexpr auto none = std::numeric_limits<std::size_t>::max();
+    scratch.places.assign(count * nodes, none);
     std::array<std::uint8_t, std::size_t(nodes)> groups_at{};
     bool some = false;
     for (std::size_t c = 0; c < count; ++c)
-        for (int node = 0; node < nodes; ++node)
-            if (filled(c, node)) some = ++groups_at[std::size_t(node)] > 1 || some;
+        for (int block = 0; block < MeetingPlaces<D>::blocks_of_cube; ++block) {
+            const std::uint32_t b = copy(c).blocks[std::size_t(block)];
+            if (b == no_block) continue;
+            int first = 0;  // node of the cube
+            for (int a = 0; a < D; ++a) first = first * n + (block >> (D - 1 - a) & 1) * block_size;
+            for (int i = 0; i < block_nodes<D>; ++i) {
+                if (!(grid.nodes(b)[i * node_width + node_mass] >= std::numeric_limits<S>::min())) continue;
+                const int plane = D == 3 ? i / (block_size * block_size) * n * n : 0;
+                const int node = first + plane + i / block_size % block_size * n + i % block_size;
+                scratch.places[c * nodes + std::size_t(node)] = std::size_t(b) * block_nodes<D> + std::size_t(i);
+                some = ++groups_at[std::size_t(node)] > 1 || some;
+            }
+        }
     if (!some) return;
+    const auto filled = [&](std::size_t c, int node) -> S* {
+        const std::size_t index = scratch.places[c * nodes + std::size_t(node)];
+        return index == none ? nullptr : grid.nodes(0) + index * node_width;
+    };
 
     const double h = grid.domain().cell_size;
     if (scratch.near.size() < count) scratch.near.resize(count);

@@ -72,7 +72,7 @@ public:
             count_[a] = high[a] - first_[a] + 1;
             bins *= std::size_t(count_[a]);
         }
-        begin_.assign(bins + 2, 0);
+        begin_.assign(bins + 1, 0);
     }
     int first(int axis) const { return first_[axis]; }                    ///< Lowest base node that reaches a node.
     int last(int axis) const { return first_[axis] + count_[axis] - 1; }  ///< Highest base node that reaches a node.
@@ -80,13 +80,13 @@ public:
 
     /// Sorts the particles.
     void sort() {
-        // begin_[b + 1] is the next place of bin b while particles are placed, and its end afterwards.
-        for (const Particle& p : found) ++begin_[p.bin + 2];
-        for (std::size_t i = 2; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
+        for (const Particle& p : found) ++begin_[p.bin + 1];
+        for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
+        next_.assign(begin_.begin(), begin_.end());
         if (order_.size() < found.size()) order_.resize(found.size());
         for (std::uint32_t i = 0; i < found.size(); ++i) {
             const std::uint32_t first = begin_[found[i].bin];
-            std::uint32_t at = begin_[found[i].bin + 1]++;
+            std::uint32_t at = next_[found[i].bin]++;
             for (; at > first && found[order_[at - 1]].id > found[i].id; --at) order_[at] = order_[at - 1];
             order_[at] = i;
         }
@@ -148,7 +148,7 @@ private:
     }
 
     int first_[D], count_[D];
-    std::vector<std::uint32_t> begin_, order_;
+    std::vector<std::uint32_t> begin_, next_, order_;
     std::array<std::vector<float>, std::size_t(D)> place_;
     std::vector<float> radius_;
 };
@@ -237,12 +237,14 @@ public:
         double low = least(first, spans[0], node, found.normal), high = -least(second, spans[1], node, -found.normal);
         if (!(low < none && high > -none)) return {};
         found.gap = low - high;
-        found.may_touch = !(found.gap > reach && found.gap + dot(moved, found.normal) > 0);
+        const auto may_touch = [&] { return !(found.gap > reach && found.gap + dot(moved, found.normal) > 0); };
+        found.may_touch = may_touch();
         if (!found.may_touch || !by_regression) return found;
         found.normal = regression(groups, node, found.normal, 0.5 * (low + high));
         low = least(first, spans[0], node, found.normal);
         high = -least(second, spans[1], node, -found.normal);
         found.gap = low - high;
+        found.may_touch = may_touch();
         return found;
     }
 
