@@ -441,7 +441,7 @@ private:
         p2g<Kernel, Transfer, Force>(execution, grid_, dt, sets...);
         after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, mirrors, sets...);
         if constexpr (Law::between_groups)
-            meet_groups<Kernel>(execution, grid_, contact, dt, contact_memory_,
+            meet_groups<Kernel>(execution, grid_, contact, dt, mirrors, contact_memory_,
                                 contact_impulses ? &*contact_impulses : nullptr, sets...);
     }
 

@@ -2,7 +2,7 @@
 /// a copy of the domain's blocks, so P2G and G2P need not know of groups. \see copy_stride. A step is
 ///
 ///     …                                                                   // as without contact, up to the momenta
-///     meet_groups<Kernel>(execution, grid, law, dt, memory, impulses, sets...);
+///     meet_groups<Kernel>(execution, grid, law, dt, mirrors, memory, impulses, sets...);
 ///     grid_update(execution, grid, dt, acceleration, boundary);
 ///     …
 ///
@@ -17,6 +17,7 @@
 #include <firn/exec/separation.hpp>
 #include <firn/math/exp_log.hpp>
 #include <firn/stage/contact.hpp>
+#include <firn/stage/mirror_planes.hpp>
 
 #include <algorithm>
 #include <array>
@@ -191,28 +192,60 @@ FIRN_INLINE P radius_of(const View& view, const Slots& slots, const P& per_cell)
     return select(volume > P(S(1e-12)), extent * P(S(0.5)), P(S(0)));
 }
 
+/// How the mirror images of particles are found: for each axis, whether the coordinate is reflected, and twice the
+/// position of the mirror, counted from the first block of the nodes [cells].
+template <int D>
+struct MirrorImage {
+    bool reflects[D] = {};
+    int twice[D] = {};
+};
+
+/// Finds the mirror images that may reach the nodes of a cube of blocks; the first one is no reflection.
+/// \param first  coordinates of the cube's first block in the domain
+template <int D>
+void find_images(const Mirrors& mirrors, const BlockCoordinate<D>& first, std::vector<MirrorImage<D>>& images) {
+    images.assign(1, {});
+    for (const MirrorPlane& plane : mirrors.planes) {
+        const int node = plane.node - first[std::size_t(plane.axis)] * block_size;
+        if (plane.contact == Contact::none || node < -block_size || node > (cube_blocks + 1) * block_size) continue;
+        const std::size_t count = images.size();
+        for (std::size_t i = 0; i < count; ++i) {
+            if (images[i].reflects[plane.axis]) continue;
+            images.push_back(images[i]);
+            images.back().reflects[plane.axis] = true;
+            images.back().twice[plane.axis] = 2 * node;
+        }
+    }
+}
+
 /// Adds the particles of one range that reach some nodes to `near`.
 /// \param ids     id of the particle in each slot
 /// \param blocks  coordinates of the particles' block, counted from the first block of the nodes
+/// \param image   whether the particles' mirror images are added instead, and where the mirrors are
 template <class Kernel, int D, class View>
 void find_near(NearParticles<Kernel, D>& near, const View& view, const std::uint32_t* ids, const BlockRange<D>& range,
-               const int (&blocks)[D], double cell_size) {
+               const int (&blocks)[D], const MirrorImage<D>& image, double cell_size) {
     using S = typename View::scalar_type;
     using P = native_pack<S>;
     constexpr int lanes = scalar_traits<P>::lanes;
     const P per_cell(S(D == 2 ? 1 / (cell_size * cell_size) : 1 / (cell_size * cell_size * cell_size)));
-    for (int a = 0; a < D; ++a)
-        if (near.first(a) > (blocks[a] + 1) * block_size - 1 + allowed_drift ||
-            near.last(a) < blocks[a] * block_size - allowed_drift)
-            return;
+    int corner[D];  // where the corner of the particles' block, or its image, lies
+    for (int a = 0; a < D; ++a) {
+        corner[a] = image.reflects[a] ? image.twice[a] - blocks[a] * block_size : blocks[a] * block_size;
+        // A base node is rounded down, also that of an image.
+        const int low = image.reflects[a] ? corner[a] - block_size - 1 : corner[a];
+        const int high = image.reflects[a] ? corner[a] : corner[a] + block_size - 1;
+        if (near.first(a) > high + allowed_drift || near.last(a) < low - allowed_drift) return;
+    }
     const std::size_t end = range.first_slot + range.particles;
     for (std::size_t slot = range.first_slot / lanes * lanes; slot < end; slot += lanes) {
         const Slots slots{slot, nullptr};
-        const Vec<P, D> place = load_vector<P, D>(view.position, slots);
+        Vec<P, D> place = load_vector<P, D>(view.position, slots);
         auto inside = P(1) > P(0);
         P bin = P(0);
         unroll<D>([&](auto a) FIRN_LAMBDA {
-            const P base = base_node<Kernel>(place.v[a]) + P(S(blocks[a] * block_size - near.first(a)));
+            if (image.reflects[a]) place.v[a] = -place.v[a];
+            const P base = base_node<Kernel>(place.v[a]) + P(S(corner[a] - near.first(a)));
             inside = inside & (base >= P(0)) & (base <= P(S(near.bins(a) - 1)));
             bin = bin * P(S(near.bins(a))) + base;
         });
@@ -220,7 +253,7 @@ void find_near(NearParticles<Kernel, D>& near, const View& view, const std::uint
         alignas(64) S bins[lanes], radii[lanes], places[D][lanes];
         bin.store(bins);
         radius_of<View, P>(view, slots, per_cell).store(radii);
-        unroll<D>([&](auto a) FIRN_LAMBDA { (place.v[a] + P(S(blocks[a] * block_size))).store(places[a]); });
+        unroll<D>([&](auto a) FIRN_LAMBDA { (place.v[a] + P(S(corner[a]))).store(places[a]); });
         const auto first = std::size_t(slot < range.first_slot ? range.first_slot - slot : 0);
         for (std::size_t l = first; l < std::min<std::size_t>(lanes, end - slot); ++l) {
             if (!inside[int(l)]) continue;
@@ -238,6 +271,7 @@ template <class Kernel, int D>
 struct ContactScratch {
     std::vector<NearParticles<Kernel, D>> near{};  ///< for each group at a cube
     std::vector<std::size_t> places{};             ///< for each group and node at a cube, the node's index in the grid
+    std::vector<MirrorImage<D>> images{};          ///< the mirror images of particles that may reach the cube
     std::vector<Vec<double, D>> normals{};         ///< for each two groups at a cube, the normal found last
     std::vector<GroupAtNode<D>> groups{};
     std::vector<std::size_t> copy_of{};  ///< for each of `groups`, the index of its copy
@@ -264,11 +298,12 @@ struct ContactMemory {
 namespace detail {
 
 /// Lets the groups at the nodes of one cube of blocks act on each other.
+/// \param mirrors   walls behind which particles have mirror images; these count as particles for normals and gaps
 /// \param impulses  receives the impulses between groups; nullptr if they are not wanted
 template <class Kernel, class Law, std::floating_point S, int D, class... Views>
 void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typename MeetingPlaces<D>::Place& place,
-             const Law& law, double dt, ContactScratch<Kernel, D>& scratch, std::vector<PairImpulse<D>>* impulses,
-             const ParticleSet<Views>&... sets) {
+             const Law& law, double dt, const Mirrors& mirrors, ContactScratch<Kernel, D>& scratch,
+             std::vector<PairImpulse<D>>* impulses, const ParticleSet<Views>&... sets) {
     constexpr int n = cube_blocks * block_size, nodes = D == 2 ? n * n : n * n * n;
     const std::size_t count = place.last - place.first;
     const auto copy = [&](std::size_t c) -> const auto& { return meetings.copies()[place.first + c]; };
@@ -301,6 +336,12 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
     const double h = grid.domain().cell_size;
     if (scratch.near.size() < count) scratch.near.resize(count);
     scratch.normals.assign(count * count, Vec<double, D>::zero());
+    const auto& blocks = copy(0).blocks;
+    const std::uint32_t b = *std::find_if(blocks.begin(), blocks.end(), [](auto each) { return each != no_block; });
+    BlockCoordinate<D> corner = grid.block(b);
+    corner[0] = grid.block_along(b, 0);
+    for (int& each : corner) each &= ~(cube_blocks - 1);
+    find_images(mirrors, corner, scratch.images);
     for (std::size_t c = 0; c < count; ++c) {
         int low[D], high[D];  // the nodes at which this group meets others
         std::fill_n(low, D, n);
@@ -318,8 +359,10 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
             const auto& of = meetings.nears()[i];
             std::uint32_t s = 0;
             const auto add = [&](const auto& set) {
-                if (s++ == of.set)
-                    find_near(near, set.view, set.partition.order.data(), set.partition.ranges[of.range], of.blocks, h);
+                if (s++ != of.set) return;
+                for (const MirrorImage<D>& image : scratch.images)
+                    find_near(near, set.view, set.partition.order.data(), set.partition.ranges[of.range], of.blocks,
+                              image, h);
             };
             (add(sets), ...);
         }
@@ -374,11 +417,12 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
 /// the nodes hold momenta and masses, with the impulses of stresses.
 /// \param law       the contact law. \see contact/concept.hpp
 /// \param dt        time step [s]
+/// \param mirrors   mirrors_of<Kernel>(boundary, domain)
 /// \param memory    memory; its `meetings` must have been found for the grid
 /// \param impulses  receives the impulses between groups; nullptr if they are not wanted
 /// \param sets      all sets on the grid, in the order of their partitions
 template <class Kernel, class Law, class Execution, std::floating_point S, int D, class... Views>
-void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& law, double dt,
+void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& law, double dt, const Mirrors& mirrors,
                  ContactMemory<Kernel, D>& memory, ContactImpulses<D>* impulses, const ParticleSet<Views>&... sets) {
     if (impulses) impulses->on_first.clear();
     const auto& places = memory.meetings.places();
@@ -388,7 +432,7 @@ void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& 
     if (impulses) memory.of_places.resize(places.size());
     parallel_for(places.size(), threads, [&](std::size_t i, int thread) {
         if (impulses) memory.of_places[i].clear();
-        detail::meet_at(grid, memory.meetings, places[i], law, dt, memory.of_threads[std::size_t(thread)],
+        detail::meet_at(grid, memory.meetings, places[i], law, dt, mirrors, memory.of_threads[std::size_t(thread)],
                         impulses ? &memory.of_places[i] : nullptr, sets...);
     });
     if (!impulses) return;
