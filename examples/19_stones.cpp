@@ -1,6 +1,6 @@
 /// \file 64 stones fall into a funnel whose opening is as wide as two stones, three times beside each other: as contact
-/// groups with friction, as contact groups without friction, and in one field of velocities, where the stones stick
-/// together and clog the funnel. Prints how many stones have passed.
+/// groups with friction, as contact groups without friction, and in one field of velocities between walls with friction,
+/// where the stones stick together and clog the funnel. Prints how many stones have passed.
 #include "support/run.hpp"
 
 namespace {
@@ -146,7 +146,7 @@ int fall(const example::Options& options, const Settings& settings, std::int64_t
     const firn::CoulombContact rubbing{.friction = settings.friction};
     auto rough = make<D>(options, settings, spacing, rubbing);
     auto slippery = make<D>(options, smooth, spacing, firn::CoulombContact{});
-    auto stuck = make<D>(options, smooth, spacing, firn::OneField{});
+    auto stuck = make<D>(options, settings, spacing, firn::OneField{});
 
     const double dt = 0.5 * rough.stable_time_step();  // stones that are compressed need shorter steps
     example::Options runs[] = {options, options, options};
