@@ -133,6 +133,19 @@ public:
         return spans;
     }
 
+    /// Returns the particles of one of the base nodes whose particles reach a node.
+    /// \param bin  number of the base node, from 0 to lines × K − 1
+    Span bin_around(const int (&node)[D], int bin) const {
+        const std::size_t b = first_bin(node, bin / K) + std::size_t(bin % K);
+        return {begin_[b], begin_[b + 1]};
+    }
+    /// Returns where the node lies, counted from that base node.
+    static std::array<int, std::size_t(D)> node_of_bin(int bin) {
+        std::array<int, std::size_t(D)> at{};
+        for (int a = D - 1; a >= 0; --a, bin /= K) at[std::size_t(a)] = K - 1 - bin % K;
+        return at;
+    }
+
     const float* place(int axis) const { return place_[std::size_t(axis)].data(); }  ///< Positions [cells].
     const float* radius() const { return radius_.data(); }                           ///< Radii [cells].
 
@@ -201,6 +214,8 @@ struct Separation {
 /// without it, the particles that protrude most decide, up to 1.5 cells beside the node. Where round bodies meet, these
 /// are the particles nearer to the middle of the contact, so a node at its edge would bear load too early.
 ///
+/// If the gap along the normal of one group's own surface is wider, that normal is taken.
+///
 /// Nairn, Hammerquist and Smith 2020 find the plane in a similar way, by least squares of the logistic function.
 /// \tparam Kernel  decides which particles contribute to a node
 template <class Kernel, int D>
@@ -225,6 +240,8 @@ public:
     /// κ: a particle counts as a paraboloid of this curvature [1/cell]. Particles at most a quarter of a cell beside
     /// the node, as with 2 a cell and axis, lie deeper by 0.006 cells; those 1.5 cells beside the node, by 0.22.
     static constexpr double bulge = 0.2;
+    /// The normal of one group's own surface is taken if the gap along it, with κ = 0, is wider by this [cells].
+    static constexpr double own_advantage = 0.01;
 
     /// Returns the surface between two groups at a node.
     ///
@@ -241,19 +258,20 @@ public:
         const bool by_regression = how == ContactNormals::regression;
         Separation<D> found;
         if (!by_regression)
-            found.normal = gradient(groups, spans, node);
+            found.normal = unit(inward(first, node) - inward(second, node));
         else
             found.normal = dot(near, near) > 0 ? near : discriminant(groups, spans, node);
         if (!(dot(found.normal, found.normal) > 0)) return {};
-        double low = least(first, spans[0], node, found.normal), high = -least(second, spans[1], node, -found.normal);
+        double low = least(first, spans[0], node, found.normal, bulge);
+        double high = -least(second, spans[1], node, -found.normal, bulge);
         if (!(low < none && high > -none)) return {};
         found.gap = low - high;
         const auto may_touch = [&] { return !(found.gap > reach && found.gap + dot(moved, found.normal) > 0); };
         found.may_touch = may_touch();
         if (!found.may_touch || !by_regression) return found;
-        found.normal = regression(groups, node, found.normal, 0.5 * (low + high));
-        low = least(first, spans[0], node, found.normal);
-        high = -least(second, spans[1], node, -found.normal);
+        found.normal = widest(groups, spans, node, regression(groups, node, found.normal, 0.5 * (low + high)));
+        low = least(first, spans[0], node, found.normal, bulge);
+        high = -least(second, spans[1], node, -found.normal, bulge);
         found.gap = low - high;
         found.may_touch = may_touch();
         return found;
@@ -280,35 +298,60 @@ private:
         return unit(newton_step(groups, spans, weights, node, theta, own_scatter).normal);
     }
 
-    /// Returns the normal from the gradients of the volumes of both groups at a node.
-    static Vec<double, D> gradient(const Near* const (&groups)[2], const Spans (&spans)[2], const int (&node)[D]) {
-        Vec<double, D> sum = Vec<double, D>::zero();
-        for (int g = 0; g < 2; ++g) {
-            Vec<double, D> of_group = Vec<double, D>::zero();
-            for (const auto& span : spans[g])
-                for (std::uint32_t i = span.begin; i < span.end; ++i) {
-                    double weight[D], slope[D], volume = 1;
-                    for (int a = 0; a < D; ++a) {
-                        const double x = double(groups[g]->place(a)[i]), base = base_node<Kernel>(x);
-                        const auto k = std::size_t(std::clamp(node[a] - int(base), 0, Kernel::support - 1));
-                        weight[a] = Kernel::weights(x - base)[k];
-                        slope[a] = Kernel::gradients(x - base)[k];
-                        volume *= double(groups[g]->radius()[i]);
-                    }
-                    for (int a = 0; a < D; ++a) {
-                        double term = -slope[a] * volume;
-                        for (int c = 0; c < D; ++c)
-                            if (c != a) term *= weight[c];
-                        of_group[a] += term;
-                    }
+    /// Returns the direction in which the volume of a group grows at a node.
+    static Vec<double, D> inward(const Near& group, const int (&node)[D]) {
+        P sums[D];
+        for (P& sum : sums) sum = P(0.f);
+        for (int bin = 0; bin < Near::lines * Near::K; ++bin) {
+            const auto span = group.bin_around(node, bin);
+            const auto place_of_node = Near::node_of_bin(bin);
+            for (std::uint32_t i = span.begin; i < span.end; i += 8) {
+                P weight[D], slope[D], volume = select(detail::first_lanes(span.end - i), P(1.f), P(0.f));
+                for (int a = 0; a < D; ++a) {
+                    const int k = place_of_node[std::size_t(a)];
+                    const P f = P::load(group.place(a) + i) - P(float(node[a] - k));
+                    weight[a] = Kernel::weights(f)[std::size_t(k)];
+                    slope[a] = Kernel::gradients(f)[std::size_t(k)];
+                    volume = volume * P::load(group.radius() + i);
                 }
-            sum += unit(of_group) * (g == 0 ? 1.0 : -1.0);
+                for (int a = 0; a < D; ++a) {
+                    P term = volume * slope[a];
+                    for (int c = 0; c < D; ++c)
+                        if (c != a) term = term * weight[c];
+                    sums[a] = sums[a] - term;
+                }
+            }
         }
-        return unit(sum);
+        Vec<double, D> direction;
+        for (int a = 0; a < D; ++a) direction[a] = double(detail::sum_of_lanes(sums[a]));
+        return unit(direction);
+    }
+
+    /// Returns, of the normal of the regression and of the normals of both groups' own surfaces, the one along which
+    /// the groups are farthest apart: where the corner of one body stands on the flat face of another, the plane of the
+    /// regression leans.
+    static Vec<double, D> widest(const Near* const (&groups)[2], const Spans (&spans)[2], const int (&node)[D],
+                                 const Vec<double, D>& normal) {
+        const auto gap = [&](const Vec<double, D>& n) {
+            return least(*groups[0], spans[0], node, n, 0) + least(*groups[1], spans[1], node, -n, 0);
+        };
+        Vec<double, D> best = normal;
+        double most = gap(normal) + own_advantage;
+        for (int g = 0; g < 2; ++g) {
+            const Vec<double, D> own = inward(*groups[g], node) * (g == 0 ? 1.0 : -1.0);
+            if (!(dot(own, normal) > 0)) continue;
+            if (const double here = gap(own); here > most) {
+                most = here;
+                best = own;
+            }
+        }
+        return best;
     }
 
     /// Returns the smallest n · x − r + ½ κ l² of the particles [cells], with x counted from the node.
-    static double least(const Near& group, const Spans& spans, const int (&node)[D], const Vec<double, D>& n) {
+    /// \param curvature  κ [1/cell]
+    static double least(const Near& group, const Spans& spans, const int (&node)[D], const Vec<double, D>& n,
+                        double curvature) {
         P least(std::numeric_limits<float>::max()), normal[D];
         for (int a = 0; a < D; ++a) normal[a] = P(float(n[a]));
         for (const auto& span : spans)
@@ -319,7 +362,8 @@ private:
                     along = along + x * normal[a];
                     square = square + x * x;
                 }
-                const P depth = along - P::load(group.radius() + i) + (square - along * along) * P(float(0.5 * bulge));
+                const P depth =
+                    along - P::load(group.radius() + i) + (square - along * along) * P(float(0.5 * curvature));
                 least = select(detail::first_lanes(span.end - i), min(least, depth), least);
             }
         return -double(reduce_max(-least));

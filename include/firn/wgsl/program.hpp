@@ -3,6 +3,7 @@
 
 #include <firn/core/requirements.hpp>
 
+#include <firn/contact/one_field.hpp>
 #include <firn/field/gravity.hpp>
 #include <firn/transfer/concept.hpp>
 #include <firn/version.hpp>
@@ -149,6 +150,15 @@ Program make_program(const Material& material, const Boundary& boundary, const F
                    detail::declarations(program) + "\n" + module.text() + text.helpers() + "\n" +
                    detail::particle_accessors<D, State>(program, table, facts.affine) + text.entry_points(program);
     return program;
+}
+
+/// This overload does not compile: the compiler prints a message that there are no WGSL kernels for contact groups.
+template <class Kernel, class Transfer, class Force, int D, class Material, class Boundary, class Field, class Law>
+    requires(contact_law<Law> && !std::same_as<Law, OneField>)
+Program make_program(const Material&, const Boundary&, const Field&, const Law&, int = 64) {
+    static_assert(!contact_law<Law>,
+                  "firn: contact between groups of bodies is not yet in WGSL; there is only the default, OneField.");
+    return {};
 }
 
 /// As make_program() with a volumetric policy, without an average of volume changes.
