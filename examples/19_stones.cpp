@@ -191,7 +191,7 @@ int stones_in_funnel(int argc, char** argv) {
                                .about = "64 stones fall into a funnel: contact groups with and without friction, and "
                                         "one field of velocities, beside each other. --particles is met approximately.",
                                .particles = 29'000,
-                               .steps = 24'000,
+                               .steps = 30'000,
                                .frames = 60,
                                .takes_time = true});
     Settings settings{.young = 2e5, .friction = 0.2, .density = 1000};
