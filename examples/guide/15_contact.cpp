@@ -181,7 +181,7 @@ int main() {
 //! | scene of `benchmarks/step_contact.cpp` | time of a step with groups / in one field |
 //! | --- | ---: |
 //! | two cubes before they touch | 1.0 |
-//! | two cubes of 21 cells that press on each other | 1.1 |
+//! | two cubes of 21 cells that press on each other | 1.2 |
 //! | a heap of 64 balls, R = 6 cells, each in a group of its own | 3.2 |
 //!
 //! In the heap, most matter is near a surface. Larger bodies cost less.
