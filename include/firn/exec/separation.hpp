@@ -262,18 +262,20 @@ public:
         else
             found.normal = dot(near, near) > 0 ? near : discriminant(groups, spans, node);
         if (!(dot(found.normal, found.normal) > 0)) return {};
-        double low = least(first, spans[0], node, found.normal, bulge);
-        double high = -least(second, spans[1], node, -found.normal, bulge);
+        const double low = least(first, spans[0], node, found.normal, bulge);
+        const double high = -least(second, spans[1], node, -found.normal, bulge);
         if (!(low < none && high > -none)) return {};
         found.gap = low - high;
         const auto may_touch = [&] { return !(found.gap > reach && found.gap + dot(moved, found.normal) > 0); };
         found.may_touch = may_touch();
         if (!found.may_touch || !by_regression) return found;
-        found.normal = widest(groups, spans, node, regression(groups, node, found.normal, 0.5 * (low + high)));
-        low = least(first, spans[0], node, found.normal, bulge);
-        high = -least(second, spans[1], node, -found.normal, bulge);
-        found.gap = low - high;
-        found.may_touch = may_touch();
+        const auto look_along = [&](const Vec<double, D>& normal) {
+            found.normal = normal;
+            found.gap = least(first, spans[0], node, normal, bulge) + least(second, spans[1], node, -normal, bulge);
+            return found.may_touch = may_touch();
+        };
+        if (look_along(regression(groups, node, found.normal, 0.5 * (low + high))))
+            look_along(widest(groups, spans, node, found.normal));
         return found;
     }
 
