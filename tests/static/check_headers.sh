@@ -6,7 +6,8 @@ export LC_ALL=C
 max_lines=600
 
 # The layers, lowest first. A header includes its own folder and the folders of the lines above, so folders of one
-# line (the families of policies) do not know each other. A header outside any folder counts as one of its own name.
+# line (the families of policies) do not know each other. Contact shares the law of friction with boundary. A header
+# outside any folder counts as one of its own name.
 # After the colon: which libraries besides Eigen and the standard library a layer may use.
 layers='
 version    :
@@ -14,6 +15,7 @@ core       : intrinsics openmp posix
 math       :
 simd       : intrinsics
 kernel transfer force material boundary field volumetric :
+contact    :
 data       : posix
 sort       :
 stage      :

@@ -37,8 +37,9 @@ struct CoulombContact {
 
     /// A pair of groups with a contact of its own.
     struct Pair {
-        int first, second;  ///< the groups; first < second
-        PairContact contact;
+        int first,            ///< the lower number of a group
+            second;           ///< the higher number of a group
+        PairContact contact;  ///< the contact of these two groups
     };
 
     double friction = 0;                                  ///< Coulomb's friction coefficient μ of all other pairs [1]

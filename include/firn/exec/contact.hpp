@@ -52,20 +52,23 @@ class MeetingPlaces {
 public:
     /// Particles of one block that may reach a node of a cube.
     struct Near {
-        std::uint32_t set, range;  ///< index of the set of particles, and of the range in its partition
-        int blocks[D];             ///< coordinates of their block, counted from the cube's first block
+        std::uint32_t set,  ///< index of the set of particles
+            range;          ///< index of the range in the partition of the set
+        int blocks[D];      ///< coordinates of their block, counted from the cube's first block
     };
     static constexpr int blocks_of_cube = D == 2 ? 4 : 8;  ///< Number of blocks in a cube.
     /// The nodes of one group at a cube of blocks.
     struct Copy {
-        int group;                ///< number of the contact group
-        std::size_t first, last;  ///< particles that may reach the nodes: nears()[first] to nears()[last − 1]
+        int group;          ///< number of the contact group
+        std::size_t first,  ///< index in nears() of the first particles that may reach the nodes
+            last;           ///< index of the last such particles, plus 1
         /// Grid indices of the blocks that hold the group's nodes, the last axis fastest; no_block where there is none.
         std::array<std::uint32_t, std::size_t(blocks_of_cube)> blocks;
     };
     /// A cube of blocks.
     struct Place {
-        std::size_t first, last;  ///< its copies: copies()[first] to copies()[last − 1], sorted by group
+        std::size_t first,  ///< index in copies() of its first group; they are sorted by number
+            last;           ///< index of its last group, plus 1
     };
 
     const std::vector<Place>& places() const {
@@ -290,9 +293,9 @@ struct PairImpulse {
 /// Memory for meet_groups(). Pass the same object in every step, so that memory is not allocated again.
 template <class Kernel, int D>
 struct ContactMemory {
-    MeetingPlaces<D> meetings;  ///< Where groups may meet.
-    std::vector<detail::ContactScratch<Kernel, D>> of_threads{};
-    std::vector<std::vector<detail::PairImpulse<D>>> of_places{};
+    MeetingPlaces<D> meetings;                                     ///< Where groups may meet.
+    std::vector<detail::ContactScratch<Kernel, D>> of_threads{};   ///< Memory of each thread.
+    std::vector<std::vector<detail::PairImpulse<D>>> of_places{};  ///< Impulses at each cube.
 };
 
 namespace detail {

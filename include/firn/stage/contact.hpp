@@ -19,11 +19,12 @@ struct GroupAtNode {
 /// Two contact groups at a node that may touch.
 template <int D>
 struct PairAtNode {
-    std::size_t first, second;  ///< indices among the groups at the node; first < second
-    Vec<double, D> normal;      ///< unit normal of the surface between them; it points from `second` into `first`
-    double gap;                 ///< distance between their surfaces [m]; negative if they overlap
-    Vec<double, D> impulse{};   ///< receives the impulse on `first` [N s]; `second` receives the opposite impulse
-    Vec<double, D> part{};      ///< the part of the impulse that acts in a sweep [N s]
+    std::size_t first,         ///< index of the one group among the groups at the node
+        second;                ///< index of the other group; first < second
+    Vec<double, D> normal;     ///< unit normal of the surface between them; it points from `second` into `first`
+    double gap;                ///< distance between their surfaces [m]; negative if they overlap
+    Vec<double, D> impulse{};  ///< receives the impulse on `first` [N s]; `second` receives the opposite impulse
+    Vec<double, D> part{};     ///< the part of the impulse that acts in a sweep [N s]
 };
 
 /// How many times all pairs act on each other at a node at which more than two groups meet.
