@@ -4,6 +4,8 @@
 #include "support/scenes.hpp"
 #include <firn/contact/coulomb.hpp>
 
+namespace contact_determinism {
+
 using namespace firn;
 
 namespace {
@@ -122,3 +124,5 @@ TEST_CASE("Contact between bodies of two materials: the same bits for 1, 3 and 7
     CHECK(run(3) == one);
     CHECK(run(7) == one);
 }
+
+}  // namespace contact_determinism

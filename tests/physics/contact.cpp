@@ -7,6 +7,8 @@
 
 #include <algorithm>
 
+namespace contact_tests {
+
 using namespace firn;
 
 namespace {
@@ -185,3 +187,5 @@ TEST_CASE("Groups and bodies that do not exist are refused") {
 }
 
 }  // namespace
+
+}  // namespace contact_tests
