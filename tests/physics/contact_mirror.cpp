@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <vector>
 
+namespace contact_mirror_tests {
+
 using namespace firn;
 
 namespace {
@@ -67,3 +69,5 @@ TEST_CASE("Contact between groups beside a mirrored wall: half of two disks meet
     CHECK(farthest < 5e-4 * h);
     CHECK(std::abs(half.impulse / whole.impulse - 1) < 3e-4);
 }
+
+}  // namespace contact_mirror_tests
