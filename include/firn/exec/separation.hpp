@@ -241,7 +241,7 @@ public:
     /// the node, as with 2 a cell and axis, lie deeper by 0.006 cells; those 1.5 cells beside the node, by 0.22.
     static constexpr double bulge = 0.2;
     /// The normal of one group's own surface is taken if the gap along it, with κ = 0, is wider by this [cells].
-    static constexpr double own_advantage = 0.01;
+    static constexpr double own_advantage = 0.008;
 
     /// Returns the surface between two groups at a node.
     ///
