@@ -208,11 +208,13 @@ struct Separation {
 /// from β = 0, where it gives Fisher's linear discriminant; its further steps begin with ‖β‖ = sharpness and half-way
 /// between the groups. Then, with the radius r = ½ (J V0)^(1/D) of a particle,
 ///
-///     gap = min over the first group of (n · x − r + ½ κ l²)  −  max over the second of (n · x + r − ½ κ l²)
+///     gap = min over the first group of (n · x − r + ½ κ m)  −  max over the second of (n · x + r − ½ κ m),
+///     m = max(l² − (D−1) (1.1 r)², 0)
 ///
-/// l is the distance of the particle from the line through the node along n. The term ½ κ l² makes the gap local:
+/// l is the distance of the particle from the line through the node along n. The term ½ κ m makes the gap local:
 /// without it, the particles that protrude most decide, up to 1.5 cells beside the node. Where round bodies meet, these
-/// are the particles nearer to the middle of the contact, so a node at its edge would bear load too early.
+/// are the particles nearer to the middle of the contact, so a node at its edge would bear load too early. On its own
+/// extent, and a tenth beyond, a particle is flat.
 ///
 /// If the gap along the normal of one group's own surface is wider, that normal is taken.
 ///
@@ -237,8 +239,8 @@ public:
     static constexpr double settled = 0.8;
     static constexpr double band = 0.6;  ///< Newton's method needs the particles this near to the plane [cells].
 
-    /// κ: a particle counts as a paraboloid of this curvature [1/cell]. Particles at most a quarter of a cell beside
-    /// the node, as with 2 a cell and axis, lie deeper by 0.006 cells; those 1.5 cells beside the node, by 0.22.
+    /// κ: beyond its own extent a particle counts as a paraboloid of this curvature [1/cell]. A particle 1.5 cells
+    /// beside the node lies deeper by 0.22 cells.
     static constexpr double bulge = 0.2;
     /// The normal of one group's own surface is taken if the gap along it, with κ = 0, is wider by this [cells].
     static constexpr double own_advantage = 0.008;
@@ -350,7 +352,7 @@ private:
         return best;
     }
 
-    /// Returns the smallest n · x − r + ½ κ l² of the particles [cells], with x counted from the node.
+    /// Returns the smallest n · x − r + ½ κ m of the particles [cells], with x counted from the node.
     /// \param curvature  κ [1/cell]
     static double least(const Near& group, const Spans& spans, const int (&node)[D], const Vec<double, D>& n,
                         double curvature) {
@@ -364,8 +366,9 @@ private:
                     along = along + x * normal[a];
                     square = square + x * x;
                 }
-                const P depth =
-                    along - P::load(group.radius() + i) + (square - along * along) * P(float(0.5 * curvature));
+                const P radius = P::load(group.radius() + i);
+                const P beside = max(square - along * along - P(float(1.21 * (D - 1))) * radius * radius, P(0.f));
+                const P depth = along - radius + beside * P(float(0.5 * curvature));
                 least = select(detail::first_lanes(span.end - i), min(least, depth), least);
             }
         return -double(reduce_max(-least));
