@@ -115,8 +115,7 @@ public:
     /// \param walls  the boundary: walls, colliders or both
     /// \throws parameter_error  if the domain or a parameter of the material is out of range
     Simulation(const Domain<D>& domain, const Material& material, const std::type_identity_t<Execution>& how,
-               const Boundary& walls)
-        requires(detail::is_boundary<Boundary>::value)
+               const std::type_identity_t<Boundary>& walls)
         : boundary(walls), execution(how), grid_(domain), sets_(Make::make(material, domain)) {
         for_sets([](const auto& set) { check_material<D>(set.material); });
         this->speaks_ = ranks().speaks();
