@@ -85,11 +85,13 @@ auto time_steps(benchmark::State& state, const Steps& steps, std::size_t particl
 }
 
 /// A simulation of a scene, before its first step.
-template <class Simulation, class Execution, int D>
-std::unique_ptr<Simulation> make_simulation(const Scene<D>& scene, const Execution& execution) {
+/// \param policies  policies that have parameters, such as a boundary or a contact law
+template <class Simulation, class Execution, int D, class... Policies>
+std::unique_ptr<Simulation> make_simulation(const Scene<D>& scene, const Execution& execution,
+                                            const Policies&... policies) {
     using S = typename Simulation::scalar_type;
     auto made = std::make_unique<Simulation>(
-        scene.domain, firn::FixedCorotated<S>::from_young_poisson(scene.young, scene.poisson), execution);
+        scene.domain, firn::FixedCorotated<S>::from_young_poisson(scene.young, scene.poisson), execution, policies...);
     add(*made, scene);
     return made;
 }
@@ -120,6 +122,21 @@ benchmark::internal::Benchmark* add_step(const std::string& scene_name, Scene<D>
                    if (const double peak = memory.peak(); peak > 0) state.counters["peak_resident_bytes"] = peak;
                })
         ->Unit(benchmark::kMillisecond);
+}
+
+/// Registers step/SCENE/coloured/threads:N, for what make(scene, threads) returns: a pointer to a simulation of the
+/// scene.
+template <class Make>
+bool add_coloured(const std::string& scene_name, Scene<3> (*make_scene)(), const Make& make) {
+    for (const int threads : {1, 2})
+        benchmark::RegisterBenchmark(("step/" + scene_name + "/coloured/threads:" + std::to_string(threads)).c_str(),
+                                     [=](benchmark::State& state) {
+                                         const Scene<3> scene = make_scene();
+                                         time_steps(state, scene.steps, scene.size(),
+                                                    [&] { return make(scene, threads); });
+                                     })
+            ->Unit(benchmark::kMillisecond);
+    return true;
 }
 
 /// Registers step/SCENE/coloured/threads:N for the two cubes (in 2D: squares) with other policies.

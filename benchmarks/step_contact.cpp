@@ -45,25 +45,13 @@ Scene<3> heap() {
 /// Registers step/SCENE/coloured/threads:N with a contact law. With groups, every body has a group of its own.
 template <class Law>
 bool add_scene(const std::string& scene_name, Scene<3> (*make_scene)(), const Law& law) {
-    for (const int threads : {1, 2})
-        benchmark::RegisterBenchmark(
-            ("step/" + scene_name + "/coloured/threads:" + std::to_string(threads)).c_str(),
-            [=](benchmark::State& state) {
-                using Simulation = firn::SimulationWith<3, firn::FixedCorotated<float>, firn::Coloured, Law>;
-                const Scene<3> scene = make_scene();
-                time_steps(state, scene.steps, scene.size(), [&] {
-                    auto made = std::make_unique<Simulation>(
-                        scene.domain, firn::FixedCorotated<float>::from_young_poisson(scene.young, scene.poisson),
-                        firn::Coloured{threads}, law);
-                    add(*made, scene);
-                    if constexpr (Law::between_groups)
-                        for (std::size_t b = 0; b < scene.matter.size(); ++b)
-                            made->set_contact_group(made->bodies()[b], int(b));
-                    return made;
-                });
-            })
-            ->Unit(benchmark::kMillisecond);
-    return true;
+    return add_coloured(scene_name, make_scene, [law](const Scene<3>& scene, int threads) {
+        auto made = make_simulation<firn::SimulationWith<3, firn::FixedCorotated<float>, Law>>(
+            scene, firn::Coloured{threads}, law);
+        if constexpr (Law::between_groups)
+            for (std::size_t b = 0; b < scene.matter.size(); ++b) made->set_contact_group(made->bodies()[b], int(b));
+        return made;
+    });
 }
 
 const firn::CoulombContact law{.friction = 0.3};

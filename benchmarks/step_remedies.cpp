@@ -25,27 +25,13 @@ Scene<3> on_floor() {
 /// Registers step/SCENE/coloured/threads:N with a volumetric policy.
 template <class Volume>
 bool add_remedy(const std::string& scene_name, Scene<3> (*make_scene)(), firn::NodesBehind behind) {
-    for (const int threads : {1, 2})
-        benchmark::RegisterBenchmark(
-            ("step/" + scene_name + "/coloured/threads:" + std::to_string(threads)).c_str(),
-            [=](benchmark::State& state) {
-                using Simulation =
-                    firn::SimulationWith<3, firn::FixedCorotated<float>, firn::Coloured, Boundary, Volume>;
-                const Scene<3> scene = make_scene();
-                const auto make = [&] {
-                    auto walls = Boundary::all(firn::cast<float>(scene.domain.lower),
-                                               firn::cast<float>(scene.domain.upper), {firn::Contact::separate, 0});
-                    walls.nodes_behind = behind;
-                    auto made = std::make_unique<Simulation>(
-                        scene.domain, firn::FixedCorotated<float>::from_young_poisson(scene.young, scene.poisson),
-                        firn::Coloured{threads}, walls);
-                    add(*made, scene);
-                    return made;
-                };
-                time_steps(state, scene.steps, scene.size(), make);
-            })
-            ->Unit(benchmark::kMillisecond);
-    return true;
+    return add_coloured(scene_name, make_scene, [behind](const Scene<3>& scene, int threads) {
+        auto walls = Boundary::all(firn::cast<float>(scene.domain.lower), firn::cast<float>(scene.domain.upper),
+                                   {firn::Contact::separate, 0});
+        walls.nodes_behind = behind;
+        return make_simulation<firn::SimulationWith<3, firn::FixedCorotated<float>, Boundary, Volume>>(
+            scene, firn::Coloured{threads}, walls);
+    });
 }
 
 constexpr auto two = +[] { return two_cubes<3>(); };
