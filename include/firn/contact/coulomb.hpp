@@ -53,28 +53,25 @@ struct CoulombContact {
         if (a == b || a < 0 || b < 0)
             throw parameter_error(sentence("The groups ", a, " and ", b,
                                            " are given a contact; give two different groups, counted from 0."));
-        const int first = a < b ? a : b, second = a < b ? b : a;
-        for (const Pair& pair : pairs)
-            if (pair.first == first && pair.second == second)
-                throw parameter_error(
-                    sentence("The groups ", first, " and ", second, " are given a contact twice; give it once."));
+        const auto [first, second] = std::minmax({a, b});
+        if (find(a, b))
+            throw parameter_error(
+                sentence("The groups ", first, " and ", second, " are given a contact twice; give it once."));
         pairs.push_back({first, second, contact});
         check();
     }
 
-    /// Returns the contact of two groups.
-    PairContact of_pair(int first, int second) const {
-        for (const Pair& pair : pairs)
-            if (pair.first == first && pair.second == second) return pair.contact;
-        return {.friction = friction};
+    /// Returns the contact of two groups, given in any order.
+    PairContact of_pair(int a, int b) const {
+        const Pair* const pair = find(a, b);
+        return pair ? pair->contact : PairContact{.friction = friction};
     }
 
     /// Returns the largest reach of the pairs that stay together [cells].
     double largest_reach() const {
         double largest = 0;
         for (const Pair& pair : pairs)
-            if (pair.contact.contact == Contact::slip || pair.contact.contact == Contact::stick)
-                largest = std::max(largest, pair.contact.reach);
+            if (holds(pair.contact)) largest = std::max(largest, pair.contact.reach);
         return largest;
     }
 
@@ -107,13 +104,23 @@ struct CoulombContact {
     template <std::floating_point S, int D>
     Vec<S, D> relative_velocity(int a, int b, const Meeting<S, D>& at) const {
         const PairContact of = of_pair(a, b);
-        const bool holds = of.contact != Contact::separate && of.contact != Contact::none;
-        if (holds && at.gap <= S(of.reach) * at.cell_size)
+        if (holds(of) && at.gap <= S(of.reach) * at.cell_size)
             return velocity_after_contact(at.velocity, at.normal, of.contact, S(of.friction));
         const S open = max(at.gap, S(0)) / at.dt;
         if (of.contact == Contact::none || dot(at.velocity, at.normal) + open >= S(0)) return at.velocity;
         const Vec<S, D> closing = at.normal * open;
         return velocity_after_contact(at.velocity + closing, at.normal, Contact::separate, S(of.friction)) - closing;
+    }
+
+private:
+    /// Whether surfaces that have touched part no more.
+    static bool holds(const PairContact& of) { return of.contact == Contact::slip || of.contact == Contact::stick; }
+    /// Returns the pair of two groups that has a contact of its own; nullptr if there is none.
+    const Pair* find(int a, int b) const {
+        const auto [first, second] = std::minmax({a, b});
+        for (const Pair& pair : pairs)
+            if (pair.first == first && pair.second == second) return &pair;
+        return nullptr;
     }
 };
 

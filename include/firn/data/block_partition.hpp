@@ -46,6 +46,9 @@ BlockCoordinate<D> block_of_key(std::uint64_t key) {
 /// Returns the remainder of a / n as a number in [0, n), also if a is negative.
 constexpr int modulo(int a, int n) { return (a % n + n) % n; }
 
+/// Returns the number of blocks that hold this many cells along an axis.
+constexpr int blocks_for(int cells) { return (cells + block_size - 1) / block_size; }
+
 /// \name Copies of the domain's blocks
 /// Each contact group has blocks and nodes of its own: a copy of the blocks of the domain. The copy of group g lies
 /// g × copy_stride() blocks further along axis 0. Group 0 has the blocks themselves. So sorting, the grid, P2G and G2P
@@ -59,8 +62,7 @@ inline constexpr int copy_margin = 4;
 /// that a copy of a block has the colour of the block.
 template <int D>
 int copy_stride(const Domain<D>& domain) {
-    const int blocks = (domain.cells(0) + block_size - 1) / block_size;
-    return (blocks + 2 * copy_margin + 11) / 12 * 12;
+    return (blocks_for(domain.cells(0)) + 2 * copy_margin + 11) / 12 * 12;
 }
 /// Returns the contact group to whose copy a block belongs.
 /// \param along   coordinate of the block along axis 0
@@ -96,8 +98,9 @@ template <int D>
 BlockCoordinate<D> wrapped(const Domain<D>& domain, BlockCoordinate<D> block) {
     for (int a = 0; a < D; ++a)
         if (const int n = block_period(domain, a); n > 0) {
-            const int before = a == 0 ? group_of_copy(block[0], copy_stride(domain)) * copy_stride(domain) : 0;
-            block[std::size_t(a)] = before + modulo(block[std::size_t(a)] - before, n);
+            int& along = block[std::size_t(a)];
+            const int inside = a == 0 ? along_in_domain(along, copy_stride(domain)) : along;
+            along += modulo(inside, n) - inside;
         }
     return block;
 }

@@ -187,10 +187,8 @@ public:
             const double cells = (x[a] - domain_.lower[a]) / domain_.cell_size;
             const double block = std::floor(cells / block_size);
             of[std::size_t(a)] = std::abs(block) < most_blocks_per_axis ? int(block) : 0;  // NaN: block 0
-            if (a == 0 && !domain_.periodic[0]) {  // outside of the domain lie the copies of its blocks
-                const int last = (domain_.cells(0) + block_size - 1) / block_size;
-                of[0] = std::clamp(of[0], -1, last);
-            }
+            if (a == 0 && !domain_.periodic[0])  // outside of the domain lie the copies of its blocks
+                of[0] = std::clamp(of[0], -1, blocks_for(domain_.cells(0)));
             place[a] = S(cells - block_size * double(of[std::size_t(a)]));
         }
         of = wrapped(domain_, of);

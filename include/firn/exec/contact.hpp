@@ -18,10 +18,10 @@
 #include <firn/math/exp_log.hpp>
 #include <firn/stage/contact.hpp>
 #include <firn/stage/mirror_planes.hpp>
+#include <firn/stage/volume_filter.hpp>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <map>
 #include <span>
@@ -67,13 +67,13 @@ public:
     };
     /// A cube of blocks.
     struct Place {
-        std::size_t first,  ///< index in copies() of its first group; they are sorted by number
-            last;           ///< index of its last group, plus 1
+        BlockCoordinate<D> corner;  ///< coordinates of its first block in the domain
+        std::size_t first,          ///< index in copies() of its first group; they are sorted by number
+            last;                   ///< index of its last group, plus 1
     };
 
-    const std::vector<Place>& places() const {
-        return places_;
-    }  ///< The cubes, sorted by the keys of their first blocks.
+    /// The cubes, sorted by the keys of their first blocks.
+    const std::vector<Place>& places() const { return places_; }
     const std::vector<Copy>& copies() const { return copies_; }  ///< The groups at all cubes.
     const std::vector<Near>& nears() const { return nears_; }    ///< The particles near all copies.
 
@@ -109,7 +109,7 @@ public:
                 for (const int along : grid.block(all[i].block)) corner = corner * cube_blocks + (along & 1);
                 copies_.back().blocks[std::size_t(corner)] = all[i].block;
             }
-            places_.push_back({begin, copies_.size()});
+            places_.push_back({block_of_key<D>(all[first].cube), begin, copies_.size()});
         }
     }
 
@@ -122,6 +122,7 @@ private:
         copy.blocks.fill(no_block);
         for (std::uint32_t s = 0; s < partitions.size(); ++s) {
             const BlockPartition<D>& partition = *partitions[s];
+            const auto key_of = [&](std::uint32_t range) { return block_key<D>(partition.ranges[range].block); };
             for (int i = 0; i < (D == 2 ? n * n : n * n * n); ++i) {
                 Near near{s, 0, {}};
                 BlockCoordinate<D> block = grid.block(b);
@@ -130,10 +131,8 @@ private:
                     block[std::size_t(a)] = (block[std::size_t(a)] & ~(cube_blocks - 1)) + near.blocks[a];
                 }
                 const std::uint64_t key = block_key<D>(wrapped(grid.domain(), block));
-                const auto found = std::lower_bound(
-                    partition.by_block.begin(), partition.by_block.end(), key,
-                    [&](std::uint32_t r, std::uint64_t k) { return block_key<D>(partition.ranges[r].block) < k; });
-                if (found == partition.by_block.end() || block_key<D>(partition.ranges[*found].block) != key) continue;
+                const auto found = std::ranges::lower_bound(partition.by_block, key, {}, key_of);
+                if (found == partition.by_block.end() || key_of(*found) != key) continue;
                 near.range = *found;
                 nears_.push_back(near);
             }
@@ -172,9 +171,9 @@ template <class View, class P>
 FIRN_INLINE P volume_ratio_of(const View& view, const Slots& slots) {
     using State = typename View::state_type;
     constexpr int D = View::dimension;
-    if constexpr (requires(State state) { state.J; }) {
+    if constexpr (has_volume_ratio<State>) {
         return view.state[field_of(&State::J)].template load<P>(slots, 0);
-    } else if constexpr (requires(State state) { state.F; }) {
+    } else if constexpr (has_volume<State>) {
         Mat<P, D> F;
         unroll<D * D>([&](auto k) FIRN_LAMBDA { F.m[k] = view.state[field_of(&State::F)].template load<P>(slots, k); });
         return determinant(F);
@@ -339,12 +338,7 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
     const double h = grid.domain().cell_size;
     if (scratch.near.size() < count) scratch.near.resize(count);
     scratch.normals.assign(count * count, Vec<double, D>::zero());
-    const auto& blocks = copy(0).blocks;
-    const std::uint32_t b = *std::find_if(blocks.begin(), blocks.end(), [](auto each) { return each != no_block; });
-    BlockCoordinate<D> corner = grid.block(b);
-    corner[0] = grid.block_along(b, 0);
-    for (int& each : corner) each &= ~(cube_blocks - 1);
-    find_images(mirrors, corner, scratch.images);
+    find_images(mirrors, place.corner, scratch.images);
     for (std::size_t c = 0; c < count; ++c) {
         int low[D], high[D];  // the nodes at which this group meets others
         std::fill_n(low, D, n);
@@ -393,11 +387,10 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<D>& meetings, const typ
         for (std::size_t i = 0; i < groups.size(); ++i)
             for (std::size_t k = i + 1; k < groups.size(); ++k) {
                 const std::size_t first = scratch.copy_of[i], second = scratch.copy_of[k];
-                const Vec<double, D> velocity =
-                    groups[i].momentum * (1 / groups[i].mass) - groups[k].momentum * (1 / groups[k].mass);
+                const Vec<double, D> moved = velocity_between(groups[i], groups[k]) * (dt / h);
                 Vec<double, D>& normal = scratch.normals[first * count + second];
                 const Separation<D> found =
-                    separator(scratch.near[first], scratch.near[second], at, velocity * (dt / h), reach, how, normal);
+                    separator(scratch.near[first], scratch.near[second], at, moved, reach, how, normal);
                 normal = found.normal;
                 if (found.may_touch) pairs.push_back({i, k, found.normal, found.gap * h});
             }

@@ -47,7 +47,7 @@ class NearParticles {
 public:
     static constexpr int K = Kernel::support;
     static constexpr int lines = D == 2 ? K : K * K;  ///< Number of lines of base nodes whose particles reach a node.
-    static constexpr std::size_t spare = 16;          ///< Number of values that may be read behind the last particle.
+    static constexpr std::size_t spare = 8;           ///< Number of values that may be read behind the last particle.
 
     /// A particle. Positions are counted from the lower corner of the block of nodes [cells].
     struct Particle {
@@ -117,10 +117,7 @@ public:
         for (int line = 0; line < lines; ++line) {
             const std::size_t b = first_bin(node, line);
             double along = -middle;
-            for (int a = 0, rest = line; a < D; ++a) {
-                const int k = a == D - 1 ? 0 : D == 3 && a == 0 ? rest / K : rest % K;
-                along += n[a] * (k - (K - 1) + Kernel::base_shift + 0.5);
-            }
+            for (int a = 0; a < D; ++a) along += n[a] * (place_of_line(line, a) - (K - 1) + Kernel::base_shift + 0.5);
             int begin = K, end = 0;
             for (int k = 0; k < K; ++k)
                 if (std::abs(along + n[D - 1] * k) <= within) {
@@ -153,11 +150,12 @@ private:
     /// Returns the first bin of a line of base nodes whose particles reach a node.
     std::size_t first_bin(const int (&node)[D], int line) const {
         int bin = 0;
-        for (int a = 0; a < D; ++a) {
-            const int k = a == D - 1 ? 0 : D == 3 && a == 0 ? line / K : line % K;
-            bin = bin * count_[a] + node[a] - (K - 1) + k - first_[a];
-        }
+        for (int a = 0; a < D; ++a) bin = bin * count_[a] + node[a] - (K - 1) + place_of_line(line, a) - first_[a];
         return std::size_t(bin);
+    }
+    /// Returns where a line begins along an axis, counted from the lowest base node whose particles reach the node.
+    static constexpr int place_of_line(int line, int axis) {
+        return axis == D - 1 ? 0 : axis == D - 2 ? line % K : line / K;
     }
 
     int first_[D], count_[D];
@@ -209,7 +207,7 @@ struct Separation {
 /// between the groups. Then, with the radius r = ½ (J V0)^(1/D) of a particle,
 ///
 ///     gap = min over the first group of (n · x − r + ½ κ m)  −  max over the second of (n · x + r − ½ κ m),
-///     m = max(l² − (D−1) (1.1 r)², 0)
+///     m = max(l² − (D−1) (flat r)², 0)
 ///
 /// l is the distance of the particle from the line through the node along n. The term ½ κ m makes the gap local:
 /// without it, the particles that protrude most decide, up to 1.5 cells beside the node. Where round bodies meet, these
@@ -242,6 +240,8 @@ public:
     /// κ: beyond its own extent a particle counts as a paraboloid of this curvature [1/cell]. A particle 1.5 cells
     /// beside the node lies deeper by 0.22 cells.
     static constexpr double bulge = 0.2;
+    /// A particle is flat up to this part of its radius beside its middle, along each axis of the surface.
+    static constexpr double flat = 1.1;
     /// The normal of one group's own surface is taken if the gap along it, with κ = 0, is wider by this [cells].
     static constexpr double own_advantage = 0.008;
 
@@ -367,7 +367,8 @@ private:
                     square = square + x * x;
                 }
                 const P radius = P::load(group.radius() + i);
-                const P beside = max(square - along * along - P(float(1.21 * (D - 1))) * radius * radius, P(0.f));
+                const P beside =
+                    max(square - along * along - P(float(flat * flat * (D - 1))) * radius * radius, P(0.f));
                 const P depth = along - radius + beside * P(float(0.5 * curvature));
                 least = select(detail::first_lanes(span.end - i), min(least, depth), least);
             }

@@ -294,9 +294,7 @@ void restore_contact_groups(Set& stored, bool converted) {
             throw io_error(sentence("The state has a body of contact group ", body.contact_group,
                                     "; in this domain there are groups 0 to ",
                                     most_contact_groups(stored.particles.domain()) - 1, "."));
-        for (std::size_t slot = 0; converted && slot < stored.particles.slots(); ++slot)
-            if (stored.particles.is_particle(slot) && body.holds(stored.particles.id(slot)))
-                stored.particles.set_contact_group(slot, body.contact_group);
+        if (converted) stored.move_to_group(body, body.contact_group);
     }
 }
 /// Checks that the particles lie in the blocks of their bodies' contact groups, and tells the partition of them.

@@ -260,6 +260,11 @@ struct MaterialSet {
         }
     }
 
+    /// Moves the particles of a body to the blocks of a contact group.
+    void move_to_group(const Body& body, int group) {
+        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
+            if (particles.is_particle(slot) && body.holds(particles.id(slot))) particles.set_contact_group(slot, group);
+    }
     /// Puts the particles of a body into a contact group. \see SetAccess::set_contact_group
     /// \throws parameter_error  if `body` is not one of the bodies of this set, if it has no particles, or if the group
     ///                          is out of range
@@ -273,8 +278,7 @@ struct MaterialSet {
             throw parameter_error(sentence("A body without particles is put into contact group ", group,
                                            ". Give the body that add() has returned."));
         readiness.edit();
-        for (std::size_t slot = 0; slot < particles.slots(); ++slot)
-            if (particles.is_particle(slot) && body.holds(particles.id(slot))) particles.set_contact_group(slot, group);
+        move_to_group(body, group);
         for (Body& of : bodies)
             if (of.first >= body.first && of.first - body.first < body.count) of.contact_group = group;
     }

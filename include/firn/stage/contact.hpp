@@ -27,6 +27,12 @@ struct PairAtNode {
     Vec<double, D> part{};     ///< the part of the impulse that acts in a sweep [N s]
 };
 
+/// Returns the velocity of group a at a node relative to group b [m/s].
+template <int D>
+Vec<double, D> velocity_between(const GroupAtNode<D>& a, const GroupAtNode<D>& b) {
+    return a.momentum * (1 / a.mass) - b.momentum * (1 / b.mass);
+}
+
 /// How many times all pairs act on each other at a node at which more than two groups meet.
 inline constexpr int contact_sweeps = 16;
 
@@ -49,7 +55,7 @@ void meet(const Law& law, std::span<GroupAtNode<D>> groups, std::span<PairAtNode
         for (PairAtNode<D>& pair : pairs) {
             const GroupAtNode<D>&a = groups[pair.first], &b = groups[pair.second];
             const double reduced = a.mass * (b.mass / (a.mass + b.mass));
-            const Vec<double, D> velocity = a.momentum * (1 / a.mass) - b.momentum * (1 / b.mass);
+            const Vec<double, D> velocity = velocity_between(a, b);
             const Meeting<double, D> meeting{velocity, pair.normal, pair.gap, reduced, h, dt};
             const Vec<double, D> change = law.relative_velocity(a.group, b.group, meeting) - velocity;
             pair.part = change * (reduced * share);

@@ -48,9 +48,7 @@ inline Dispatch dispatch(std::uint64_t invocations, int workgroup_size, const Li
 /// Returns the number of nodes along one axis of a program's grid, a multiple of 4. The grid stores all nodes of the
 /// domain, four ghost nodes (one block) below the domain, and at least three ghost nodes above the domain.
 /// \param cells  number of cells of the domain along the axis
-inline std::uint32_t grid_nodes(int cells) {
-    return std::uint32_t(block_size) * std::uint32_t((cells + block_size - 1) / block_size + 2);
-}
+inline std::uint32_t grid_nodes(int cells) { return std::uint32_t(block_size) * std::uint32_t(blocks_for(cells) + 2); }
 
 /// Throws if the buffers or the entry points of a program exceed a limit of a device.
 /// \param particles  capacity of the buffers: number of particles for which the buffers have memory

@@ -180,6 +180,7 @@ TEST_CASE("A contact refuses parameters that make no sense") {
     law.set_pair(1, 2, {.friction = 0.1});
     CHECK_THROWS_AS(law.set_pair(2, 1, {.friction = 0.2}), parameter_error);
     CHECK(law.of_pair(1, 2).friction == 0.1);
+    CHECK(law.of_pair(2, 1).friction == 0.1);
     CHECK_THROWS_AS(CoulombContact{.friction = std::nan("")}.check(), parameter_error);
     CHECK(CoulombContact{.friction = 0.3}.description() == "friction 0.3, normals by regression");
 }
