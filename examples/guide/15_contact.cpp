@@ -100,11 +100,12 @@ bool block_slides() {
 //! ## How normals and gaps are found
 //!
 //! Both come from the positions of the particles around a node, and not from its masses: contact begins when surfaces
-//! touch, and not when groups share nodes. The surface of a particle is that of the ball, deformed by F, whose diameter
-//! is the particle's spacing.
+//! touch, and not when groups share nodes. The surface of a particle lies half of its spacing, ½ (J V₀)^(1/D), from its
+//! position. Particles beside a node count less for its gap than those before it.
 //!
 //! - `ContactNormals::regression`, the default: the plane that best separates the particles of both groups, by logistic
-//!   regression (Nairn, Hammerquist and Smith 2020).
+//!   regression (Nairn, Hammerquist and Smith 2020). If the gap is wider along the normal of one group's own surface,
+//!   that normal is taken.
 //! - `ContactNormals::volume_gradient`: the gradients of both groups' volumes at the node (Bardenhagen et al. 2001). It
 //!   is less accurate at edges and for curved surfaces. The gap is found as above.
 //!

@@ -62,9 +62,8 @@ consteval bool require_policies() {
                             ...);
     static_assert(
         known,
-        "firn: what is given to a simulation after its material are policies: a boundary, a transfer, a "
-        "force form, a kernel, an execution, a volumetric policy or a contact law. One argument is none of these. (A "
-        "boundary has "
+        "firn: what is given to a simulation after its material are policies: a boundary, a transfer, a force form, a "
+        "kernel, an execution, a volumetric policy or a contact law. One argument is none of these. (A boundary has "
         "velocity(x, v) and reaches(lower, upper), see firn/boundary/concept.hpp; several materials are given as "
         "firn::Materials{snow, sand}.)");
     constexpr bool once = how_many<is_transfer, Policies...> <= 1 && how_many<is_force, Policies...> <= 1 &&
