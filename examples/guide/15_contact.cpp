@@ -120,7 +120,6 @@ bool block_slides() {
 //! say up to which gap, by `largest_reach`. This one is glue: surfaces hold together up to a tensile traction, and slide
 //! without friction.
 struct Glue {
-    static constexpr const char* name = "glue";
     static constexpr bool between_groups = true;
     double strength = 0;  ///< tensile traction at which the glue breaks [Pa]
 
