@@ -152,7 +152,9 @@ int fall(const example::Options& options, const Settings& settings, std::int64_t
     example::Options runs[] = {options, options, options};
     const char* const names[] = {"_friction", "_smooth", "_one_field"};
     for (int i = 0; i < 3; ++i) runs[i].name += names[i];
-    example::StatesOfAll first(rough, runs[0]), second(slippery, runs[1]), third(stuck, runs[2]);
+    example::StatesOfAll first(rough, runs[0]);
+    example::StatesOfAll second(slippery, runs[1]);
+    example::StatesOfAll third(stuck, runs[2]);
     const auto for_all = [&](const auto& f) { f(rough, first), f(slippery, second), f(stuck, third); };
     std::vector<std::filesystem::path> series;
     for_all([&](auto& simulation, const auto& states) {
