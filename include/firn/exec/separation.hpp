@@ -281,9 +281,15 @@ public:
         return found;
     }
 
-private:
-    static constexpr double none = 1e30;  // above any distance
+    static constexpr double none = 1e30;  ///< Above any distance [cells].
 
+    /// Returns how far matter lies from a node along a normal: the smallest n · x − r + ½ κ m of the particles that
+    /// contribute to the node, with x counted from the node [cells]. Above `none` if there are no particles.
+    static double nearest(const Near& group, const int (&node)[D], const Vec<double, D>& n) {
+        return least(group, group.around(node), node, n, bulge);
+    }
+
+private:
     static Vec<double, D> unit(const Vec<double, D>& v) {
         const double square = dot(v, v);
         return square > 0 && square < std::numeric_limits<double>::infinity() ? v * (1 / std::sqrt(square))
