@@ -1,6 +1,6 @@
-/// \file Boundaries that act by the gap of particles: the same bits of particles and reactions for any number of threads
-/// and for any order of the particles in memory, with held and mirrored walls, colliders, contact groups, several
-/// materials and a periodic axis.
+/// \file Boundaries that act by the gap of particles: the same bits of particles and reactions for any number of
+/// threads and for any order of the particles in memory, with held and mirrored walls, colliders, contact groups,
+/// several materials and a periodic axis.
 #include "support/catch.hpp"
 #include "support/scenes.hpp"
 #include <firn/contact/coulomb.hpp>
@@ -115,7 +115,8 @@ void check_order(const Simulation& made) {
 TEST_CASE("By the gap in 3D, APIC, held walls: the same bits for 1, 2, 3, 4 and 7 threads") {
     check_threads<3, Coloured>(false, NodesBehind::held);
 }
-TEST_CASE("By the gap in 2D, FLIP, mirrored walls, a periodic axis, groups: the same bits for 1, 2, 3, 4 and 7 threads") {
+TEST_CASE(
+    "By the gap in 2D, FLIP, mirrored walls, a periodic axis, groups: the same bits for 1, 2, 3, 4 and 7 threads") {
     check_threads<2, Coloured>(true, NodesBehind::mirrored, Flip<float>{}, CoulombContact{.friction = 0.3});
 }
 TEST_CASE("By the gap in 2D, fixed point, FMPM, F-bar: the same bits for 1, 2, 3, 4 and 7 threads") {

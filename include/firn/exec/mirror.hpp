@@ -136,7 +136,9 @@ template <std::floating_point S, int D>
 
 /// Lets mirrored walls act on the nodes beside them, which hold velocities and masses. \see mirrored
 /// \param mirrors        the walls, with closing speeds if they act by the gap of particles. \see MirrorsByGap
-/// \param with_friction  false: walls act without friction
+/// \param with_friction  false, in passes before forces act: walls act without friction. Of the walls that act by the
+///                       gap, only those that hold matter act then: what may leave meets its mirror image like another
+///                       contact group, once a step. So FLIP and FMPM receive the whole impulse
 /// \param reactions      impulses of the walls on matter are added to it; nullptr if they are not wanted
 template <class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M>
 void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors, bool with_friction,
@@ -183,8 +185,10 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const M& m
                 const P friction(with_friction ? S(plane.friction) : S(0));
                 if constexpr (std::same_as<M, MirrorsByGap<S>>)
                     columns.change([&, closing = mirrors.of(p, b)](const NodeColumn<P, D>& column, int c) {
+                        P speed = P::load(closing + c);
+                        if (!with_friction) speed = select(speed < P(S(0)), speed, P(S(never_closing)));
                         return mirrored_by_gap(column, plane.axis, plane.inward, plane.contact, friction, weights,
-                                               P::load(closing + c));
+                                               speed);
                     });
                 else
                     columns.change([&](const NodeColumn<P, D>& column) {

@@ -178,22 +178,24 @@ TEST_CASE("A mirrored wall by the gap: matter comes as near as the gap; what doe
     Random random(3);
     const auto weights = surface_weights<QuadraticBSpline, double>();
     const auto push = [](const NodeColumn<double, 2>& c, double u, double inward) {
-        return -inward * (c.mass_on * (c.on[1] + inward * u) + 2 * c.mass_front * c.mass_behind /
-                                                                   (c.mass_front + c.mass_behind) *
-                                                                   (c.front[1] + c.behind[1] + 2 * inward * u));
+        return -inward *
+               (c.mass_on * (c.on[1] + inward * u) + 2 * c.mass_front * c.mass_behind / (c.mass_front + c.mass_behind) *
+                                                         (c.front[1] + c.behind[1] + 2 * inward * u));
     };
     const auto energy = [](const NodeColumn<double, 2>& c) {
-        return c.mass_on * dot(c.on, c.on) + c.mass_front * dot(c.front, c.front) + c.mass_behind * dot(c.behind, c.behind);
+        return c.mass_on * dot(c.on, c.on) + c.mass_front * dot(c.front, c.front) +
+               c.mass_behind * dot(c.behind, c.behind);
     };
     int acted = 0;
     for (int i = 0; i < 4000; ++i) {
-        const NodeColumn<double, 2> column{random.vector<2>(-1, 1),  random.vector<2>(-1, 1),  random.vector<2>(-1, 1),
-                                           random.uniform(0, 0.1), random.uniform(0.1, 1), random.uniform(0.1, 1)};
+        const NodeColumn<double, 2> column{random.vector<2>(-1, 1), random.vector<2>(-1, 1), random.vector<2>(-1, 1),
+                                           random.uniform(0, 0.1),  random.uniform(0.1, 1),  random.uniform(0.1, 1)};
         const int inward = i % 2 == 0 ? 1 : -1;
         const double u = i % 5 == 0 ? 0.0 : random.uniform(0, 0.5);
         const auto after = mirrored_by_gap(column, 1, inward, Contact::separate, 0.3, weights, u);
         if (push(column, u, inward) <= 0) {
-            REQUIRE(norm(after.on - column.on) + norm(after.front - column.front) + norm(after.behind - column.behind) ==
+            REQUIRE(norm(after.on - column.on) + norm(after.front - column.front) +
+                        norm(after.behind - column.behind) ==
                     0);
             REQUIRE(after.mass_front == column.mass_front);
             continue;
