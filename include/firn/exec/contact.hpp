@@ -21,10 +21,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <compare>
 #include <limits>
 #include <map>
 #include <span>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -59,6 +59,7 @@ public:
     /// A block of the domain.
     struct Place {
         std::uint64_t key;  ///< its key
+        bool counts;        ///< whether this rank counts the impulses at its nodes
         std::size_t first,  ///< index in copies() of its first group; they are sorted by number
             last;           ///< index of its last group, plus 1
     };
@@ -69,32 +70,38 @@ public:
     const NearParticles<Kernel, D>& near() const { return near_; }
 
     /// Finds the blocks, after the grid was activated for these partitions.
+    /// \param elsewhere  the copies that only other ranks have. \see OneRank::copies_elsewhere
     template <std::floating_point S>
-    void find(const SparseGrid<S, D>& grid, std::span<BlockPartition<D>* const> partitions) {
+    void find(const SparseGrid<S, D>& grid, std::span<BlockPartition<D>* const> partitions,
+              const CopiesElsewhere& elsewhere = {}) {
         places_.clear(), copies_.clear(), near_.clear();
-        if (std::none_of(partitions.begin(), partitions.end(), [](const auto* p) { return p->copy_stride > 0; }))
-            return;
-        std::vector<std::tuple<std::uint64_t, int, std::uint32_t>> all;  // key in the domain, group, grid index
+        if (!has_contact_groups<D>(partitions) && elsewhere.keys.empty()) return;
+        struct Found {
+            std::uint64_t in_domain, key;
+            std::uint32_t block;
+            auto operator<=>(const Found&) const = default;
+        };
+        std::vector<Found> all;
         for (std::uint32_t b = 0; b < grid.block_count(); ++b) {
-            BlockCoordinate<D> block = grid.block(b);
-            block[0] = grid.block_along(b, 0);
-            all.emplace_back(block_key<D>(block), grid.contact_group(b), b);
+            const std::uint64_t key = block_key<D>(grid.block(b));
+            all.push_back({key_in_domain(grid.domain(), key), key, b});
         }
-        std::sort(all.begin(), all.end());
+        auto block = std::uint32_t(elsewhere.first_block);
+        for (const std::uint64_t key : elsewhere.keys) all.push_back({key_in_domain(grid.domain(), key), key, block++});
+        std::sort(all.begin(), all.end());  // copies of higher groups have higher keys
         for (std::size_t first = 0, last = 0; first < all.size(); first = last) {
-            const std::uint64_t key = std::get<0>(all[first]);
-            while (last < all.size() && std::get<0>(all[last]) == key) ++last;
+            const std::uint64_t key = all[first].in_domain;
+            while (last < all.size() && all[last].in_domain == key) ++last;
             if (last - first == 1) continue;
-            places_.push_back({key, copies_.size(), copies_.size() + last - first});
+            places_.push_back({key, !std::ranges::binary_search(elsewhere.counted_by_others, key), copies_.size(), 0});
             for (std::size_t i = first; i < last; ++i) {
-                const auto [_, group, b] = all[i];
-                Copy& copy = copies_.emplace_back(Copy{group, b, {}});
-                for (int k = 0; k < 1 << D; ++k) {
-                    BlockCoordinate<D> block = grid.block(b);
-                    for (int a = 0; a < D; ++a) block[std::size_t(a)] -= (k >> (D - 1 - a) & 1) ^ 1;
-                    copy.near[std::size_t(k)] = near_.want(grid.domain(), block);
-                }
+                const BlockCoordinate<D> of = block_of_key<D>(all[i].key);
+                Copy& copy =
+                    copies_.emplace_back(Copy{group_of_copy(of[0], copy_stride(grid.domain())), all[i].block, {}});
+                for (int k = 0; k < 1 << D; ++k)
+                    copy.near[std::size_t(k)] = near_.want(grid.domain(), block_before<D>(of, k));
             }
+            places_.back().last = copies_.size();
         }
         near_.connect(grid.domain(), partitions);
     }
@@ -237,17 +244,27 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<Kernel, D>& meetings,
     }
 }
 
-/// Sums the impulses between groups. Each sum is exact and rounded once.
-template <int D>
-void sum_impulses(const std::vector<std::vector<PairImpulse<D>>>& of_places, ContactImpulses<D>& impulses) {
-    std::map<std::pair<int, int>, std::array<ExactSum, std::size_t(D)>> sums;
+/// Sums the impulses between groups over all ranks. Each sum is exact and rounded once.
+template <class Ranks, int D>
+void sum_impulses(const Ranks& ranks, const std::vector<std::vector<PairImpulse<D>>>& of_places,
+                  ContactImpulses<D>& impulses) {
+    std::vector<std::pair<int, int>> pairs;
     for (const auto& of_place : of_places)
-        for (const PairImpulse<D>& one : of_place)
+        for (const PairImpulse<D>& one : of_place) pairs.emplace_back(one.first, one.second);
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    ranks.join_pairs(pairs);
+    std::vector<ExactSum> sums(pairs.size() * D);
+    for (const auto& of_place : of_places)
+        for (const PairImpulse<D>& one : of_place) {
+            const auto pair = std::ranges::lower_bound(pairs, std::pair(one.first, one.second)) - pairs.begin();
             for (int a = 0; a < D; ++a)
-                if (one.on_first[a] != 0) sums[{one.first, one.second}][std::size_t(a)].add(one.on_first[a]);
-    for (auto& [pair, sum] : sums) {
-        Vec<double, D>& on_first = impulses.on_first[pair];
-        for (int a = 0; a < D; ++a) on_first[a] = sum[std::size_t(a)].value();
+                if (one.on_first[a] != 0) sums[std::size_t(pair * D + a)].add(one.on_first[a]);
+        }
+    ranks.merge(sums);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        Vec<double, D>& on_first = impulses.on_first[pairs[i]];
+        for (int a = 0; a < D; ++a) on_first[a] = sums[i * D + std::size_t(a)].value();
     }
 }
 
@@ -264,9 +281,9 @@ void sum_impulses(const std::vector<std::vector<PairImpulse<D>>>& of_places, Con
 template <class Kernel, class Law, class Execution, std::floating_point S, int D, class... Views>
 void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& law, double dt, const Mirrors& mirrors,
                  ContactMemory<Kernel, D>& memory, ContactImpulses<D>* impulses, const ParticleSet<Views>&... sets) {
-    if (impulses) impulses->on_first.clear();
+    const auto ranks = ranks_of(execution);
+    ranks.bring_copies(grid);
     const auto& places = memory.meetings.places();
-    if (places.empty()) return;
     const int threads = thread_count(requested_threads(execution));
     if (memory.of_threads.size() < std::size_t(threads)) memory.of_threads.resize(std::size_t(threads));
     memory.meeting_nodes.resize(memory.meetings.copies().size());
@@ -275,14 +292,18 @@ void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& 
         parallel_for(
             places.size(), threads, [&](std::size_t i, int) { detail::find_meeting_nodes(grid, places[i], memory); },
             16);
-        memory.meetings.near().find(grid.domain(), mirrors, threads, [](auto&) {}, sets...);
+        memory.meetings.near().find(
+            grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets...);
         parallel_for(places.size(), threads, [&](std::size_t i, int thread) {
             memory.of_places[i].clear();
             detail::meet_at(grid, memory.meetings, places[i], memory.meeting_nodes.data(), law, dt,
-                            memory.of_threads[std::size_t(thread)], impulses ? &memory.of_places[i] : nullptr);
+                            memory.of_threads[std::size_t(thread)],
+                            impulses && places[i].counts ? &memory.of_places[i] : nullptr);
         });
     });
-    if (impulses) detail::sum_impulses(memory.of_places, *impulses);
+    if (!impulses) return;
+    impulses->on_first.clear();
+    detail::sum_impulses(ranks, memory.of_places, *impulses);
 }
 
 }  // namespace firn
