@@ -195,7 +195,7 @@ int main() {
 //! - A layer of particles at the surface carries contact: a surface of stretched or few particles is rough. Take 2 × 2
 //!   particles per cell or more.
 //! - A law has no memory: glue that has broken holds again if the surfaces come near each other again.
-//! - A program that writes WGSL, and a simulation with `firn::mpi`, refuse contact groups.
+//! - A program that writes WGSL refuses contact groups.
 //! - Contact with walls and colliders is that of [boundaries](04_boundaries.cpp).
 //!
 //! `examples/19_stones.cpp` lets 64 stones fall into a funnel, with groups and without.

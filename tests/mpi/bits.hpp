@@ -42,6 +42,10 @@ Seen look_at(Simulation&& simulation, int steps) {
         if (simulation.reactions)
             for (const Reaction<D>& part : simulation.reactions->parts)
                 seen.totals.insert(seen.totals.end(), {part.impulse[0], part.impulse[1]});
+        if (simulation.contact_impulses)
+            for (const auto& [groups, impulse] : simulation.contact_impulses->on_first)
+                seen.totals.insert(seen.totals.end(),
+                                   {double(groups.first), double(groups.second), impulse[0], impulse[1]});
     }
     if constexpr (requires { simulation.execution.migrations(); }) seen.migrations = simulation.execution.migrations();
     return seen;

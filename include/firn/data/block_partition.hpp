@@ -6,6 +6,7 @@
 #include <firn/data/field.hpp>
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 namespace firn {
@@ -75,12 +76,27 @@ constexpr int group_of_copy(int along, int stride) {
 /// \param along   coordinate of the copy along axis 0
 /// \param stride  copy_stride() of the domain
 constexpr int along_in_domain(int along, int stride) { return along - group_of_copy(along, stride) * stride; }
+/// Returns the key of the block of the domain of which a block is the copy.
+/// \param key  key of the copy
+template <int D>
+std::uint64_t key_in_domain(const Domain<D>& domain, std::uint64_t key) {
+    BlockCoordinate<D> block = block_of_key<D>(key);
+    block[0] = along_in_domain(block[0], copy_stride(domain));
+    return block_key<D>(block);
+}
 /// Returns the number of contact groups that the keys of blocks can tell apart, group 0 included.
 template <int D>
 int most_contact_groups(const Domain<D>& domain) {
     return ((1 << 20) - copy_margin) / copy_stride(domain);
 }
 /// @}
+
+/// Returns a block near a block: one before it along the axes whose bit is 0 in k. Bit D − 1 − a stands for axis a.
+template <int D>
+BlockCoordinate<D> block_before(BlockCoordinate<D> block, int k) {
+    for (int a = 0; a < D; ++a) block[std::size_t(a)] -= (k >> (D - 1 - a) & 1) ^ 1;
+    return block;
+}
 
 /// Returns the number of blocks along a periodic axis, or 0 if the axis is not periodic.
 template <int D>
@@ -221,6 +237,12 @@ struct BlockPartition {
         return axis == 0 && copy_stride > 0 ? along_in_domain(along, copy_stride) : along;
     }
 };
+
+/// Returns whether particles of one of the partitions are in contact groups other than 0.
+template <int D>
+bool has_contact_groups(std::span<BlockPartition<D>* const> partitions) {
+    return std::any_of(partitions.begin(), partitions.end(), [](const auto* p) { return p->copy_stride > 0; });
+}
 
 /// Returns one coordinate of a particle's base node, the lowest node to which the particle scatters: ⌊x − shift⌋. The
 /// particle's position relative to the base node is f = x − ⌊x − shift⌋ [cells].

@@ -11,6 +11,7 @@
 #include <string>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace firn {
 
@@ -77,6 +78,14 @@ private:
     std::size_t first_of(std::size_t n, std::size_t k) const { return n / parts * k + n % parts * k / parts; }
 };
 
+/// Copies of blocks for contact groups that only other processes (ranks) have in their grids, in blocks of the domain
+/// of which this rank has a copy, too.
+struct CopiesElsewhere {
+    std::vector<std::uint64_t> keys{};               ///< Keys of the copies.
+    std::size_t first_block = 0;                     ///< Index of the first one in the grid; the others follow.
+    std::vector<std::uint64_t> counted_by_others{};  ///< Keys of blocks of the domain that other ranks count, sorted.
+};
+
 /// What the processes (ranks) of a run tell each other, for a run of one process: nothing. firn::mpi::Ranks has the
 /// same functions for many.
 struct OneRank {
@@ -116,6 +125,20 @@ struct OneRank {
     }
     /// Returns whether a particle of set `number` was removed on another rank when the last step ended.
     static bool has_lost(std::size_t /* number */) { return false; }
+    /// After meet(), if there are contact groups: finds the copies of blocks that this rank needs from others.
+    /// \param has_groups  whether particles of this rank are in contact groups
+    template <class Grid>
+    static CopiesElsewhere copies_elsewhere(Grid&, bool /* has_groups */, int /* threads */) {
+        return {};
+    }
+    /// Before contact: completes the sums in the copies of blocks that this rank shares with others.
+    template <class Grid>
+    static void bring_copies(Grid&) {}
+    /// Sends particles near contact to the ranks that need them. \see NearParticles::find
+    template <class Near>
+    static void bring_near(Near&) {}
+    /// Replaces the pairs of contact groups between which this rank has impulses, sorted, by those of all ranks.
+    static void join_pairs(std::vector<std::pair<int, int>>&) {}
 };
 /// Returns what the ranks of a run tell each other. firn::mpi overloads this function for its executions.
 template <class Execution>

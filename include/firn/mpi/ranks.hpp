@@ -5,12 +5,17 @@
 #include <firn/core/exact_sum.hpp>
 #include <firn/data/particle_store.hpp>
 #include <firn/exec/execution.hpp>
+#include <firn/exec/near_particles.hpp>
 #include <firn/io/interruption.hpp>
 #include <firn/mpi/session.hpp>
+#include <firn/mpi/shared_copies.hpp>
 #include <firn/mpi/shared_sums.hpp>
 #include <firn/sort/block_numbers.hpp>
 
+#include <algorithm>
+#include <cstring>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -27,6 +32,7 @@ struct Neighbourhood {
     Cuts<D> current{};            ///< the cuts by which particles are shared out now
     double achieved = 1;          ///< largest number of particles of a rank when the cuts were made, over the mean
     SharedBlocks<D> shared{};     ///< the blocks that ranks share, since the last sort
+    SharedCopies<D> copies{};  ///< the blocks of the domain in which groups of several ranks meet, since the last sort
 
     Cuts<D>& of_material(std::size_t material) {
         if (cuts.size() <= material) cuts.resize(material + 1);
@@ -196,6 +202,47 @@ public:
         if (near.shared.blocks_behind() > 0) grid.add_blocks_behind(near.shared.blocks_behind(), threads);
     }
 
+    /// After meet(), if there are contact groups: finds the copies of blocks that this rank needs from others.
+    /// \param has_groups  whether particles of this rank are in contact groups
+    template <std::floating_point S, int D>
+    const CopiesElsewhere& copies_elsewhere(SparseGrid<S, D>& grid, bool has_groups, int threads) const {
+        const detail::Phase phase(state_->trace, "find shared copies");
+        auto& near = state_->of<D>();
+        near.copies = {};
+        if (all().size() == 1 || all().max(has_groups ? 1 : 0) == 0) return near.copies.elsewhere();
+        const std::size_t behind = near.shared.blocks_behind();
+        near.copies = detail::SharedCopies<D>(all(), grid, near.cuts[0], grid.block_count() + behind);
+        if (const std::size_t more = near.copies.elsewhere().keys.size(); more > 0)
+            grid.add_blocks_behind(behind + more, threads);
+        return near.copies.elsewhere();
+    }
+    /// Before contact: completes the sums in the copies of blocks that this rank shares with others.
+    template <std::floating_point S, int D>
+    void bring_copies(SparseGrid<S, D>& grid) const {
+        const detail::Phase phase(state_->trace, "exchange sums for contact", true);
+        state_->of<D>().copies.bring_sums(all(), grid);
+    }
+    /// Sends particles near contact to the ranks that need them. \see NearParticles::find
+    template <class Kernel, int D>
+    void bring_near(NearParticles<Kernel, D>& near) const {
+        const detail::Phase phase(state_->trace, "exchange particles for contact", true);
+        state_->of<D>().copies.bring_particles(all(), near);
+    }
+    /// Replaces the pairs of contact groups between which this rank has impulses, sorted, by those of all ranks.
+    void join_pairs(std::vector<std::pair<int, int>>& pairs) const {
+        const auto bytes = std::as_bytes(std::span(pairs));
+        std::vector<Message> outgoing;
+        if (!pairs.empty())
+            for (int rank = 0; rank < all().size(); ++rank) outgoing.push_back({rank, {bytes.begin(), bytes.end()}});
+        pairs.clear();
+        for (const Message& message : exchange(all(), std::move(outgoing))) {
+            const std::size_t before = pairs.size();
+            pairs.resize(before + message.bytes.size() / sizeof(pairs[0]));
+            std::memcpy(static_cast<void*>(pairs.data() + before), message.bytes.data(), message.bytes.size());
+        }
+        std::sort(pairs.begin(), pairs.end());
+        pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    }
     /// Joins the reports of G2P of all ranks.
     template <class Sets>
     void join_reports(Sets& sets) const {

@@ -117,7 +117,7 @@ public:
     void mark_mirrored(const SparseGrid<S, D>& grid) {
         for (const MirrorPlane& plane : mirrors_)
             for (std::size_t i = 0; i < shared_.pieces().size(); ++i) {
-                const int block = grid.block(shared_.pieces()[i].block)[std::size_t(plane.axis)];
+                const int block = grid.block_along(shared_.pieces()[i].block, plane.axis);
                 unsigned sets[D];
                 std::fill(std::begin(sets), std::end(sets), 15u);
                 sets[plane.axis] = 0;

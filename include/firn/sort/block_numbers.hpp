@@ -3,6 +3,7 @@
 
 #include <firn/core/requirements.hpp>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -32,6 +33,17 @@ public:
         return last_ = entry;
     }
 
+    static constexpr std::uint32_t none = 0xffffffffu;  ///< Stands for the index of a key that has none.
+
+    /// Returns the index of a key; `none` if it has none.
+    std::uint32_t find(std::uint64_t key) const { return table_.empty() ? none : table_[place(key)]; }
+    /// Forgets all keys.
+    void clear() {
+        keys_.clear();
+        std::fill(table_.begin(), table_.end(), none);
+        last_ = 0;
+    }
+
 private:
     /// Returns the index in table_ of the entry of a key, or of the free entry where a new key must be written. The
     /// multiplier is 2⁶⁴ divided by the golden ratio (Knuth, vol. 3, §6.4).
@@ -45,8 +57,6 @@ private:
         table_.assign(table_.empty() ? 256 : 2 * table_.size(), none);
         for (std::uint32_t n = 0; n < keys_.size(); ++n) table_[place(keys_[n])] = n;
     }
-
-    static constexpr std::uint32_t none = 0xffffffffu;
 
     std::vector<std::uint64_t> keys_;
     std::vector<std::uint32_t> table_;

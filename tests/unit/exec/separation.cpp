@@ -2,6 +2,7 @@
 /// order of particles.
 #include "support/catch.hpp"
 #include "support/scenes.hpp"
+#include <firn/exec/near_particles.hpp>
 #include <firn/exec/separation.hpp>
 #include <firn/kernel/quadratic_b_spline.hpp>
 
@@ -13,13 +14,14 @@ namespace separation_tests {
 using namespace firn;
 
 template <int D>
-using Near = detail::NearParticles<QuadraticBSpline, D>;
+using Near = NearParticles<QuadraticBSpline, D>;
 
 /// Two half-spaces of particles, half a cell apart on lattices of their own that are turned with the plane between
 /// them. The nodes of a block lie around a point of the plane.
 template <int D>
 struct HalfSpaces {
     Near<D> above, below;
+    std::vector<std::pair<BlockCoordinate<D>, typename Near<D>::Particle>> above_found{}, below_found{};
     Vec<double, D> normal;
     Vec<double, D> point;
     std::vector<double> distances{};  ///< of the nodes from the plane
@@ -35,10 +37,6 @@ struct HalfSpaces {
         }
         normal = axis[0];
         for (int a = 0; a < D; ++a) point[a] = 1.5 + 0.5 * random();
-        int low[D], high[D];
-        std::fill_n(low, D, 0);
-        std::fill_n(high, D, block_size - 1);
-        above.clear(low, high), below.clear(low, high);
         constexpr int most = 12;
         std::uint32_t id = 0;
         for (int i = -most; i < most; ++i)
@@ -48,24 +46,57 @@ struct HalfSpaces {
                     Vec<double, D> x = point + normal * (i < 0 ? -0.5 * gap : 0.5 * gap);
                     for (int a = 0; a < D; ++a) x += axis[a] * (0.5 * steps[a]);
                     for (int a = 0; a < D; ++a) x[a] += 0.5 * jitter * random();
-                    add(i < 0 ? below : above, id++, x);
+                    add(i < 0 ? below_found : above_found, id++, x);
                 }
-        for (Near<D>* near : {&above, &below}) {
-            if (reversed) std::reverse(near->found.begin(), near->found.end());
-            near->sort();
-        }
+        fill(above, above_found, reversed);
+        fill(below, below_found, reversed);
+    }
+
+    /// Returns the surface between the half-spaces at a node.
+    Separation<D> at(int n, const Vec<double, D>& moved, double reach, ContactNormals how) const {
+        detail::AroundNode<D> around[2];
+        above.gather(node(n), around[0]);
+        below.gather(node(n), around[1]);
+        const auto near_plane = [&](int g, auto&&... plane) {
+            (g == 0 ? above : below).gather_near_plane(node(n), plane...);
+        };
+        return Separator<QuadraticBSpline, D>{}(around[0], around[1], near_plane, moved, reach, how,
+                                                Vec<double, D>::zero());
     }
 
 private:
-    static void add(Near<D>& near, std::uint32_t id, const Vec<double, D>& x) {
+    static Domain<D> domain() { return {Vec<double, D>::zero(), Vec<double, D>::filled(1), 1.0 / 64}; }
+    static BlockCoordinate<D> block(int k) {
+        BlockCoordinate<D> at;
+        for (int a = 0; a < D; ++a) at[std::size_t(a)] = (k >> (D - 1 - a) & 1) - 1;
+        return at;
+    }
+    static typename Near<D>::Node node(int n) {
+        typename Near<D>::Node of{};
+        for (int k = 0; k < 1 << D; ++k) of.blocks[std::size_t(k)] = std::uint32_t(k);
+        for (int a = 0; a < D; ++a) of.at[a] = n >> 2 * a & 3;
+        return of;
+    }
+    static void fill(Near<D>& near, auto found, bool reversed) {
+        if (reversed) std::reverse(found.begin(), found.end());
+        for (int k = 0; k < 1 << D; ++k) near.want(domain(), block(k));
+        near.connect(domain(), {});
+        for (int k = 0; k < 1 << D; ++k) near.mark(std::uint32_t(k), ~std::uint64_t(0));
+        near.find(domain(), Mirrors{}, 1, [&](Near<D>& lists) {
+            for (const auto& [of, particle] : found) lists.found(lists.find(block_key<D>(of))).push_back(particle);
+        });
+    }
+    static void add(auto& found, std::uint32_t id, const Vec<double, D>& x) {
         typename Near<D>::Particle particle{id, 0, {}, 0.25f};
+        BlockCoordinate<D> of;
         for (int a = 0; a < D; ++a) {
-            particle.place[a] = float(x[a]);
-            const int base = int(std::floor(particle.place[a] - 0.5f)) - near.first(a);
-            if (base < 0 || base >= near.bins(a)) return;
-            particle.bin = particle.bin * std::uint32_t(near.bins(a)) + std::uint32_t(base);
+            const int base = int(std::floor(float(x[a]) - 0.5f));
+            of[std::size_t(a)] = base >> 2;
+            if (base < -4 || base > 3) return;
+            particle.bin = particle.bin * 4 + std::uint32_t(base & 3);
+            particle.place[a] = float(x[a]) - float(4 * (base >> 2));
         }
-        near.found.push_back(particle);
+        found.emplace_back(of, particle);
     }
 };
 
@@ -79,10 +110,7 @@ Errors errors(double gap, double jitter, ContactNormals how) {
     for (std::uint64_t seed = 1; seed <= (D == 2 ? 40 : 12); ++seed) {
         const HalfSpaces<D> of(seed, gap, jitter);
         for (int n = 0; n < block_nodes<D>; ++n) {
-            int node[D];
-            for (int a = 0; a < D; ++a) node[a] = n >> 2 * a & 3;
-            const auto found = Separator<QuadraticBSpline, D>{}(of.above, of.below, node, Vec<double, D>::zero(), 10,
-                                                                how, Vec<double, D>::zero());
+            const auto found = of.at(n, Vec<double, D>::zero(), 10, how);
             if (!found.may_touch) continue;
             all.angles.push_back(std::acos(std::min(1.0, dot(found.normal, of.normal))));
             all.gaps.push_back(found.gap - gap);
@@ -130,12 +158,8 @@ TEST_CASE("The surface between two groups does not depend on the order of partic
     for (std::uint64_t seed = 1; seed <= 10; ++seed) {
         const HalfSpaces<3> one(seed, 0.1, 0.2), other(seed, 0.1, 0.2, true);
         for (int n = 0; n < 64; ++n) {
-            const int node[3] = {n >> 4, n >> 2 & 3, n & 3};
-            const auto find = [&](const HalfSpaces<3>& of) {
-                return Separator<QuadraticBSpline, 3>{}(of.above, of.below, node, Vec<double, 3>::zero(), 10,
-                                                        ContactNormals::regression, Vec<double, 3>::zero());
-            };
-            const auto a = find(one), b = find(other);
+            const auto a = one.at(n, Vec<double, 3>::zero(), 10, ContactNormals::regression);
+            const auto b = other.at(n, Vec<double, 3>::zero(), 10, ContactNormals::regression);
             CHECK(a.gap == b.gap);
             for (int k = 0; k < 3; ++k) CHECK(a.normal[k] == b.normal[k]);
         }
@@ -144,11 +168,8 @@ TEST_CASE("The surface between two groups does not depend on the order of partic
 
 TEST_CASE("Groups that a plane separates before and after the step do not touch") {
     const HalfSpaces<2> of(3, 0.2, 0);
-    const int node[2] = {1, 1};
     const auto may_touch = [&](double along, double reach) {
-        return Separator<QuadraticBSpline, 2>{}(of.above, of.below, node, of.normal * along, reach,
-                                                ContactNormals::regression, Vec<double, 2>::zero())
-            .may_touch;
+        return of.at(5, of.normal * along, reach, ContactNormals::regression).may_touch;
     };
     CHECK_FALSE(may_touch(0, 0));
     CHECK_FALSE(may_touch(0.3, 0));

@@ -1,0 +1,460 @@
+/// \file The particles around the nodes at which contact is possible. Each of them is found once a step, and sorted by
+/// its base node, then by its id. So sums over them depend neither on the order of the particles in memory nor on the
+/// block into which a particle was sorted.
+#pragma once
+
+#include <firn/core/parallel.hpp>
+#include <firn/data/particle_set.hpp>
+#include <firn/data/particle_view.hpp>
+#include <firn/exec/around_node.hpp>
+#include <firn/math/exp_log.hpp>
+#include <firn/sort/block_numbers.hpp>
+#include <firn/stage/mirror_planes.hpp>
+#include <firn/stage/volume_filter.hpp>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace firn {
+
+namespace detail {
+
+/// Returns the index of a member among the fields of a material's state.
+template <class State, class Member>
+consteval std::size_t field_of(Member State::* member) {
+    std::size_t index = 0;
+    std::apply(
+        [&](const auto&... field) {
+            std::size_t i = 0;
+            const auto look = [&](const auto& of) {
+                if constexpr (std::same_as<std::remove_cvref_t<decltype(of.member)>, Member State::*>)
+                    if (of.member == member) index = i;
+                ++i;
+            };
+            (look(field), ...);
+        },
+        State::fields());
+    return index;
+}
+
+/// Returns the volume ratios J of particles; 1 for a material that has neither F nor J.
+template <class View, class P>
+FIRN_INLINE P volume_ratio_of(const View& view, const Slots& slots) {
+    using State = typename View::state_type;
+    constexpr int D = View::dimension;
+    if constexpr (has_volume_ratio<State>) {
+        return view.state[field_of(&State::J)].template load<P>(slots, 0);
+    } else if constexpr (has_volume<State>) {
+        Mat<P, D> F;
+        unroll<D * D>([&](auto k) FIRN_LAMBDA { F.m[k] = view.state[field_of(&State::F)].template load<P>(slots, k); });
+        return determinant(F);
+    } else {
+        return P(1);
+    }
+}
+
+/// Returns half of the extents of particles [cells]: ½ (J V0)^(1/D) / h.
+/// \param per_cell  1/h^D [1/m^D]
+template <class View, class P>
+FIRN_INLINE P radius_of(const View& view, const Slots& slots, const P& per_cell) {
+    using S = typename View::scalar_type;
+    constexpr int D = View::dimension;
+    const P volume = view.volume.template load<P>(slots, 0) * volume_ratio_of<View, P>(view, slots) * per_cell;
+    const P filled = max(volume, P(S(1e-12)));
+    const P extent = D == 2 ? sqrt(filled) : exp(log(filled) * P(S(1.0 / 3)));
+    return select(volume > P(S(1e-12)), extent * P(S(0.5)), P(S(0)));
+}
+
+}  // namespace detail
+
+/// Lists of particles, one for each block of base nodes that is wanted.
+///
+/// After the grid was activated: clear(), want() for each block, connect(). In every step: mark() for the blocks that
+/// this step needs, find(), then gather() for each node.
+template <class Kernel, int D>
+class NearParticles {
+    static constexpr int K = Kernel::support;
+    static constexpr int around = D == 2 ? 9 : 27;
+
+public:
+    /// A particle. Its position is counted from the corner of the block of its base node [cells].
+    struct Particle {
+        std::uint32_t id, bin;  ///< bin: number of its base node in the block, the last axis fastest
+        float place[D];         ///< position [cells]
+        float radius;           ///< half of the particle's extent [cells]
+
+        bool operator<(const Particle& other) const {
+            if (id != other.id) return id < other.id;
+            return std::lexicographical_compare(place, place + D, other.place, other.place + D);  // a mirror image
+        }
+    };
+    static constexpr std::uint32_t none = BlockNumbers::none;  ///< Stands for a block that is not wanted.
+
+    void clear() {
+        numbers_.clear();
+        sources_.clear(), ranges_.clear();
+    }
+    /// Returns the number of a block. The numbers are 0, 1, …
+    /// \param block  coordinates of the block, or of a copy of it
+    std::uint32_t want(const Domain<D>& domain, const BlockCoordinate<D>& block) {
+        return numbers_.number(block_key<D>(wrapped(domain, block)));
+    }
+    std::size_t size() const { return numbers_.size(); }                            ///< Number of blocks.
+    std::uint64_t key(std::uint32_t number) const { return numbers_.key(number); }  ///< Returns the key of a block.
+    /// Returns the number of the block that has a key; `none` if the block is not wanted.
+    std::uint32_t find(std::uint64_t key) const { return numbers_.find(key); }
+
+    /// Finds the ranges of particles whose base nodes may lie in the wanted blocks.
+    void connect(const Domain<D>& domain, std::span<const BlockPartition<D>* const> partitions) {
+        if (blocks_.size() < size()) blocks_.resize(size());
+        marked_.assign(size(), 0);
+        BlockNumbers seen;
+        const auto neighbour = [&](std::uint64_t key, int k) {
+            BlockCoordinate<D> block = block_of_key<D>(key);
+            for (int a = D - 1; a >= 0; --a, k /= 3) block[std::size_t(a)] += k % 3 - 1;
+            return block_key<D>(wrapped(domain, block));
+        };
+        for (std::uint32_t b = 0; b < size(); ++b)
+            for (int k = 0; k < around; ++k) {
+                const std::uint64_t key = neighbour(this->key(b), k);
+                if (const std::size_t before = seen.size(); seen.number(key) < before) continue;
+                Source source{block_of_key<D>(key), std::uint32_t(ranges_.size()), 0, {}, {}, {}};
+                for (std::uint32_t s = 0; s < partitions.size(); ++s) {
+                    const BlockPartition<D>& partition = *partitions[s];
+                    const auto key_of = [&](std::uint32_t r) { return block_key<D>(partition.ranges[r].block); };
+                    const auto found = std::ranges::lower_bound(partition.by_block, key, {}, key_of);
+                    if (found != partition.by_block.end() && key_of(*found) == key) ranges_.emplace_back(s, *found);
+                }
+                source.last = std::uint32_t(ranges_.size());
+                if (source.first == source.last) continue;
+                for (int to = 0; to < around; ++to) source.to[std::size_t(to)] = numbers_.find(neighbour(key, to));
+                sources_.push_back(source);
+            }
+        for (std::uint32_t b = 0; b < size(); ++b) blocks_[b].sources.clear();
+        for (std::uint32_t s = 0; s < sources_.size(); ++s)
+            for (const std::uint32_t b : sources_[s].to)
+                if (b != none && (blocks_[b].sources.empty() || blocks_[b].sources.back() != s))
+                    blocks_[b].sources.push_back(s);
+    }
+
+    /// Tells which particles of a block are needed in this step. Threads may call it at the same time.
+    /// \param bins  a set of bits, one for each base node. \see bins_that_reach
+    void mark(std::uint32_t number, std::uint64_t bins) {
+        if (bins != 0) std::atomic_ref(marked_[number]).fetch_or(bins, std::memory_order_relaxed);
+    }
+    /// Returns a set of bits, one for each base node in block k whose particles contribute to a node.
+    /// \param node  number of the node in its block;  \param k  which block. \see gather
+    static std::uint64_t bins_that_reach(int node, int k) {
+        static constexpr auto table = [] {
+            std::array<std::array<std::uint64_t, std::size_t(1 << D)>, std::size_t(block_nodes<D>)> bits{};
+            for (int n = 0; n < block_nodes<D>; ++n)
+                for (int of = 0; of < 1 << D; ++of)
+                    for (int bin = 0; bin < block_nodes<D>; ++bin) {
+                        bool reaches = true;
+                        for (int a = 0; a < D; ++a) {
+                            const int along = 2 * (D - 1 - a), before = (of >> (D - 1 - a) & 1) ? 0 : block_size;
+                            const int above = (n >> along & 3) - (bin >> along & 3) + before;
+                            reaches = reaches && above >= 0 && above < K;
+                        }
+                        bits[std::size_t(n)][std::size_t(of)] |= std::uint64_t(reaches) << bin;
+                    }
+            return bits;
+        }();
+        return table[std::size_t(node)][std::size_t(k)];
+    }
+
+    /// Finds the particles of the marked blocks, and removes the marks.
+    /// \param mirrors  walls behind which particles have mirror images; these count as particles
+    /// \param share    called as share(*this) between finding and sorting: may change found()
+    template <class Share, class... Views>
+    void find(const Domain<D>& domain, const Mirrors& mirrors, int threads, const Share& share,
+              const ParticleSet<Views>&... sets) {
+        for (Block& block : blocks_) block.found.clear();
+        parallel_for(sources_.size(), threads, [&](std::size_t s, int) {
+            Source& source = sources_[s];
+            source.strays.clear(), source.images.clear();
+            const bool is_needed =
+                std::any_of(source.to.begin(), source.to.end(), [&](auto b) { return is_marked(b); });
+            if (!is_needed && mirrors.planes.empty()) return;
+            for (std::uint32_t r = source.first; r < source.last; ++r) {
+                std::uint32_t number = 0;
+                [[maybe_unused]] const auto convert_if = [&](const auto& set) {
+                    if (number++ == ranges_[r].first) convert(source, set, ranges_[r].second, domain, mirrors);
+                };
+                (convert_if(sets), ...);
+            }
+        });
+        parallel_for(size(), threads, [&](std::size_t b, int) {
+            for (const std::uint32_t s : blocks_[b].sources)
+                for (const auto& [to, particle] : sources_[s].strays)
+                    if (to == b) blocks_[b].found.push_back(particle);
+        });
+        if (!mirrors.planes.empty())
+            for (const Source& source : sources_)
+                for (const auto& [to, particle] : source.images) blocks_[to].found.push_back(particle);
+        share(*this);
+        parallel_for(size(), threads, [&](std::size_t b, int) {
+            if (marked_[b]) blocks_[b].sort();
+            marked_[b] = 0;
+        });
+    }
+    /// Returns the particles of a block, in any order, for find()'s `share`.
+    std::vector<Particle>& found(std::uint32_t number) { return blocks_[number].found; }
+    bool is_marked(std::uint32_t number) const { return number != none && marked_[number] != 0; }
+    /// Returns whether the particles of a base node are needed.
+    bool is_marked(std::uint32_t number, std::uint32_t bin) const {
+        return number != none && (marked_[number] >> bin & 1) != 0;
+    }
+
+    /// A node, and where the base nodes of the particles around it lie.
+    struct Node {
+        /// Numbers of the blocks that base nodes may lie in: bit D − 1 − a of an index is 0 for the block before the
+        /// node's block along axis a, and 1 for the node's block.
+        std::array<std::uint32_t, std::size_t(1 << D)> blocks;
+        int at[D];  ///< coordinates of the node in its block
+    };
+    /// Collects the particles that contribute to a node.
+    void gather(const Node& node, detail::AroundNode<D>& to) const {
+        collect(node, to, [](int) { return std::pair(0, K); });
+    }
+    /// Collects the particles around a node whose base nodes have cells near a plane: the distance of a cell's middle
+    /// is at most `within` [cells].
+    /// \param n  unit normal of the plane;  \param middle  n · x of the plane, counted from the node [cells]
+    void gather_near_plane(const Node& node, const Vec<double, D>& n, double middle, double within,
+                           detail::AroundNode<D>& to) const {
+        collect(node, to, [&](int line) {
+            double along = -middle;
+            for (int a = 0; a < D; ++a) along += n[a] * (place_of_line(line, a) - (K - 1) + Kernel::base_shift + 0.5);
+            int begin = K, end = 0;
+            for (int k = 0; k < K; ++k)
+                if (std::abs(along + n[D - 1] * k) <= within) {
+                    begin = std::min(begin, k);
+                    end = k + 1;
+                }
+            return std::pair(begin, end);
+        });
+    }
+
+private:
+    /// The particles of one block of base nodes.
+    struct Block {
+        std::vector<std::uint32_t> sources;  // whose particles may have base nodes in this block
+        std::vector<Particle> found;
+        std::array<std::uint32_t, std::size_t(block_nodes<D>) + 1> begin;
+        std::vector<float> numbers;  // of the sorted particles: D rows of positions and a row of radii
+        std::size_t apart = 0;       // distance between two rows
+        std::vector<std::uint32_t> order;
+
+        void sort() {
+            begin.fill(0);
+            for (const Particle& p : found) ++begin[p.bin + 1];
+            for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
+            auto next = begin;
+            if (order.size() < found.size()) order.resize(found.size());
+            for (std::uint32_t i = 0; i < found.size(); ++i) {
+                const std::uint32_t first = begin[found[i].bin];
+                std::uint32_t at = next[found[i].bin]++;
+                for (; at > first && found[i] < found[order[at - 1]]; --at) order[at] = order[at - 1];
+                order[at] = i;
+            }
+            if (apart < found.size() + detail::AroundNode<D>::spare) {
+                apart = found.size() + found.size() / 4 + detail::AroundNode<D>::spare;
+                numbers.resize(apart * (D + 1));
+            }
+            for (std::size_t i = 0; i < found.size(); ++i) {
+                const Particle& p = found[order[i]];
+                for (int a = 0; a < D; ++a) numbers[std::size_t(a) * apart + i] = p.place[a];
+                numbers[D * apart + i] = p.radius;
+            }
+        }
+    };
+    /// A block with particles.
+    struct Source {
+        BlockCoordinate<D> block;
+        std::uint32_t first, last;                                       // of its ranges in ranges_
+        std::array<std::uint32_t, std::size_t(around)> to;               // numbers of the wanted blocks around it
+        std::vector<std::pair<std::uint32_t, Particle>> strays, images;  // in other blocks: its particles, their images
+    };
+
+    /// Returns a set of bits, one for each base node of a block whose coordinate along an axis is v.
+    static std::uint64_t bins_at(int axis, int v) {
+        static constexpr auto table = [] {
+            std::array<std::array<std::uint64_t, std::size_t(block_size)>, std::size_t(D)> bits{};
+            for (int bin = 0; bin < block_nodes<D>; ++bin)
+                for (int a = 0; a < D; ++a)
+                    bits[std::size_t(a)][std::size_t(bin >> 2 * (D - 1 - a) & 3)] |= std::uint64_t(1) << bin;
+            return bits;
+        }();
+        return table[std::size_t(axis)][std::size_t(v)];
+    }
+    /// Finds a box of base nodes, counted from the corner of a block of particles, outside of which none is needed.
+    void find_needed(const Source& source, int (&low)[D], int (&high)[D]) const {
+        std::fill_n(low, D, block_size);
+        std::fill_n(high, D, -1);
+        for (int k = 0; k < around; ++k) {
+            if (!is_marked(source.to[std::size_t(k)])) continue;
+            const std::uint64_t bins = marked_[source.to[std::size_t(k)]];
+            for (int a = D - 1, rest = k; a >= 0; --a, rest /= 3)
+                for (int v = 0; v < block_size; ++v) {
+                    if (!(bins & bins_at(a, v))) continue;
+                    low[a] = std::min(low[a], v + (rest % 3 - 1) * block_size);
+                    high[a] = std::max(high[a], v + (rest % 3 - 1) * block_size);
+                }
+        }
+        for (int a = 0; a < D; ++a) {
+            low[a] = std::max(low[a], -allowed_drift);
+            high[a] = std::min(high[a], block_size - 1 + allowed_drift);
+        }
+    }
+
+    /// Adds the particles of a range to the blocks in which their base nodes lie.
+    template <class View>
+    void convert(Source& source, const ParticleSet<View>& set, std::uint32_t range, const Domain<D>& domain,
+                 const Mirrors& mirrors) {
+        using S = typename View::scalar_type;
+        using P = native_pack<S>;
+        constexpr int lanes = scalar_traits<P>::lanes;
+        const double h = domain.cell_size;
+        const P per_cell(S(D == 2 ? 1 / (h * h) : 1 / (h * h * h)));
+        const BlockRange<D>& of = set.partition.ranges[range];
+        const std::size_t end = of.first_slot + of.particles;
+        int low[D], high[D];
+        find_needed(source, low, high);
+        for (std::size_t slot = of.first_slot / lanes * lanes; slot < end; slot += lanes) {
+            const Slots slots{slot, nullptr};
+            const Vec<P, D> place = load_vector<P, D>(set.view.position, slots);
+            alignas(64) S bins[lanes], blocks[lanes], places[D][lanes], radii[lanes];
+            auto is_needed = P(1) > P(0);
+            P bin(0), to(0);  // the base node in its block; which of the blocks around has it
+            for (int a = 0; a < D; ++a) {
+                const P base = base_node<Kernel>(place.v[a]), block = floor(base * P(S(1.0 / block_size)));
+                is_needed = is_needed & (base >= P(S(low[a]))) & (base <= P(S(high[a])));
+                bin = bin * P(S(block_size)) + (base - block * P(S(block_size)));
+                to = to * P(S(3)) + (block + P(S(1)));
+                (place.v[a] - block * P(S(block_size))).store(places[a]);
+            }
+            std::uint32_t left = lane_bits(is_needed);
+            if (slot < of.first_slot) left &= ~0u << (of.first_slot - slot);
+            if (slot + lanes > end) left &= (1u << (end - slot)) - 1;
+            if (left == 0) continue;
+            bin.store(bins), to.store(blocks);
+            detail::radius_of<View, P>(set.view, slots, per_cell).store(radii);
+            for (; left != 0; left &= left - 1) {
+                const int l = std::countr_zero(left);
+                const auto number = source.to[std::size_t(blocks[l])];
+                Particle particle{
+                    set.partition.order[slot + std::size_t(l)], std::uint32_t(bins[l]), {}, float(radii[l])};
+                if (!is_marked(number, particle.bin)) continue;
+                for (int a = 0; a < D; ++a) particle.place[a] = float(places[a][l]);
+                if (number == source.to[around / 2])
+                    blocks_[number].found.push_back(particle);
+                else
+                    source.strays.emplace_back(number, particle);
+            }
+        }
+        if (!mirrors.planes.empty()) add_images(source, set, of, domain, mirrors);
+    }
+
+    /// Adds the mirror images of the particles of a range.
+    template <class View>
+    [[gnu::cold]] void add_images(Source& source, const ParticleSet<View>& set, const BlockRange<D>& range,
+                                  const Domain<D>& domain, const Mirrors& mirrors) {
+        using S = typename View::scalar_type;
+        using P = native_pack<S>;
+        const double h = domain.cell_size;
+        const P per_cell(S(D == 2 ? 1 / (h * h) : 1 / (h * h * h)));
+        const int stride = copy_stride(domain), shift = group_of_copy(source.block[0], stride) * stride;
+        BlockCoordinate<D> block = source.block;
+        block[0] -= shift;
+        // For each image: whether each axis is reflected, and twice the node of the mirror.
+        struct Image {
+            bool reflects[D] = {};
+            int twice[D] = {};
+        };
+        std::vector<Image> images(1);
+        for (const MirrorPlane& plane : mirrors.planes) {
+            const int node = plane.node - block[std::size_t(plane.axis)] * block_size;
+            if (plane.contact == Contact::none || std::abs(node) > 3 * block_size) continue;
+            for (std::size_t i = 0, count = images.size(); i < count; ++i) {
+                if (images[i].reflects[plane.axis]) continue;
+                images.push_back(images[i]);
+                images.back().reflects[plane.axis] = true;
+                images.back().twice[plane.axis] = 2 * node;
+            }
+        }
+        constexpr int lanes = scalar_traits<P>::lanes;
+        for (std::size_t slot = range.first_slot; images.size() > 1 && slot < range.first_slot + range.particles;
+             ++slot) {
+            const Slots slots{slot / lanes * lanes, nullptr};
+            const int lane = int(slot % lanes);
+            const Vec<P, D> place = load_vector<P, D>(set.view.position, slots);
+            const float radius = float(detail::radius_of<View, P>(set.view, slots, per_cell)[lane]);
+            for (std::size_t i = 1; i < images.size(); ++i) {
+                Particle particle{set.partition.order[slot], 0, {}, radius};
+                BlockCoordinate<D> to = block;
+                for (int a = 0; a < D; ++a) {
+                    const S at = images[i].reflects[a] ? -place.v[a][lane] : place.v[a][lane];
+                    const int base = images[i].twice[a] + int(base_node<Kernel>(at)), blocks = base >> 2;
+                    to[std::size_t(a)] += blocks;
+                    particle.bin = particle.bin * block_size + std::uint32_t(base & (block_size - 1));
+                    particle.place[a] = float(at + S(images[i].twice[a] - block_size * blocks));
+                }
+                to[0] += shift;
+                const std::uint32_t number = numbers_.find(block_key<D>(wrapped(domain, to)));
+                if (is_marked(number, particle.bin)) source.images.emplace_back(number, particle);
+            }
+        }
+    }
+
+    static constexpr int lines = D == 2 ? K : K * K;  ///< Number of lines of base nodes along the last axis.
+    /// Returns where a line begins along an axis, counted from the lowest base node whose particles reach the node.
+    static constexpr int place_of_line(int line, int axis) {
+        return axis == D - 1 ? 0 : axis == D - 2 ? line % K : line / K;
+    }
+    /// Collects the particles of some base nodes around a node.
+    /// \param some  a function that returns which base nodes of a line are wanted: first and last, plus 1
+    template <class Some>
+    FIRN_INLINE void collect(const Node& node, detail::AroundNode<D>& to, const Some& some) const {
+        std::size_t most = 0;
+        for (const std::uint32_t b : node.blocks) most += b == none ? 0 : blocks_[b].found.size();
+        to.clear(most);
+        for (int line = 0; line < lines; ++line) {
+            const auto [first, last] = some(line);
+            if (first >= last) continue;
+            int of = 0, bin = 0;
+            float shift[D];  // the node's position, counted from the corner of the base nodes' block
+            for (int a = 0; a < D - 1; ++a) {
+                const int base = node.at[a] - (K - 1) + place_of_line(line, a);
+                of = 2 * of + (base >= 0);
+                bin = bin * block_size + (base & (block_size - 1));
+                shift[a] = float(node.at[a] + (base >= 0 ? 0 : block_size));
+            }
+            const int lowest = node.at[D - 1] - (K - 1), begin = lowest + first, end = lowest + last;
+            const auto add = [&](int side, int from, int until) {
+                const std::uint32_t number = node.blocks[std::size_t(2 * of + side)];
+                if (number == none) return;
+                const Block& block = blocks_[number];
+                shift[D - 1] = float(node.at[D - 1] + (side == 1 ? 0 : block_size));
+                to.add(block.numbers.data(), block.apart, block.begin[bin * block_size + from],
+                       block.begin[bin * block_size + until], shift);
+            };
+            if (begin < 0) add(0, begin + block_size, std::min(end, 0) + block_size);
+            if (end > 0) add(1, std::max(begin, 0), end);
+        }
+        to.close();
+    }
+
+    BlockNumbers numbers_;
+    std::vector<Block> blocks_;
+    std::vector<std::uint64_t> marked_;  // for each block, bits of the base nodes that are needed
+    std::vector<Source> sources_;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> ranges_;  // (set, range)
+};
+
+}  // namespace firn

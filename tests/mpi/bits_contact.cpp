@@ -1,0 +1,8 @@
+// ranks: 2 3 4 7
+#include "mpi/scenes_contact.hpp"
+
+using namespace scenes;
+
+TEST_CASE("Contact between groups has the same bits and impulses on any number of ranks", "[mpi]") {
+    check_contact<Coloured>([](const auto& e) { return balls<2>(e, NodesBehind::mirrored, true); }, 160);
+}

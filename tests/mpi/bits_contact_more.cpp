@@ -1,0 +1,23 @@
+// labels: full
+// ranks: 2 3 4 7
+#include "mpi/restart.hpp"
+#include "mpi/scenes_contact.hpp"
+
+using namespace scenes;
+
+TEST_CASE("Contact in 3D has the same bits on any number of ranks", "[mpi]") {
+    check_contact<Coloured>([](const auto& e) { return balls<3>(e, NodesBehind::mirrored, false); }, 60);
+}
+
+TEST_CASE("So it has across a periodic end, with FMPM and F-bar", "[mpi]") {
+    check_contact<Coloured>([](const auto& e) { return balls<2>(e, NodesBehind::held, true, Fmpm{}, FBar{}); }, 100);
+}
+
+TEST_CASE("So it has with sums in integers", "[mpi]") {
+    check_contact<ColouredFixedPoint<std::int32_t>>([](const auto& e) { return balls<2>(e, NodesBehind::held, false); },
+                                                    100);
+}
+
+TEST_CASE("States and restarts with contact groups have the bits of a run without MPI") {
+    mpi_restart::check_restart<Coloured>([](const auto& e) { return balls<2>(e, NodesBehind::held, false); }, 70, 60);
+}
