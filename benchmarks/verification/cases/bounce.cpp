@@ -115,8 +115,8 @@ void check_by_gap(Case& report, double young, double drop, const Hertz& half_spa
                           "Hertz, Lurie for the whole ball; linear elasticity"});
         report.remark("Floor " + how + ". " + remark + ".");
     }
-    for (const auto& [label, hertz] : {std::pair{"Hertz", &half_space}, std::pair{"whole ball", &whole}}) {
-        Curve theory{label, {}, {}, Curve::Kind::reference};
+    for (const auto& [label, hertz] : {std::pair{"Hertz, half-space", &half_space}, std::pair{"whole ball", &whole}}) {
+        Curve theory{label, {}, {}, hertz == &whole ? Curve::Kind::reference : Curve::Kind::ours};
         for (std::size_t i = 0; i < hertz->time.size(); ++i)
             theory.add(hertz->time[i] + std::sqrt(2 * drop / g), hertz->force[i]);
         forces.curves.push_back(theory);

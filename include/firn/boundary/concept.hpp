@@ -16,6 +16,7 @@
 ///     double largest_speed(lower, upper) the largest speed [m/s] that the boundary gives to nodes in a box
 ///     void surfaces(x, seen)             calls seen(distance, normal, velocity, contact, friction) for each surface
 ///     void mirrors(seen)                 calls seen for each plane of symmetry; see has_mirrors
+///     Vec velocity_by_gap(x, v, act)     as velocity(), by the gap of particles; see GapContact
 ///     std::string description()          a text that is written into files
 #pragma once
 

@@ -116,9 +116,11 @@ struct GapContact {
     }
 };
 
+/// Deduces the type of the boundary: `GapContact{walls}`.
 template <class B>
 GapContact(const B&) -> GapContact<B>;
 
+/// True: a GapContact acts by the gap between matter and surfaces.
 template <class B>
 inline constexpr bool acts_by_gap<GapContact<B>> = true;
 
@@ -153,7 +155,7 @@ struct ActByGap {
     }
 };
 
-/// Whether the boundary B has a function velocity_by_gap(x, v, act), as \ref GapContact asks for.
+/// Whether the boundary B has a function velocity_by_gap(x, v, act), as GapContact asks for.
 template <class B, int D, class Act>
 concept has_velocity_by_gap = requires(const B b, const Vec<double, D> x, const Act act) {
     { b.velocity_by_gap(x, x, act) } -> std::same_as<Vec<double, D>>;
