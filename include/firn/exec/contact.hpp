@@ -15,6 +15,7 @@
 #include <firn/exec/execution.hpp>
 #include <firn/exec/near_particles.hpp>
 #include <firn/exec/separation.hpp>
+#include <firn/exec/transfer_passes.hpp>
 #include <firn/simd/transpose.hpp>
 #include <firn/stage/contact.hpp>
 
@@ -59,7 +60,6 @@ public:
     /// A block of the domain.
     struct Place {
         std::uint64_t key;  ///< its key
-        bool counts;        ///< whether this rank counts the impulses at its nodes
         std::size_t first,  ///< index in copies() of its first group; they are sorted by number
             last;           ///< index of its last group, plus 1
     };
@@ -93,7 +93,7 @@ public:
             const std::uint64_t key = all[first].in_domain;
             while (last < all.size() && all[last].in_domain == key) ++last;
             if (last - first == 1) continue;
-            places_.push_back({key, !std::ranges::binary_search(elsewhere.counted_by_others, key), copies_.size(), 0});
+            places_.push_back({key, copies_.size(), 0});
             for (std::size_t i = first; i < last; ++i) {
                 const BlockCoordinate<D> of = block_of_key<D>(all[i].key);
                 Copy& copy =
@@ -185,9 +185,11 @@ void find_meeting_nodes(const SparseGrid<S, D>& grid, const typename MeetingPlac
 }
 
 /// Lets the groups at the nodes of one block of the domain act on each other.
+/// \param ranks     impulses on groups whose sums another rank counts are left out
+/// \param masses    the numbers of the nodes with the masses that impulses count for; nullptr: the grid's
 /// \param impulses  receives the impulses between groups; nullptr if they are not wanted
-template <class Kernel, class Law, std::floating_point S, int D>
-void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<Kernel, D>& meetings,
+template <class Kernel, class Ranks, class Law, std::floating_point S, int D>
+void meet_at(const Ranks& ranks, SparseGrid<S, D>& grid, const S* masses, const MeetingPlaces<Kernel, D>& meetings,
              const typename MeetingPlaces<Kernel, D>::Place& place, const std::uint64_t* meeting_nodes, const Law& law,
              double dt, ContactScratch<Kernel, D>& scratch, std::vector<PairImpulse<D>>* impulses) {
     const std::size_t count = place.last - place.first;
@@ -238,9 +240,15 @@ void meet_at(SparseGrid<S, D>& grid, const MeetingPlaces<Kernel, D>& meetings,
         for (std::size_t i = 0; i < groups.size(); ++i)
             for (int a = 0; a < D; ++a) numbers(scratch.copy_of[i])[a] = S(groups[i].momentum[a]);
         if (!impulses) continue;
-        for (const PairAtNode<D>& pair : pairs)
-            if (dot(pair.impulse, pair.impulse) > 0)
-                impulses->push_back({groups[pair.first].group, groups[pair.second].group, pair.impulse});
+        for (const PairAtNode<D>& pair : pairs) {
+            const std::size_t c = scratch.copy_of[pair.first], block = meetings.copies()[place.first + c].block;
+            if (!(dot(pair.impulse, pair.impulse) > 0) || block >= grid.block_count() ||
+                !ranks.template counts<D>(block))
+                continue;
+            const double mass = masses ? double(masses[numbers(c) - grid.nodes(0) + node_mass]) : 0;
+            impulses->push_back({groups[pair.first].group, groups[pair.second].group,
+                                 masses ? pair.impulse * (mass / groups[pair.first].mass) : pair.impulse});
+        }
     }
 }
 
@@ -270,8 +278,52 @@ void sum_impulses(const Ranks& ranks, const std::vector<std::vector<PairImpulse<
 
 }  // namespace detail
 
+namespace detail {
+
+/// Lets mirrored walls act on the nodes beside them, which hold momenta and masses, without friction. Afterwards layer
+/// 2 of the grid has the numbers before, and layer 3 those after.
+template <class Execution, std::floating_point S, int D>
+void mirror_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors, int threads) {
+    using P = native_pack<S>;
+    const auto copy_to_nodes = [&](const S* from) {
+        for_nodes(grid, threads, [from](S* node, std::size_t i) {
+            std::copy_n(from + i, scalar_traits<P>::lanes * node_width, node);
+        });
+    };
+    grid.exchange(2, threads);
+    copy_to_nodes(grid.layer(2));
+    grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
+    mirror_nodes(execution, grid, mirrors, false);
+    for_nodes(grid, threads, [](S* node, std::size_t) {
+        P r[4];
+        const Vec<P, D> v = load_node_vectors<D>(node, r);
+        store_node_vectors(v * r[node_mass], r, node);
+    });
+    grid.exchange(3, threads);
+    copy_to_nodes(grid.layer(3));
+}
+/// Gives the nodes the numbers that they had before mirror_momenta(), and the change of velocity since then.
+template <std::floating_point S, int D>
+void undo_mirrors(SparseGrid<S, D>& grid, int threads) {
+    using P = native_pack<S>;
+    for_nodes(grid, threads, [of_before = grid.layer(2), of_mirrored = grid.layer(3)](S* node, std::size_t i) {
+        P r[4], before[4], mirrored[4];
+        const Vec<P, D> p = load_node_vectors<D>(node, r), p_before = load_node_vectors<D>(of_before + i, before);
+        const Vec<P, D> change = p - load_node_vectors<D>(of_mirrored + i, mirrored);
+        const P part = before[node_mass] * inverse_mass(mirrored[node_mass]);
+        r[node_mass] = before[node_mass];
+        store_node_vectors(p_before + change * part, r, node);
+    });
+}
+
+}  // namespace detail
+
 /// Lets contact groups act on each other: changes the momenta at all nodes where several groups have mass. Call it when
 /// the nodes hold momenta and masses, with the impulses of stresses.
+///
+/// Beside mirrored walls, the nodes in front of a wall and behind it meet with the momentum and the mass that they have
+/// together. Otherwise half a body would not meet another half as the whole meets the whole. Overwrites layers 2 and 3
+/// of the grid if there are such walls.
 /// \param law       the contact law. \see contact/concept.hpp
 /// \param dt        time step [s]
 /// \param mirrors   mirrors_of<Kernel>(boundary, domain)
@@ -282,13 +334,16 @@ template <class Kernel, class Law, class Execution, std::floating_point S, int D
 void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& law, double dt, const Mirrors& mirrors,
                  ContactMemory<Kernel, D>& memory, ContactImpulses<D>* impulses, const ParticleSet<Views>&... sets) {
     const auto ranks = ranks_of(execution);
-    ranks.bring_copies(grid);
     const auto& places = memory.meetings.places();
     const int threads = thread_count(requested_threads(execution));
     if (memory.of_threads.size() < std::size_t(threads)) memory.of_threads.resize(std::size_t(threads));
     memory.meeting_nodes.resize(memory.meetings.copies().size());
     memory.of_places.resize(places.size());
+    const bool is_mirrored = !mirrors.planes.empty() && !places.empty();
     parallel_region(threads, [&] {
+        if (is_mirrored) detail::mirror_momenta(execution, grid, mirrors, threads);
+        ranks.bring_copies(grid);
+        const S* const masses = is_mirrored ? grid.layer(2) : nullptr;
         parallel_for(
             places.size(), threads, [&](std::size_t i, int) { detail::find_meeting_nodes(grid, places[i], memory); },
             16);
@@ -296,10 +351,10 @@ void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& 
             grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets...);
         parallel_for(places.size(), threads, [&](std::size_t i, int thread) {
             memory.of_places[i].clear();
-            detail::meet_at(grid, memory.meetings, places[i], memory.meeting_nodes.data(), law, dt,
-                            memory.of_threads[std::size_t(thread)],
-                            impulses && places[i].counts ? &memory.of_places[i] : nullptr);
+            detail::meet_at(ranks, grid, masses, memory.meetings, places[i], memory.meeting_nodes.data(), law, dt,
+                            memory.of_threads[std::size_t(thread)], impulses ? &memory.of_places[i] : nullptr);
         });
+        if (is_mirrored) detail::undo_mirrors(grid, threads);
     });
     if (!impulses) return;
     impulses->on_first.clear();

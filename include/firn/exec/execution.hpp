@@ -81,9 +81,8 @@ private:
 /// Copies of blocks for contact groups that only other processes (ranks) have in their grids, in blocks of the domain
 /// of which this rank has a copy, too.
 struct CopiesElsewhere {
-    std::vector<std::uint64_t> keys{};               ///< Keys of the copies.
-    std::size_t first_block = 0;                     ///< Index of the first one in the grid; the others follow.
-    std::vector<std::uint64_t> counted_by_others{};  ///< Keys of blocks of the domain that other ranks count, sorted.
+    std::vector<std::uint64_t> keys{};  ///< Keys of the copies.
+    std::size_t first_block = 0;        ///< Index of the first one in the grid; the others follow.
 };
 
 /// What the processes (ranks) of a run tell each other, for a run of one process: nothing. firn::mpi::Ranks has the

@@ -37,7 +37,6 @@ public:
             while (last < holders.size() && holders[last].place == holders[first].place) ++last;
             add_place(all.rank(), grid, cuts, std::span(holders).subspan(first, last - first));
         }
-        std::ranges::sort(elsewhere_.counted_by_others);
         for (Partner& partner : partners_) {
             std::ranges::sort(partner.near);
             partner.near.erase(std::unique(partner.near.begin(), partner.near.end()), partner.near.end());
@@ -160,7 +159,6 @@ private:
         for (const Holder& holder : holders) ranks.push_back(int(holder.rank));
         std::ranges::sort(ranks);
         ranks.erase(std::unique(ranks.begin(), ranks.end()), ranks.end());
-        if (ranks.front() != me) elsewhere_.counted_by_others.push_back(holders.front().place);
         for (std::size_t first = 0, last = 0; first < holders.size(); first = last) {
             const std::uint64_t key = holders[first].key;
             while (last < holders.size() && holders[last].key == key) ++last;
