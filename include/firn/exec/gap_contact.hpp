@@ -290,6 +290,7 @@ void act_by_gap(const Execution& execution, SparseGrid<S, D>& grid, const GapCon
             memory.mark(places[i], memory.nodes[i]);
         };
         parallel_for(places.size(), threads, look, 4);
+        if (std::all_of(memory.nodes.begin(), memory.nodes.end(), [](std::uint64_t of) { return of == 0; })) return;
         memory.near().find(grid.domain(), mirrors, threads, [](auto&) {}, sets...);
         const auto act = [&](std::size_t i, int thread) {
             Reaction<D>* const of_place = reactions ? of_places.data() + i * parts : nullptr;
