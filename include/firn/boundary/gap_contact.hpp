@@ -32,6 +32,9 @@ inline constexpr bool never = false;
 /// approaches them freely. A collider's surface lies `thickness` outside of its shape. Its thickness_in_cells only says
 /// which nodes take part. At mirrored walls (NodesBehind::mirrored), matter meets its own mirror image.
 ///
+/// Within two cells of another solid or wall, a collider's normal and distance are taken at a point outside of that
+/// (\see Collider). There, matter meets a round solid of radius R late, by up to 2 h²/R.
+///
 /// GapContact must be the outermost boundary. It takes Walls, Collider, Together and BoundaryList, and every boundary
 /// that has, besides what boundary/concept.hpp asks for,
 ///
