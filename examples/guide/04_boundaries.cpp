@@ -83,6 +83,7 @@ int main() {
     //! ## What to know
     //!
     //! Matter comes to rest about one cell before the surface of a collider (`thickness_in_cells`). This layer keeps
-    //! matter out of the solid. Friction acts only while matter presses on the surface.
+    //! matter out of the solid. Friction acts only while matter presses on the surface. Matter that must come right up to
+    //! the surface meets it [by the gap of particles](15_contact.cpp).
     return std::abs(moved.position[0] - 1.3) < 0.01 && force[0] < 0 && force[1] > 0 ? 0 : 1;
 }

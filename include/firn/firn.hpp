@@ -11,9 +11,11 @@
 #include <firn/boundary/boundary_list.hpp>
 #include <firn/boundary/collider.hpp>
 #include <firn/boundary/distance_grid.hpp>
+#include <firn/boundary/gap_contact.hpp>
 #include <firn/boundary/shapes.hpp>
 #include <firn/boundary/together.hpp>
 #include <firn/boundary/walls.hpp>
+#include <firn/contact/coulomb.hpp>
 #include <firn/core/config.hpp>
 #include <firn/core/dual.hpp>
 #include <firn/core/error.hpp>
@@ -29,6 +31,7 @@
 #include <firn/data/sampling.hpp>
 #include <firn/data/sparse_grid.hpp>
 #include <firn/exec/g2p.hpp>
+#include <firn/exec/gap_contact.hpp>
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g.hpp>
 #include <firn/exec/reactions.hpp>
@@ -67,7 +70,6 @@
 #include <firn/transfer/fmpm.hpp>
 #include <firn/transfer/pic.hpp>
 #include <firn/version.hpp>
-#include <firn/contact/coulomb.hpp>
 #include <firn/volumetric/f_bar.hpp>
 #include <firn/volumetric/own_volume.hpp>
 #include <firn/volumetric/volume_filter.hpp>

@@ -11,6 +11,7 @@
 #include <firn/data/sampling.hpp>
 #include <firn/exec/contact.hpp>
 #include <firn/exec/g2p.hpp>
+#include <firn/exec/gap_contact.hpp>
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g_fixed_point.hpp>
 #include <firn/exec/totals.hpp>
@@ -95,6 +96,9 @@ public:
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
     static constexpr bool has_contact_groups = Law::between_groups;  ///< Whether bodies may be in contact groups.
+    static_assert(!acts_by_gap<Boundary> || has_one_rank<Execution>,
+                  "firn: boundaries that act by the gap of particles (GapContact) do not run on several processes yet. "
+                  "Give the walls and colliders themselves, or use an execution without firn::mpi.");
     /// Passed to set() instead of an index, it stands for the material of a simulation that has only one.
     static constexpr std::size_t unnamed = detail::unnamed_material;
 
@@ -370,9 +374,13 @@ private:
         if (sorted) activate();
         for_sets([&](auto& set) { set.push(now_, dt, workers()); });
         if constexpr (filters_volume<Volume>) filter_all_volumes(dt, mirrors);
-        make_grid(dt, mirrors);
-        if constexpr (boundary_fits)
-            grid_update(execution, grid_, dt, acceleration, boundary, mirrors, reactions ? &*reactions : nullptr);
+        if constexpr (acts_by_gap<Boundary>) {
+            update_by_gap(dt, acceleration);
+        } else {
+            scatter(dt, [&](const auto&... sets) { make_grid(dt, mirrors, sets...); });
+            if constexpr (boundary_fits)
+                grid_update(execution, grid_, dt, acceleration, boundary, mirrors, reactions ? &*reactions : nullptr);
+        }
         for_sets([](auto& set) { set.readiness.spoil(); });  // particles cannot be used before G2P has moved them all
         bool right = true;
         for_sets([&](auto& set) {
@@ -399,8 +407,18 @@ private:
         });
     }
 
-    void make_grid(double dt, const Mirrors& mirrors) {
-        scatter(dt, [&](const auto&... sets) { make_grid(dt, mirrors, sets...); });
+    /// Sums the particles' momenta on the grid and updates the nodes; the boundary acts by the gap of particles.
+    template <class Acceleration>
+    void update_by_gap(double dt, const Acceleration& acceleration)
+        requires(acts_by_gap<Boundary> && boundary_fits)
+    {
+        scatter(dt, [&](const auto&... sets) {
+            const auto mirrors = mirrors_by_gap<Kernel>(execution, grid_, boundary, dt, gap_memory_, sets...);
+            make_grid(dt, mirrors, sets...);
+            grid_update(execution, grid_, dt, acceleration, NoBoundary{});
+            act_by_gap<Kernel>(execution, grid_, boundary, dt, mirrors, gap_memory_, reactions ? &*reactions : nullptr,
+                               sets...);
+        });
     }
     void filter_all_volumes(double dt, const Mirrors& mirrors)
         requires filters_volume<Volume>
@@ -431,8 +449,8 @@ private:
             detail::throw_overflow(failure, now_.steps, dt, now_.time, dt / bound_);
         }
     }
-    template <class... Views>
-    void make_grid(double dt, const Mirrors& mirrors, const ParticleSet<Views>&... sets) {
+    template <class M, class... Views>
+    void make_grid(double dt, const M& mirrors, const ParticleSet<Views>&... sets) {
         before_p2g<Kernel, Transfer>(execution, grid_, mirrors, sets...);
         p2g<Kernel, Transfer, Force>(execution, grid_, dt, sets...);
         after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, mirrors, sets...);
@@ -507,6 +525,7 @@ private:
         for_sets([&](auto& set) { all[i++] = &set.partition; });
         grid_.activate(all, workers());
         ranks().template meet<Kernel>(grid_, all, workers());
+        if constexpr (acts_by_gap<Boundary>) gap_memory_.forget();
         if constexpr (Law::between_groups) {
             const std::span<BlockPartition<D>* const> partitions(all);
             contact_memory_.meetings.find(
@@ -524,6 +543,7 @@ private:
     VolumeMemory<S> volume_memory_;
     FilterMemory<S> filter_memory_;
     [[no_unique_address]] std::conditional_t<Law::between_groups, ContactMemory<Kernel, D>, OneField> contact_memory_;
+    [[no_unique_address]] std::conditional_t<acts_by_gap<Boundary>, GapMemory<Kernel, D>, NoBoundary> gap_memory_;
     double bound_ = 0;  // bound of the time step, for the present step [s]
     detail::Warnings warnings_;
 };

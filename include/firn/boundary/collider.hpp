@@ -191,6 +191,25 @@ struct Collider {
         return select(touched, surface + velocity_after_contact(v - surface, normal, contact, S(friction)), v);
     }
 
+    /// Returns the velocity [m/s] of a node at x [m] after contact by the gap of particles, as velocity_beside(). The
+    /// surface lies `thickness` outside of the shape; thickness_in_cells only decides which nodes take part. \see
+    /// GapContact
+    template <class Others, class Act>
+    Vec<S, D> velocity_by_gap(const Others& others, const Vec<S, D>& x, const Vec<S, D>& v, const Act& act) const {
+        const Mat<S, D> R = matrix_of(cast<S>(rotation));
+        const S thick = S(layer());
+        Vec<S, D> local = transpose(R) * (x - cast<S>(position));
+        S distance = shape.signed_distance(local);
+        const S of_node = distance;
+        if constexpr (!is_flat<Shape> && !std::same_as<Others, NoOthers>) {
+            if (!(distance <= thick + S(sight()) * S(cell_size))) return v;
+            local = local + transpose(R) * way_out_of(others, x);
+            distance = shape.signed_distance(local);
+        }
+        if (!(min(of_node, distance) <= thick)) return v;
+        return act(v, distance - S(thickness), R * normal_of(shape, local), surface_velocity(x), contact, S(friction));
+    }
+
     /// Calls `seen` once, for the outer surface of the layer. \see has_surfaces
     template <class Seen>
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {

@@ -16,6 +16,7 @@
 ///     double largest_speed(lower, upper) the largest speed [m/s] that the boundary gives to nodes in a box
 ///     void surfaces(x, seen)             calls seen(distance, normal, velocity, contact, friction) for each surface
 ///     void mirrors(seen)                 calls seen for each plane of symmetry; see has_mirrors
+///     Vec velocity_by_gap(x, v, act)     as velocity(), by the gap of particles; see GapContact
 ///     std::string description()          a text that is written into files
 #pragma once
 
@@ -69,9 +70,12 @@ struct made_for_first<First, Rest...> : made_for_first<Rest...> {};
 template <class First, class... Rest>
     requires requires { made_for<First>::D; }
 struct made_for_first<First, Rest...> : made_for<First> {};
-template <template <class...> class All, class First, class... Rest>  // for Together and BoundaryList
-    requires(
-        requires(All<First, Rest...> all) { all.parts; } || requires(All<First, Rest...> all) { all.all; })
+/// Whether the boundary type B consists of other boundaries: Together, BoundaryList, GapContact.
+template <class B>
+concept has_boundaries =
+    requires(B all) { all.parts; } || requires(B all) { all.all; } || requires(B all) { all.boundary; };
+template <template <class...> class All, class First, class... Rest>
+    requires has_boundaries<All<First, Rest...>>
 struct made_for<All<First, Rest...>> : made_for_first<First, Rest...> {};
 
 /// Whether B is made for nodes with scalar type S in D dimensions. The value is also true if S and D cannot be read
@@ -82,9 +86,7 @@ template <class B, class S, int D>
     requires requires { made_for<B>::D; }
 struct boundary_fits<B, S, D> : std::bool_constant<std::same_as<typename made_for<B>::S, S> && made_for<B>::D == D> {};
 template <template <class...> class All, class... B, class S, int D>
-    requires(
-        requires { made_for<All<B...>>::D; } &&
-        (requires(All<B...> all) { all.parts; } || requires(All<B...> all) { all.all; }))
+    requires(requires { made_for<All<B...>>::D; } && has_boundaries<All<B...>>)
 struct boundary_fits<All<B...>, S, D> : std::conjunction<boundary_fits<B, S, D>...> {};
 
 /// Returns true if B is made for nodes with scalar type S in D dimensions. If B is made for a different S or D, the
@@ -97,6 +99,10 @@ consteval bool require_fitting_boundary() {
     return boundary_fits<B, S, D>::value;
 }
 }  // namespace detail
+
+/// Whether the boundary type B acts by the gap between matter and surfaces, which the particles tell. \see GapContact
+template <class B>
+inline constexpr bool acts_by_gap = false;
 
 /// Calls the boundary's check(), if it has one.
 /// \throws parameter_error if boundary.check() throws it
@@ -178,14 +184,19 @@ struct NoOthers {
 /// \param seen    a function, called as seen(first + k, before, after) for every part k, with the node's velocities
 /// [m/s] before and after this part acted
 /// \param first   the index that `seen` gets for part 0 of the boundary
-template <class B, class S, int D, class Others, class Seen>
+/// \param act_of_part  optional, a function: act_of_part(part, others, x, v) returns the velocity after a part has
+/// acted. Without it, velocity_beside() or velocity() of the part does
+template <class B, class S, int D, class Others, class Seen, class... Act>
 FIRN_INLINE Vec<S, D> velocity_among(const B& boundary, const Vec<S, D>& x, const Vec<S, D>& v, const Others& others,
-                                     const Seen& seen, int first = 0) {
-    if constexpr (requires { boundary.velocity_among(x, v, others, seen, first); }) {
-        return boundary.velocity_among(x, v, others, seen, first);
+                                     const Seen& seen, int first = 0, const Act&... act_of_part) {
+    static_assert(sizeof...(Act) <= 1);
+    if constexpr (requires { boundary.velocity_among(x, v, others, seen, first, act_of_part...); }) {
+        return boundary.velocity_among(x, v, others, seen, first, act_of_part...);
     } else {
         const auto act = [&]() FIRN_LAMBDA {
-            if constexpr (requires { boundary.velocity_beside(others, x, v); })
+            if constexpr (sizeof...(Act) > 0)
+                return Vec<S, D>((act_of_part(boundary, others, x, v), ...));
+            else if constexpr (requires { boundary.velocity_beside(others, x, v); })
                 return boundary.velocity_beside(others, x, v);
             else
                 return Vec<S, D>(detail::in_own_terms(boundary.velocity(x, v)));

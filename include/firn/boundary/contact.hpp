@@ -3,6 +3,8 @@
 
 #include <firn/core/tensor.hpp>
 
+#include <concepts>
+
 namespace firn {
 
 /// How matter may move at the surface of a solid, relative to this surface.
@@ -46,6 +48,25 @@ FIRN_INLINE Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>
     const S kept = named("kept", max(speed + friction * into, S(0)) / speed);
     const Vec<S, D> after = tangential * kept;
     return contact == Contact::slip ? after : after + normal * max(outward, S(0));
+}
+
+/// Returns the velocity of matter after contact with a surface that is a gap away [m/s], relative to the surface.
+///
+/// In a step, matter may approach the surface by the gap g, so the law of the velocity_after_contact() without a gap
+/// acts on v + n max(g, 0)/dt, for `separate`. Before surfaces touch, `slip` and `stick` act like `separate`; if the
+/// gap is at most `reach`, they hold.
+/// \param gap    g: distance of the matter from the surface along the normal [m]; negative if they overlap
+/// \param reach  for `slip` and `stick`: the gap up to which surfaces count as touching [m]
+/// \param dt     time step [s]
+template <std::floating_point S, int D>
+Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>& normal, Contact contact, const S& friction,
+                                 const S& gap, const S& reach, const S& dt) {
+    const bool holds = contact == Contact::slip || contact == Contact::stick;
+    if (holds && gap <= reach) return velocity_after_contact(v, normal, contact, friction);
+    const S open = max(gap, S(0)) / dt;
+    if (contact == Contact::none || dot(v, normal) + open >= S(0)) return v;
+    const Vec<S, D> closing = normal * open;
+    return velocity_after_contact(v + closing, normal, Contact::separate, friction) - closing;
 }
 
 }  // namespace firn

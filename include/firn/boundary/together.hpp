@@ -134,16 +134,16 @@ struct Together {
     /// Unlike velocity(), this function takes the surfaces of other solids (`others`) into account, and calls `seen`
     /// with the node's velocity before and after each part acted. `first` is the index that `seen` gets for the first
     /// part. \see firn::velocity_among
-    template <class S, int D, class Others, class Seen>
+    template <class S, int D, class Others, class Seen, class... Act>
     FIRN_INLINE Vec<S, D> velocity_among(const Vec<S, D>& x, Vec<S, D> v, const Others& others, const Seen& seen,
-                                         int first) const {
+                                         int first, const Act&... act_of_part) const {
         unroll<int(sizeof...(B))>([&](auto i) FIRN_LAMBDA {
             const auto& part = std::get<i>(parts);
             const auto beside = [&](const Vec<S, D>& at, const auto& see) {
                 others(at, see);
                 surfaces_but(i, at, see);
             };
-            v = firn::velocity_among(part, x, v, beside, seen, first);
+            v = firn::velocity_among(part, x, v, beside, seen, first, act_of_part...);
             first += firn::part_count(part);
         });
         return v;

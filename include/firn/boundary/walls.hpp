@@ -135,6 +135,22 @@ struct Walls {
         return v;
     }
 
+    /// Returns the velocity [m/s] of a node at x [m] after contact by the gap of particles. \see GapContact
+    template <class Act>
+    Vec<S, D> velocity_by_gap(const Vec<S, D>& x, Vec<S, D> v, const Act& act) const {
+        const S near = nodes_behind == NodesBehind::mirrored ? -mirrored_depth : S(1e-4) * S(act.cell_size);
+        const Vec<S, D> at_rest = Vec<S, D>::zero();
+        for (int a = 0; a < D; ++a) {
+            Vec<S, D> inward = Vec<S, D>::zero();
+            inward[a] = S(1);
+            const Wall &low = at_lower[std::size_t(a)], &high = at_upper[std::size_t(a)];
+            const S above = x[a] - lower[a], below = upper[a] - x[a];
+            if (above <= near) v = act(v, above, inward, at_rest, low.contact, S(low.friction));
+            if (below <= near) v = act(v, below, -inward, at_rest, high.contact, S(high.friction));
+        }
+        return v;
+    }
+
     /// Calls `seen` for every face; the normals point into the box. \see has_surfaces
     template <class Seen>
     FIRN_INLINE void surfaces(const Vec<S, D>& x, const Seen& seen) const {

@@ -104,12 +104,8 @@ struct CoulombContact {
     template <std::floating_point S, int D>
     Vec<S, D> relative_velocity(int a, int b, const Meeting<S, D>& at) const {
         const PairContact of = of_pair(a, b);
-        if (holds(of) && at.gap <= S(of.reach) * at.cell_size)
-            return velocity_after_contact(at.velocity, at.normal, of.contact, S(of.friction));
-        const S open = max(at.gap, S(0)) / at.dt;
-        if (of.contact == Contact::none || dot(at.velocity, at.normal) + open >= S(0)) return at.velocity;
-        const Vec<S, D> closing = at.normal * open;
-        return velocity_after_contact(at.velocity + closing, at.normal, Contact::separate, S(of.friction)) - closing;
+        return velocity_after_contact(at.velocity, at.normal, of.contact, S(of.friction), at.gap,
+                                      S(of.reach) * at.cell_size, at.dt);
     }
 
 private:

@@ -282,8 +282,8 @@ namespace detail {
 
 /// Lets mirrored walls act on the nodes beside them, which hold momenta and masses, without friction. Afterwards layer
 /// 2 of the grid has the numbers before, and layer 3 those after.
-template <class Execution, std::floating_point S, int D>
-void mirror_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors, int threads) {
+template <class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M>
+void mirror_momenta(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors, int threads) {
     using P = native_pack<S>;
     const auto copy_to_nodes = [&](const S* from) {
         for_nodes(grid, threads, [from](S* node, std::size_t i) {
@@ -330,8 +330,9 @@ void undo_mirrors(SparseGrid<S, D>& grid, int threads) {
 /// \param memory    memory; its `meetings` must have been found for the grid
 /// \param impulses  receives the impulses between groups; nullptr if they are not wanted
 /// \param sets      all sets on the grid, in the order of their partitions
-template <class Kernel, class Law, class Execution, std::floating_point S, int D, class... Views>
-void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& law, double dt, const Mirrors& mirrors,
+template <class Kernel, class Law, class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M,
+          class... Views>
+void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& law, double dt, const M& mirrors,
                  ContactMemory<Kernel, D>& memory, ContactImpulses<D>* impulses, const ParticleSet<Views>&... sets) {
     const auto ranks = ranks_of(execution);
     const auto& places = memory.meetings.places();

@@ -93,10 +93,8 @@ void update_grid(const Execution& execution, SparseGrid<S, D>& grid, double dt, 
     std::vector<Reaction<D>> of_blocks;
     std::size_t parts = 0;
     if (reactions) {
-        parts = std::size_t(part_count(boundary));
-        reactions->parts.assign(parts, {});
-        for (std::size_t k = 0; k < parts; ++k)
-            reactions->parts[k].about = reactions->about ? *reactions->about : part_centre<D>(boundary, int(k));
+        begin_reactions(*reactions, boundary);
+        parts = reactions->parts.size();
         of_blocks.resize(grid.block_count() * parts);
     }
 

@@ -10,6 +10,7 @@
 #include <firn/stage/mirror_planes.hpp>
 
 #include <algorithm>
+#include <concepts>
 #include <cstring>
 #include <vector>
 
@@ -46,7 +47,8 @@ public:
         }
     }
 
-    /// Replaces the columns by f(column), for each register of columns with matter, and writes them to the grid.
+    /// Replaces the columns by f(column) or f(column, index of the first), for each register of columns with matter,
+    /// and writes them to the grid.
     template <class F>
     void change(const F& f) {
         for (int from = 0; from < padded * node_width; from += lanes * node_width) {
@@ -64,7 +66,13 @@ public:
                     std::copy_n(before_[side] + from, lanes * node_width, after_[side] + from);
                 continue;
             }
-            const NodeColumn<P, D> now = f(column);
+            const auto changed = [&]() FIRN_LAMBDA {
+                if constexpr (std::invocable<const F&, const NodeColumn<P, D>&, int>)
+                    return f(column, from / node_width);
+                else
+                    return f(column);
+            };
+            const NodeColumn<P, D> now = changed();
             unroll<D>([&](auto a) FIRN_LAMBDA {
                 r[0][a] = now.behind.v[a];
                 r[1][a] = now.on.v[a];
@@ -90,10 +98,15 @@ public:
                     f(first_[side] + place(c), before_[side] + c * node_width, after_[side] + c * node_width);
     }
 
+    static constexpr int padded = std::max(count, lanes);  ///< Number of columns, filled up to whole registers.
+
+    /// Returns the index in its block of the node of column c that has index 0 along the axis.
+    /// \param apart  the nodes of a column are so many nodes apart in a block
+    static constexpr int node_of_column(int c, int apart) { return c / apart * apart * block_size + c % apart; }
+
 private:
-    static constexpr int padded = std::max(count, lanes);
     /// Returns where column c lies: the distance of its numbers from those of the first column.
-    int place(int c) const { return (c / apart_ * apart_ * block_size + c % apart_) * node_width; }
+    int place(int c) const { return node_of_column(c, apart_) * node_width; }
 
     const MirrorPlane& plane_;
     int apart_;  // the nodes of a column are so many nodes apart in the block
@@ -122,10 +135,13 @@ template <std::floating_point S, int D>
 }
 
 /// Lets mirrored walls act on the nodes beside them, which hold velocities and masses. \see mirrored
-/// \param with_friction  false: walls act without friction
+/// \param mirrors        the walls, with closing speeds if they act by the gap of particles. \see MirrorsByGap
+/// \param with_friction  false, in passes before forces act: walls act without friction. Of the walls that act by the
+///                       gap, only those that hold matter act then: what may leave meets its mirror image like another
+///                       contact group, once a step. So FLIP and FMPM receive the whole impulse
 /// \param reactions      impulses of the walls on matter are added to it; nullptr if they are not wanted
-template <class Execution, std::floating_point S, int D>
-void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors, bool with_friction,
+template <class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M>
+void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors, bool with_friction,
                   Reactions<D>* reactions = nullptr) {
     if (mirrors.planes.empty()) return;
     const int threads = thread_count(requested_threads(execution));
@@ -167,9 +183,17 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const Mirr
                 if (along != plane.node >> 2) continue;
                 BlockColumns<S, D> columns(grid, plane, b);
                 const P friction(with_friction ? S(plane.friction) : S(0));
-                columns.change([&](const NodeColumn<P, D>& column) {
-                    return mirrored(column, plane.axis, plane.inward, plane.contact, friction, weights);
-                });
+                if constexpr (std::same_as<M, MirrorsByGap<S>>)
+                    columns.change([&, closing = mirrors.of(p, b)](const NodeColumn<P, D>& column, int c) {
+                        P speed = P::load(closing + c);
+                        if (!with_friction) speed = select(speed < P(S(0)), speed, P(S(never_closing)));
+                        return mirrored_by_gap(column, plane.axis, plane.inward, plane.contact, friction, weights,
+                                               speed);
+                    });
+                else
+                    columns.change([&](const NodeColumn<P, D>& column) {
+                        return mirrored(column, plane.axis, plane.inward, plane.contact, friction, weights);
+                    });
                 if (reactions) add(columns, plane.part);
             }
         };

@@ -111,7 +111,7 @@ public:
     std::uint32_t find(std::uint64_t key) const { return numbers_.find(key); }
 
     /// Finds the ranges of particles whose base nodes may lie in the wanted blocks.
-    void connect(const Domain<D>& domain, std::span<BlockPartition<D>* const> partitions) {
+    void connect(const Domain<D>& domain, std::span<const BlockPartition<D>* const> partitions) {
         if (blocks_.size() < size()) blocks_.resize(size());
         marked_.assign(size(), 0);
         BlockNumbers seen;
@@ -361,6 +361,36 @@ private:
         if (!mirrors.planes.empty()) add_images(source, set, of, domain, mirrors);
     }
 
+    /// How the mirror images of the particles of a block are found.
+    struct Image {
+        bool reflects[D] = {};  ///< whether each axis is reflected
+        int twice[D] = {};      ///< twice the node of the mirror, counted from the corner of the particles' block
+        int low[D], count[D];   ///< the blocks in which base nodes of the images may lie: the first, and how many
+        std::array<std::uint32_t, std::size_t(around)> to;  ///< their numbers, the last axis fastest
+    };
+    /// Finds the blocks in which base nodes of images may lie. Returns whether one of them is needed.
+    bool find_blocks(Image& image, const BlockCoordinate<D>& block, int shift, const Domain<D>& domain) const {
+        if (std::none_of(image.reflects, image.reflects + D, [](bool reflects) { return reflects; })) return false;
+        int all = 1;
+        for (int a = 0; a < D; ++a) {
+            const int first = image.reflects[a] ? image.twice[a] - block_size - allowed_drift - K + 1 : -allowed_drift;
+            const int last = image.reflects[a] ? image.twice[a] + allowed_drift : block_size - 1 + allowed_drift;
+            image.low[a] = first >> 2;
+            image.count[a] = (last >> 2) - image.low[a] + 1;
+            all *= image.count[a];
+        }
+        bool needed = false;
+        for (int k = 0; k < all; ++k) {
+            BlockCoordinate<D> to = block;
+            for (int a = D - 1, rest = k; a >= 0; rest /= image.count[a--])
+                to[std::size_t(a)] += image.low[a] + rest % image.count[a];
+            to[0] += shift;
+            image.to[std::size_t(k)] = numbers_.find(block_key<D>(wrapped(domain, to)));
+            needed = needed || is_marked(image.to[std::size_t(k)]);
+        }
+        return needed;
+    }
+
     /// Adds the mirror images of the particles of a range.
     template <class View>
     [[gnu::cold]] void add_images(Source& source, const ParticleSet<View>& set, const BlockRange<D>& range,
@@ -372,11 +402,6 @@ private:
         const int stride = copy_stride(domain), shift = group_of_copy(source.block[0], stride) * stride;
         BlockCoordinate<D> block = source.block;
         block[0] -= shift;
-        // For each image: whether each axis is reflected, and twice the node of the mirror.
-        struct Image {
-            bool reflects[D] = {};
-            int twice[D] = {};
-        };
         std::vector<Image> images(1);
         for (const MirrorPlane& plane : mirrors.planes) {
             const int node = plane.node - block[std::size_t(plane.axis)] * block_size;
@@ -388,27 +413,37 @@ private:
                 images.back().twice[plane.axis] = 2 * node;
             }
         }
+        std::erase_if(images, [&](Image& image) { return !find_blocks(image, block, shift, domain); });
+        if (images.empty()) return;
         constexpr int lanes = scalar_traits<P>::lanes;
-        for (std::size_t slot = range.first_slot; images.size() > 1 && slot < range.first_slot + range.particles;
-             ++slot) {
-            const Slots slots{slot / lanes * lanes, nullptr};
-            const int lane = int(slot % lanes);
+        const std::size_t end = range.first_slot + range.particles;
+        for (std::size_t first = range.first_slot / lanes * lanes; first < end; first += lanes) {
+            const Slots slots{first, nullptr};
             const Vec<P, D> place = load_vector<P, D>(set.view.position, slots);
-            const float radius = float(detail::radius_of<View, P>(set.view, slots, per_cell)[lane]);
-            for (std::size_t i = 1; i < images.size(); ++i) {
-                Particle particle{set.partition.order[slot], 0, {}, radius};
-                BlockCoordinate<D> to = block;
-                for (int a = 0; a < D; ++a) {
-                    const S at = images[i].reflects[a] ? -place.v[a][lane] : place.v[a][lane];
-                    const int base = images[i].twice[a] + int(base_node<Kernel>(at)), blocks = base >> 2;
-                    to[std::size_t(a)] += blocks;
-                    particle.bin = particle.bin * block_size + std::uint32_t(base & (block_size - 1));
-                    particle.place[a] = float(at + S(images[i].twice[a] - block_size * blocks));
+            alignas(64) S radii[lanes];
+            bool has_radii = false;
+            for (std::size_t slot = std::max(first, range.first_slot); slot < std::min(first + lanes, end); ++slot)
+                for (const Image& image : images) {
+                    const int lane = int(slot - first);
+                    Particle particle{set.partition.order[slot], 0, {}, 0};
+                    int to = 0;
+                    bool is_inside = true;
+                    for (int a = 0; a < D; ++a) {
+                        const S at = image.reflects[a] ? -place.v[a][lane] : place.v[a][lane];
+                        const int base = image.twice[a] + int(base_node<Kernel>(at)), blocks = base >> 2;
+                        is_inside = is_inside && blocks >= image.low[a] && blocks < image.low[a] + image.count[a];
+                        to = to * image.count[a] + (blocks - image.low[a]);
+                        particle.bin = particle.bin * block_size + std::uint32_t(base & (block_size - 1));
+                        particle.place[a] = float(at + S(image.twice[a] - block_size * blocks));
+                    }
+                    if (!is_inside) continue;
+                    const std::uint32_t number = image.to[std::size_t(to)];
+                    if (!is_marked(number, particle.bin)) continue;
+                    if (!std::exchange(has_radii, true))
+                        detail::radius_of<View, P>(set.view, slots, per_cell).store(radii);
+                    particle.radius = float(radii[lane]);
+                    source.images.emplace_back(number, particle);
                 }
-                to[0] += shift;
-                const std::uint32_t number = numbers_.find(block_key<D>(wrapped(domain, to)));
-                if (is_marked(number, particle.bin)) source.images.emplace_back(number, particle);
-            }
         }
     }
 

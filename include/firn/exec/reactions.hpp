@@ -57,6 +57,24 @@ void for_impulses(Of& reaction, const F& f) {
         for (int a = 0; a < D; ++a) f(reaction.angular_impulse[a]);
 }
 
+/// Adds the impulse of a part of a boundary on matter at one node to a reaction.
+/// \param x  position of the node [m];  \param mass  its mass [kg];  \param change  of its velocity [m/s]
+template <int D>
+FIRN_INLINE void add_impulse(Reaction<D>& sum, const Vec<double, D>& x, double mass, const Vec<double, D>& change) {
+    const Vec<double, D> impulse = change * mass;
+    sum.impulse += impulse;
+    sum.angular_impulse += axial_product(x - sum.about, impulse);
+}
+
+/// Prepares the reactions of a boundary: one for each part, without impulses.
+template <int D, class Boundary>
+void begin_reactions(Reactions<D>& reactions, const Boundary& boundary) {
+    const auto parts = std::size_t(part_count(boundary));
+    reactions.parts.assign(parts, {});
+    for (std::size_t k = 0; k < parts; ++k)
+        reactions.parts[k].about = reactions.about ? *reactions.about : part_centre<D>(boundary, int(k));
+}
+
 /// A boundary that changes velocities as `boundary` does. It also adds the impulse of each part of `boundary` on matter
 /// to `parts`.
 template <scalar P, int D, class Boundary>

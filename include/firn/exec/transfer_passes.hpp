@@ -16,6 +16,7 @@
 #include <firn/transfer/concept.hpp>
 
 #include <algorithm>
+#include <concepts>
 
 namespace firn {
 
@@ -65,8 +66,9 @@ void gather_velocities(const ParticleSet<View>& set, const SparseGrid<S, D>& gri
 
 /// Transfers the particles' velocities to the nodes, without any force. Afterwards the grid holds the velocity of each
 /// node. Mirrored walls act without friction.
-template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
-void transfer_velocities(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors,
+template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M,
+          class... Views>
+void transfer_velocities(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors,
                          const ParticleSet<Views>&... sets) {
     p2g<Kernel, Transfer, NoForce>(execution, grid, 0.0, sets...);
     grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
@@ -105,9 +107,10 @@ FIRN_INLINE void store_node_vectors(const Vec<P, D>& v, P (&r)[4], value_type_t<
 /// Mirrored walls act on every term of the series. What they changed in the first term is given back to the momenta in
 /// the end, so that grid_update() sees the full impulse of the walls: friction and reactions need it. As all terms are
 /// symmetric about the walls, this changes nothing else.
-template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>
+template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, std::derived_from<Mirrors> M,
+          class... Views>
 void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer,
-                    TransferMemory<S>& memory, const Mirrors& mirrors, int threads, const ParticleSet<Views>&... sets) {
+                    TransferMemory<S>& memory, const M& mirrors, int threads, const ParticleSet<Views>&... sets) {
     using P = native_pack<S>;
     memory.velocities.resize(std::max(memory.velocities.size(), sizeof...(Views)));
     const auto copy_to_nodes = [&](const S* from) {
@@ -163,8 +166,9 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
 /// Computes the velocities of the nodes before forces act, and stores them in layer 1 of the grid. Only transfers that
 /// blend particle velocities with these node velocities need this function; for other transfers it does nothing.
 /// \param mirrors  the mirrored walls. \see mirrors_of
-template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, class... Views>
-void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Mirrors& mirrors,
+template <class Kernel, class Transfer, class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M,
+          class... Views>
+void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors,
                 const ParticleSet<Views>&... sets) {
     if constexpr (blends_velocities<Transfer>) {
         const int workers = thread_count(requested_threads(execution));
@@ -186,9 +190,10 @@ void before_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Partic
 /// \param memory   memory for velocities; pass the same object in every step
 /// \param mirrors  the mirrored walls. \see mirrors_of
 /// \throws parameter_error  if the order of the transfer is less than 1
-template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, class... Views>
+template <class Kernel, class Execution, std::floating_point S, int D, class Transfer, std::derived_from<Mirrors> M,
+          class... Views>
 void after_p2g(const Execution& execution, SparseGrid<S, D>& grid, const Transfer& transfer, TransferMemory<S>& memory,
-               const Mirrors& mirrors, const ParticleSet<Views>&... sets) {
+               const M& mirrors, const ParticleSet<Views>&... sets) {
     if constexpr (refines_velocities<Transfer>) {
         if constexpr (requires { transfer.check(); }) transfer.check();
         if (transfer.order == 1) return;

@@ -126,6 +126,8 @@ Boundary default_boundary(const Domain<D>& domain) {
         for (std::size_t a = 0; a < std::size_t(D); ++a)
             if (domain.periodic[a]) walls.at_lower[a].contact = walls.at_upper[a].contact = Contact::none;
         return walls;
+    } else if constexpr (acts_by_gap<Boundary>) {
+        return {default_boundary<decltype(Boundary::boundary), S>(domain)};
     } else {
         return {};
     }

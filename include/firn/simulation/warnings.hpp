@@ -61,6 +61,8 @@ std::string other_walls(const Boundary& boundary, const Domain<D>& domain) {
             [&](const auto&... part) { ((text.empty() ? void(text = other_walls(part, domain)) : void()), ...); },
             boundary.parts);
         return text;
+    } else if constexpr (acts_by_gap<Boundary>) {
+        return other_walls(boundary.boundary, domain);
     } else {
         return {};
     }
@@ -230,6 +232,8 @@ bool has_all_walls(const Boundary& boundary, const Domain<D>& domain) {
                                                  boundary.at_upper[a].contact != Contact::none));
     } else if constexpr (requires { boundary.parts; }) {
         std::apply([&](const auto&... part) { has = (has_all_walls(part, domain) || ...); }, boundary.parts);
+    } else if constexpr (acts_by_gap<Boundary>) {
+        has = has_all_walls(boundary.boundary, domain);
     }
     return has;
 }

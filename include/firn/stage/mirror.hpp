@@ -50,6 +50,17 @@ FIRN_INLINE S inverse_mass(const S& mass) {
     return select(filled, S(1) / select(filled, mass, S(1)), S(0));
 }
 
+/// Returns the impulse that a wall without friction would take from a column to make its normal velocity odd [N s]:
+/// positive if the wall pushes. \see mirrored
+/// \param direction  1 if the domain's matter lies above the wall along the axis, −1 if it lies below
+/// \param per_mass   1/(m₊ + m₋) [1/kg]
+template <scalar S, int D>
+FIRN_INLINE S push_of_wall(const NodeColumn<S, D>& column, int axis, const S& direction, const S& per_mass) {
+    return named("pushed", -direction * (column.mass_on * column.on.v[axis] +
+                                         S(2) * column.mass_front * column.mass_behind * per_mass *
+                                             (column.front.v[axis] + column.behind.v[axis])));
+}
+
 /// Returns the nodes of a column after a wall has acted on them.
 ///
 /// m and v are the mass and a velocity component of a node; + marks the node in front of the wall, 0 the node on it,
@@ -82,9 +93,7 @@ FIRN_INLINE NodeColumn<S, D> mirrored(const NodeColumn<S, D>& column, int axis, 
     if (contact == Contact::stick) return after;
 
     const S direction = S(double(inward));
-    const S pushed = named("pushed", -direction * (column.mass_on * column.on.v[axis] +
-                                                   S(2) * column.mass_front * column.mass_behind * per_mass *
-                                                       (column.front.v[axis] + column.behind.v[axis])));
+    const S pushed = push_of_wall(column, axis, direction, per_mass);
     // Friction: the velocity of the surface, and what an impulse of 1 N s changes it by.
     Vec<S, D> on = column.on, beside = even;
     on.v[axis] = beside.v[axis] = S(0);
@@ -116,6 +125,37 @@ FIRN_INLINE NodeColumn<S, D> mirrored(const NodeColumn<S, D>& column, int axis, 
             select(pushes, mass, column.mass_behind),
             column.mass_on,
             select(pushes, mass, column.mass_front)};
+}
+
+/// A closing speed at which a wall does not act: matter is too far away, or there is none. \see mirrored
+inline constexpr double never_closing = 1e20;
+
+/// Returns the nodes of a column after a wall has acted that matter may approach: it meets its own mirror image.
+///
+/// With the gap g between matter and the wall, and u = g/dt, the wall acts on velocities that are larger by u along its
+/// normal, for `separate`. If the wall does not push, the nodes are unchanged, to the bit.
+/// \param closing  u ≥ 0 [m/s]; or a negative number if the wall holds the matter that it touches (`slip`, `stick`); or
+///                 never_closing
+template <scalar S, int D>
+FIRN_INLINE NodeColumn<S, D> mirrored_by_gap(const NodeColumn<S, D>& column, int axis, int inward, Contact contact,
+                                             const S& friction, const SurfaceWeights<S>& weights, const S& closing) {
+    const auto reached = closing < S(0.5 * never_closing);
+    const S direction = S(double(inward));
+    const S shift = select(reached, max(closing, S(0)), S(0)) * direction;
+    NodeColumn<S, D> shifted = column;
+    for (Vec<S, D>* v : {&shifted.behind, &shifted.on, &shifted.front}) v->v[axis] = v->v[axis] + shift;
+    const S per_mass = inverse_mass(column.mass_front + column.mass_behind);
+    const auto acts = reached & (push_of_wall(shifted, axis, direction, per_mass) > S(0));
+    NodeColumn<S, D> after = mirrored(shifted, axis, inward, Contact::separate, friction, weights);
+    for (Vec<S, D>* v : {&after.behind, &after.on, &after.front}) v->v[axis] = v->v[axis] - shift;
+    const auto choose = [](const auto& which, const NodeColumn<S, D>& a, const NodeColumn<S, D>& b) FIRN_LAMBDA {
+        return NodeColumn<S, D>{select(which, a.behind, b.behind),   select(which, a.on, b.on),
+                                select(which, a.front, b.front),     select(which, a.mass_behind, b.mass_behind),
+                                select(which, a.mass_on, b.mass_on), select(which, a.mass_front, b.mass_front)};
+    };
+    after = choose(acts, after, column);
+    if (contact != Contact::slip && contact != Contact::stick) return after;
+    return choose(closing < S(0), mirrored(column, axis, inward, contact, friction, weights), after);
 }
 
 }  // namespace firn

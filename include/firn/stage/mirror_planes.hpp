@@ -7,6 +7,9 @@
 #include <firn/stage/mirror.hpp>
 
 #include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
@@ -26,6 +29,21 @@ struct MirrorPlane {
 struct Mirrors {
     std::vector<MirrorPlane> planes;   ///< All walls; those of one part and one axis follow each other.
     SurfaceWeights<double> weights{};  ///< Weights of the nodes at the surface of a wall.
+};
+
+/// The mirrored walls of a boundary that acts by the gap of particles.
+template <std::floating_point S>
+struct MirrorsByGap : Mirrors {
+    /// For each wall and block of the grid: index in `closing` of the block's first column; no_columns if the block has
+    /// no columns at this wall.
+    std::vector<std::uint32_t> first{};
+    std::vector<S>
+        closing{};           ///< For each column: the speed at which matter may approach the wall. \see mirrored_by_gap
+    std::size_t blocks = 0;  ///< Number of blocks of the grid.
+    static constexpr std::uint32_t no_columns = 0xffffffffu;  ///< Stands for the index of a block without columns.
+
+    /// Returns the closing speeds of the columns of block b at wall p [m/s].
+    const S* of(std::size_t p, std::size_t b) const { return closing.data() + first[p * blocks + b]; }
 };
 
 namespace detail {

@@ -76,6 +76,9 @@ Program make_program(const Material& material, const Boundary& boundary, const F
         !blends_velocities<Transfer> && !refines_velocities<Transfer>,
         "firn: FLIP, AFLIP, ASFLIP and FMPM take further passes, for which there are no WGSL kernels; use Pic or "
         "Apic.");
+    static_assert(!acts_by_gap<Boundary>,
+                  "firn: boundaries that act by the gap of particles (GapContact) are not yet in WGSL; give the walls "
+                  "and colliders themselves.");
     static_assert(Volume::averages_volume || filters_volume<Volume> || std::same_as<Volume, OwnVolume>,
                   "firn: this volumetric policy is not yet in WGSL; there are OwnVolume, FBar and VolumeFilter.");
     static_assert(!(Volume::averages_volume && filters_volume<Volume>),

@@ -1,0 +1,190 @@
+/// \file Walls and colliders that act on matter when it touches them, and not a cell earlier.
+#pragma once
+
+#include <firn/boundary/concept.hpp>
+#include <firn/boundary/contact.hpp>
+#include <firn/core/names.hpp>
+
+#include <concepts>
+#include <string>
+
+namespace firn {
+
+namespace detail {
+struct named_gap_contact {
+    static constexpr const char* name = "gap_contact";
+};
+template <class>
+inline constexpr bool never = false;
+}  // namespace detail
+
+/// A boundary that acts by the gap between matter and its surfaces: `GapContact{walls}`,
+/// `GapContact{Together(walls, collider)}`.
+///
+/// Without GapContact, a wall acts on all matter that shares a node with it: about a cell before the surfaces meet.
+/// With GapContact, matter may approach a surface by the gap g between them in a step dt: the contact acts on the
+/// velocity v + n g/dt, where n is the normal of the surface. \see velocity_after_contact
+///
+/// The gap comes from the positions of the particles around the node: g is the distance of the node from the surface,
+/// plus the smallest n · x − r + ½ κ m of the particles, as between contact groups. \see Separator
+///
+/// Surfaces with the contact `slip` or `stick` hold matter that is nearer than boundary_reach cells; other matter
+/// approaches them freely. A collider's surface lies `thickness` outside of its shape. Its thickness_in_cells only says
+/// which nodes take part. At mirrored walls (NodesBehind::mirrored), matter meets its own mirror image.
+///
+/// Within two cells of another solid or wall, a collider's normal and distance are taken at a point outside of that
+/// (\see Collider). There, matter meets a round solid of radius R late, by up to 2 h²/R.
+///
+/// GapContact must be the outermost boundary. It takes Walls, Collider, Together and BoundaryList, and every boundary
+/// that has, besides what boundary/concept.hpp asks for,
+///
+///     Vec velocity_by_gap(x, v, act)   the velocity [m/s] of a node at x [m] after the boundary has acted. For each
+///                                      surface that acts on the node, the function replaces v by
+///                                      act(v, distance, normal, velocity, contact, friction): the distance of the
+///                                      node from the surface [m], negative in the solid; the surface's unit normal,
+///                                      which points into free space; the velocity of the solid at x [m/s]; the
+///                                      Contact; and Coulomb's friction coefficient. x, v and all others are in double
+template <class B>
+struct GapContact {
+    B boundary;  ///< Walls, colliders or both.
+
+    /// The type of this boundary with scalar type T.
+    template <class T>
+    using with_scalar = GapContact<with_scalar_t<B, T>>;
+
+    static constexpr const char* name = detail::joined_names<detail::named_gap_contact, B>::text;
+    static constexpr auto parameters() { return std::tuple{parameter{"by_gap", "", &GapContact::boundary}}; }
+
+    /// Checks the boundary.
+    /// \throws parameter_error if check() of the boundary throws it
+    void check() const { check_boundary(boundary); }
+    /// Returns this boundary converted to scalar type T.
+    /// \throws parameter_error if check() of the boundary throws it
+    template <class T>
+    with_scalar<T> lifted() const {
+        return {lift<T>(boundary)};
+    }
+    /// Returns this boundary at a time dt [s] later.
+    GapContact advanced(double dt) const { return {firn::advanced(boundary, dt)}; }
+    /// Returns this boundary adapted to a grid with cells of side h [m].
+    template <class H>
+    GapContact on_grid(const H& h) const {
+        return {firn::on_grid(boundary, h)};
+    }
+
+    /// Does not compile: the velocity of a node depends on the particles around it, which only act_by_gap() knows.
+    template <class S, int D>
+    Vec<S, D> velocity(const Vec<S, D>&, const Vec<S, D>& v) const {
+        static_assert(detail::never<S>,
+                      "firn: a GapContact acts by the gap between particles and surfaces, which a node alone does not "
+                      "know. It must be the outermost boundary of a Simulation, GapContact{Together(walls, collider)}; "
+                      "programs that call the stages use act_by_gap() after grid_update(..., NoBoundary{}).");
+        return v;
+    }
+    /// Returns true if the boundary may change nodes in the box [lower, upper] [m].
+    template <int D>
+        requires says_where<B, D>
+    bool reaches(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
+        return boundary.reaches(lower, upper);
+    }
+    /// Returns the largest speed [m/s] that the boundary gives to nodes in the box [lower, upper] [m].
+    template <int D>
+    double largest_speed(const Vec<double, D>& lower, const Vec<double, D>& upper) const {
+        return firn::largest_speed(boundary, lower, upper);
+    }
+    /// Calls `seen` for the surfaces of the boundary. \see has_surfaces
+    template <class S, int D, class Seen>
+        requires has_surfaces<B, S, D>
+    void surfaces(const Vec<S, D>& x, const Seen& seen) const {
+        boundary.surfaces(x, seen);
+    }
+    /// Calls `seen` for the mirrored walls of the boundary. \see has_mirrors
+    template <class Seen>
+        requires has_mirrors<B>
+    void mirrors(const Seen& seen) const {
+        boundary.mirrors(seen);
+    }
+    /// Returns the number of the boundary's parts.
+    int part_count() const { return firn::part_count(boundary); }
+    /// Returns the point [m] about which the torque on part k is computed. \see firn::part_centre
+    template <int D>
+    Vec<double, D> centre_of_part(int k) const {
+        return part_centre<D>(boundary, k);
+    }
+    /// Returns the description of the boundary, as it is written into files: "by the gap of particles: …".
+    std::string description() const {
+        std::string text = "by the gap of particles";
+        if constexpr (requires { boundary.description(); }) text += ": " + std::string(boundary.description());
+        return text;
+    }
+};
+
+/// Deduces the type of the boundary: `GapContact{walls}`.
+template <class B>
+GapContact(const B&) -> GapContact<B>;
+
+/// True: a GapContact acts by the gap between matter and surfaces.
+template <class B>
+inline constexpr bool acts_by_gap<GapContact<B>> = true;
+
+/// The gap up to which surfaces of boundaries with the contact `slip` or `stick` hold matter [cells]. \see GapContact
+inline constexpr double boundary_reach = 0.25;
+
+/// How surfaces act on a node by the gap of particles.
+/// \tparam Nearest  a function: nearest(n) returns how far matter lies from the node along n [m]. If there is no
+/// matter,
+///                  this is not less than `none` or not a number. \see Separator::nearest
+template <int D, class Nearest>
+struct ActByGap {
+    static constexpr double none = 1e30;  ///< Above any distance [m].
+
+    double cell_size;        ///< h [m]
+    double dt;               ///< time step [s]
+    const Nearest& nearest;  ///< how far matter lies from the node along a normal [m]
+
+    /// Returns the velocity of the node [m/s] after contact with a surface; v is that before. If the surface does not
+    /// push, this is v to the bit.
+    /// \param distance  of the node from the surface [m];  \param normal  of the surface, into free space
+    /// \param velocity  of the surface [m/s]
+    Vec<double, D> operator()(const Vec<double, D>& v, double distance, const Vec<double, D>& normal,
+                              const Vec<double, D>& velocity, Contact contact, double friction) const {
+        if (contact == Contact::none) return v;
+        const double gap = distance + nearest(normal);
+        if (!(gap < none)) return v;
+        const Vec<double, D> before = v - velocity;
+        const Vec<double, D> after =
+            velocity_after_contact(before, normal, contact, friction, gap, boundary_reach * cell_size, dt);
+        return dot(after - before, after - before) > 0 ? velocity + after : v;
+    }
+};
+
+/// Whether the boundary B has a function velocity_by_gap(x, v, act), as GapContact asks for.
+template <class B, int D, class Act>
+concept has_velocity_by_gap = requires(const B b, const Vec<double, D> x, const Act act) {
+    { b.velocity_by_gap(x, x, act) } -> std::same_as<Vec<double, D>>;
+};
+
+/// Returns the velocity [m/s] of a node at x [m] after all parts of a boundary have acted by the gap of particles.
+/// \param act   how surfaces act. \see ActByGap
+/// \param seen  a function, called as seen(k, before, after) for every part k
+template <class B, int D, class Act, class Seen>
+Vec<double, D> velocity_by_gap(const B& boundary, const Vec<double, D>& x, const Vec<double, D>& v, const Act& act,
+                               const Seen& seen) {
+    const auto of_part = [&]<class Part>(const Part& part, const auto& others, const auto& at, const auto& before) {
+        if constexpr (requires { part.velocity_by_gap(others, at, before, act); }) {
+            return part.velocity_by_gap(others, at, before, act);
+        } else {
+            constexpr bool fits = has_velocity_by_gap<Part, D, Act>;
+            static_assert(fits,
+                          "firn: this boundary cannot act by the gap of particles. A boundary in a GapContact must "
+                          "have velocity_by_gap(x, v, act), see firn/boundary/gap_contact.hpp.");
+            if constexpr (fits)
+                return part.velocity_by_gap(at, before, act);
+            else
+                return before;
+        }
+    };
+    return velocity_among(boundary, x, v, NoOthers{}, seen, 0, of_part);
+}
+
+}  // namespace firn

@@ -1,0 +1,307 @@
+/// \file The pass in which walls and colliders act by the gap of particles. \see GapContact. It follows the grid
+/// update:
+///
+///     const auto mirrors = mirrors_by_gap<Kernel>(execution, grid, boundary, dt, memory, sets...);
+///     before_p2g<Kernel, Transfer>(execution, grid, mirrors, sets...);
+///     …
+///     grid_update(execution, grid, dt, acceleration, NoBoundary{});
+///     act_by_gap<Kernel>(execution, grid, boundary, dt, mirrors, memory, reactions, sets...);
+///     …
+///
+/// and memory.forget() follows each grid.activate().
+#pragma once
+
+#include <firn/boundary/gap_contact.hpp>
+#include <firn/core/parallel.hpp>
+#include <firn/data/particle_set.hpp>
+#include <firn/data/sparse_grid.hpp>
+#include <firn/exec/execution.hpp>
+#include <firn/exec/mirror.hpp>
+#include <firn/exec/near_particles.hpp>
+#include <firn/exec/reactions.hpp>
+#include <firn/exec/separation.hpp>
+#include <firn/stage/mirror_planes.hpp>
+#include <firn/stage/time_step.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
+#include <vector>
+
+namespace firn {
+
+/// Memory for mirrors_by_gap() and act_by_gap(). Pass the same object in every step, so that memory is not allocated
+/// again.
+template <class Kernel, int D>
+class GapMemory {
+public:
+    /// A block of the grid at which a boundary may act.
+    struct Place {
+        std::uint32_t block;  ///< grid index
+        /// Numbers in near() of the blocks in which the base nodes of its particles may lie. \see NearParticles::gather
+        std::array<std::uint32_t, std::size_t(1 << D)> near;
+    };
+
+    /// Call it when the grid was activated: the particles have moved in memory.
+    void forget() { is_known_ = false; }
+
+    /// Finds the blocks at which a boundary may act. As long as they are the same, this does nothing.
+    /// \param reaches  a function: reaches(b) returns whether the boundary may act on nodes of block b
+    template <std::floating_point S, class Reaches>
+    void find_places(const SparseGrid<S, D>& grid, std::span<const BlockPartition<D>* const> partitions, int threads,
+                     const Reaches& reaches) {
+        if (of_threads.size() < std::size_t(threads)) of_threads.resize(std::size_t(threads));
+        is_reached_.resize(grid.block_count());
+        parallel_for(grid.block_count(), threads, [&](std::size_t b, int) { is_reached_[b] = reaches(b); }, 64);
+        if (is_known_ && is_reached_ == were_reached_) return;
+        is_known_ = true;
+        were_reached_ = is_reached_;
+        places_.clear(), near_.clear();
+        for (std::uint32_t b = 0; b < grid.block_count(); ++b) {
+            if (!is_reached_[b]) continue;
+            Place& place = places_.emplace_back(Place{b, {}});
+            for (int k = 0; k < 1 << D; ++k)
+                place.near[std::size_t(k)] = near_.want(grid.domain(), block_before<D>(grid.block(b), k));
+        }
+        near_.connect(grid.domain(), partitions);
+        nodes.resize(places_.size());
+    }
+    const std::vector<Place>& places() const { return places_; }  ///< The blocks, in the order of the grid.
+    NearParticles<Kernel, D>& near() { return near_; }            ///< The particles near these blocks.
+
+    /// Marks the particles that reach nodes of a block.
+    /// \param of  a set of bits, one for each node
+    void mark(const Place& place, std::uint64_t of) {
+        std::uint64_t bins[1 << D] = {};
+        for (; of != 0; of &= of - 1)
+            for (int k = 0; k < 1 << D; ++k)
+                bins[k] |= NearParticles<Kernel, D>::bins_that_reach(std::countr_zero(of), k);
+        for (int k = 0; k < 1 << D; ++k) near_.mark(place.near[std::size_t(k)], bins[k]);
+    }
+    /// Collects the particles around a node of a block.
+    /// \param node  index of the node in the block
+    void gather(const Place& place, int node, detail::AroundNode<D>& to) const {
+        typename NearParticles<Kernel, D>::Node of{place.near, {}};
+        for (int a = 0; a < D; ++a) of.at[a] = place_in_block(node, a);
+        near_.gather(of, to);
+    }
+    /// Returns the place of a node in its block along an axis.
+    static constexpr int place_in_block(int node, int axis) { return node >> 2 * (D - 1 - axis) & (block_size - 1); }
+
+    std::vector<std::uint64_t> nodes{};               ///< For each place, bits of the nodes that take part.
+    std::vector<detail::AroundNode<D>> of_threads{};  ///< Memory of each thread.
+
+private:
+    bool is_known_ = false;
+    std::vector<std::uint8_t> is_reached_{}, were_reached_{};
+    std::vector<Place> places_{};
+    NearParticles<Kernel, D> near_{};
+};
+
+namespace detail {
+
+/// Returns the position of a node of block b [m]. \param node  index of the node in the block
+template <std::floating_point S, int D>
+Vec<double, D> node_position(const SparseGrid<S, D>& grid, std::size_t b, int node) {
+    Vec<double, D> x{};
+    for (int a = 0; a < D; ++a)
+        x[a] = position_of_place(grid.domain(), grid.block(b), a, node >> 2 * (D - 1 - a) & (block_size - 1));
+    return x;
+}
+
+/// Returns whether a boundary may act on nodes of block b.
+template <std::floating_point S, int D, class Boundary>
+bool reaches_block(const Boundary& boundary, const SparseGrid<S, D>& grid, std::size_t b) {
+    return boundary.reaches(node_position(grid, b, 0), node_position(grid, b, block_nodes<D> - 1));
+}
+
+/// Returns a set of bits, one for each node of block b on which surfaces of a boundary may act.
+/// \param boundary  in double
+template <std::floating_point S, int D, class Boundary>
+std::uint64_t nodes_of_boundary(const SparseGrid<S, D>& grid, std::size_t b, const Boundary& boundary, double dt) {
+    std::uint64_t bits = 0;
+    for (int node = 0; node < block_nodes<D>; ++node) {
+        if (!(grid.nodes(b)[node * node_width + node_mass] >= std::numeric_limits<S>::min())) continue;
+        bool takes_part = false;
+        const auto look = [&](const Vec<double, D>&) {
+            takes_part = true;
+            return std::numeric_limits<double>::infinity();  // the surface does not act
+        };
+        const ActByGap<D, decltype(look)> act{grid.domain().cell_size, dt, look};
+        velocity_by_gap<Boundary, D>(boundary, node_position(grid, b, node), {}, act, AnySurface{});
+        bits |= std::uint64_t(takes_part) << node;
+    }
+    return bits;
+}
+
+/// Lets a boundary act on nodes of one block.
+/// \param boundary   in double
+/// \param nodes      a set of bits, one for each node that takes part
+/// \param reactions  one Reaction for each part; nullptr if they are not wanted
+template <class Kernel, std::floating_point S, int D, class Boundary>
+void act_on_block(SparseGrid<S, D>& grid, const GapMemory<Kernel, D>& memory,
+                  const typename GapMemory<Kernel, D>::Place& place, std::uint64_t nodes, const Boundary& boundary,
+                  double dt, AroundNode<D>& around, Reaction<D>* reactions) {
+    const double h = grid.domain().cell_size;
+    for (; nodes != 0; nodes &= nodes - 1) {
+        const int node = std::countr_zero(nodes);
+        memory.gather(place, node, around);
+        if (around.size() == 0) continue;
+        S* const numbers = grid.nodes(place.block) + node * node_width;
+        Vec<double, D> v{};
+        for (int a = 0; a < D; ++a) v[a] = double(numbers[a]);
+        const Vec<double, D> x = node_position(grid, place.block, node);
+        const auto nearest = [&](const Vec<double, D>& normal) {
+            return h * Separator<Kernel, D>::depth(around, normal);
+        };
+        const auto seen = [&](int part, const Vec<double, D>& before, const Vec<double, D>& after) {
+            if (reactions) add_impulse(reactions[part], x, double(numbers[node_mass]), after - before);
+        };
+        const Vec<double, D> after =
+            velocity_by_gap<Boundary, D>(boundary, x, v, ActByGap<D, decltype(nearest)>{h, dt, nearest}, seen);
+        for (int a = 0; a < D; ++a) numbers[a] = S(after[a]);
+    }
+}
+
+/// Returns a set of bits, one for each node of a block with this place along an axis.
+template <int D>
+std::uint64_t nodes_at(int axis, int place) {
+    std::uint64_t bits = 0;
+    for (int node = 0; node < block_nodes<D>; ++node)
+        bits |= std::uint64_t((node >> 2 * (D - 1 - axis) & (block_size - 1)) == place) << node;
+    return bits;
+}
+
+/// Finds the closing speeds of a wall's columns whose middle nodes lie in one block.
+template <class Kernel, std::floating_point S, int D>
+void find_closing(const GapMemory<Kernel, D>& memory, const typename GapMemory<Kernel, D>::Place& place,
+                  const MirrorPlane& plane, double cell_size, double dt, AroundNode<D>& around, S* closing) {
+    const bool holds = plane.contact == Contact::slip || plane.contact == Contact::stick;
+    const int apart = 1 << (2 * (D - 1 - plane.axis));
+    auto normal = Vec<double, D>::zero();
+    normal[plane.axis] = plane.inward;
+    for (int c = 0; c < BlockColumns<S, D>::count; ++c) {
+        memory.gather(place, BlockColumns<S, D>::node_of_column(c, apart) + (plane.node & 3) * apart, around);
+        if (around.size() == 0) continue;
+        const double gap = Separator<Kernel, D>::depth(around, normal);  // [cells]
+        if (!(gap * cell_size < ActByGap<D, int>::none)) continue;
+        closing[c] = holds && gap <= boundary_reach ? S(-1) : S(std::max(gap, 0.0) * cell_size / dt);
+    }
+}
+
+}  // namespace detail
+
+/// Returns the mirrored walls of a boundary that acts by the gap of particles, with the speeds at which matter may
+/// approach them in this step.
+/// \param dt      time step [s]
+/// \param memory  pass the same object in every step
+/// \param sets    all sets on the grid
+/// \throws parameter_error  in the cases of mirrors_of(), or if `dt` is not valid
+template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class... Views>
+MirrorsByGap<S> mirrors_by_gap(const Execution& execution, const SparseGrid<S, D>& grid,
+                               const GapContact<Boundary>& boundary, double dt, GapMemory<Kernel, D>& memory,
+                               const ParticleSet<Views>&... sets) {
+    detail::check_step(dt);
+    MirrorsByGap<S> mirrors{mirrors_of<Kernel>(boundary, grid.domain())};
+    if (mirrors.planes.empty()) return mirrors;
+    constexpr int padded = detail::BlockColumns<S, D>::padded;
+    const int threads = thread_count(requested_threads(execution));
+    const BlockPartition<D>* const partitions[] = {&sets.partition...};
+    const auto has_plane = [&](const MirrorPlane& plane, std::size_t b) {
+        return grid.block_along(b, plane.axis) == plane.node >> 2;
+    };
+    const Boundary here = on_grid(boundary.boundary, grid.domain().cell_size);
+    memory.find_places(grid, partitions, threads, [&](std::size_t b) {
+        return detail::reaches_block(here, grid, b) || std::any_of(mirrors.planes.begin(), mirrors.planes.end(),
+                                                                   [&](const auto& of) { return has_plane(of, b); });
+    });
+    mirrors.blocks = grid.block_count();
+    mirrors.first.assign(mirrors.planes.size() * mirrors.blocks, MirrorsByGap<S>::no_columns);
+    std::uint32_t columns = 0;
+    for (std::size_t p = 0; p < mirrors.planes.size(); ++p)
+        for (const auto& place : memory.places())
+            if (has_plane(mirrors.planes[p], place.block)) {
+                mirrors.first[p * mirrors.blocks + place.block] = columns;
+                columns += padded;
+            }
+    mirrors.closing.assign(columns, S(never_closing));
+    // Matter must not meet its images behind the wall itself, so walls across different axes have passes of their own.
+    for (int axis = 0; axis < D; ++axis) {
+        Mirrors others = mirrors;
+        std::erase_if(others.planes, [&](const MirrorPlane& plane) { return plane.axis == axis; });
+        if (others.planes.size() == mirrors.planes.size()) continue;
+        const auto for_columns = [&](const auto& f) {
+            const auto of_place = [&](std::size_t i, int thread) {
+                for (std::size_t p = 0; p < mirrors.planes.size(); ++p)
+                    if (mirrors.planes[p].axis == axis && has_plane(mirrors.planes[p], memory.places()[i].block))
+                        f(memory.places()[i], p, std::size_t(thread));
+            };
+            parallel_for(memory.places().size(), threads, of_place, 16);
+        };
+        for_columns([&](const auto& place, std::size_t p, std::size_t) {
+            memory.mark(place, detail::nodes_at<D>(axis, mirrors.planes[p].node & 3));
+        });
+        memory.near().find(grid.domain(), others, threads, [](auto&) {}, sets...);
+        for_columns([&](const auto& place, std::size_t p, std::size_t thread) {
+            detail::find_closing(memory, place, mirrors.planes[p], grid.domain().cell_size, dt,
+                                 memory.of_threads[thread],
+                                 mirrors.closing.data() + mirrors.first[p * mirrors.blocks + place.block]);
+        });
+    }
+    return mirrors;
+}
+
+/// Lets a boundary act on the nodes, by the gap of particles. Call it when the nodes hold velocities, with the
+/// accelerations of the step.
+/// \param dt         time step [s]
+/// \param mirrors    what mirrors_by_gap() returned in this step
+/// \param memory     pass the same object in every step
+/// \param reactions  receives the impulses of the boundary on matter; nullptr if they are not wanted. \see Reactions
+/// \param sets       all sets on the grid
+/// \throws parameter_error  if `dt` or a parameter of the boundary is not valid
+template <class Kernel, class Execution, std::floating_point S, int D, class Boundary, class... Views>
+void act_by_gap(const Execution& execution, SparseGrid<S, D>& grid, const GapContact<Boundary>& boundary, double dt,
+                const MirrorsByGap<S>& mirrors, GapMemory<Kernel, D>& memory, Reactions<D>* reactions,
+                const ParticleSet<Views>&... sets) {
+    static_assert(has_one_rank<Execution>,
+                  "firn: boundaries that act by the gap of particles (GapContact) do not run on several processes yet. "
+                  "Give the walls and colliders themselves, or use an execution without firn::mpi.");
+    detail::check_step(dt);
+    const Boundary here = on_grid(boundary.boundary, grid.domain().cell_size);
+    const auto exact = lift<double>(here);
+    const int threads = thread_count(requested_threads(execution));
+    if (mirrors.planes.empty()) {  // else mirrors_by_gap() has found the places
+        const BlockPartition<D>* const partitions[] = {&sets.partition...};
+        memory.find_places(grid, partitions, threads,
+                           [&](std::size_t b) { return detail::reaches_block(here, grid, b); });
+    }
+    const auto& places = memory.places();
+    std::vector<Reaction<D>> of_places;
+    std::size_t parts = 0;
+    if (reactions) {
+        detail::begin_reactions(*reactions, boundary);
+        parts = reactions->parts.size();
+        of_places.resize(places.size() * parts);
+    }
+    parallel_region(threads, [&] {
+        const auto look = [&](std::size_t i, int) {
+            memory.nodes[i] = detail::nodes_of_boundary(grid, places[i].block, exact, dt);
+            memory.mark(places[i], memory.nodes[i]);
+        };
+        parallel_for(places.size(), threads, look, 4);
+        if (std::all_of(memory.nodes.begin(), memory.nodes.end(), [](std::uint64_t of) { return of == 0; })) return;
+        memory.near().find(grid.domain(), mirrors, threads, [](auto&) {}, sets...);
+        const auto act = [&](std::size_t i, int thread) {
+            Reaction<D>* const of_place = reactions ? of_places.data() + i * parts : nullptr;
+            for (std::size_t k = 0; k < parts; ++k) of_place[k].about = reactions->parts[k].about;
+            detail::act_on_block(grid, memory, places[i], memory.nodes[i], exact, dt,
+                                 memory.of_threads[std::size_t(thread)], of_place);
+        };
+        parallel_for(places.size(), threads, act, 4);
+    });
+    if (reactions) detail::sum_reactions<Execution, D>(execution, of_places, reactions->parts);
+    if constexpr (has_mirrors<Boundary>) detail::mirror_nodes(execution, grid, mirrors, true, reactions);
+}
+
+}  // namespace firn
