@@ -96,9 +96,6 @@ public:
     static constexpr int dimension = D;
     static constexpr std::size_t material_count = std::tuple_size_v<Sets>;  ///< Number of materials.
     static constexpr bool has_contact_groups = Law::between_groups;  ///< Whether bodies may be in contact groups.
-    static_assert(!acts_by_gap<Boundary> || has_one_rank<Execution>,
-                  "firn: boundaries that act by the gap of particles (GapContact) do not run on several processes yet. "
-                  "Give the walls and colliders themselves, or use an execution without firn::mpi.");
     /// Passed to set() instead of an index, it stands for the material of a simulation that has only one.
     static constexpr std::size_t unnamed = detail::unnamed_material;
 
@@ -526,11 +523,8 @@ private:
         grid_.activate(all, workers());
         ranks().template meet<Kernel>(grid_, all, workers());
         if constexpr (acts_by_gap<Boundary>) gap_memory_.forget();
-        if constexpr (Law::between_groups) {
-            const std::span<BlockPartition<D>* const> partitions(all);
-            contact_memory_.meetings.find(
-                grid_, partitions, ranks().copies_elsewhere(grid_, firn::has_contact_groups(partitions), workers()));
-        }
+        if constexpr (Law::between_groups)
+            contact_memory_.meetings.find(grid_, all, ranks().copies_elsewhere(grid_, all, workers()));
     }
 
     template <class F>

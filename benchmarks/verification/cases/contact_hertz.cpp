@@ -116,10 +116,9 @@ int main(int argc, char** argv) {
         }
     }
     if (!quick) {
-        report.check({"cylinders: b over Hertz, extrapolated to h = 0", at_zero(widths), 1, 0.03,
-                      hertz + "; a straight line through all sizes"});
-        report.check({"cylinders: p₀ over Hertz, extrapolated to h = 0", at_zero(pressures), 1, 0.03,
-                      hertz + "; a straight line through all sizes"});
+        const std::string finite = hertz + ", and finite elements for these strains; a straight line through all sizes";
+        report.check({"cylinders: b over Hertz, extrapolated to h = 0", at_zero(widths), 0.989, 0.03, finite});
+        report.check({"cylinders: p₀ over Hertz, extrapolated to h = 0", at_zero(pressures), 1.011, 0.03, finite});
     }
     std::string list;
     for (std::size_t i = 0; i < cells.size(); ++i)

@@ -66,8 +66,11 @@ public:
 
     const std::vector<Place>& places() const { return places_; }  ///< The blocks, sorted by key.
     const std::vector<Copy>& copies() const { return copies_; }   ///< The groups in all blocks.
-    NearParticles<Kernel, D>& near() { return near_; }            ///< The particles near these blocks.
+    /// The particles near these blocks.
+    /// @{
+    NearParticles<Kernel, D>& near() { return near_; }
     const NearParticles<Kernel, D>& near() const { return near_; }
+    /// @}
 
     /// Finds the blocks, after the grid was activated for these partitions.
     /// \param elsewhere  the copies that only other ranks have. \see OneRank::copies_elsewhere

@@ -124,10 +124,9 @@ struct OneRank {
     }
     /// Returns whether a particle of set `number` was removed on another rank when the last step ended.
     static bool has_lost(std::size_t /* number */) { return false; }
-    /// After meet(), if there are contact groups: finds the copies of blocks that this rank needs from others.
-    /// \param has_groups  whether particles of this rank are in contact groups
-    template <class Grid>
-    static CopiesElsewhere copies_elsewhere(Grid&, bool /* has_groups */, int /* threads */) {
+    /// After meet(), if there may be contact groups: finds the copies of blocks that this rank needs from others.
+    template <class Grid, class Partitions>
+    static CopiesElsewhere copies_elsewhere(Grid&, const Partitions&, int /* threads */) {
         return {};
     }
     /// Before contact: completes the sums in the copies of blocks that this rank shares with others.

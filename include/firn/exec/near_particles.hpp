@@ -85,17 +85,20 @@ class NearParticles {
 public:
     /// A particle. Its position is counted from the corner of the block of its base node [cells].
     struct Particle {
-        std::uint32_t id, bin;  ///< bin: number of its base node in the block, the last axis fastest
-        float place[D];         ///< position [cells]
-        float radius;           ///< half of the particle's extent [cells]
+        std::uint32_t id,  ///< id of the particle
+            bin;           ///< number of its base node in the block, the last axis fastest
+        float place[D];    ///< position [cells]
+        float radius;      ///< half of the particle's extent [cells]
 
+        /// Compares the ids; of a particle and its mirror image, the positions.
         bool operator<(const Particle& other) const {
             if (id != other.id) return id < other.id;
-            return std::lexicographical_compare(place, place + D, other.place, other.place + D);  // a mirror image
+            return std::lexicographical_compare(place, place + D, other.place, other.place + D);
         }
     };
     static constexpr std::uint32_t none = BlockNumbers::none;  ///< Stands for a block that is not wanted.
 
+    /// Forgets all blocks.
     void clear() {
         numbers_.clear();
         sources_.clear(), ranges_.clear();
@@ -206,6 +209,7 @@ public:
     }
     /// Returns the particles of a block, in any order, for find()'s `share`.
     std::vector<Particle>& found(std::uint32_t number) { return blocks_[number].found; }
+    /// Returns whether particles of a block are needed.
     bool is_marked(std::uint32_t number) const { return number != none && marked_[number] != 0; }
     /// Returns whether the particles of a base node are needed.
     bool is_marked(std::uint32_t number, std::uint32_t bin) const {

@@ -202,13 +202,14 @@ public:
         if (near.shared.blocks_behind() > 0) grid.add_blocks_behind(near.shared.blocks_behind(), threads);
     }
 
-    /// After meet(), if there are contact groups: finds the copies of blocks that this rank needs from others.
-    /// \param has_groups  whether particles of this rank are in contact groups
-    template <std::floating_point S, int D>
-    const CopiesElsewhere& copies_elsewhere(SparseGrid<S, D>& grid, bool has_groups, int threads) const {
+    /// After meet(), if there may be contact groups: finds the copies of blocks that this rank needs from others.
+    /// \param partitions  the partitions of this rank's sets
+    template <std::floating_point S, int D, class Partitions>
+    const CopiesElsewhere& copies_elsewhere(SparseGrid<S, D>& grid, const Partitions& partitions, int threads) const {
         const detail::Phase phase(state_->trace, "find shared copies");
         auto& near = state_->of<D>();
         near.copies = {};
+        const bool has_groups = has_contact_groups(std::span<BlockPartition<D>* const>(partitions));
         if (all().size() == 1 || all().max(has_groups ? 1 : 0) == 0) return near.copies.elsewhere();
         const std::size_t behind = near.shared.blocks_behind();
         near.copies = detail::SharedCopies<D>(all(), grid, near.cuts[0], grid.block_count() + behind);
