@@ -522,9 +522,10 @@ private:
         for_sets([&](auto& set) { all[i++] = &set.partition; });
         grid_.activate(all, workers());
         ranks().template meet<Kernel>(grid_, all, workers());
+        [[maybe_unused]] const auto& elsewhere =
+            ranks().copies_elsewhere(grid_, all, Law::between_groups, acts_by_gap<Boundary>, workers());
         if constexpr (acts_by_gap<Boundary>) gap_memory_.forget();
-        if constexpr (Law::between_groups)
-            contact_memory_.meetings.find(grid_, all, ranks().copies_elsewhere(grid_, all, workers()));
+        if constexpr (Law::between_groups) contact_memory_.meetings.find(grid_, all, elsewhere);
     }
 
     template <class F>

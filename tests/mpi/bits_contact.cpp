@@ -3,6 +3,7 @@
 
 using namespace scenes;
 
-TEST_CASE("Contact between groups has the same bits and impulses on any number of ranks", "[mpi]") {
-    check_contact<Coloured>([](const auto& e) { return balls<2>(e, NodesBehind::mirrored, true); }, 160);
+TEST_CASE("Contact between groups and with boundaries by the gap: same bits and impulses on any number of ranks",
+          "[mpi]") {
+    check_contact<Coloured>([](const auto& e) { return balls<2>(e, NodesBehind::mirrored, true, by_gap); }, 160);
 }

@@ -7,10 +7,21 @@
 
 namespace scenes {
 
+/// For balls(): the walls alone.
+inline constexpr auto only_walls = [](const auto& walls) { return walls; };
+/// For balls(): the walls and a sphere that moves, which act by the gap of particles.
+inline constexpr auto by_gap = []<class S, int D>(const Walls<S, D>& walls) {
+    Collider<Sphere<S, D>> sphere{.shape = {S(0.1)}, .position = Vec<double, D>::filled(0.3)};
+    sphere.position[0] = 0.85;
+    sphere.linear_velocity[0] = -1;
+    return GapContact{Together(walls, sphere)};
+};
+
 /// Balls of two materials, each in a contact group of its own, that fly into a corner and at each other, with walls
 /// that have friction. A source adds further ones.
 template <int D, class Execution, class... Policies>
-auto balls(const Execution& execution, NodesBehind nodes_behind, bool periodic, const Policies&... policies) {
+auto balls(const Execution& execution, NodesBehind nodes_behind, bool periodic, const auto& boundary_of,
+           const Policies&... policies) {
     Domain<D> domain{Vec<double, D>::zero(), Vec<double, D>::filled(1), 1.0 / 32};
     domain.periodic[0] = periodic;
     auto walls = Walls<float, D>::all(Vec<float, D>::zero(), Vec<float, D>::filled(1), {Contact::separate, 0.3});
@@ -19,7 +30,7 @@ auto balls(const Execution& execution, NodesBehind nodes_behind, bool periodic, 
     Simulation simulation(
         domain,
         Materials{FixedCorotated<float>::from_young_poisson(1e5, 0.3), NeoHookean<float>::from_young_poisson(1e4, 0.3)},
-        execution, walls, CoulombContact{.friction = 0.3}, policies...);
+        execution, boundary_of(walls), CoulombContact{.friction = 0.3}, policies...);
     int group = 0;
     const auto add = [&](auto set, double radius) {
         Vec<double, D> centre = Vec<double, D>::filled(radius), velocity = Vec<double, D>::filled(-1);

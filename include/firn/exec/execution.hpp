@@ -124,9 +124,11 @@ struct OneRank {
     }
     /// Returns whether a particle of set `number` was removed on another rank when the last step ended.
     static bool has_lost(std::size_t /* number */) { return false; }
-    /// After meet(), if there may be contact groups: finds the copies of blocks that this rank needs from others.
+    /// After meet(): finds the copies of blocks that this rank needs from others. The arguments tell whether there may
+    /// be contact between groups, and whether the boundary acts by the gap of particles.
     template <class Grid, class Partitions>
-    static CopiesElsewhere copies_elsewhere(Grid&, const Partitions&, int /* threads */) {
+    static CopiesElsewhere copies_elsewhere(Grid&, const Partitions&, bool /* between_groups */, bool /* acts_by_gap */,
+                                            int /* threads */) {
         return {};
     }
     /// Before contact: completes the sums in the copies of blocks that this rank shares with others.

@@ -242,7 +242,8 @@ MirrorsByGap<S> mirrors_by_gap(const Execution& execution, const SparseGrid<S, D
         for_columns([&](const auto& place, std::size_t p, std::size_t) {
             memory.mark(place, detail::nodes_at<D>(axis, mirrors.planes[p].node & 3));
         });
-        memory.near().find(grid.domain(), others, threads, [](auto&) {}, sets...);
+        memory.near().find(
+            grid.domain(), others, threads, [&](auto& near) { ranks_of(execution).bring_near(near); }, sets...);
         for_columns([&](const auto& place, std::size_t p, std::size_t thread) {
             detail::find_closing(memory, place, mirrors.planes[p], grid.domain().cell_size, dt,
                                  memory.of_threads[thread],
@@ -264,12 +265,10 @@ template <class Kernel, class Execution, std::floating_point S, int D, class Bou
 void act_by_gap(const Execution& execution, SparseGrid<S, D>& grid, const GapContact<Boundary>& boundary, double dt,
                 const MirrorsByGap<S>& mirrors, GapMemory<Kernel, D>& memory, Reactions<D>* reactions,
                 const ParticleSet<Views>&... sets) {
-    static_assert(has_one_rank<Execution>,
-                  "firn: boundaries that act by the gap of particles (GapContact) do not run on several processes yet. "
-                  "Give the walls and colliders themselves, or use an execution without firn::mpi.");
     detail::check_step(dt);
     const Boundary here = on_grid(boundary.boundary, grid.domain().cell_size);
     const auto exact = lift<double>(here);
+    const auto ranks = ranks_of(execution);
     const int threads = thread_count(requested_threads(execution));
     if (mirrors.planes.empty()) {  // else mirrors_by_gap() has found the places
         const BlockPartition<D>* const partitions[] = {&sets.partition...};
@@ -290,11 +289,11 @@ void act_by_gap(const Execution& execution, SparseGrid<S, D>& grid, const GapCon
             memory.mark(places[i], memory.nodes[i]);
         };
         parallel_for(places.size(), threads, look, 4);
-        if (std::all_of(memory.nodes.begin(), memory.nodes.end(), [](std::uint64_t of) { return of == 0; })) return;
-        memory.near().find(grid.domain(), mirrors, threads, [](auto&) {}, sets...);
+        memory.near().find(grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets...);
         const auto act = [&](std::size_t i, int thread) {
-            Reaction<D>* const of_place = reactions ? of_places.data() + i * parts : nullptr;
-            for (std::size_t k = 0; k < parts; ++k) of_place[k].about = reactions->parts[k].about;
+            const bool counts = reactions && ranks.template counts<D>(places[i].block);
+            Reaction<D>* const of_place = counts ? of_places.data() + i * parts : nullptr;
+            for (std::size_t k = 0; counts && k < parts; ++k) of_place[k].about = reactions->parts[k].about;
             detail::act_on_block(grid, memory, places[i], memory.nodes[i], exact, dt,
                                  memory.of_threads[std::size_t(thread)], of_place);
         };

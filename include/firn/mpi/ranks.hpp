@@ -202,17 +202,22 @@ public:
         if (near.shared.blocks_behind() > 0) grid.add_blocks_behind(near.shared.blocks_behind(), threads);
     }
 
-    /// After meet(), if there may be contact groups: finds the copies of blocks that this rank needs from others.
-    /// \param partitions  the partitions of this rank's sets
+    /// After meet(): finds the blocks at which ranks need each other's sums and particles for contact, and the copies
+    /// of blocks that this rank needs from others.
+    /// \param partitions      the partitions of this rank's sets
+    /// \param between_groups  whether there may be contact between groups
+    /// \param acts_by_gap     whether the boundary acts by the gap of particles
     template <std::floating_point S, int D, class Partitions>
-    const CopiesElsewhere& copies_elsewhere(SparseGrid<S, D>& grid, const Partitions& partitions, int threads) const {
+    const CopiesElsewhere& copies_elsewhere(SparseGrid<S, D>& grid, const Partitions& partitions, bool between_groups,
+                                            bool acts_by_gap, int threads) const {
         const detail::Phase phase(state_->trace, "find shared copies");
         auto& near = state_->of<D>();
         near.copies = {};
+        if (all().size() == 1 || !(between_groups || acts_by_gap)) return near.copies.elsewhere();
         const bool has_groups = has_contact_groups(std::span<BlockPartition<D>* const>(partitions));
-        if (all().size() == 1 || all().max(has_groups ? 1 : 0) == 0) return near.copies.elsewhere();
+        if (!acts_by_gap && all().max(has_groups ? 1 : 0) == 0) return near.copies.elsewhere();
         const std::size_t behind = near.shared.blocks_behind();
-        near.copies = detail::SharedCopies<D>(all(), grid, near.cuts[0], grid.block_count() + behind);
+        near.copies = detail::SharedCopies<D>(all(), grid, near.cuts[0], grid.block_count() + behind, acts_by_gap);
         if (const std::size_t more = near.copies.elsewhere().keys.size(); more > 0)
             grid.add_blocks_behind(behind + more, threads);
         return near.copies.elsewhere();
@@ -226,7 +231,7 @@ public:
     /// Sends particles near contact to the ranks that need them. \see NearParticles::find
     template <class Kernel, int D>
     void bring_near(NearParticles<Kernel, D>& near) const {
-        const detail::Phase phase(state_->trace, "exchange particles for contact", true);
+        const detail::Phase phase(state_->trace, "exchange particles near contact", true);
         state_->of<D>().copies.bring_particles(all(), near);
     }
     /// Replaces the pairs of contact groups between which this rank has impulses, sorted, by those of all ranks.

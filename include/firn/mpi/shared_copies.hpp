@@ -1,5 +1,5 @@
-/// \file Contact between groups whose particles are on different ranks: which blocks of the domain several ranks have
-/// copies of, and what they tell each other.
+/// \file Contact where particles are on different ranks, between groups and with boundaries that act by the gap: which
+/// blocks of the domain several ranks have copies of, and what they tell each other.
 ///
 /// The copies of a block for different groups are owned by any ranks. Every rank that has one of them lets all groups
 /// meet there, so all of these ranks need all groups' sums and the particles around. A node then gets the same bits on
@@ -27,11 +27,14 @@ public:
     /// Finds them. Collective.
     /// \param cuts         which rank owns which cubes; it decides which rank has the sums of a block
     /// \param first_block  index of the first block behind the grid that may hold the sums of a copy
+    /// \param acts_by_gap  whether ranks also tell each other the particles near blocks of which there is one copy, for
+    ///                     a boundary. \see GapContact
     template <std::floating_point S>
-    SharedCopies(const Communicator& all, const SparseGrid<S, D>& grid, const Cuts<D>& cuts, std::size_t first_block)
+    SharedCopies(const Communicator& all, const SparseGrid<S, D>& grid, const Cuts<D>& cuts, std::size_t first_block,
+                 bool acts_by_gap)
         : domain_(grid.domain()) {
         elsewhere_.first_block = first_block;
-        std::vector<Holder> holders = holders_of_places(all, grid);
+        std::vector<Holder> holders = holders_of_places(all, grid, acts_by_gap);
         std::sort(holders.begin(), holders.end());
         for (std::size_t first = 0, last = 0; first < holders.size(); first = last) {
             while (last < holders.size() && holders[last].place == holders[first].place) ++last;
@@ -114,9 +117,11 @@ private:
     };
 
     /// Returns the holders of all copies of those blocks of the domain of which this rank has a copy, and of which
-    /// there are several copies on several ranks. Each block has a rank that is told who holds copies of it.
+    /// there are several copies (or, with acts_by_gap, one) on several ranks. Each block has a rank that is told who
+    /// holds copies of it.
     template <std::floating_point S>
-    std::vector<Holder> holders_of_places(const Communicator& all, const SparseGrid<S, D>& grid) const {
+    std::vector<Holder> holders_of_places(const Communicator& all, const SparseGrid<S, D>& grid,
+                                          bool acts_by_gap) const {
         const std::size_t ranks = std::size_t(all.size());
         std::vector<std::vector<std::uint64_t>> told(ranks);
         for (std::size_t b = 0; b < grid.block_count(); ++b) {
@@ -135,7 +140,7 @@ private:
                 several_copies = several_copies || holders[last].key != holders[first].key;
                 several_ranks = several_ranks || holders[last].rank != holders[first].rank;
             }
-            if (!several_copies || !several_ranks) continue;
+            if (!several_ranks || !(several_copies || acts_by_gap)) continue;
             std::vector<std::int64_t> to;
             for (std::size_t i = first; i < last; ++i) to.push_back(holders[i].rank);
             std::ranges::sort(to);
@@ -159,6 +164,7 @@ private:
         for (const Holder& holder : holders) ranks.push_back(int(holder.rank));
         std::ranges::sort(ranks);
         ranks.erase(std::unique(ranks.begin(), ranks.end()), ranks.end());
+        const bool may_meet = holders.front().key != holders.back().key;
         for (std::size_t first = 0, last = 0; first < holders.size(); first = last) {
             const std::uint64_t key = holders[first].key;
             while (last < holders.size() && holders[last].key == key) ++last;
@@ -177,8 +183,8 @@ private:
             }
             for (const int rank : ranks) {
                 if (rank == me) continue;
-                if (summing == me) partner(rank).sent.push_back(block);
-                if (summing == rank) partner(rank).received.push_back(block);
+                if (may_meet && summing == me) partner(rank).sent.push_back(block);
+                if (may_meet && summing == rank) partner(rank).received.push_back(block);
                 if (is_mine)
                     for (int k = 0; k < 1 << D; ++k)
                         partner(rank).near.push_back(
