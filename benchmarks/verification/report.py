@@ -38,13 +38,14 @@ The report found these weak points. Each case gives the figures:
 * Splines at walls whose nodes behind are held (NodesBehind::held): stresses in the two cells next to a wall are off by
   a fifth, whatever the cell size (column, water), and convergence between walls is of first order (manufactured waves).
   Mirrored nodes mend both (waves between walls, half against whole, column). With both, a ball feels the floor one cell
-  early. Solids that lie askew in the grid have no mirrored nodes. The forces that boundaries bear (their reactions) are
-  right.
+  early; with GapContact it touches it (bouncing ball). Solids that lie askew in the grid have no mirrored nodes. The
+  forces that boundaries bear (their reactions) are right.
 * MLS forces: an elastic beam that is bent far does not come back. With 2 × 2 particles a cell, 8 % of the deflection
   stays (cantilever). With weight gradients 2 % stays, with weight gradients and the compact quartic kernel 0.5 %.
 * Contact through the grid, of bodies of one contact group: two disks lose a fifth of their energy at 20 cells a metre,
   and 2 % at 160; bodies feel each other 2.5 cells apart (blocks that meet). Contact groups mend it (bars, blocks, stack,
-  incline, ring, Hertz). What remains: coarse balls are too soft, by 14 % with R = 8 cells.
+  incline, ring, Hertz). What remains: coarse balls are too soft, by 8 % with R = 8 cells, and a block that has not come
+  to rest may slip below its angle of friction.
 * FLIP and FMPM: their losses depend on the number of steps, not on time. With small steps they lose much more than
   APIC.
 * Water without viscosity that is left alone between walls that hold nodes: its pressure scatters by 6 % of the pressure
