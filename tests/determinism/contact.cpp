@@ -1,7 +1,6 @@
 /// \file Contact between groups: the same bits for any number of threads and for any order of the particles in memory,
 /// in every execution, with transfers of several passes, several materials, and across the ends of a periodic axis.
-#include "support/catch.hpp"
-#include "support/scenes.hpp"
+#include "support/contact_bodies.hpp"
 #include <firn/contact/coulomb.hpp>
 
 namespace contact_determinism {
@@ -30,14 +29,7 @@ void add_bodies(Simulation& simulation, int first_group = 0) {
         const Body body = set.add(sample_box<D>(lower, lower + V::filled(side), filling), 1000, velocity);
         set.set_contact_group(body, first_group + k);
     }
-    Samples<D> spray;
-    for (std::uint64_t i = 0; i < 40; ++i) {
-        spray.positions.emplace_back();
-        for (int a = 0; a < D; ++a)
-            spray.positions.back()[a] = 0.06 + 0.4 * scenes::noise(std::uint64_t(D) * i + std::uint64_t(a));
-    }
-    spray.volume = std::pow(1.0 / 64, D);
-    set.set_contact_group(set.add(spray, 1000, V::filled(-0.5)), first_group + 7);
+    set.set_contact_group(set.add(scenes::spray<D>(0.06), 1000, V::filled(-0.5)), first_group + 7);
 }
 
 template <int D, class Execution, class... Policies>
@@ -75,20 +67,9 @@ void check_threads(bool periodic, const Policies&... policies) {
     for (const int threads : {2, 3, 4, 7}) CHECK(hash_of_run<D>(Execution{threads}, periodic, policies...) == one);
 }
 
-/// Runs the bodies twice, once with their particles elsewhere in memory, at the start and on the way.
 template <class Simulation>
 void check_order(const Simulation& made) {
-    Simulation one = made, other = made;
-    for (Simulation* simulation : {&one, &other}) add_bodies(*simulation);
-    for (const std::uint64_t seed : {1, 2}) {
-        one.edit_particles();
-        scenes::shuffle(other.edit_particles(), seed);
-        for (int step = 0; step < 40; ++step) {
-            one.step();
-            other.step();
-        }
-        CHECK(scenes::hash(one.particles()) == scenes::hash(other.particles()));
-    }
+    scenes::check_any_order(made, [](auto& simulation) { add_bodies(simulation); });
 }
 
 }  // namespace

@@ -1,8 +1,7 @@
 /// \file Boundaries that act by the gap of particles: the same bits of particles and reactions for any number of
 /// threads and for any order of the particles in memory, with held and mirrored walls, colliders, contact groups,
 /// several materials and a periodic axis.
-#include "support/catch.hpp"
-#include "support/scenes.hpp"
+#include "support/contact_bodies.hpp"
 #include <firn/contact/coulomb.hpp>
 #include <firn/firn.hpp>
 
@@ -44,14 +43,7 @@ void add_bodies(Simulation& simulation, bool groups) {
         if constexpr (Simulation::has_contact_groups)
             if (groups) set.set_contact_group(body, k);
     }
-    Samples<D> spray;
-    for (std::uint64_t i = 0; i < 40; ++i) {
-        spray.positions.emplace_back();
-        for (int a = 0; a < D; ++a)
-            spray.positions.back()[a] = 0.02 + 0.4 * scenes::noise(std::uint64_t(D) * i + std::uint64_t(a));
-    }
-    spray.volume = std::pow(1.0 / 64, D);
-    set.add(spray, 1000, V::filled(-0.5));
+    set.add(scenes::spray<D>(0.02), 1000, V::filled(-0.5));
 }
 
 template <int D, class Execution, class... Policies>
@@ -94,20 +86,9 @@ void check_threads(bool periodic, NodesBehind nodes_behind, const Policies&... p
         CHECK(hash_of_run(empty<D>(Execution{threads}, periodic, nodes_behind, policies...)) == one);
 }
 
-/// Runs the bodies twice, once with their particles elsewhere in memory, at the start and on the way.
 template <class Simulation>
 void check_order(const Simulation& made) {
-    Simulation one = made, other = made;
-    for (Simulation* simulation : {&one, &other}) add_bodies(*simulation, false);
-    for (const std::uint64_t seed : {1, 2}) {
-        one.edit_particles();
-        scenes::shuffle(other.edit_particles(), seed);
-        for (int step = 0; step < 40; ++step) {
-            one.step();
-            other.step();
-        }
-        CHECK(scenes::hash(one.particles()) == scenes::hash(other.particles()));
-    }
+    scenes::check_any_order(made, [](auto& simulation) { add_bodies(simulation, false); });
 }
 
 }  // namespace

@@ -1,0 +1,41 @@
+/// \file What the tests of contact's determinism share: spray, and runs whose particles lie elsewhere in memory.
+#pragma once
+
+#include "support/catch.hpp"
+#include "support/scenes.hpp"
+#include <firn/firn.hpp>
+
+namespace scenes {
+
+/// Single particles, strewn over the lower 0.4 m of each axis from `lower` on.
+template <int D>
+firn::Samples<D> spray(double lower) {
+    firn::Samples<D> samples;
+    for (std::uint64_t i = 0; i < 40; ++i) {
+        samples.positions.emplace_back();
+        for (int a = 0; a < D; ++a)
+            samples.positions.back()[a] = lower + 0.4 * noise(std::uint64_t(D) * i + std::uint64_t(a));
+    }
+    samples.volume = std::pow(1.0 / 64, D);
+    return samples;
+}
+
+/// Runs a simulation twice, once with its particles elsewhere in memory, at the start and on the way. Checks that both
+/// have the same bits.
+/// \param made  a simulation without particles;  \param add  add(simulation) adds them
+template <class Simulation, class Add>
+void check_any_order(const Simulation& made, const Add& add) {
+    Simulation one = made, other = made;
+    for (Simulation* simulation : {&one, &other}) add(*simulation);
+    for (const std::uint64_t seed : {1, 2}) {
+        one.edit_particles();
+        shuffle(other.edit_particles(), seed);
+        for (int step = 0; step < 40; ++step) {
+            one.step();
+            other.step();
+        }
+        CHECK(hash(one.particles()) == hash(other.particles()));
+    }
+}
+
+}  // namespace scenes
