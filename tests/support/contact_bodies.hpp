@@ -38,4 +38,26 @@ void check_any_order(const Simulation& made, const Add& add) {
     }
 }
 
+/// Runs two sets of bodies, of two materials, with 1, 3 and 7 threads. Checks that all runs have the same bits.
+/// \param policy  a policy of the simulation: a boundary or a contact law
+/// \param add     add(simulation) adds the bodies
+template <class Policy, class Add>
+void check_two_materials(const Policy& policy, const Add& add) {
+    using namespace firn;
+    const auto run = [&](int threads) {
+        const Domain<2> domain{{0.0, 0.0}, {1.0, 1.0}, 1.0 / 32};
+        Simulation simulation(domain,
+                              Materials{FixedCorotated<float>::from_young_poisson(1e5, 0.3),
+                                        NeoHookean<float>::from_young_poisson(1e4, 0.3)},
+                              policy, Coloured{threads});
+        add(simulation);
+        for (int step = 0; step < 60; ++step) simulation.step();
+        return std::pair(hash(simulation.template set<0>().particles()),
+                         hash(simulation.template set<1>().particles()));
+    };
+    const auto one = run(1);
+    CHECK(run(3) == one);
+    CHECK(run(7) == one);
+}
+
 }  // namespace scenes
