@@ -3,6 +3,7 @@
 
 #include <firn/firn.hpp>
 
+#include "elastic_ball.hpp"
 #include "sides.hpp"
 
 #include <numbers>
@@ -86,13 +87,8 @@ inline double whole_ball_over_hertz(double a, double poisson) {
             if (n > 1) before[i] = std::exchange(now[i], ((2 * n - 1) * mu[i] * now[i] - (n - 1) * before[i]) / n);
             pressure += (n == 0 ? 1.0 : now[i]) * weight[i] * (n + 0.5);
         }
-        if (n == 1) {
-            moved += 1.2 * pressure / (6 * lame + 4 * shear);  // with the body force
-        } else {
-            const double of = n == 0 ? 0 : n * (n * n + 2 * n - 1 + 2 * poisson) / double(n - 1);
-            moved -= pressure * ((n + 1) * (n - 2 + 4 * poisson) - of) /
-                     (4 * shear * (n * n + n + 1 + poisson * (2 * n + 1)));
-        }
+        moved += pressure * (n == 1 ? 1.2 / (6 * lame + 4 * shear)  // with the body force
+                                    : displacement_of_ball(n, poisson));
     }
     return -moved / (a * a) * (4.0 / 3 * a * a * a / (1 - poisson * poisson)) / force;
 }

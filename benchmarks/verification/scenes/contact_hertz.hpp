@@ -5,6 +5,8 @@
 
 #include <firn/firn.hpp>
 
+#include "elastic_ball.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -295,8 +297,7 @@ struct PressedBall {
     /// lets the middle plane of the ball approach the base of the block [m]. Both are linear in F:
     ///
     /// Ball: pressed by Hertz's pressures at both poles (its middle plane is a plane of symmetry). Legendre series of
-    /// the radial displacement of a pole; the formulas for each degree are those of Lur'e 1964, "Three-Dimensional
-    /// Problems of the Theory of Elasticity", ch. 6.
+    /// the radial displacement of a pole. \see displacement_of_ball
     ///
     /// Block: its walls and base are planes of symmetry, so it is a layer under a square lattice of forces. A layer of
     /// depth H answers to a pressure with the wave number k as a half-space does, times (cosh 2kH − 1)/(sinh 2kH + 2kH)
@@ -307,8 +308,7 @@ struct PressedBall {
         double ball = (1 - 2 * nu) / (2 * pi);  // over F/(E R); degree 0
         for (int n = 2; n < 4000; n += 2) {
             const double x = (n + 0.5) * a, hertzian = 3 * (std::sin(x) - x * std::cos(x)) / (x * x * x);
-            const double bracket = (n + 1) * (n - 2 + 4 * nu) - n * (n * n + 2.0 * n - 1 + 2 * nu) / (n - 1);
-            ball -= (2 * n + 1) / (2 * pi) * hertzian * (1 + nu) / 2 * bracket / (n * n + n + 1 + nu * (2 * n + 1));
+            ball += (2 * n + 1) / (2 * pi) * hertzian * displacement_of_ball(n, nu);
         }
         ball -= 0.75 * (1 - nu * nu) / a;
         const double period = 2 * half;
