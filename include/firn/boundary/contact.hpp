@@ -21,6 +21,16 @@ constexpr const char* name_of(Contact contact) {
     return names[int(contact)];
 }
 
+/// Whether surfaces that have touched part no more.
+constexpr bool holds(Contact contact) { return contact == Contact::slip || contact == Contact::stick; }
+
+/// Returns the speed at which matter may approach a surface in a step [m/s].
+/// \param gap  distance of the matter from the surface [m]; negative if they overlap;  \param dt  time step [s]
+template <std::floating_point S>
+S closing_speed(const S& gap, const S& dt) {
+    return max(gap, S(0)) / dt;
+}
+
 /// Returns the velocity of matter after contact with a surface [m/s], relative to the surface.
 ///
 /// With the normal velocity vₙ = v · n and the tangential velocity vₜ = v − vₙ n before contact, the tangential
@@ -61,9 +71,8 @@ FIRN_INLINE Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>
 template <std::floating_point S, int D>
 Vec<S, D> velocity_after_contact(const Vec<S, D>& v, const Vec<S, D>& normal, Contact contact, const S& friction,
                                  const S& gap, const S& reach, const S& dt) {
-    const bool holds = contact == Contact::slip || contact == Contact::stick;
-    if (holds && gap <= reach) return velocity_after_contact(v, normal, contact, friction);
-    const S open = max(gap, S(0)) / dt;
+    if (holds(contact) && gap <= reach) return velocity_after_contact(v, normal, contact, friction);
+    const S open = closing_speed(gap, dt);
     if (contact == Contact::none || dot(v, normal) + open >= S(0)) return v;
     const Vec<S, D> closing = normal * open;
     return velocity_after_contact(v + closing, normal, Contact::separate, friction) - closing;

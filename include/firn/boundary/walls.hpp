@@ -138,6 +138,7 @@ struct Walls {
     /// Returns the velocity [m/s] of a node at x [m] after contact by the gap of particles. \see GapContact
     template <class Act>
     Vec<S, D> velocity_by_gap(const Vec<S, D>& x, Vec<S, D> v, const Act& act) const {
+        // Faces that were given in float, and nodes in double, differ by more than slack(), which is that of S.
         const S near = nodes_behind == NodesBehind::mirrored ? -mirrored_depth : S(1e-4) * S(act.cell_size);
         const Vec<S, D> at_rest = Vec<S, D>::zero();
         for (int a = 0; a < D; ++a) {

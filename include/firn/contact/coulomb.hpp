@@ -71,7 +71,7 @@ struct CoulombContact {
     double largest_reach() const {
         double largest = 0;
         for (const Pair& pair : pairs)
-            if (holds(pair.contact)) largest = std::max(largest, pair.contact.reach);
+            if (holds(pair.contact.contact)) largest = std::max(largest, pair.contact.reach);
         return largest;
     }
 
@@ -109,8 +109,6 @@ struct CoulombContact {
     }
 
 private:
-    /// Whether surfaces that have touched part no more.
-    static bool holds(const PairContact& of) { return of.contact == Contact::slip || of.contact == Contact::stick; }
     /// Returns the pair of two groups that has a contact of its own; nullptr if there is none.
     const Pair* find(int a, int b) const {
         const auto [first, second] = std::minmax({a, b});

@@ -44,6 +44,13 @@ BlockCoordinate<D> block_of_key(std::uint64_t key) {
     return block;
 }
 
+/// Returns the coordinate of a node along an axis, counted from the first node of its block.
+/// \param node  index of the node in the block, the last axis fastest
+template <int D>
+constexpr int place_in_block(int node, int axis) {
+    return node >> 2 * (D - 1 - axis) & (block_size - 1);
+}
+
 /// Returns the remainder of a / n as a number in [0, n), also if a is negative.
 constexpr int modulo(int a, int n) { return (a % n + n) % n; }
 

@@ -291,4 +291,13 @@ private:
     aligned_vector<std::byte> scratch_;
 };
 
+/// Returns the position of a node [m], whichever copy of its block block b of the grid is.
+/// \param node  index of the node in the block, the last axis fastest
+template <std::floating_point S, int D>
+Vec<double, D> node_position(const SparseGrid<S, D>& grid, std::size_t b, int node) {
+    Vec<double, D> x{};
+    for (int a = 0; a < D; ++a) x[a] = position_of_place(grid.domain(), grid.block(b), a, place_in_block<D>(node, a));
+    return x;
+}
+
 }  // namespace firn

@@ -52,19 +52,17 @@ class MeetingPlaces {
 public:
     /// The nodes of one group in a block of the domain.
     struct Copy {
-        int group;            ///< number of the contact group
-        std::uint32_t block;  ///< grid index of the copy
-        /// Numbers in near() of the blocks in which the base nodes of its particles may lie. \see NearParticles::gather
-        std::array<std::uint32_t, std::size_t(1 << D)> near;
+        int group;                                       ///< number of the contact group
+        std::uint32_t block;                             ///< grid index of the copy
+        typename NearParticles<Kernel, D>::Blocks near;  ///< where the base nodes of its particles lie in near()
     };
     /// A block of the domain.
     struct Place {
-        std::uint64_t key;  ///< its key
         std::size_t first,  ///< index in copies() of its first group; they are sorted by number
             last;           ///< index of its last group, plus 1
     };
 
-    const std::vector<Place>& places() const { return places_; }  ///< The blocks, sorted by key.
+    const std::vector<Place>& places() const { return places_; }  ///< The blocks, in the order of their keys.
     const std::vector<Copy>& copies() const { return copies_; }   ///< The groups in all blocks.
     /// The particles near these blocks.
     /// @{
@@ -96,15 +94,12 @@ public:
             const std::uint64_t key = all[first].in_domain;
             while (last < all.size() && all[last].in_domain == key) ++last;
             if (last - first == 1) continue;
-            places_.push_back({key, copies_.size(), 0});
+            places_.push_back({copies_.size(), copies_.size() + last - first});
             for (std::size_t i = first; i < last; ++i) {
                 const BlockCoordinate<D> of = block_of_key<D>(all[i].key);
-                Copy& copy =
-                    copies_.emplace_back(Copy{group_of_copy(of[0], copy_stride(grid.domain())), all[i].block, {}});
-                for (int k = 0; k < 1 << D; ++k)
-                    copy.near[std::size_t(k)] = near_.want(grid.domain(), block_before<D>(of, k));
+                copies_.push_back({group_of_copy(of[0], copy_stride(grid.domain())), all[i].block,
+                                   near_.want_around(grid.domain(), of)});
             }
-            places_.back().last = copies_.size();
         }
         near_.connect(grid.domain(), partitions);
     }
@@ -179,11 +174,7 @@ void find_meeting_nodes(const SparseGrid<S, D>& grid, const typename MeetingPlac
     }
     for (std::size_t c = place.first; c < place.last; ++c) {
         const std::uint64_t nodes = memory.meeting_nodes[c] &= several;
-        std::uint64_t bins[1 << D] = {};
-        for (std::uint64_t left = nodes; left != 0; left &= left - 1)
-            for (int k = 0; k < 1 << D; ++k)
-                bins[k] |= NearParticles<Kernel, D>::bins_that_reach(std::countr_zero(left), k);
-        for (int k = 0; k < 1 << D; ++k) meetings.near().mark(meetings.copies()[c].near[std::size_t(k)], bins[k]);
+        meetings.near().mark_around(meetings.copies()[c].near, nodes);
     }
 }
 
@@ -205,24 +196,17 @@ void meet_at(const Ranks& ranks, SparseGrid<S, D>& grid, const S* masses, const 
     scratch.normals.assign(count * count, Vec<double, D>::zero());
     for (; left != 0; left &= left - 1) {
         const int node = std::countr_zero(left);
-        const auto node_of = [&](std::size_t c) {
-            typename NearParticles<Kernel, D>::Node of{meetings.copies()[place.first + c].near, {}};
-            for (int a = 0; a < D; ++a) of.at[a] = node >> 2 * (D - 1 - a) & (block_size - 1);
-            return of;
-        };
-        const auto numbers = [&](std::size_t c) {
-            return grid.nodes(meetings.copies()[place.first + c].block) + node * node_width;
-        };
+        const auto copy = [&](std::size_t c) -> const auto& { return meetings.copies()[place.first + c]; };
+        const auto numbers = [&](std::size_t c) { return grid.nodes(copy(c).block) + node * node_width; };
         auto& groups = scratch.groups;
         auto& pairs = scratch.pairs;
         groups.clear(), pairs.clear(), scratch.copy_of.clear();
         for (std::size_t c = 0; c < count; ++c) {
             if (!(meeting_nodes[place.first + c] >> node & 1)) continue;
-            const auto& copy = meetings.copies()[place.first + c];
-            GroupAtNode<D> group{copy.group, double(numbers(c)[node_mass]), {}};
+            GroupAtNode<D> group{copy(c).group, double(numbers(c)[node_mass]), {}};
             for (int a = 0; a < D; ++a) group.momentum[a] = double(numbers(c)[a]);
             if (scratch.around.size() == groups.size()) scratch.around.emplace_back();
-            meetings.near().gather(node_of(c), scratch.around[groups.size()]);
+            meetings.near().gather(copy(c).near, node, scratch.around[groups.size()]);
             groups.push_back(group);
             scratch.copy_of.push_back(c);
         }
@@ -231,7 +215,7 @@ void meet_at(const Ranks& ranks, SparseGrid<S, D>& grid, const S* masses, const 
                 const Vec<double, D> moved = velocity_between(groups[i], groups[k]) * (dt / h);
                 Vec<double, D>& normal = scratch.normals[scratch.copy_of[i] * count + scratch.copy_of[k]];
                 const auto near_plane = [&](int g, auto&&... plane) {
-                    meetings.near().gather_near_plane(node_of(scratch.copy_of[g == 0 ? i : k]), plane...);
+                    meetings.near().gather_near_plane(copy(scratch.copy_of[g == 0 ? i : k]).near, node, plane...);
                 };
                 const Separation<D> found =
                     scratch.separator(scratch.around[i], scratch.around[k], near_plane, moved, reach, how, normal);
@@ -244,7 +228,7 @@ void meet_at(const Ranks& ranks, SparseGrid<S, D>& grid, const S* masses, const 
             for (int a = 0; a < D; ++a) numbers(scratch.copy_of[i])[a] = S(groups[i].momentum[a]);
         if (!impulses) continue;
         for (const PairAtNode<D>& pair : pairs) {
-            const std::size_t c = scratch.copy_of[pair.first], block = meetings.copies()[place.first + c].block;
+            const std::size_t c = scratch.copy_of[pair.first], block = copy(c).block;
             if (!(dot(pair.impulse, pair.impulse) > 0) || block >= grid.block_count() ||
                 !ranks.template counts<D>(block))
                 continue;
@@ -279,22 +263,12 @@ void sum_impulses(const Ranks& ranks, const std::vector<std::vector<PairImpulse<
     }
 }
 
-}  // namespace detail
-
-namespace detail {
-
 /// Lets mirrored walls act on the nodes beside them, which hold momenta and masses, without friction. Afterwards layer
 /// 2 of the grid has the numbers before, and layer 3 those after.
 template <class Execution, std::floating_point S, int D, std::derived_from<Mirrors> M>
 void mirror_momenta(const Execution& execution, SparseGrid<S, D>& grid, const M& mirrors, int threads) {
     using P = native_pack<S>;
-    const auto copy_to_nodes = [&](const S* from) {
-        for_nodes(grid, threads, [from](S* node, std::size_t i) {
-            std::copy_n(from + i, scalar_traits<P>::lanes * node_width, node);
-        });
-    };
-    grid.exchange(2, threads);
-    copy_to_nodes(grid.layer(2));
+    keep_in_layer(grid, 2, threads);
     grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});
     mirror_nodes(execution, grid, mirrors, false);
     for_nodes(grid, threads, [](S* node, std::size_t) {
@@ -302,8 +276,7 @@ void mirror_momenta(const Execution& execution, SparseGrid<S, D>& grid, const M&
         const Vec<P, D> v = load_node_vectors<D>(node, r);
         store_node_vectors(v * r[node_mass], r, node);
     });
-    grid.exchange(3, threads);
-    copy_to_nodes(grid.layer(3));
+    keep_in_layer(grid, 3, threads);
 }
 /// Gives the nodes the numbers that they had before mirror_momenta(), and the change of velocity since then.
 template <std::floating_point S, int D>

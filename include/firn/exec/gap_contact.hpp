@@ -38,9 +38,8 @@ class GapMemory {
 public:
     /// A block of the grid at which a boundary may act.
     struct Place {
-        std::uint32_t block;  ///< grid index
-        /// Numbers in near() of the blocks in which the base nodes of its particles may lie. \see NearParticles::gather
-        std::array<std::uint32_t, std::size_t(1 << D)> near;
+        std::uint32_t block;                             ///< grid index
+        typename NearParticles<Kernel, D>::Blocks near;  ///< where the base nodes of its particles lie in near()
     };
 
     /// Call it when the grid was activated: the particles have moved in memory.
@@ -60,34 +59,13 @@ public:
         places_.clear(), near_.clear();
         for (std::uint32_t b = 0; b < grid.block_count(); ++b) {
             if (!is_reached_[b]) continue;
-            Place& place = places_.emplace_back(Place{b, {}});
-            for (int k = 0; k < 1 << D; ++k)
-                place.near[std::size_t(k)] = near_.want(grid.domain(), block_before<D>(grid.block(b), k));
+            places_.push_back({b, near_.want_around(grid.domain(), grid.block(b))});
         }
         near_.connect(grid.domain(), partitions);
         nodes.resize(places_.size());
     }
     const std::vector<Place>& places() const { return places_; }  ///< The blocks, in the order of the grid.
     NearParticles<Kernel, D>& near() { return near_; }            ///< The particles near these blocks.
-
-    /// Marks the particles that reach nodes of a block.
-    /// \param of  a set of bits, one for each node
-    void mark(const Place& place, std::uint64_t of) {
-        std::uint64_t bins[1 << D] = {};
-        for (; of != 0; of &= of - 1)
-            for (int k = 0; k < 1 << D; ++k)
-                bins[k] |= NearParticles<Kernel, D>::bins_that_reach(std::countr_zero(of), k);
-        for (int k = 0; k < 1 << D; ++k) near_.mark(place.near[std::size_t(k)], bins[k]);
-    }
-    /// Collects the particles around a node of a block.
-    /// \param node  index of the node in the block
-    void gather(const Place& place, int node, detail::AroundNode<D>& to) const {
-        typename NearParticles<Kernel, D>::Node of{place.near, {}};
-        for (int a = 0; a < D; ++a) of.at[a] = place_in_block(node, a);
-        near_.gather(of, to);
-    }
-    /// Returns the place of a node in its block along an axis.
-    static constexpr int place_in_block(int node, int axis) { return node >> 2 * (D - 1 - axis) & (block_size - 1); }
 
     std::vector<std::uint64_t> nodes{};               ///< For each place, bits of the nodes that take part.
     std::vector<detail::AroundNode<D>> of_threads{};  ///< Memory of each thread.
@@ -100,15 +78,6 @@ private:
 };
 
 namespace detail {
-
-/// Returns the position of a node of block b [m]. \param node  index of the node in the block
-template <std::floating_point S, int D>
-Vec<double, D> node_position(const SparseGrid<S, D>& grid, std::size_t b, int node) {
-    Vec<double, D> x{};
-    for (int a = 0; a < D; ++a)
-        x[a] = position_of_place(grid.domain(), grid.block(b), a, node >> 2 * (D - 1 - a) & (block_size - 1));
-    return x;
-}
 
 /// Returns whether a boundary may act on nodes of block b.
 template <std::floating_point S, int D, class Boundary>
@@ -140,13 +109,13 @@ std::uint64_t nodes_of_boundary(const SparseGrid<S, D>& grid, std::size_t b, con
 /// \param nodes      a set of bits, one for each node that takes part
 /// \param reactions  one Reaction for each part; nullptr if they are not wanted
 template <class Kernel, std::floating_point S, int D, class Boundary>
-void act_on_block(SparseGrid<S, D>& grid, const GapMemory<Kernel, D>& memory,
+void act_on_block(SparseGrid<S, D>& grid, const NearParticles<Kernel, D>& near,
                   const typename GapMemory<Kernel, D>::Place& place, std::uint64_t nodes, const Boundary& boundary,
                   double dt, AroundNode<D>& around, Reaction<D>* reactions) {
     const double h = grid.domain().cell_size;
     for (; nodes != 0; nodes &= nodes - 1) {
         const int node = std::countr_zero(nodes);
-        memory.gather(place, node, around);
+        near.gather(place.near, node, around);
         if (around.size() == 0) continue;
         S* const numbers = grid.nodes(place.block) + node * node_width;
         Vec<double, D> v{};
@@ -164,29 +133,19 @@ void act_on_block(SparseGrid<S, D>& grid, const GapMemory<Kernel, D>& memory,
     }
 }
 
-/// Returns a set of bits, one for each node of a block with this place along an axis.
-template <int D>
-std::uint64_t nodes_at(int axis, int place) {
-    std::uint64_t bits = 0;
-    for (int node = 0; node < block_nodes<D>; ++node)
-        bits |= std::uint64_t((node >> 2 * (D - 1 - axis) & (block_size - 1)) == place) << node;
-    return bits;
-}
-
 /// Finds the closing speeds of a wall's columns whose middle nodes lie in one block.
 template <class Kernel, std::floating_point S, int D>
-void find_closing(const GapMemory<Kernel, D>& memory, const typename GapMemory<Kernel, D>::Place& place,
+void find_closing(const NearParticles<Kernel, D>& near, const typename GapMemory<Kernel, D>::Place& place,
                   const MirrorPlane& plane, double cell_size, double dt, AroundNode<D>& around, S* closing) {
-    const bool holds = plane.contact == Contact::slip || plane.contact == Contact::stick;
     const int apart = 1 << (2 * (D - 1 - plane.axis));
     auto normal = Vec<double, D>::zero();
     normal[plane.axis] = plane.inward;
     for (int c = 0; c < BlockColumns<S, D>::count; ++c) {
-        memory.gather(place, BlockColumns<S, D>::node_of_column(c, apart) + (plane.node & 3) * apart, around);
+        near.gather(place.near, BlockColumns<S, D>::node_of_column(c, apart) + (plane.node & 3) * apart, around);
         if (around.size() == 0) continue;
         const double gap = Separator<Kernel, D>::depth(around, normal);  // [cells]
         if (!(gap * cell_size < ActByGap<D, int>::none)) continue;
-        closing[c] = holds && gap <= boundary_reach ? S(-1) : S(std::max(gap, 0.0) * cell_size / dt);
+        closing[c] = holds(plane.contact) && gap <= boundary_reach ? S(-1) : S(closing_speed(gap * cell_size, dt));
     }
 }
 
@@ -240,12 +199,12 @@ MirrorsByGap<S> mirrors_by_gap(const Execution& execution, const SparseGrid<S, D
             parallel_for(memory.places().size(), threads, of_place, 16);
         };
         for_columns([&](const auto& place, std::size_t p, std::size_t) {
-            memory.mark(place, detail::nodes_at<D>(axis, mirrors.planes[p].node & 3));
+            memory.near().mark_around(place.near, detail::BoxMasks<D>::along(axis, 1u << (mirrors.planes[p].node & 3)));
         });
         memory.near().find(
             grid.domain(), others, threads, [&](auto& near) { ranks_of(execution).bring_near(near); }, sets...);
         for_columns([&](const auto& place, std::size_t p, std::size_t thread) {
-            detail::find_closing(memory, place, mirrors.planes[p], grid.domain().cell_size, dt,
+            detail::find_closing(memory.near(), place, mirrors.planes[p], grid.domain().cell_size, dt,
                                  memory.of_threads[thread],
                                  mirrors.closing.data() + mirrors.first[p * mirrors.blocks + place.block]);
         });
@@ -286,7 +245,7 @@ void act_by_gap(const Execution& execution, SparseGrid<S, D>& grid, const GapCon
     parallel_region(threads, [&] {
         const auto look = [&](std::size_t i, int) {
             memory.nodes[i] = detail::nodes_of_boundary(grid, places[i].block, exact, dt);
-            memory.mark(places[i], memory.nodes[i]);
+            memory.near().mark_around(places[i].near, memory.nodes[i]);
         };
         parallel_for(places.size(), threads, look, 4);
         memory.near().find(grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets...);
@@ -294,7 +253,7 @@ void act_by_gap(const Execution& execution, SparseGrid<S, D>& grid, const GapCon
             const bool counts = reactions && ranks.template counts<D>(places[i].block);
             Reaction<D>* const of_place = counts ? of_places.data() + i * parts : nullptr;
             for (std::size_t k = 0; counts && k < parts; ++k) of_place[k].about = reactions->parts[k].about;
-            detail::act_on_block(grid, memory, places[i], memory.nodes[i], exact, dt,
+            detail::act_on_block(grid, memory.near(), places[i], memory.nodes[i], exact, dt,
                                  memory.of_threads[std::size_t(thread)], of_place);
         };
         parallel_for(places.size(), threads, act, 4);

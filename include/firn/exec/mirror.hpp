@@ -121,16 +121,11 @@ template <std::floating_point S, int D>
                                 const S* masses) {
     columns.for_nodes([&](const S* node, const S* before, const S* after) {
         const auto index = std::size_t(node - grid.nodes(0)) / node_width;
-        const std::size_t in_block = index % std::size_t(block_nodes<D>);
-        const BlockCoordinate<D> block = grid.block(index / std::size_t(block_nodes<D>));
-        Vec<double, D> arm{}, impulse{};
-        for (int a = 0; a < D; ++a) {
-            const int place = int(in_block >> 2 * (D - 1 - a)) & (block_size - 1);
-            arm[a] = position_of_place(grid.domain(), block, a, place) - sum.about[a];
-            impulse[a] = double(masses[index]) * (double(after[a]) - double(before[a]));
-        }
-        sum.impulse += impulse;
-        sum.angular_impulse += axial_product(arm, impulse);
+        Vec<double, D> change{};
+        for (int a = 0; a < D; ++a) change[a] = double(after[a]) - double(before[a]);
+        const std::size_t block = index / std::size_t(block_nodes<D>);
+        const Vec<double, D> x = node_position(grid, block, int(index % std::size_t(block_nodes<D>)));
+        add_impulse(sum, x, double(masses[index]), change);
     });
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <firn/core/parallel.hpp>
+#include <firn/data/box_masks.hpp>
 #include <firn/data/particle_set.hpp>
 #include <firn/data/particle_view.hpp>
 #include <firn/exec/around_node.hpp>
@@ -60,11 +61,12 @@ FIRN_INLINE P volume_ratio_of(const View& view, const Slots& slots) {
 }
 
 /// Returns half of the extents of particles [cells]: ½ (J V0)^(1/D) / h.
-/// \param per_cell  1/h^D [1/m^D]
-template <class View, class P>
-FIRN_INLINE P radius_of(const View& view, const Slots& slots, const P& per_cell) {
+/// \param h  cell size [m]
+template <class P, class View>
+FIRN_INLINE P radius_of(const View& view, const Slots& slots, double h) {
     using S = typename View::scalar_type;
     constexpr int D = View::dimension;
+    const P per_cell(S(D == 2 ? 1 / (h * h) : 1 / (h * h * h)));
     const P volume = view.volume.template load<P>(slots, 0) * volume_ratio_of<View, P>(view, slots) * per_cell;
     const P filled = max(volume, P(S(1e-12)));
     const P extent = D == 2 ? sqrt(filled) : exp(log(filled) * P(S(1.0 / 3)));
@@ -75,8 +77,8 @@ FIRN_INLINE P radius_of(const View& view, const Slots& slots, const P& per_cell)
 
 /// Lists of particles, one for each block of base nodes that is wanted.
 ///
-/// After the grid was activated: clear(), want() for each block, connect(). In every step: mark() for the blocks that
-/// this step needs, find(), then gather() for each node.
+/// After the grid was activated: clear(), want_around() for each block of nodes, connect(). In every step:
+/// mark_around() for the nodes that this step needs, find(), then gather() for each node.
 template <class Kernel, int D>
 class NearParticles {
     static constexpr int K = Kernel::support;
@@ -97,6 +99,9 @@ public:
         }
     };
     static constexpr std::uint32_t none = BlockNumbers::none;  ///< Stands for a block that is not wanted.
+    /// Numbers of the blocks in which the base nodes of the particles around the nodes of a block may lie: bit D − 1 −
+    /// a of an index is 0 for the block before the nodes' block along axis a, and 1 for the nodes' block.
+    using Blocks = std::array<std::uint32_t, std::size_t(1 << D)>;
 
     /// Forgets all blocks.
     void clear() {
@@ -107,6 +112,13 @@ public:
     /// \param block  coordinates of the block, or of a copy of it
     std::uint32_t want(const Domain<D>& domain, const BlockCoordinate<D>& block) {
         return numbers_.number(block_key<D>(wrapped(domain, block)));
+    }
+    /// Returns the numbers of the blocks in which the base nodes of the particles around a block's nodes may lie.
+    /// \param block  coordinates of the block, or of a copy of it
+    Blocks want_around(const Domain<D>& domain, const BlockCoordinate<D>& block) {
+        Blocks blocks;
+        for (int k = 0; k < 1 << D; ++k) blocks[std::size_t(k)] = want(domain, block_before<D>(block, k));
+        return blocks;
     }
     std::size_t size() const { return numbers_.size(); }                            ///< Number of blocks.
     std::uint64_t key(std::uint32_t number) const { return numbers_.key(number); }  ///< Returns the key of a block.
@@ -127,7 +139,7 @@ public:
             for (int k = 0; k < around; ++k) {
                 const std::uint64_t key = neighbour(this->key(b), k);
                 if (const std::size_t before = seen.size(); seen.number(key) < before) continue;
-                Source source{block_of_key<D>(key), std::uint32_t(ranges_.size()), 0, {}, {}, {}};
+                Source source{block_of_key<D>(key), std::uint32_t(ranges_.size()), 0, {}, {}, {}, {}, {}};
                 for (std::uint32_t s = 0; s < partitions.size(); ++s) {
                     const BlockPartition<D>& partition = *partitions[s];
                     const auto key_of = [&](std::uint32_t r) { return block_key<D>(partition.ranges[r].block); };
@@ -151,22 +163,29 @@ public:
     void mark(std::uint32_t number, std::uint64_t bins) {
         if (bins != 0) std::atomic_ref(marked_[number]).fetch_or(bins, std::memory_order_relaxed);
     }
+    /// Tells that the particles around some nodes of a block are needed in this step.
+    /// \param blocks  what want_around() returned for the block;  \param nodes  a set of bits, one for each node
+    void mark_around(const Blocks& blocks, std::uint64_t nodes) {
+        std::uint64_t bins[1 << D] = {};
+        for (; nodes != 0; nodes &= nodes - 1)
+            for (int k = 0; k < 1 << D; ++k) bins[k] |= bins_that_reach(std::countr_zero(nodes), k);
+        for (int k = 0; k < 1 << D; ++k) mark(blocks[std::size_t(k)], bins[k]);
+    }
     /// Returns a set of bits, one for each base node in block k whose particles contribute to a node.
-    /// \param node  number of the node in its block;  \param k  which block. \see gather
+    /// \param node  index of the node in its block;  \param k  which block. \see Blocks
     static std::uint64_t bins_that_reach(int node, int k) {
         static constexpr auto table = [] {
             std::array<std::array<std::uint64_t, std::size_t(1 << D)>, std::size_t(block_nodes<D>)> bits{};
             for (int n = 0; n < block_nodes<D>; ++n)
-                for (int of = 0; of < 1 << D; ++of)
-                    for (int bin = 0; bin < block_nodes<D>; ++bin) {
-                        bool reaches = true;
-                        for (int a = 0; a < D; ++a) {
-                            const int along = 2 * (D - 1 - a), before = (of >> (D - 1 - a) & 1) ? 0 : block_size;
-                            const int above = (n >> along & 3) - (bin >> along & 3) + before;
-                            reaches = reaches && above >= 0 && above < K;
-                        }
-                        bits[std::size_t(n)][std::size_t(of)] |= std::uint64_t(reaches) << bin;
+                for (int of = 0; of < 1 << D; ++of) {
+                    unsigned sets[D] = {};
+                    for (int a = 0; a < D; ++a) {
+                        // Bit i: base node i along the axis, counted from the first one of the block before.
+                        const unsigned reach = ((1u << K) - 1) << (block_size + place_in_block<D>(n, a) - (K - 1));
+                        sets[a] = reach >> ((of >> (D - 1 - a) & 1) * block_size) & ((1u << block_size) - 1);
                     }
+                    bits[std::size_t(n)][std::size_t(of)] = detail::BoxMasks<D>::mask(sets);
+                }
             return bits;
         }();
         return table[std::size_t(node)][std::size_t(k)];
@@ -185,6 +204,7 @@ public:
             const bool is_needed =
                 std::any_of(source.to.begin(), source.to.end(), [&](auto b) { return is_marked(b); });
             if (!is_needed && mirrors.planes.empty()) return;
+            find_needed(source);
             for (std::uint32_t r = source.first; r < source.last; ++r) {
                 std::uint32_t number = 0;
                 [[maybe_unused]] const auto convert_if = [&](const auto& set) {
@@ -216,23 +236,17 @@ public:
         return number != none && (marked_[number] >> bin & 1) != 0;
     }
 
-    /// A node, and where the base nodes of the particles around it lie.
-    struct Node {
-        /// Numbers of the blocks that base nodes may lie in: bit D − 1 − a of an index is 0 for the block before the
-        /// node's block along axis a, and 1 for the node's block.
-        std::array<std::uint32_t, std::size_t(1 << D)> blocks;
-        int at[D];  ///< coordinates of the node in its block
-    };
     /// Collects the particles that contribute to a node.
-    void gather(const Node& node, detail::AroundNode<D>& to) const {
-        collect(node, to, [](int) { return std::pair(0, K); });
+    /// \param blocks  what want_around() returned for the node's block;  \param node  index of the node in the block
+    void gather(const Blocks& blocks, int node, detail::AroundNode<D>& to) const {
+        collect(blocks, node, to, [](int) { return std::pair(0, K); });
     }
     /// Collects the particles around a node whose base nodes have cells near a plane: the distance of a cell's middle
     /// is at most `within` [cells].
     /// \param n  unit normal of the plane;  \param middle  n · x of the plane, counted from the node [cells]
-    void gather_near_plane(const Node& node, const Vec<double, D>& n, double middle, double within,
+    void gather_near_plane(const Blocks& blocks, int node, const Vec<double, D>& n, double middle, double within,
                            detail::AroundNode<D>& to) const {
-        collect(node, to, [&](int line) {
+        collect(blocks, node, to, [&](int line) {
             double along = -middle;
             for (int a = 0; a < D; ++a) along += n[a] * (place_of_line(line, a) - (K - 1) + Kernel::base_shift + 0.5);
             int begin = K, end = 0;
@@ -281,24 +295,15 @@ private:
     /// A block with particles.
     struct Source {
         BlockCoordinate<D> block;
-        std::uint32_t first, last;                                       // of its ranges in ranges_
-        std::array<std::uint32_t, std::size_t(around)> to;               // numbers of the wanted blocks around it
+        std::uint32_t first, last;                          // of its ranges in ranges_
+        int low[D], high[D];                                // the base nodes that are needed lie in this box
+        std::array<std::uint32_t, std::size_t(around)> to;  // numbers of the wanted blocks around it
         std::vector<std::pair<std::uint32_t, Particle>> strays, images;  // in other blocks: its particles, their images
     };
 
-    /// Returns a set of bits, one for each base node of a block whose coordinate along an axis is v.
-    static std::uint64_t bins_at(int axis, int v) {
-        static constexpr auto table = [] {
-            std::array<std::array<std::uint64_t, std::size_t(block_size)>, std::size_t(D)> bits{};
-            for (int bin = 0; bin < block_nodes<D>; ++bin)
-                for (int a = 0; a < D; ++a)
-                    bits[std::size_t(a)][std::size_t(bin >> 2 * (D - 1 - a) & 3)] |= std::uint64_t(1) << bin;
-            return bits;
-        }();
-        return table[std::size_t(axis)][std::size_t(v)];
-    }
     /// Finds a box of base nodes, counted from the corner of a block of particles, outside of which none is needed.
-    void find_needed(const Source& source, int (&low)[D], int (&high)[D]) const {
+    void find_needed(Source& source) const {
+        int(&low)[D] = source.low, (&high)[D] = source.high;
         std::fill_n(low, D, block_size);
         std::fill_n(high, D, -1);
         for (int k = 0; k < around; ++k) {
@@ -306,7 +311,7 @@ private:
             const std::uint64_t bins = marked_[source.to[std::size_t(k)]];
             for (int a = D - 1, rest = k; a >= 0; --a, rest /= 3)
                 for (int v = 0; v < block_size; ++v) {
-                    if (!(bins & bins_at(a, v))) continue;
+                    if (!(bins & detail::BoxMasks<D>::along(a, 1u << v))) continue;
                     low[a] = std::min(low[a], v + (rest % 3 - 1) * block_size);
                     high[a] = std::max(high[a], v + (rest % 3 - 1) * block_size);
                 }
@@ -324,12 +329,8 @@ private:
         using S = typename View::scalar_type;
         using P = native_pack<S>;
         constexpr int lanes = scalar_traits<P>::lanes;
-        const double h = domain.cell_size;
-        const P per_cell(S(D == 2 ? 1 / (h * h) : 1 / (h * h * h)));
         const BlockRange<D>& of = set.partition.ranges[range];
         const std::size_t end = of.first_slot + of.particles;
-        int low[D], high[D];
-        find_needed(source, low, high);
         for (std::size_t slot = of.first_slot / lanes * lanes; slot < end; slot += lanes) {
             const Slots slots{slot, nullptr};
             const Vec<P, D> place = load_vector<P, D>(set.view.position, slots);
@@ -338,7 +339,7 @@ private:
             P bin(0), to(0);  // the base node in its block; which of the blocks around has it
             for (int a = 0; a < D; ++a) {
                 const P base = base_node<Kernel>(place.v[a]), block = floor(base * P(S(1.0 / block_size)));
-                is_needed = is_needed & (base >= P(S(low[a]))) & (base <= P(S(high[a])));
+                is_needed = is_needed & (base >= P(S(source.low[a]))) & (base <= P(S(source.high[a])));
                 bin = bin * P(S(block_size)) + (base - block * P(S(block_size)));
                 to = to * P(S(3)) + (block + P(S(1)));
                 (place.v[a] - block * P(S(block_size))).store(places[a]);
@@ -348,7 +349,7 @@ private:
             if (slot + lanes > end) left &= (1u << (end - slot)) - 1;
             if (left == 0) continue;
             bin.store(bins), to.store(blocks);
-            detail::radius_of<View, P>(set.view, slots, per_cell).store(radii);
+            detail::radius_of<P>(set.view, slots, domain.cell_size).store(radii);
             for (; left != 0; left &= left - 1) {
                 const int l = std::countr_zero(left);
                 const auto number = source.to[std::size_t(blocks[l])];
@@ -401,8 +402,6 @@ private:
                                   const Domain<D>& domain, const Mirrors& mirrors) {
         using S = typename View::scalar_type;
         using P = native_pack<S>;
-        const double h = domain.cell_size;
-        const P per_cell(S(D == 2 ? 1 / (h * h) : 1 / (h * h * h)));
         const int stride = copy_stride(domain), shift = group_of_copy(source.block[0], stride) * stride;
         BlockCoordinate<D> block = source.block;
         block[0] -= shift;
@@ -444,7 +443,7 @@ private:
                     const std::uint32_t number = image.to[std::size_t(to)];
                     if (!is_marked(number, particle.bin)) continue;
                     if (!std::exchange(has_radii, true))
-                        detail::radius_of<View, P>(set.view, slots, per_cell).store(radii);
+                        detail::radius_of<P>(set.view, slots, domain.cell_size).store(radii);
                     particle.radius = float(radii[lane]);
                     source.images.emplace_back(number, particle);
                 }
@@ -459,9 +458,11 @@ private:
     /// Collects the particles of some base nodes around a node.
     /// \param some  a function that returns which base nodes of a line are wanted: first and last, plus 1
     template <class Some>
-    FIRN_INLINE void collect(const Node& node, detail::AroundNode<D>& to, const Some& some) const {
+    FIRN_INLINE void collect(const Blocks& blocks, int node, detail::AroundNode<D>& to, const Some& some) const {
+        int at[D];
+        for (int a = 0; a < D; ++a) at[a] = place_in_block<D>(node, a);
         std::size_t most = 0;
-        for (const std::uint32_t b : node.blocks) most += b == none ? 0 : blocks_[b].found.size();
+        for (const std::uint32_t b : blocks) most += b == none ? 0 : blocks_[b].found.size();
         to.clear(most);
         for (int line = 0; line < lines; ++line) {
             const auto [first, last] = some(line);
@@ -469,17 +470,17 @@ private:
             int of = 0, bin = 0;
             float shift[D];  // the node's position, counted from the corner of the base nodes' block
             for (int a = 0; a < D - 1; ++a) {
-                const int base = node.at[a] - (K - 1) + place_of_line(line, a);
+                const int base = at[a] - (K - 1) + place_of_line(line, a);
                 of = 2 * of + (base >= 0);
                 bin = bin * block_size + (base & (block_size - 1));
-                shift[a] = float(node.at[a] + (base >= 0 ? 0 : block_size));
+                shift[a] = float(at[a] + (base >= 0 ? 0 : block_size));
             }
-            const int lowest = node.at[D - 1] - (K - 1), begin = lowest + first, end = lowest + last;
+            const int lowest = at[D - 1] - (K - 1), begin = lowest + first, end = lowest + last;
             const auto add = [&](int side, int from, int until) {
-                const std::uint32_t number = node.blocks[std::size_t(2 * of + side)];
+                const std::uint32_t number = blocks[std::size_t(2 * of + side)];
                 if (number == none) return;
                 const Block& block = blocks_[number];
-                shift[D - 1] = float(node.at[D - 1] + (side == 1 ? 0 : block_size));
+                shift[D - 1] = float(at[D - 1] + (side == 1 ? 0 : block_size));
                 to.add(block.numbers.data(), block.apart, block.begin[bin * block_size + from],
                        block.begin[bin * block_size + until], shift);
             };

@@ -87,14 +87,12 @@ struct Watched {
         const auto add = [&](int part, const Vec<P, D>& before, const Vec<P, D>& after) {
             Reaction<D>& sum = parts[part];
             for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) {
-                Vec<double, D> arm{}, impulse{};
+                Vec<double, D> at{}, change{};
                 for (int a = 0; a < D; ++a) {
-                    arm[a] = double(lane_value(x[a], lane)) - sum.about[a];
-                    impulse[a] = double(lane_value(mass, lane)) *
-                                 (double(lane_value(after[a], lane)) - double(lane_value(before[a], lane)));
+                    at[a] = double(lane_value(x[a], lane));
+                    change[a] = double(lane_value(after[a], lane)) - double(lane_value(before[a], lane));
                 }
-                sum.impulse += impulse;
-                sum.angular_impulse += axial_product(arm, impulse);
+                add_impulse(sum, at, double(lane_value(mass, lane)), change);
             }
         };
         return velocity_among(boundary, x, v, NoOthers{}, add);

@@ -89,6 +89,15 @@ void for_nodes(SparseGrid<S, D>& grid, int threads, const F& f) {
         16);
 }
 
+/// Copies the numbers of all nodes to layer k of the grid.
+template <std::floating_point S, int D>
+void keep_in_layer(SparseGrid<S, D>& grid, std::size_t k, int threads) {
+    grid.exchange(k, threads);
+    for_nodes(grid, threads, [from = grid.layer(k)](S* node, std::size_t i) {
+        std::copy_n(from + i, scalar_traits<native_pack<S>>::lanes * node_width, node);
+    });
+}
+
 template <int D, class P>
 FIRN_INLINE Vec<P, D> load_node_vectors(const value_type_t<P>* from, P (&r)[4]) {
     load_quads(from, r);
@@ -113,21 +122,13 @@ void refine_momenta(const Execution& execution, SparseGrid<S, D>& grid, const Tr
                     TransferMemory<S>& memory, const M& mirrors, int threads, const ParticleSet<Views>&... sets) {
     using P = native_pack<S>;
     memory.velocities.resize(std::max(memory.velocities.size(), sizeof...(Views)));
-    const auto copy_to_nodes = [&](const S* from) {
-        for_nodes(grid, threads, [from](S* node, std::size_t i) {
-            std::copy_n(from + i, scalar_traits<P>::lanes * node_width, node);
-        });
-    };
-
     grid_update(execution, grid, 0.0, Vec<S, D>::zero(), NoBoundary{});  // the nodes then hold v_1
     const bool is_mirrored = !mirrors.planes.empty();
     if (is_mirrored) {
-        grid.exchange(3, threads);  // layer 3 then holds v_1 before walls act
-        copy_to_nodes(grid.layer(3));
+        keep_in_layer(grid, 3, threads);  // v_1 before walls act
         mirror_nodes(execution, grid, mirrors, false);
     }
-    grid.exchange(1, threads);
-    copy_to_nodes(grid.layer(1));
+    keep_in_layer(grid, 1, threads);
     for (int j = 1; j < transfer.order; ++j) {
         const auto there_and_back = [&]<std::size_t... I>(std::index_sequence<I...>) {
             const auto as_taken = [&](const auto& set, std::size_t i) {

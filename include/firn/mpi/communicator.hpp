@@ -182,6 +182,21 @@ struct Message {
     std::vector<std::byte> bytes{};  ///< The content.
 };
 
+/// Returns the content of a message as values of type T.
+template <class T>
+std::vector<T> contents(const Message& message) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    std::vector<T> values(message.bytes.size() / sizeof(T));
+    std::copy_n(message.bytes.data(), values.size() * sizeof(T), reinterpret_cast<std::byte*>(values.data()));
+    return values;
+}
+/// Returns a message to a rank with these values.
+template <class T>
+Message message_of(int rank, const std::vector<T>& values) {
+    const auto bytes = std::as_bytes(std::span(values));
+    return {rank, {bytes.begin(), bytes.end()}};
+}
+
 /// Sends each of the messages to its rank, and returns the messages that this rank receives, in the order of the ranks
 /// that sent them; messages of one rank come in the order in which it gave them. Collective.
 ///

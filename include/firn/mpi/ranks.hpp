@@ -236,16 +236,12 @@ public:
     }
     /// Replaces the pairs of contact groups between which this rank has impulses, sorted, by those of all ranks.
     void join_pairs(std::vector<std::pair<int, int>>& pairs) const {
-        const auto bytes = std::as_bytes(std::span(pairs));
         std::vector<Message> outgoing;
         if (!pairs.empty())
-            for (int rank = 0; rank < all().size(); ++rank) outgoing.push_back({rank, {bytes.begin(), bytes.end()}});
+            for (int rank = 0; rank < all().size(); ++rank) outgoing.push_back(message_of(rank, pairs));
         pairs.clear();
-        for (const Message& message : exchange(all(), std::move(outgoing))) {
-            const std::size_t before = pairs.size();
-            pairs.resize(before + message.bytes.size() / sizeof(pairs[0]));
-            std::memcpy(static_cast<void*>(pairs.data() + before), message.bytes.data(), message.bytes.size());
-        }
+        for (const Message& message : exchange(all(), std::move(outgoing)))
+            for (const auto& [first, second] : contents<std::array<int, 2>>(message)) pairs.emplace_back(first, second);
         std::sort(pairs.begin(), pairs.end());
         pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
     }

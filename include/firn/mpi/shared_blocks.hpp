@@ -12,6 +12,7 @@
 #include <firn/mpi/cuts.hpp>
 
 #include <algorithm>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -26,6 +27,19 @@ struct Piece {
 /// Whether a summing rank adds its own pieces before all others, instead of in the order of turns. The bits then depend
 /// on the number of ranks. Tests set this to true, to see that they would notice.
 inline bool adds_own_first = false;
+
+/// The rank that sums a block: the owner of its cube if it has the block, else the lowest of the ranks that have it.
+class SummingRank {
+public:
+    /// \param owner  the owner of the block's cube
+    explicit SummingRank(int owner) : owner_(owner) {}
+    /// Tells that a rank has the block in its grid.
+    void add(int holder) { rank_ = holder == owner_ || rank_ == owner_ ? owner_ : std::min(rank_, holder); }
+    int rank() const { return rank_; }  ///< Returns the rank that sums the block.
+
+private:
+    int owner_, rank_ = std::numeric_limits<int>::max();
+};
 
 /// Pieces that travel in one message, or that stay on this rank.
 struct PieceMessage {
@@ -179,14 +193,10 @@ private:
         for (std::size_t i = 0; i < contributors.size();) {
             const std::uint32_t b = contributors[i].first;
             is_shared_[b] = true;
-            const int home = cuts[0].owner(grid.block(b));
-            int lowest = me_;
-            bool is_home = home == me_;
-            for (; i < contributors.size() && contributors[i].first == b; ++i) {
-                lowest = std::min(lowest, contributors[i].second);
-                is_home = is_home || contributors[i].second == home;
-            }
-            summing_rank_[b] = is_home ? home : lowest;
+            SummingRank summing(cuts[0].owner(grid.block(b)));
+            summing.add(me_);
+            for (; i < contributors.size() && contributors[i].first == b; ++i) summing.add(contributors[i].second);
+            summing_rank_[b] = summing.rank();
         }
     }
 

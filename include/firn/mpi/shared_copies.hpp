@@ -10,6 +10,7 @@
 #include <firn/exec/execution.hpp>
 #include <firn/mpi/communicator.hpp>
 #include <firn/mpi/cuts.hpp>
+#include <firn/mpi/shared_blocks.hpp>
 
 #include <algorithm>
 #include <cstring>
@@ -168,12 +169,10 @@ private:
         for (std::size_t first = 0, last = 0; first < holders.size(); first = last) {
             const std::uint64_t key = holders[first].key;
             while (last < holders.size() && holders[last].key == key) ++last;
-            // The rank that has the sums at all nodes. \see SharedBlocks
-            const int home = cuts.owner(block_of_key<D>(key));
-            int summing = int(holders[first].rank);
+            SummingRank summing(cuts.owner(block_of_key<D>(key)));
             bool is_mine = false;
             for (std::size_t i = first; i < last; ++i) {
-                if (holders[i].rank == home) summing = home;
+                summing.add(int(holders[i].rank));
                 is_mine = is_mine || holders[i].rank == me;
             }
             std::size_t block = grid.find(block_of_key<D>(key));
@@ -183,8 +182,8 @@ private:
             }
             for (const int rank : ranks) {
                 if (rank == me) continue;
-                if (may_meet && summing == me) partner(rank).sent.push_back(block);
-                if (may_meet && summing == rank) partner(rank).received.push_back(block);
+                if (may_meet && summing.rank() == me) partner(rank).sent.push_back(block);
+                if (may_meet && summing.rank() == rank) partner(rank).received.push_back(block);
                 if (is_mine)
                     for (int k = 0; k < 1 << D; ++k)
                         partner(rank).near.push_back(
@@ -226,19 +225,10 @@ private:
     static std::vector<Message> messages(const std::vector<std::vector<T>>& to_ranks) {
         std::vector<Message> outgoing;
         for (std::size_t rank = 0; rank < to_ranks.size(); ++rank) {
-            if (to_ranks[rank].empty()) continue;
-            const auto bytes = std::as_bytes(std::span(to_ranks[rank]));
-            outgoing.push_back({int(rank), {bytes.begin(), bytes.end()}});
+            if (!to_ranks[rank].empty()) outgoing.push_back(message_of(int(rank), to_ranks[rank]));
         }
         return outgoing;
     }
-    template <class T>
-    static std::vector<T> contents(const Message& message) {
-        std::vector<T> values(message.bytes.size() / sizeof(T));
-        std::memcpy(values.data(), message.bytes.data(), values.size() * sizeof(T));
-        return values;
-    }
-
     Domain<D> domain_{};
     CopiesElsewhere elsewhere_;
     std::vector<Partner> partners_;  // sorted by rank

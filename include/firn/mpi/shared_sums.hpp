@@ -3,6 +3,7 @@
 #pragma once
 
 #include <firn/core/parallel.hpp>
+#include <firn/data/box_masks.hpp>
 #include <firn/data/particle_set.hpp>
 #include <firn/exec/arena.hpp>
 #include <firn/exec/mirror.hpp>
@@ -15,30 +16,6 @@
 #include <cstring>
 
 namespace firn::mpi::detail {
-
-/// Sets of nodes of a block that are boxes, as masks: bit i of a mask stands for node i of the block.
-template <int D>
-class BoxMasks {
-public:
-    /// Returns the mask of the nodes whose index along each axis a is in the set sets[a]: bit i of a set stands for
-    /// index i, from 0 to block_size − 1.
-    static std::uint64_t mask(const unsigned (&sets)[D]) {
-        std::uint64_t mask = ~std::uint64_t(0);
-        for (int a = 0; a < D; ++a) mask &= along[std::size_t(a)][sets[a]];
-        return mask;
-    }
-
-private:
-    static constexpr auto along = [] {
-        std::array<std::array<std::uint64_t, 16>, std::size_t(D)> masks{};
-        for (int a = 0; a < D; ++a)
-            for (unsigned set = 0; set < 16; ++set)
-                for (int node = 0; node < block_nodes<D>; ++node)
-                    if (set >> (node >> 2 * (D - 1 - a) & 3) & 1)
-                        masks[std::size_t(a)][set] |= std::uint64_t(1) << node;
-        return masks;
-    }();
-};
 
 /// Calls f(first, count) for each run of set bits of a mask.
 template <class F>
@@ -123,7 +100,7 @@ public:
                 sets[plane.axis] = 0;
                 for (int node = plane.node - 1; node <= plane.node + 1; ++node)
                     if (node >> 2 == block) sets[plane.axis] |= 1u << (node & 3);
-                if (sets[plane.axis] != 0) memory_.masks[i] |= BoxMasks<D>::mask(sets);
+                if (sets[plane.axis] != 0) memory_.masks[i] |= firn::detail::BoxMasks<D>::mask(sets);
             }
     }
 
@@ -278,7 +255,7 @@ private:
             if (block == no_block) return;
             const std::uint32_t piece = shared_.piece_in(block);
             if (piece == SharedBlocks<D>::none) return;
-            const std::uint64_t mask = BoxMasks<D>::mask(of_block);
+            const std::uint64_t mask = firn::detail::BoxMasks<D>::mask(of_block);
             if (mask != 0) std::atomic_ref(memory_.masks[piece]).fetch_or(mask, std::memory_order_relaxed);
         };
         for (int i = 0; i < blocks; ++i)

@@ -154,7 +154,7 @@ FIRN_INLINE NodeColumn<S, D> mirrored_by_gap(const NodeColumn<S, D>& column, int
                                 select(which, a.mass_on, b.mass_on), select(which, a.mass_front, b.mass_front)};
     };
     after = choose(acts, after, column);
-    if (contact != Contact::slip && contact != Contact::stick) return after;
+    if (!holds(contact)) return after;
     return choose(closing < S(0), mirrored(column, axis, inward, contact, friction, weights), after);
 }
 

@@ -21,6 +21,7 @@ using Near = NearParticles<QuadraticBSpline, D>;
 template <int D>
 struct HalfSpaces {
     Near<D> above, below;
+    typename Near<D>::Blocks blocks{};
     std::vector<std::pair<BlockCoordinate<D>, typename Near<D>::Particle>> above_found{}, below_found{};
     Vec<double, D> normal;
     Vec<double, D> point;
@@ -55,10 +56,10 @@ struct HalfSpaces {
     /// Returns the surface between the half-spaces at a node.
     Separation<D> at(int n, const Vec<double, D>& moved, double reach, ContactNormals how) const {
         detail::AroundNode<D> around[2];
-        above.gather(node(n), around[0]);
-        below.gather(node(n), around[1]);
+        above.gather(blocks, n, around[0]);
+        below.gather(blocks, n, around[1]);
         const auto near_plane = [&](int g, auto&&... plane) {
-            (g == 0 ? above : below).gather_near_plane(node(n), plane...);
+            (g == 0 ? above : below).gather_near_plane(blocks, n, plane...);
         };
         return Separator<QuadraticBSpline, D>{}(around[0], around[1], near_plane, moved, reach, how,
                                                 Vec<double, D>::zero());
@@ -66,22 +67,11 @@ struct HalfSpaces {
 
 private:
     static Domain<D> domain() { return {Vec<double, D>::zero(), Vec<double, D>::filled(1), 1.0 / 64}; }
-    static BlockCoordinate<D> block(int k) {
-        BlockCoordinate<D> at;
-        for (int a = 0; a < D; ++a) at[std::size_t(a)] = (k >> (D - 1 - a) & 1) - 1;
-        return at;
-    }
-    static typename Near<D>::Node node(int n) {
-        typename Near<D>::Node of{};
-        for (int k = 0; k < 1 << D; ++k) of.blocks[std::size_t(k)] = std::uint32_t(k);
-        for (int a = 0; a < D; ++a) of.at[a] = n >> 2 * a & 3;
-        return of;
-    }
-    static void fill(Near<D>& near, auto found, bool reversed) {
+    void fill(Near<D>& near, auto found, bool reversed) {
         if (reversed) std::reverse(found.begin(), found.end());
-        for (int k = 0; k < 1 << D; ++k) near.want(domain(), block(k));
+        blocks = near.want_around(domain(), {});
         near.connect(domain(), {});
-        for (int k = 0; k < 1 << D; ++k) near.mark(std::uint32_t(k), ~std::uint64_t(0));
+        near.mark_around(blocks, ~std::uint64_t(0));
         near.find(domain(), Mirrors{}, 1, [&](Near<D>& lists) {
             for (const auto& [of, particle] : found) lists.found(lists.find(block_key<D>(of))).push_back(particle);
         });
