@@ -116,8 +116,9 @@ namespace detail {
 template <class Kernel, int D>
 struct ContactScratch {
     Separator<Kernel, D> separator{};
-    std::vector<AroundNode<D>> around{};    ///< for each group at a node, its particles
-    std::vector<Vec<double, D>> normals{};  ///< for each two groups in a block, the normal found last
+    std::vector<AroundBlock<Kernel, D>> around{};  ///< for each group in a block, its particles
+    std::vector<AroundNode<Kernel, D>> at_node{};  ///< for each of `groups`, its particles
+    std::vector<Vec<double, D>> normals{};         ///< for each two groups in a block, the normal found last
     std::vector<GroupAtNode<D>> groups{};
     std::vector<std::size_t> copy_of{};  ///< for each of `groups`, the index of its copy in the block
     std::vector<PairAtNode<D>> pairs{};
@@ -180,6 +181,7 @@ void find_meeting_nodes(const SparseGrid<S, D>& grid, const typename MeetingPlac
 
 /// Lets the groups at the nodes of one block of the domain act on each other.
 /// \param ranks     impulses on groups whose sums another rank counts are left out
+/// \param meeting_nodes  for each copy in the block, bits of the nodes at which it meets others
 /// \param masses    the numbers of the nodes with the masses that impulses count for; nullptr: the grid's
 /// \param impulses  receives the impulses between groups; nullptr if they are not wanted
 template <class Kernel, class Ranks, class Law, std::floating_point S, int D>
@@ -187,52 +189,57 @@ void meet_at(const Ranks& ranks, SparseGrid<S, D>& grid, const S* masses, const 
              const typename MeetingPlaces<Kernel, D>::Place& place, const std::uint64_t* meeting_nodes, const Law& law,
              double dt, ContactScratch<Kernel, D>& scratch, std::vector<PairImpulse<D>>* impulses) {
     const std::size_t count = place.last - place.first;
-    std::uint64_t left = 0;
-    for (std::size_t c = place.first; c < place.last; ++c) left |= meeting_nodes[c];
-    if (left == 0) return;
     const double h = grid.domain().cell_size;
     const ContactNormals how = normals_of(law);
     const double reach = reach_of(law);
+    const auto copy = [&](std::size_t c) -> const auto& { return meetings.copies()[place.first + c]; };
+    const auto numbers = [&](std::size_t c, int node) { return grid.nodes(copy(c).block) + node * node_width; };
+    const auto group_at = [&](std::size_t c, int node) {
+        GroupAtNode<D> group{copy(c).group, double(numbers(c, node)[node_mass]), {}};
+        for (int a = 0; a < D; ++a) group.momentum[a] = double(numbers(c, node)[a]);
+        return group;
+    };
+    std::uint64_t left = 0;
+    for (std::size_t c = 0; c < count; ++c) left |= meeting_nodes[c];
+    if (left == 0) return;
+    if (scratch.around.size() < count) scratch.around.resize(count);
+    for (std::size_t c = 0; c < count; ++c)
+        for (std::uint64_t nodes = meeting_nodes[c]; nodes != 0; nodes &= nodes - 1)
+            __builtin_prefetch(numbers(c, std::countr_zero(nodes)), 1);
+    for (std::size_t c = 0; c < count; ++c)
+        if (meeting_nodes[c] != 0) meetings.near().gather(copy(c).near, meeting_nodes[c], scratch.around[c]);
     scratch.normals.assign(count * count, Vec<double, D>::zero());
     for (; left != 0; left &= left - 1) {
         const int node = std::countr_zero(left);
-        const auto copy = [&](std::size_t c) -> const auto& { return meetings.copies()[place.first + c]; };
-        const auto numbers = [&](std::size_t c) { return grid.nodes(copy(c).block) + node * node_width; };
         auto& groups = scratch.groups;
         auto& pairs = scratch.pairs;
-        groups.clear(), pairs.clear(), scratch.copy_of.clear();
+        groups.clear(), pairs.clear(), scratch.copy_of.clear(), scratch.at_node.clear();
         for (std::size_t c = 0; c < count; ++c) {
-            if (!(meeting_nodes[place.first + c] >> node & 1)) continue;
-            GroupAtNode<D> group{copy(c).group, double(numbers(c)[node_mass]), {}};
-            for (int a = 0; a < D; ++a) group.momentum[a] = double(numbers(c)[a]);
-            if (scratch.around.size() == groups.size()) scratch.around.emplace_back();
-            meetings.near().gather(copy(c).near, node, scratch.around[groups.size()]);
-            groups.push_back(group);
+            if (!(meeting_nodes[c] >> node & 1)) continue;
+            groups.push_back(group_at(c, node));
+            scratch.at_node.emplace_back(scratch.around[c], node);
             scratch.copy_of.push_back(c);
         }
         for (std::size_t i = 0; i < groups.size(); ++i)
             for (std::size_t k = i + 1; k < groups.size(); ++k) {
                 const Vec<double, D> moved = velocity_between(groups[i], groups[k]) * (dt / h);
                 Vec<double, D>& normal = scratch.normals[scratch.copy_of[i] * count + scratch.copy_of[k]];
-                const auto near_plane = [&](int g, auto&&... plane) {
-                    meetings.near().gather_near_plane(copy(scratch.copy_of[g == 0 ? i : k]).near, node, plane...);
-                };
                 const Separation<D> found =
-                    scratch.separator(scratch.around[i], scratch.around[k], near_plane, moved, reach, how, normal);
+                    scratch.separator(scratch.at_node[i], scratch.at_node[k], moved, reach, how, normal);
                 normal = found.normal;
                 if (found.may_touch) pairs.push_back({i, k, found.normal, found.gap * h});
             }
         if (pairs.empty()) continue;
         meet(law, std::span(groups), std::span(pairs), h, dt);
         for (std::size_t i = 0; i < groups.size(); ++i)
-            for (int a = 0; a < D; ++a) numbers(scratch.copy_of[i])[a] = S(groups[i].momentum[a]);
+            for (int a = 0; a < D; ++a) numbers(scratch.copy_of[i], node)[a] = S(groups[i].momentum[a]);
         if (!impulses) continue;
         for (const PairAtNode<D>& pair : pairs) {
             const std::size_t c = scratch.copy_of[pair.first], block = copy(c).block;
             if (!(dot(pair.impulse, pair.impulse) > 0) || block >= grid.block_count() ||
                 !ranks.template counts<D>(block))
                 continue;
-            const double mass = masses ? double(masses[numbers(c) - grid.nodes(0) + node_mass]) : 0;
+            const double mass = masses ? double(masses[numbers(c, node) - grid.nodes(0) + node_mass]) : 0;
             impulses->push_back({groups[pair.first].group, groups[pair.second].group,
                                  masses ? pair.impulse * (mass / groups[pair.first].mass) : pair.impulse});
         }
@@ -328,7 +335,8 @@ void meet_groups(const Execution& execution, SparseGrid<S, D>& grid, const Law& 
             grid.domain(), mirrors, threads, [&](auto& near) { ranks.bring_near(near); }, sets...);
         parallel_for(places.size(), threads, [&](std::size_t i, int thread) {
             memory.of_places[i].clear();
-            detail::meet_at(ranks, grid, masses, memory.meetings, places[i], memory.meeting_nodes.data(), law, dt,
+            detail::meet_at(ranks, grid, masses, memory.meetings, places[i],
+                            memory.meeting_nodes.data() + places[i].first, law, dt,
                             memory.of_threads[std::size_t(thread)], impulses ? &memory.of_places[i] : nullptr);
         });
         if (is_mirrored) detail::undo_mirrors(grid, threads);

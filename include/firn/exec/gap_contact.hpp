@@ -67,8 +67,8 @@ public:
     const std::vector<Place>& places() const { return places_; }  ///< The blocks, in the order of the grid.
     NearParticles<Kernel, D>& near() { return near_; }            ///< The particles near these blocks.
 
-    std::vector<std::uint64_t> nodes{};               ///< For each place, bits of the nodes that take part.
-    std::vector<detail::AroundNode<D>> of_threads{};  ///< Memory of each thread.
+    std::vector<std::uint64_t> nodes{};                        ///< For each place, bits of the nodes that take part.
+    std::vector<detail::AroundBlock<Kernel, D>> of_threads{};  ///< Memory of each thread.
 
 private:
     bool is_known_ = false;
@@ -111,18 +111,20 @@ std::uint64_t nodes_of_boundary(const SparseGrid<S, D>& grid, std::size_t b, con
 template <class Kernel, std::floating_point S, int D, class Boundary>
 void act_on_block(SparseGrid<S, D>& grid, const NearParticles<Kernel, D>& near,
                   const typename GapMemory<Kernel, D>::Place& place, std::uint64_t nodes, const Boundary& boundary,
-                  double dt, AroundNode<D>& around, Reaction<D>* reactions) {
+                  double dt, AroundBlock<Kernel, D>& around, Reaction<D>* reactions) {
+    if (nodes == 0) return;
     const double h = grid.domain().cell_size;
+    near.gather(place.near, nodes, around);
     for (; nodes != 0; nodes &= nodes - 1) {
         const int node = std::countr_zero(nodes);
-        near.gather(place.near, node, around);
-        if (around.size() == 0) continue;
+        const AroundNode<Kernel, D> at_node(around, node);
+        if (at_node.size() == 0) continue;
         S* const numbers = grid.nodes(place.block) + node * node_width;
         Vec<double, D> v{};
         for (int a = 0; a < D; ++a) v[a] = double(numbers[a]);
         const Vec<double, D> x = node_position(grid, place.block, node);
         const auto nearest = [&](const Vec<double, D>& normal) {
-            return h * Separator<Kernel, D>::depth(around, normal);
+            return h * Separator<Kernel, D>::depth(at_node, normal);
         };
         const auto seen = [&](int part, const Vec<double, D>& before, const Vec<double, D>& after) {
             if (reactions) add_impulse(reactions[part], x, double(numbers[node_mass]), after - before);
@@ -136,14 +138,16 @@ void act_on_block(SparseGrid<S, D>& grid, const NearParticles<Kernel, D>& near,
 /// Finds the closing speeds of a wall's columns whose middle nodes lie in one block.
 template <class Kernel, std::floating_point S, int D>
 void find_closing(const NearParticles<Kernel, D>& near, const typename GapMemory<Kernel, D>::Place& place,
-                  const MirrorPlane& plane, double cell_size, double dt, AroundNode<D>& around, S* closing) {
+                  const MirrorPlane& plane, double cell_size, double dt, AroundBlock<Kernel, D>& around, S* closing) {
     const int apart = 1 << (2 * (D - 1 - plane.axis));
     auto normal = Vec<double, D>::zero();
     normal[plane.axis] = plane.inward;
+    near.gather(place.near, BoxMasks<D>::along(plane.axis, 1u << (plane.node & 3)), around);
     for (int c = 0; c < BlockColumns<S, D>::count; ++c) {
-        near.gather(place.near, BlockColumns<S, D>::node_of_column(c, apart) + (plane.node & 3) * apart, around);
-        if (around.size() == 0) continue;
-        const double gap = Separator<Kernel, D>::depth(around, normal);  // [cells]
+        const int node = BlockColumns<S, D>::node_of_column(c, apart) + (plane.node & 3) * apart;
+        const AroundNode<Kernel, D> at_node(around, node);
+        if (at_node.size() == 0) continue;
+        const double gap = Separator<Kernel, D>::depth(at_node, normal);  // [cells]
         if (!(gap * cell_size < ActByGap<D, int>::none)) continue;
         closing[c] = holds(plane.contact) && gap <= boundary_reach ? S(-1) : S(closing_speed(gap * cell_size, dt));
     }

@@ -9,6 +9,7 @@
 #include <firn/data/particle_view.hpp>
 #include <firn/exec/around_node.hpp>
 #include <firn/math/exp_log.hpp>
+#include <firn/simd/transpose.hpp>
 #include <firn/sort/block_numbers.hpp>
 #include <firn/stage/mirror_planes.hpp>
 #include <firn/stage/volume_filter.hpp>
@@ -18,6 +19,7 @@
 #include <atomic>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <span>
 #include <utility>
 #include <vector>
@@ -87,10 +89,10 @@ class NearParticles {
 public:
     /// A particle. Its position is counted from the corner of the block of its base node [cells].
     struct Particle {
+        float place[3];    ///< position [cells]; in 2D, the third number is 0
+        float radius;      ///< half of the particle's extent [cells]
         std::uint32_t id,  ///< id of the particle
             bin;           ///< number of its base node in the block, the last axis fastest
-        float place[D];    ///< position [cells]
-        float radius;      ///< half of the particle's extent [cells]
 
         /// Compares the ids; of a particle and its mirror image, the positions.
         bool operator<(const Particle& other) const {
@@ -129,28 +131,36 @@ public:
     void connect(const Domain<D>& domain, std::span<const BlockPartition<D>* const> partitions) {
         if (blocks_.size() < size()) blocks_.resize(size());
         marked_.assign(size(), 0);
-        BlockNumbers seen;
         const auto neighbour = [&](std::uint64_t key, int k) {
             BlockCoordinate<D> block = block_of_key<D>(key);
             for (int a = D - 1; a >= 0; --a, k /= 3) block[std::size_t(a)] += k % 3 - 1;
             return block_key<D>(wrapped(domain, block));
         };
-        for (std::uint32_t b = 0; b < size(); ++b)
-            for (int k = 0; k < around; ++k) {
-                const std::uint64_t key = neighbour(this->key(b), k);
-                if (const std::size_t before = seen.size(); seen.number(key) < before) continue;
-                Source source{block_of_key<D>(key), std::uint32_t(ranges_.size()), 0, {}, {}, {}, {}, {}};
-                for (std::uint32_t s = 0; s < partitions.size(); ++s) {
-                    const BlockPartition<D>& partition = *partitions[s];
-                    const auto key_of = [&](std::uint32_t r) { return block_key<D>(partition.ranges[r].block); };
-                    const auto found = std::ranges::lower_bound(partition.by_block, key, {}, key_of);
-                    if (found != partition.by_block.end() && key_of(*found) == key) ranges_.emplace_back(s, *found);
-                }
-                source.last = std::uint32_t(ranges_.size());
-                if (source.first == source.last) continue;
-                for (int to = 0; to < around; ++to) source.to[std::size_t(to)] = numbers_.find(neighbour(key, to));
-                sources_.push_back(source);
+        // The blocks that may be sources: those with particles, or, if these are more, those around the wanted ones.
+        BlockNumbers candidates;
+        std::size_t with_particles = 0;
+        for (const auto* partition : partitions) with_particles += partition->ranges.size();
+        if (with_particles <= size()) {
+            for (const auto* partition : partitions)
+                for (const std::uint32_t r : partition->by_block)
+                    candidates.number(block_key<D>(partition->ranges[r].block));
+        } else {
+            for (std::uint32_t b = 0; b < size(); ++b)
+                for (int k = 0; k < around; ++k) candidates.number(neighbour(this->key(b), k));
+        }
+        for (const std::uint64_t key : candidates.keys()) {
+            Source source{block_of_key<D>(key), std::uint32_t(ranges_.size()), 0, {}, {}, {}, {}, {}};
+            for (int to = 0; to < around; ++to) source.to[std::size_t(to)] = numbers_.find(neighbour(key, to));
+            if (std::ranges::count(source.to, none) == around) continue;
+            for (std::uint32_t s = 0; s < partitions.size(); ++s) {
+                const BlockPartition<D>& partition = *partitions[s];
+                const auto key_of = [&](std::uint32_t r) { return block_key<D>(partition.ranges[r].block); };
+                const auto found = std::ranges::lower_bound(partition.by_block, key, {}, key_of);
+                if (found != partition.by_block.end() && key_of(*found) == key) ranges_.emplace_back(s, *found);
             }
+            source.last = std::uint32_t(ranges_.size());
+            if (source.first < source.last) sources_.push_back(source);
+        }
         for (std::uint32_t b = 0; b < size(); ++b) blocks_[b].sources.clear();
         for (std::uint32_t s = 0; s < sources_.size(); ++s)
             for (const std::uint32_t b : sources_[s].to)
@@ -166,29 +176,31 @@ public:
     /// Tells that the particles around some nodes of a block are needed in this step.
     /// \param blocks  what want_around() returned for the block;  \param nodes  a set of bits, one for each node
     void mark_around(const Blocks& blocks, std::uint64_t nodes) {
-        std::uint64_t bins[1 << D] = {};
-        for (; nodes != 0; nodes &= nodes - 1)
-            for (int k = 0; k < 1 << D; ++k) bins[k] |= bins_that_reach(std::countr_zero(nodes), k);
-        for (int k = 0; k < 1 << D; ++k) mark(blocks[std::size_t(k)], bins[k]);
+        const auto bins = bins_that_reach(nodes);
+        for (int k = 0; k < 1 << D; ++k) mark(blocks[std::size_t(k)], bins[std::size_t(k)]);
     }
-    /// Returns a set of bits, one for each base node in block k whose particles contribute to a node.
-    /// \param node  index of the node in its block;  \param k  which block. \see Blocks
-    static std::uint64_t bins_that_reach(int node, int k) {
-        static constexpr auto table = [] {
-            std::array<std::array<std::uint64_t, std::size_t(1 << D)>, std::size_t(block_nodes<D>)> bits{};
-            for (int n = 0; n < block_nodes<D>; ++n)
-                for (int of = 0; of < 1 << D; ++of) {
-                    unsigned sets[D] = {};
-                    for (int a = 0; a < D; ++a) {
-                        // Bit i: base node i along the axis, counted from the first one of the block before.
-                        const unsigned reach = ((1u << K) - 1) << (block_size + place_in_block<D>(n, a) - (K - 1));
-                        sets[a] = reach >> ((of >> (D - 1 - a) & 1) * block_size) & ((1u << block_size) - 1);
-                    }
-                    bits[std::size_t(n)][std::size_t(of)] = detail::BoxMasks<D>::mask(sets);
+    /// Returns for each of the blocks around some nodes a set of bits, one for each base node whose particles
+    /// contribute to one of these nodes. \see Blocks
+    /// \param nodes  a set of bits, one for each node
+    static std::array<std::uint64_t, std::size_t(1 << D)> bins_that_reach(std::uint64_t nodes) {
+        std::array<std::uint64_t, std::size_t(1 << D)> bins{};
+        bins[0] = nodes;
+        // Along each axis, bit i of a set moves to the bits i, i − 1, …: in the block, and in the block before it.
+        for (int a = 0; a < D; ++a) {
+            const int apart = 1 << (2 * (D - 1 - a));
+            for (int k = (1 << a) - 1; k >= 0; --k) {
+                const std::uint64_t here = bins[std::size_t(k)];
+                std::uint64_t in_block = here, before = 0;
+                for (int s = 1; s < K; ++s) {
+                    in_block |= here >> (s * apart) & detail::BoxMasks<D>::along(a, (1u << (block_size - s)) - 1);
+                    before |= here << ((block_size - s) * apart) &
+                              detail::BoxMasks<D>::along(a, 0xfu & ~((1u << (block_size - s)) - 1));
                 }
-            return bits;
-        }();
-        return table[std::size_t(node)][std::size_t(k)];
+                bins[std::size_t(2 * k)] = before;
+                bins[std::size_t(2 * k + 1)] = in_block;
+            }
+        }
+        return bins;
     }
 
     /// Finds the particles of the marked blocks, and removes the marks.
@@ -197,7 +209,6 @@ public:
     template <class Share, class... Views>
     void find(const Domain<D>& domain, const Mirrors& mirrors, int threads, const Share& share,
               const ParticleSet<Views>&... sets) {
-        for (Block& block : blocks_) block.found.clear();
         parallel_for(sources_.size(), threads, [&](std::size_t s, int) {
             Source& source = sources_[s];
             source.strays.clear(), source.images.clear();
@@ -212,19 +223,27 @@ public:
                 };
                 (convert_if(sets), ...);
             }
+            if (is_marked(source.to[around / 2]))
+                blocks_[source.to[around / 2]].sort();  // as long as it is in the cache
         });
-        parallel_for(size(), threads, [&](std::size_t b, int) {
-            for (const std::uint32_t s : blocks_[b].sources)
-                for (const auto& [to, particle] : sources_[s].strays)
-                    if (to == b) blocks_[b].found.push_back(particle);
-        });
+        if (std::ranges::any_of(sources_, [](const Source& source) { return !source.strays.empty(); }))
+            parallel_for(size(), threads, [&](std::size_t b, int) {
+                if (!marked_[b]) return;
+                for (const std::uint32_t s : blocks_[b].sources)
+                    for (const auto& [to, particle] : sources_[s].strays)
+                        if (to == b) blocks_[b].found.push_back(particle);
+            });
         if (!mirrors.planes.empty())
             for (const Source& source : sources_)
                 for (const auto& [to, particle] : source.images) blocks_[to].found.push_back(particle);
         share(*this);
         parallel_for(size(), threads, [&](std::size_t b, int) {
-            if (marked_[b]) blocks_[b].sort();
+            if (!marked_[b]) return;
             marked_[b] = 0;
+            Block& block = blocks_[b];
+            if (!block.is_sorted || block.begin.back() != block.found.size()) block.sort();
+            block.is_sorted = false;
+            block.found.clear();
         });
     }
     /// Returns the particles of a block, in any order, for find()'s `share`.
@@ -236,40 +255,77 @@ public:
         return number != none && (marked_[number] >> bin & 1) != 0;
     }
 
-    /// Collects the particles that contribute to a node.
-    /// \param blocks  what want_around() returned for the node's block;  \param node  index of the node in the block
-    void gather(const Blocks& blocks, int node, detail::AroundNode<D>& to) const {
-        collect(blocks, node, to, [](int) { return std::pair(0, K); });
-    }
-    /// Collects the particles around a node whose base nodes have cells near a plane: the distance of a cell's middle
-    /// is at most `within` [cells].
-    /// \param n  unit normal of the plane;  \param middle  n · x of the plane, counted from the node [cells]
-    void gather_near_plane(const Blocks& blocks, int node, const Vec<double, D>& n, double middle, double within,
-                           detail::AroundNode<D>& to) const {
-        collect(blocks, node, to, [&](int line) {
-            double along = -middle;
-            for (int a = 0; a < D; ++a) along += n[a] * (place_of_line(line, a) - (K - 1) + Kernel::base_shift + 0.5);
-            int begin = K, end = 0;
-            for (int k = 0; k < K; ++k)
-                if (std::abs(along + n[D - 1] * k) <= within) {
-                    begin = std::min(begin, k);
-                    end = k + 1;
+    /// Collects the particles around some nodes of a block.
+    /// \param blocks  what want_around() returned for the block
+    /// \param nodes   a set of bits, one for each node whose particles are wanted. They must have been marked
+    /// \param to      receives the particles; AroundNode(to, node) are those around one of the nodes
+    void gather(const Blocks& blocks, std::uint64_t nodes, detail::AroundBlock<Kernel, D>& to) const {
+        const auto wanted = bins_that_reach(nodes);
+        std::size_t most = 0;
+        for (int k = 0; k < 1 << D; ++k)
+            if (wanted[std::size_t(k)] != 0) most += blocks_[blocks[std::size_t(k)]].begin.back();
+        to.rows.reserve(most);
+        constexpr int before = K - 1;  // number of base nodes of a line that lie in the block before
+        for (int line = 0; line < detail::AroundBlock<Kernel, D>::lines; ++line) {
+            static constexpr auto places = line_places();
+            auto [block, bin, shift] = places[std::size_t(line)];
+            const unsigned bins[2] = {unsigned(wanted[block] >> bin) & 0xf, unsigned(wanted[block + 1] >> bin) & 0xf};
+            if ((bins[0] | bins[1]) == 0) continue;
+            std::uint32_t* begin = to.begin[line];
+            for (std::size_t side = 0; side < 2; ++side) {
+                const int from = side == 0 ? block_size - before : 0;
+                if (bins[side] == 0) {
+                    begin = std::fill_n(begin, block_size - from, to.rows.size());
+                    continue;
                 }
-            return std::pair(begin, end);
-        });
+                const Block& of = blocks_[blocks[block + side]];
+                const std::uint32_t* const of_bins = of.begin.data() + bin;
+                const std::uint32_t first = of_bins[std::countr_zero(bins[side])],
+                                    last = of_bins[std::bit_width(bins[side])];
+                for (int c = from; c < block_size; ++c)
+                    *begin++ = to.rows.size() + (std::clamp(of_bins[c], first, last) - first);
+                shift[D - 1] = float(side == 0 ? -block_size : 0);
+                to.rows.add(of.quads.data() + std::size_t(first) * 4, last - first, shift);
+            }
+            *begin = to.rows.size();
+        }
     }
 
 private:
+    /// Where a line of base nodes around a block lies: its first nodes in one of Blocks, the others in the next one.
+    struct LinePlace {
+        std::size_t block;           // index of the first of the two
+        int bin;                     // number of the base node with which the line would begin in either of them
+        std::array<float, D> shift;  // the place of their corners, counted from that of the block, across the line
+    };
+    /// Returns the places of all lines.
+    static constexpr auto line_places() {
+        constexpr int across = detail::AroundBlock<Kernel, D>::across;
+        std::array<LinePlace, std::size_t(detail::AroundBlock<Kernel, D>::lines)> places{};
+        for (int line = 0; line < int(places.size()); ++line) {
+            LinePlace& place = places[std::size_t(line)];
+            for (int a = 0; a < D - 1; ++a) {
+                const int base = (a == D - 2 ? line % across : line / across) - (K - 1);
+                place.block = 2 * place.block + (base >= 0);
+                place.bin = block_size * place.bin + (base & (block_size - 1));
+                place.shift[std::size_t(a)] = float(base >= 0 ? 0 : -block_size);
+            }
+            place.block *= 2, place.bin *= block_size;
+        }
+        return places;
+    }
+
     /// The particles of one block of base nodes.
     struct Block {
         std::vector<std::uint32_t> sources;  // whose particles may have base nodes in this block
-        std::vector<Particle> found;
-        std::array<std::uint32_t, std::size_t(block_nodes<D>) + 1> begin;
-        std::vector<float> numbers;  // of the sorted particles: D rows of positions and a row of radii
-        std::size_t apart = 0;       // distance between two rows
+        std::vector<Particle> found;         // in find(); else empty
+        std::array<std::uint32_t, std::size_t(block_nodes<D>) + 1> begin{};
+        std::vector<float> quads;  // of the sorted particles: positions and radii
         std::vector<std::uint32_t> order;
+        bool is_sorted = false;  // whether sort() was called in this step; particles may have been added since then
 
         void sort() {
+            is_sorted = true;
             begin.fill(0);
             for (const Particle& p : found) ++begin[p.bin + 1];
             for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
@@ -281,15 +337,10 @@ private:
                 for (; at > first && found[i] < found[order[at - 1]]; --at) order[at] = order[at - 1];
                 order[at] = i;
             }
-            if (apart < found.size() + detail::AroundNode<D>::spare) {
-                apart = found.size() + found.size() / 4 + detail::AroundNode<D>::spare;
-                numbers.resize(apart * (D + 1));
-            }
-            for (std::size_t i = 0; i < found.size(); ++i) {
-                const Particle& p = found[order[i]];
-                for (int a = 0; a < D; ++a) numbers[std::size_t(a) * apart + i] = p.place[a];
-                numbers[D * apart + i] = p.radius;
-            }
+            if (const std::size_t count = (found.size() + detail::ParticleRows<D>::spare) * 4; quads.size() < count)
+                quads.resize(count + count / 4);
+            for (std::size_t i = 0; i < found.size(); ++i)
+                std::memcpy(quads.data() + i * 4, found[order[i]].place, 4 * sizeof(float));
         }
     };
     /// A block with particles.
@@ -334,7 +385,8 @@ private:
         for (std::size_t slot = of.first_slot / lanes * lanes; slot < end; slot += lanes) {
             const Slots slots{slot, nullptr};
             const Vec<P, D> place = load_vector<P, D>(set.view.position, slots);
-            alignas(64) S bins[lanes], blocks[lanes], places[D][lanes], radii[lanes];
+            alignas(64) S bins[lanes], blocks[lanes], quads[lanes][4];
+            P quad[4];
             auto is_needed = P(1) > P(0);
             P bin(0), to(0);  // the base node in its block; which of the blocks around has it
             for (int a = 0; a < D; ++a) {
@@ -342,21 +394,26 @@ private:
                 is_needed = is_needed & (base >= P(S(source.low[a]))) & (base <= P(S(source.high[a])));
                 bin = bin * P(S(block_size)) + (base - block * P(S(block_size)));
                 to = to * P(S(3)) + (block + P(S(1)));
-                (place.v[a] - block * P(S(block_size))).store(places[a]);
+                quad[a] = place.v[a] - block * P(S(block_size));
             }
             std::uint32_t left = lane_bits(is_needed);
             if (slot < of.first_slot) left &= ~0u << (of.first_slot - slot);
             if (slot + lanes > end) left &= (1u << (end - slot)) - 1;
             if (left == 0) continue;
             bin.store(bins), to.store(blocks);
-            detail::radius_of<P>(set.view, slots, domain.cell_size).store(radii);
+            if constexpr (D == 2) quad[2] = P(0);
+            quad[3] = detail::radius_of<P>(set.view, slots, domain.cell_size);
+            store_quads(quad, quads[0]);
             for (; left != 0; left &= left - 1) {
                 const int l = std::countr_zero(left);
                 const auto number = source.to[std::size_t(blocks[l])];
-                Particle particle{
-                    set.partition.order[slot + std::size_t(l)], std::uint32_t(bins[l]), {}, float(radii[l])};
-                if (!is_marked(number, particle.bin)) continue;
-                for (int a = 0; a < D; ++a) particle.place[a] = float(places[a][l]);
+                const auto bin_of = std::uint32_t(bins[l]);
+                if (!is_marked(number, bin_of)) continue;
+                const S* const q = quads[quad_of_lane<P>(l)];
+                const Particle particle{{float(q[0]), float(q[1]), float(q[2])},
+                                        float(q[3]),
+                                        set.partition.order[slot + std::size_t(l)],
+                                        bin_of};
                 if (number == source.to[around / 2])
                     blocks_[number].found.push_back(particle);
                 else
@@ -428,7 +485,7 @@ private:
             for (std::size_t slot = std::max(first, range.first_slot); slot < std::min(first + lanes, end); ++slot)
                 for (const Image& image : images) {
                     const int lane = int(slot - first);
-                    Particle particle{set.partition.order[slot], 0, {}, 0};
+                    Particle particle{{}, 0, set.partition.order[slot], 0};
                     int to = 0;
                     bool is_inside = true;
                     for (int a = 0; a < D; ++a) {
@@ -448,46 +505,6 @@ private:
                     source.images.emplace_back(number, particle);
                 }
         }
-    }
-
-    static constexpr int lines = D == 2 ? K : K * K;  ///< Number of lines of base nodes along the last axis.
-    /// Returns where a line begins along an axis, counted from the lowest base node whose particles reach the node.
-    static constexpr int place_of_line(int line, int axis) {
-        return axis == D - 1 ? 0 : axis == D - 2 ? line % K : line / K;
-    }
-    /// Collects the particles of some base nodes around a node.
-    /// \param some  a function that returns which base nodes of a line are wanted: first and last, plus 1
-    template <class Some>
-    FIRN_INLINE void collect(const Blocks& blocks, int node, detail::AroundNode<D>& to, const Some& some) const {
-        int at[D];
-        for (int a = 0; a < D; ++a) at[a] = place_in_block<D>(node, a);
-        std::size_t most = 0;
-        for (const std::uint32_t b : blocks) most += b == none ? 0 : blocks_[b].found.size();
-        to.clear(most);
-        for (int line = 0; line < lines; ++line) {
-            const auto [first, last] = some(line);
-            if (first >= last) continue;
-            int of = 0, bin = 0;
-            float shift[D];  // the node's position, counted from the corner of the base nodes' block
-            for (int a = 0; a < D - 1; ++a) {
-                const int base = at[a] - (K - 1) + place_of_line(line, a);
-                of = 2 * of + (base >= 0);
-                bin = bin * block_size + (base & (block_size - 1));
-                shift[a] = float(at[a] + (base >= 0 ? 0 : block_size));
-            }
-            const int lowest = at[D - 1] - (K - 1), begin = lowest + first, end = lowest + last;
-            const auto add = [&](int side, int from, int until) {
-                const std::uint32_t number = blocks[std::size_t(2 * of + side)];
-                if (number == none) return;
-                const Block& block = blocks_[number];
-                shift[D - 1] = float(at[D - 1] + (side == 1 ? 0 : block_size));
-                to.add(block.numbers.data(), block.apart, block.begin[bin * block_size + from],
-                       block.begin[bin * block_size + until], shift);
-            };
-            if (begin < 0) add(0, begin + block_size, std::min(end, 0) + block_size);
-            if (end > 0) add(1, std::max(begin, 0), end);
-        }
-        to.close();
     }
 
     BlockNumbers numbers_;

@@ -10,6 +10,7 @@
 #include <firn/kernel/concept.hpp>
 #include <firn/math/exp_log.hpp>
 
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -73,7 +74,7 @@ struct Separation {
 /// \tparam Kernel  decides which particles contribute to a node
 template <class Kernel, int D>
 class Separator {
-    using Near = detail::AroundNode<D>;
+    using Near = detail::AroundNode<Kernel, D>;
     using P = detail::Eight;
     static constexpr int N = D + 1;
 
@@ -102,15 +103,11 @@ public:
     /// A plane that separates the groups before and after a step shows that they do not touch in it, whatever the best
     /// plane is. So the plane at the start often suffices.
     /// \param first  the particles of the first group around the node;  \param second  those of the second group
-    /// \param near_plane  a function: near_plane(group, n, middle, within, to) collects the particles of a group (0, 1)
-    ///                    near a plane. \see NearParticles::gather_near_plane
     /// \param moved  how far the first group moves relative to the second in the step [cells]
     /// \param reach  the gap up to which the contact law acts on groups that do not approach [cells]
     /// \param near   the normal found at a node nearby, from which the search starts; zero if there is none
-    template <class NearPlane>
-    Separation<D> operator()(const Near& first, const Near& second, const NearPlane& near_plane,
-                             const Vec<double, D>& moved, double reach, ContactNormals how,
-                             const Vec<double, D>& near) {
+    Separation<D> operator()(const Near& first, const Near& second, const Vec<double, D>& moved, double reach,
+                             ContactNormals how, const Vec<double, D>& near) {
         if (first.size() == 0 || second.size() == 0) return {};
         const Near* const groups[2] = {&first, &second};
         const bool by_regression = how == ContactNormals::regression;
@@ -126,25 +123,23 @@ public:
             return found.may_touch = !(found.gap > reach && found.gap + dot(moved, found.normal) > 0);
         };
         if (!may_touch() || !by_regression) return found;
-        const auto look_along = [&](const Vec<double, D>& normal) {
-            found.normal = normal;
-            low = depths(first, normal), high = depths(second, -normal);
-            return may_touch();
-        };
-        if (!look_along(regression(near_plane, found.normal, 0.5 * (low.beside - high.beside)))) return found;
+        found.normal = regression(groups, found.normal, 0.5 * (low.beside - high.beside));
         // Where the corner of one body stands on the flat face of another, the plane of the regression leans.
-        const Vec<double, D> plane = found.normal;
-        double widest = low.flat + high.flat + own_advantage;
-        for (int g = 0; g < 2; ++g) {
-            const Vec<double, D> own = inward(*groups[g]) * (g == 0 ? 1.0 : -1.0);
-            if (!(dot(own, plane) > 0)) continue;
-            const Depths of_first = depths(first, own), of_second = depths(second, -own);
-            if (!(of_first.flat + of_second.flat > widest)) continue;
-            widest = of_first.flat + of_second.flat;
-            found.normal = own;
-            low = of_first, high = of_second;
+        std::array<Vec<double, D>, 3> normals{found.normal, inward(first), -inward(second)}, opposite;
+        for (int k = 0; k < 3; ++k) {
+            if (!(dot(normals[k], normals[0]) > 0)) normals[k] = normals[0];
+            opposite[k] = -normals[k];
         }
-        may_touch();
+        const auto of_first = depths(first, normals), of_second = depths(second, opposite);
+        double widest = 0;
+        for (int k = 0; k < 3; ++k) {
+            const double width = of_first[k].flat + of_second[k].flat;
+            if (k > 0 && !(width > widest)) continue;
+            widest = k > 0 ? width : width + own_advantage;
+            found.normal = normals[k];
+            low = of_first[k], high = of_second[k];
+            if (!may_touch()) break;
+        }
         return found;
     }
 
@@ -153,7 +148,7 @@ public:
     static double depth(const Near& group, const Vec<double, D>& n) { return depths(group, n).beside; }
 
 private:
-    Near near_plane_[2];  // the particles that Newton's method needs
+    detail::ParticleRows<D> near_plane_[2];  // the particles that Newton's method needs
 
     static Vec<double, D> unit(const Vec<double, D>& v) {
         const double square = dot(v, v);
@@ -164,7 +159,7 @@ private:
     /// Returns the normal after the first Newton step, from β = 0.
     static Vec<double, D> discriminant(const Near* const (&groups)[2]) {
         const double theta[N] = {};
-        return unit(newton_step(groups, theta, own_scatter).normal);
+        return unit(newton_step<true>(groups, theta, own_scatter).normal);
     }
 
     /// Returns the direction in which the volume of a group grows at the node.
@@ -172,18 +167,18 @@ private:
         constexpr int K = Kernel::support;
         P sums[D];
         for (P& sum : sums) sum = P(0.f);
-        for (std::uint32_t i = 0; i < group.size(); i += 8) {
-            P weight[D], slope[D], volume = select(detail::first_lanes(group.size() - i), P(1.f), P(0.f));
+        group.for_eights([&](const P(&x)[D], const P& radius, const P::mask& valid) FIRN_LAMBDA {
+            P weight[D], slope[D], volume = select(valid, P(1.f), P(0.f));
             for (int a = 0; a < D; ++a) {
-                const P x = P::load(group.place(a) + i), base = base_node<Kernel>(x);
-                const auto weights = Kernel::weights(x - base), slopes = Kernel::gradients(x - base);
+                const P base = base_node<Kernel>(x[a]);
+                const auto weights = Kernel::weights(x[a] - base), slopes = Kernel::gradients(x[a] - base);
                 weight[a] = weights[0], slope[a] = slopes[0];
                 for (int k = 1; k < K; ++k) {  // the node is number −base from the base node
                     const auto farther = base < P(0.5f - float(k));
                     weight[a] = select(farther, weights[std::size_t(k)], weight[a]);
                     slope[a] = select(farther, slopes[std::size_t(k)], slope[a]);
                 }
-                volume = volume * P::load(group.radius() + i);
+                volume = volume * radius;
             }
             for (int a = 0; a < D; ++a) {
                 P term = volume * slope[a];
@@ -191,7 +186,7 @@ private:
                     if (c != a) term = term * weight[c];
                 sums[a] = sums[a] - term;
             }
-        }
+        });
         Vec<double, D> direction;
         for (int a = 0; a < D; ++a) direction[a] = double(detail::sum_of_lanes(sums[a]));
         return unit(direction);
@@ -201,36 +196,56 @@ private:
     struct Depths {
         double flat, beside;
     };
-    static Depths depths(const Near& group, const Vec<double, D>& n) {
-        P flattest(std::numeric_limits<float>::max()), least = flattest, normal[D];
-        for (int a = 0; a < D; ++a) normal[a] = P(float(n[a]));
-        for (std::uint32_t i = 0; i < group.size(); i += 8) {
-            P along(0), square(0);
-            for (int a = 0; a < D; ++a) {
-                const P x = P::load(group.place(a) + i);
-                along = along + x * normal[a];
-                square = square + x * x;
-            }
-            const P radius = P::load(group.radius() + i);
-            const P beside = max(square - along * along - P(float(flat * flat * (D - 1))) * radius * radius, P(0.f));
-            const P depth = along - radius;
-            flattest = min(flattest, depth);
-            least = min(least, depth + beside * P(float(0.5 * bulge)));
+    static Depths depths(const Near& group, const Vec<double, D>& n) { return depths(group, std::array{n})[0]; }
+    /// Returns this for several normals.
+    template <std::size_t count>
+    static std::array<Depths, count> depths(const Near& group, const std::array<Vec<double, D>, count>& normals) {
+        const P far(std::numeric_limits<float>::max());
+        P normal[count][D], flattest[count], least[count];
+        for (std::size_t k = 0; k < count; ++k) {
+            for (int a = 0; a < D; ++a) normal[k][a] = P(float(normals[k][a]));
+            flattest[k] = least[k] = far;
         }
-        return {-double(reduce_max(-flattest)), -double(reduce_max(-least))};
+        group.for_eights([&](const P(&x)[D], const P& radius, const P::mask& valid) FIRN_LAMBDA {
+            P square(0);
+            for (int a = 0; a < D; ++a) square = square + x[a] * x[a];
+            square = square - P(float(flat * flat * (D - 1))) * radius * radius;
+            for (std::size_t k = 0; k < count; ++k) {
+                P along(0);
+                for (int a = 0; a < D; ++a) along = along + x[a] * normal[k][a];
+                const P beside = max(square - along * along, P(0.f));
+                const P depth = select(valid, along - radius, far);
+                flattest[k] = min(flattest[k], depth);
+                least[k] = min(least[k], depth + beside * P(float(0.5 * bulge)));
+            }
+        });
+        std::array<Depths, count> all;
+        for (std::size_t k = 0; k < count; ++k)
+            all[k] = {-double(reduce_max(-flattest[k])), -double(reduce_max(-least[k]))};
+        return all;
+    }
+
+    /// Collects the particles of a group near a plane: those of the base nodes whose cells are near it.
+    /// \param n  unit normal of the plane;  \param middle  n · x of the plane, counted from the node [cells]
+    static Near near_plane(const Near& group, const Vec<double, D>& n, double middle, detail::ParticleRows<D>& rows) {
+        double within = band;
+        for (int a = 0; a < D; ++a) within += 0.5 * std::abs(n[a]);
+        rows.reserve(group.size());
+        group.for_runs_near(n, middle, within, [&](std::uint32_t begin, std::uint32_t end) {
+            rows.add(group.row(0), group.apart(), begin, end);
+        });
+        Near near(rows, group.shift());
+        near.add(0, rows.size());
+        return near;
     }
 
     /// Returns the normal of the plane after Newton's method.
     /// \param start   the normal at the start;  \param middle  n · x of the plane at the start, counted from the node
-    template <class NearPlane>
-    Vec<double, D> regression(const NearPlane& near_plane, const Vec<double, D>& start, double middle) {
-        double within = band;
-        for (int a = 0; a < D; ++a) within += 0.5 * std::abs(start[a]);
-        const Near* const near[2] = {&near_plane_[0], &near_plane_[1]};
-        for (int g = 0; g < 2; ++g) {
-            near_plane(g, start, middle, within, near_plane_[g]);
-            if (near_plane_[g].size() == 0) return start;
-        }
+    Vec<double, D> regression(const Near* const (&groups)[2], const Vec<double, D>& start, double middle) {
+        const Near first = near_plane(*groups[0], start, middle, near_plane_[0]);
+        const Near second = near_plane(*groups[1], start, middle, near_plane_[1]);
+        if (first.size() == 0 || second.size() == 0) return start;
+        const Near* const near[2] = {&first, &second};
         double theta[N];
         for (int a = 0; a < D; ++a) theta[a] = sharpness * start[a];
         theta[D] = -sharpness * middle;
@@ -255,9 +270,10 @@ private:
     };
     /// Returns a Newton step from β and b, which are `theta`; zero if the matrix is singular.
     /// \param weight  the weight λ of the penalty
+    template <bool from_zero = false>
     static Step newton_step(const Near* const (&groups)[2], const double (&theta)[N], double weight) {
         double H[N][N], to[N];
-        sum_terms(groups, theta, H, to);
+        sum_terms<from_zero>(groups, theta, H, to);
         for (int a = 0; a < D; ++a) {
             H[a][a] += weight;
             to[a] -= weight * theta[a];
@@ -270,6 +286,8 @@ private:
     }
 
     /// Sums the terms of the particles in the matrix and the right side of a Newton step.
+    /// \tparam from_zero  whether β and b are 0
+    template <bool from_zero>
     static void sum_terms(const Near* const (&groups)[2], const double (&theta)[N], double (&H)[N][N],
                           double (&to)[N]) {
         P sums[N * (N + 1) / 2], rest[N], beta[N];
@@ -279,16 +297,17 @@ private:
         for (int g = 0; g < 2; ++g) {
             const Near& group = *groups[g];
             const P sign(g == 0 ? 1.f : -1.f), weight{float(0.5 / group.size())};
-            for (std::uint32_t i = 0; i < group.size(); i += 8) {
-                P x[N], z = beta[D];
-                for (int a = 0; a < D; ++a) {
-                    x[a] = P::load(group.place(a) + i);
-                    z = z + x[a] * beta[a];
-                }
+            group.for_eights([&](const P(&place)[D], const P&, const P::mask& valid) FIRN_LAMBDA {
+                P x[N], wrong(0.5f);
+                for (int a = 0; a < D; ++a) x[a] = place[a];
                 x[D] = P(1.f);
                 // The probability of the wrong group: 1/(1 + e^z) for the first group, 1/(1 + e^−z) for the second.
-                const P wrong = P(1.f) / (P(1.f) + exp(max(min(z * sign, P(80.f)), P(-80.f))));
-                const P mine = select(detail::first_lanes(group.size() - i), weight * wrong, P(0.f));
+                if constexpr (!from_zero) {
+                    P z = beta[D];
+                    for (int a = 0; a < D; ++a) z = z + x[a] * beta[a];
+                    wrong = P(1.f) / (P(1.f) + exp(max(min(z * sign, P(80.f)), P(-80.f))));
+                }
+                const P mine = select(valid, weight * wrong, P(0.f));
                 const P curvature = mine * (P(1.f) - wrong), pull = mine * sign;
                 int k = 0;
                 unroll<N>([&](auto a) FIRN_LAMBDA {
@@ -299,7 +318,7 @@ private:
                         ++k;
                     });
                 });
-            }
+            });
         }
         int k = 0;
         for (int a = 0; a < N; ++a) {

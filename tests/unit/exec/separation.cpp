@@ -55,13 +55,10 @@ struct HalfSpaces {
 
     /// Returns the surface between the half-spaces at a node.
     Separation<D> at(int n, const Vec<double, D>& moved, double reach, ContactNormals how) const {
-        detail::AroundNode<D> around[2];
-        above.gather(blocks, n, around[0]);
-        below.gather(blocks, n, around[1]);
-        const auto near_plane = [&](int g, auto&&... plane) {
-            (g == 0 ? above : below).gather_near_plane(blocks, n, plane...);
-        };
-        return Separator<QuadraticBSpline, D>{}(around[0], around[1], near_plane, moved, reach, how,
+        detail::AroundBlock<QuadraticBSpline, D> around[2];
+        above.gather(blocks, std::uint64_t(1) << n, around[0]);
+        below.gather(blocks, std::uint64_t(1) << n, around[1]);
+        return Separator<QuadraticBSpline, D>{}({around[0], n}, {around[1], n}, moved, reach, how,
                                                 Vec<double, D>::zero());
     }
 
@@ -77,7 +74,7 @@ private:
         });
     }
     static void add(auto& found, std::uint32_t id, const Vec<double, D>& x) {
-        typename Near<D>::Particle particle{id, 0, {}, 0.25f};
+        typename Near<D>::Particle particle{{}, 0.25f, id, 0};
         BlockCoordinate<D> of;
         for (int a = 0; a < D; ++a) {
             const int base = int(std::floor(float(x[a]) - 0.5f));
