@@ -60,6 +60,7 @@
 #include <firn/material/snow.hpp>
 #include <firn/material/von_mises.hpp>
 #include <firn/math/left_stretch.hpp>
+#include <firn/math/matrix_functions.hpp>
 #include <firn/math/rotor.hpp>
 #include <firn/math/svd.hpp>
 #include <firn/simulation.hpp>

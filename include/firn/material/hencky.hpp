@@ -4,49 +4,10 @@
 #include <firn/material/concept.hpp>
 #include <firn/material/lame.hpp>
 #include <firn/math/exp_log.hpp>
+#include <firn/math/matrix_functions.hpp>
 #include <firn/math/stretch_bound.hpp>
-#include <firn/math/svd.hpp>
 
 namespace firn {
-
-/// The logarithmic strain in principal axes: the principal strains εᵢ = ln σᵢ and their directions. σᵢ are the
-/// principal stretches.
-template <class S, int D>
-struct HenckyStrain {
-    Mat<S, D> directions;  ///< rotation U; column i of U is the direction of εᵢ
-    Vec<S, D> strain;      ///< principal strains εᵢ [1], in descending order
-};
-/// Returns the logarithmic strain of a deformation gradient F. A principal stretch below 1e-6, also a negative one, is
-/// replaced by 1e-6. Inverted matter therefore has the stress of matter that is compressed to a stretch of 1e-6.
-template <scalar S, int D>
-FIRN_INLINE HenckyStrain<S, D> hencky_strain(const Mat<S, D>& F) {
-    const Principal<S, D> p = principal_stretches(F);
-    HenckyStrain<S, D> hencky;
-    hencky.directions = p.directions;
-    unroll<D>([&](auto i) FIRN_LAMBDA { hencky.strain.v[i] = log(max(p.stretches.v[i], S(1e-6))); });
-    return hencky;
-}
-
-/// Returns the sum Σ aᵢ of a vector's components.
-template <class S, int D>
-FIRN_INLINE S sum_of(const Vec<S, D>& a) {
-    S sum = a.v[0];
-    unroll<D - 1>([&](auto i) FIRN_LAMBDA { sum = sum + a.v[i + 1]; });
-    return sum;
-}
-
-/// Returns the deformation gradient after a return mapping that changes the principal strains of F from ε to ε′ and
-/// keeps their directions U:
-///
-///     U diag(exp(ε′ − ε)) Uᵀ F
-/// \param from  principal strains ε of F [1] and their directions U
-/// \param to    principal strains ε′ after the return mapping [1]
-template <scalar S, int D>
-FIRN_INLINE Mat<S, D> returned_to(const Mat<S, D>& F, const HenckyStrain<S, D>& from, const Vec<S, D>& to) {
-    Vec<S, D> ratio;
-    unroll<D>([&](auto i) FIRN_LAMBDA { ratio.v[i] = exp(to.v[i] - from.strain.v[i]); });
-    return spectral(from.directions, ratio) * F;
-}
 
 /// An elastic solid whose stress is linear in the logarithmic strain.
 ///
@@ -89,20 +50,19 @@ struct Hencky {
     /// Kirchhoff stress τ [Pa], for the deformation gradient F.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const Mat<S, D>& F) const {
-        return stress_of_strain(hencky_strain(F));
+        return stress_of_strain(logarithmic_strain(F));
     }
     /// Kirchhoff stress τ [Pa], for a logarithmic strain instead of F.
     template <int D>
-    FIRN_INLINE Mat<S, D> stress_of_strain(const HenckyStrain<S, D>& hencky) const {
-        const S pressure = lambda * sum_of(hencky.strain);
-        return spectral(hencky.directions, hencky.strain * (mu + mu) + Vec<S, D>::filled(pressure));
+    FIRN_INLINE Mat<S, D> stress_of_strain(const Mat<S, D>& strain) const {
+        return strain * (mu + mu) + Mat<S, D>::diagonal(lambda * trace(strain));
     }
     /// Elastic energy ψ [J/m³ of undeformed volume], for the deformation gradient F.
     template <int D>
     FIRN_INLINE S energy_density(const Mat<S, D>& F) const {
-        const Vec<S, D> strain = hencky_strain(F).strain;
-        const S volumetric = sum_of(strain);
-        return mu * dot(strain, strain) + S(0.5) * lambda * volumetric * volumetric;
+        const Mat<S, D> strain = logarithmic_strain(F);
+        const S volumetric = trace(strain);
+        return mu * squared_norm(strain) + S(0.5) * lambda * volumetric * volumetric;
     }
 
     /// Upper bound c of the wave speed [m/s], for the density ρ0 of the undeformed material [kg/m³]:

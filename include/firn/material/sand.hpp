@@ -150,27 +150,27 @@ struct Sand {
     /// bit for bit.
     template <int D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
-        const HenckyStrain<S, D> hencky = hencky_strain(trial.F);
-        const Vec<S, D> strain = hencky.strain + Vec<S, D>::filled(trial.volume_gain * S(1. / D));
-        const S volumetric = named("volumetric", sum_of(strain));
-        const Vec<S, D> deviator = strain - Vec<S, D>::filled(volumetric * S(1. / D));
-        const S shear = named("shear", norm(deviator));
+        const Mat<S, D> elastic_strain = logarithmic_strain(trial.F);
+        const S gain = trial.volume_gain * S(1. / D);
+        const Mat<S, D> strain = elastic_strain + Mat<S, D>::diagonal(gain);
+        const S volumetric = named("volumetric", trace(strain));
+        const Mat<S, D> deviator = strain - Mat<S, D>::diagonal(volumetric * S(1. / D));
+        const S shear = named("shear", sqrt(squared_norm(deviator)));
         const S bulk = (S(D) * lambda + (mu + mu)) / (mu + mu);
         const S slip = named("slip", shear + slope<D>(trial.plastic_strain) * bulk * volumetric);
 
         const auto at_tip = S(0) < volumetric;
         const auto slips = S(0) < slip;
-        const S kept = S(1) - select(slips, slip, S(0)) / select(S(0) < shear, shear, S(1));
-        const Vec<S, D> on_cone = deviator * kept + Vec<S, D>::filled(volumetric * S(1. / D));
-        const Vec<S, D> after = select(at_tip, Vec<S, D>::zero(), on_cone);
+        const S lost = select(slips, slip, S(0)) / select(S(0) < shear, shear, S(1));
+        const Mat<S, D> change = select(at_tip, elastic_strain * S(-1), Mat<S, D>::diagonal(gain) - deviator * lost);
         const auto returns = at_tip | slips | !(trial.volume_gain == S(0));
 
         state<D> sand;
-        sand.F = select(returns, returned_to(trial.F, hencky, after), trial.F);
+        sand.F = select(returns, trial.F + exp_minus_one(trial.F, change) * trial.F, trial.F);
         sand.volume_gain = select(at_tip, volumetric, S(0));
-        sand.plastic_strain = trial.plastic_strain + select(at_tip, norm(strain), select(slips, slip, S(0)));
-        return {sand, elastic().stress_of_strain(
-                          HenckyStrain<S, D>{hencky.directions, select(returns, after, hencky.strain)})};
+        sand.plastic_strain =
+            trial.plastic_strain + select(at_tip, sqrt(squared_norm(strain)), select(slips, slip, S(0)));
+        return {sand, elastic().stress_of_strain(elastic_strain + change)};
     }
     /// The state after the plastic return mapping.
     template <int D>

@@ -101,22 +101,19 @@ struct VonMises {
     template <int D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
         constexpr double root_two_thirds = 0.81649658092772603273;
-        const HenckyStrain<S, D> hencky = hencky_strain(trial.F);
-        const Vec<S, D> mean = Vec<S, D>::filled(sum_of(hencky.strain) * S(1. / D));
-        const Vec<S, D> deviator = hencky.strain - mean;
-        const S shear = named("shear", norm(deviator));
+        const Mat<S, D> strain = logarithmic_strain(trial.F);
+        const Mat<S, D> deviator = strain - Mat<S, D>::diagonal(trace(strain) * S(1. / D));
+        const S shear = named("shear", sqrt(squared_norm(deviator)));
         const S radius = S(root_two_thirds) * (yield_stress + hardening * trial.plastic_strain);
         const S excess = named("excess", (mu + mu) * shear - radius);
         const auto yields = S(0) < excess;
         const S slip = select(yields, excess, S(0)) / (mu + mu + S(2. / 3) * hardening);
 
-        const S kept = S(1) - slip / select(yields, shear, S(1));
-        const Vec<S, D> after = deviator * kept + mean;
+        const Mat<S, D> change = deviator * -(slip / select(yields, shear, S(1)));
         state<D> solid;
-        solid.F = select(yields, returned_to(trial.F, hencky, after), trial.F);
+        solid.F = select(yields, trial.F + exp_minus_one(trial.F, change) * trial.F, trial.F);
         solid.plastic_strain = trial.plastic_strain + S(root_two_thirds) * slip;
-        return {solid, elastic().stress_of_strain(
-                           HenckyStrain<S, D>{hencky.directions, select(yields, after, hencky.strain)})};
+        return {solid, elastic().stress_of_strain(strain + change)};
     }
     /// The state after the plastic return mapping.
     template <int D>

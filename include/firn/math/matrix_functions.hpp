@@ -1,0 +1,188 @@
+/// \file Functions of symmetric matrices without eigenvectors: the logarithmic strain of a deformation gradient, and
+/// the exponential. In this file ε is the machine epsilon.
+///
+/// A matrix function of A is a power series in A. The theorem of Cayley and Hamilton turns each power into a polynomial
+/// of degree D − 1 in A, so each term of the series costs a few operations on the invariants of A (Higham 2008,
+/// "Functions of Matrices", §1.2 and §11.3).
+#pragma once
+
+#include <firn/math/exp_log.hpp>
+#include <firn/math/svd.hpp>
+
+#include <array>
+
+namespace firn {
+
+namespace detail {
+
+/// Returns the matrix c₀ I + c₁ A + c₂ A² + … of a symmetric matrix A. It is exactly symmetric.
+/// \param c  the coefficients; at least D of them
+template <class S, int D, std::size_t N>
+FIRN_INLINE Mat<S, D> polynomial_of(const Mat<S, D>& A, const std::array<double, N>& c) {
+    static_assert(N >= D);
+    // p has the coefficients of I, A (and A²) of what was summed so far. It is multiplied by A and increased by c I.
+    const auto plus = [](const S& a, double b) FIRN_LAMBDA { return b == 0 ? a : a + S(b); };
+    if constexpr (D == 2) {
+        const S first = trace(A);
+        const S second = determinant(A);
+        std::array<S, 2> p{S(c[N - 2]), S(c[N - 1])};
+        unroll<int(N) - 2>(
+            [&](auto k) FIRN_LAMBDA { p = {plus(-(second * p[1]), c[N - 3 - std::size_t(k)]), p[0] + first * p[1]}; });
+        return symmetric<S, 2>([&](auto i, auto j) FIRN_LAMBDA {
+            const S of_A = p[1] * A(i, j);
+            return int(i) == int(j) ? of_A + p[0] : of_A;
+        });
+    } else {
+        const Mat<S, 3> AA = symmetric<S, 3>(
+            [&](auto i, auto j) FIRN_LAMBDA { return A(i, 0) * A(0, j) + A(i, 1) * A(1, j) + A(i, 2) * A(2, j); });
+        const S first = trace(A);
+        const S second = S(0.5) * (first * first - trace(AA));
+        const S third = determinant(A);
+        std::array<S, 3> p{S(c[N - 3]), S(c[N - 2]), S(c[N - 1])};
+        unroll<int(N) - 3>([&](auto k) FIRN_LAMBDA {
+            p = {plus(third * p[2], c[N - 4 - std::size_t(k)]), p[0] - second * p[2], p[1] + first * p[2]};
+        });
+        return symmetric<S, 3>([&](auto i, auto j) FIRN_LAMBDA {
+            const S sum = p[2] * AA(i, j) + p[1] * A(i, j);
+            return int(i) == int(j) ? sum + p[0] : sum;
+        });
+    }
+}
+
+/// Returns the inverse of a symmetric matrix. It is exactly symmetric.
+template <class S, int D>
+FIRN_INLINE Mat<S, D> inverse_of_symmetric(const Mat<S, D>& A) {
+    if constexpr (D == 2) {
+        const S per_determinant = S(1) / determinant(A);
+        const S off = -(A(0, 1) * per_determinant);
+        return Mat<S, 2>::rows(A(1, 1) * per_determinant, off, off, A(0, 0) * per_determinant);
+    } else {
+        const Mat<S, 3> cofactors = symmetric<S, 3>([&](auto i, auto j) FIRN_LAMBDA {
+            constexpr int i1 = (int(i) + 1) % 3, i2 = (int(i) + 2) % 3, j1 = (int(j) + 1) % 3, j2 = (int(j) + 2) % 3;
+            return A(i1, j1) * A(i2, j2) - A(i1, j2) * A(i2, j1);
+        });
+        const S per_determinant =
+            S(1) / (A(0, 0) * cofactors(0, 0) + A(0, 1) * cofactors(0, 1) + A(0, 2) * cofactors(0, 2));
+        return cofactors * per_determinant;
+    }
+}
+
+/// The coefficients of the series artanh z = z + z³/3 + z⁵/5 + …, up to the power `highest`.
+template <std::size_t highest>
+constexpr std::array<double, highest + 1> series_of_artanh() {
+    std::array<double, highest + 1> c{};
+    for (std::size_t k = 1; k <= highest; k += 2) c[k] = 1.0 / double(k);
+    return c;
+}
+/// The coefficients of the series exp x − 1 = x + x²/2 + x³/6 + …, up to the power `highest`.
+template <std::size_t highest>
+constexpr std::array<double, highest + 1> series_of_exp_minus_one() {
+    std::array<double, highest + 1> c{};
+    double factorial = 1;
+    for (std::size_t k = 1; k <= highest; ++k) c[k] = 1 / (factorial *= double(k));
+    return c;
+}
+
+/// Computes the logarithmic strain of F by left_singular().
+template <class S, int D>
+[[gnu::noinline]] void logarithmic_strain_by_jacobi(const Mat<S, D>& F, Mat<S, D>& strain) {
+    const Principal<S, D> p = principal_stretches(F);
+    Vec<S, D> principal;
+    unroll<D>([&](auto i) FIRN_LAMBDA { principal.v[i] = log(max(p.stretches.v[i], S(1e-6))); });
+    strain = spectral(p.directions, principal);
+}
+/// Computes exp(A) − I for a symmetric matrix A that has the principal directions of FFᵀ, by left_singular().
+template <class S, int D>
+[[gnu::noinline]] void exp_minus_one_by_jacobi(const Mat<S, D>& F, const Mat<S, D>& A, Mat<S, D>& result) {
+    const Mat<S, D> U = left_singular(F).vectors;
+    const Mat<S, D> turned = transpose(U) * A * U;
+    Vec<S, D> principal;
+    unroll<D>([&](auto i) FIRN_LAMBDA { principal.v[i] = exp(turned(i, i)) - S(1); });
+    result = spectral(U, principal);
+}
+
+/// ½ ln b of a symmetric matrix b.
+template <class S, int D>
+struct HalfLogarithm {
+    Mat<S, D> value;
+    mask_t<S> is_right;  ///< whether b is so near to I that the value is right
+};
+/// Returns ½ ln b = artanh z of a symmetric matrix b, where z = (b − I)(b + I)⁻¹, by the series of artanh.
+template <class S, int D>
+FIRN_INLINE HalfLogarithm<S, D> half_logarithm(const Mat<S, D>& b) {
+    constexpr bool single = sizeof(value_type_t<S>) == 4;
+    // Bound of ‖z‖. The series is cut off at 0.4¹⁷/17 = 1e-8; in double at 0.4³⁷/37 = 5e-17.
+    constexpr double most = 0.4;
+    const Mat<S, D> one = Mat<S, D>::identity();
+    const Mat<S, D> inverse = inverse_of_symmetric(b + one);
+    const Mat<S, D> less = b - one;
+    const Mat<S, D> z = symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
+        S sum = less(i, 0) * inverse(0, j);
+        unroll<D - 1>([&](auto k) FIRN_LAMBDA { sum = sum + less(i, k + 1) * inverse(k + 1, j); });
+        return sum;
+    });
+    return {polynomial_of(z, series_of_artanh<single ? 15 : 35>()), squared_norm(z) < S(most * most)};
+}
+
+}  // namespace detail
+
+/// Returns the logarithmic strain (Hencky strain) ½ ln(FFᵀ) of a deformation gradient F [1]. It is exactly symmetric.
+///
+/// A principal stretch below 1e-6, also a negative one, is replaced by 1e-6. The error is at most 10 ε (measured: 5.1
+/// ε) where all principal strains are below 0.4, elsewhere that of left_singular().
+///
+/// With b = FFᵀ and z = (b − I)(b + I)⁻¹ the strain is artanh z. Where ‖z‖ exceeds 0.4, or where det F is not positive,
+/// F is decomposed by Jacobi rotations, which take some ten times as long.
+template <scalar S, int D>
+FIRN_INLINE Mat<S, D> logarithmic_strain(const Mat<S, D>& F) {
+    const Mat<S, D> b = detail::symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
+        S sum = F(i, 0) * F(j, 0);
+        unroll<D - 1>([&](auto k) FIRN_LAMBDA { sum = sum + F(i, k + 1) * F(j, k + 1); });
+        return sum;
+    });
+    auto [strain, is_right] = detail::half_logarithm(b);
+    const auto rare = !(is_right & (S(0) < determinant(F)));  // includes NaN
+    if (any(rare)) [[unlikely]] {
+        Mat<S, D> sure;
+        detail::logarithmic_strain_by_jacobi(F, sure);
+        strain = select(rare, sure, strain);
+    }
+    return strain;
+}
+
+/// Returns ½ ln b of a symmetric and positive definite matrix b. It is exactly symmetric.
+template <scalar S, int D>
+FIRN_INLINE Mat<S, D> half_logarithm(const Mat<S, D>& b) {
+    auto [half, is_right] = detail::half_logarithm(b);
+    if (any(!is_right)) [[unlikely]] {
+        const LeftSingular<S, D> of_b = left_singular(b);
+        Vec<S, D> principal;
+        unroll<D>([&](auto i)
+                      FIRN_LAMBDA { principal.v[i] = S(0.5) * log(max(of_b.values.v[i] * of_b.scale, S(1e-12))); });
+        half = select(!is_right, spectral(of_b.vectors, principal), half);
+    }
+    return half;
+}
+
+/// Returns exp(A) − I for a symmetric matrix A that has the principal directions of FFᵀ. It is exactly symmetric.
+///
+/// Small changes keep all their digits. So F + (exp(A) − I) F, which has a logarithmic strain increased by A, has only
+/// the rounding errors of the sum, and the volume does not drift with many small changes without volume.
+///
+/// Where ‖A‖ exceeds 0.4, F is decomposed by Jacobi rotations.
+template <scalar S, int D>
+FIRN_INLINE Mat<S, D> exp_minus_one(const Mat<S, D>& F, const Mat<S, D>& A) {
+    constexpr bool single = sizeof(value_type_t<S>) == 4;
+    // Bound of ‖A‖. The series is cut off at 0.4⁸/8! = 2e-8; in double at 0.4¹⁴/14! = 3e-17.
+    constexpr double most = 0.4;
+    Mat<S, D> result = detail::polynomial_of(A, detail::series_of_exp_minus_one<single ? 7 : 13>());
+    const auto rare = !(squared_norm(A) < S(most * most));  // includes NaN
+    if (any(rare)) [[unlikely]] {
+        Mat<S, D> sure;
+        detail::exp_minus_one_by_jacobi(F, A, sure);
+        result = select(rare, sure, result);
+    }
+    return result;
+}
+
+}  // namespace firn
