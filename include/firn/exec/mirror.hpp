@@ -180,7 +180,9 @@ void mirror_nodes(const Execution& execution, SparseGrid<S, D>& grid, const M& m
                 const P friction(with_friction ? S(plane.friction) : S(0));
                 if constexpr (std::same_as<M, MirrorsByGap<S>>)
                     columns.change([&, closing = mirrors.of(p, b)](const NodeColumn<P, D>& column, int c) {
-                        P speed = P::load(closing + c);
+                        P speed;
+                        for (int l = 0; l < scalar_traits<P>::lanes; ++l)
+                            speed.set(l, closing[c + quad_of_lane<P>(l)]);  // the order of load_quads()
                         if (!with_friction) speed = select(speed < P(S(0)), speed, P(S(never_closing)));
                         return mirrored_by_gap(column, plane.axis, plane.inward, plane.contact, friction, weights,
                                                speed);
