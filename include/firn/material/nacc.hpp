@@ -4,8 +4,53 @@
 #include <firn/core/repeat.hpp>
 #include <firn/material/friction_angle.hpp>
 #include <firn/material/hencky.hpp>
+#include <firn/math/exp_log.hpp>
+#include <firn/math/svd.hpp>
 
 namespace firn {
+
+namespace detail {
+
+/// The logarithmic strain in principal axes: the principal strains εᵢ = ln σᵢ and their directions. σᵢ are the
+/// principal stretches.
+template <class S, int D>
+struct HenckyStrain {
+    Mat<S, D> directions;  ///< rotation U; column i of U is the direction of εᵢ
+    Vec<S, D> strain;      ///< principal strains εᵢ [1], in descending order
+};
+/// Returns the logarithmic strain of a deformation gradient F. A principal stretch below 1e-6, also a negative one, is
+/// replaced by 1e-6. Inverted matter therefore has the stress of matter that is compressed to a stretch of 1e-6.
+template <scalar S, int D>
+FIRN_INLINE HenckyStrain<S, D> hencky_strain(const Mat<S, D>& F) {
+    const Principal<S, D> p = principal_stretches(F);
+    HenckyStrain<S, D> hencky;
+    hencky.directions = p.directions;
+    unroll<D>([&](auto i) FIRN_LAMBDA { hencky.strain.v[i] = log(max(p.stretches.v[i], S(1e-6))); });
+    return hencky;
+}
+
+/// Returns the sum Σ aᵢ of a vector's components.
+template <class S, int D>
+FIRN_INLINE S sum_of(const Vec<S, D>& a) {
+    S sum = a.v[0];
+    unroll<D - 1>([&](auto i) FIRN_LAMBDA { sum = sum + a.v[i + 1]; });
+    return sum;
+}
+
+/// Returns the deformation gradient after a return mapping that changes the principal strains of F from ε to ε′ and
+/// keeps their directions U:
+///
+///     U diag(exp(ε′ − ε)) Uᵀ F
+/// \param from  principal strains ε of F [1] and their directions U
+/// \param to    principal strains ε′ after the return mapping [1]
+template <scalar S, int D>
+FIRN_INLINE Mat<S, D> returned_to(const Mat<S, D>& F, const HenckyStrain<S, D>& from, const Vec<S, D>& to) {
+    Vec<S, D> ratio;
+    unroll<D>([&](auto i) FIRN_LAMBDA { ratio.v[i] = exp(to.v[i] - from.strain.v[i]); });
+    return spectral(from.directions, ratio) * F;
+}
+
+}  // namespace detail
 
 /// Measurable properties of Cam clay. Nacc::from_properties() makes the material from these properties.
 struct NaccProperties {
@@ -189,13 +234,13 @@ struct Nacc {
     /// the scalar t follows from det b̂ = 1. The paper keeps the old t, which changes J a little.
     template <int D>
     FIRN_INLINE state<D> returned(const state<D>& trial) const {
-        const Mat<S, D> strain = logarithmic_strain(trial.F);
-        const S log_J = named("log_J", trace(strain));
-        const Mat<S, D> shearing = strain - Mat<S, D>::diagonal(log_J * S(1. / D));
-        const Mat<S, D> shape = Mat<S, D>::identity() + exp_minus_one(trial.F, shearing * S(2));  // b̂
-        const S mean = trace(shape) * S(1. / D);
-        const Mat<S, D> deviator = shape - Mat<S, D>::diagonal(mean);
-        const S squared = squared_norm(deviator);
+        const detail::HenckyStrain<S, D> hencky = detail::hencky_strain(trial.F);
+        const S log_J = named("log_J", detail::sum_of(hencky.strain));
+        Vec<S, D> shape;  // b̂
+        unroll<D>([&](auto i) FIRN_LAMBDA { shape.v[i] = exp(S(2) * hencky.strain.v[i] - S(2. / D) * log_J); });
+        const S mean = detail::sum_of(shape) * S(1. / D);
+        const Vec<S, D> deviator = shape - Vec<S, D>::filled(mean);
+        const S squared = dot(deviator, deviator);
 
         // From here on, all pressures and stresses are divided by the bulk modulus κ.
         const S J = exp(log_J);
@@ -213,20 +258,23 @@ struct Nacc {
         const auto yields = to_tip | sheared;
 
         const S kept = sqrt(max(inside, S(0)) / select(S(0) < qq, qq, S(1)));
-        const Mat<S, D> left = deviator * kept;
-        const Mat<S, D> on_ellipse = left + Mat<S, D>::diagonal(unit_mean(left, mean));
+        const Vec<S, D> left = deviator * kept;
+        const Vec<S, D> on_ellipse = left + Vec<S, D>::filled(unit_mean(left, mean));
         const S middle = S(0.5) * (p0 + lowest);
         const S away = qq + M * M * (p - middle) * (p - middle);
         const S along = M * S(0.5) * (p0 - lowest) / sqrt(select(S(0) < away, away, S(1)));
         const S met = select(crushed, p0, select(torn, lowest, middle + along * (p - middle)));
         const S log_met = S(0.5) * log(max(S(1) - met - met, S(1e-12)));
 
-        const auto keeps_shape = yields & !to_tip;
-        const Mat<S, D> of_shape = half_logarithm(select(keeps_shape, on_ellipse, Mat<S, D>::identity()));
+        Vec<S, D> after;
         const S log_after = select(to_tip, log_met, log_J);
-        const Mat<S, D> after = of_shape + Mat<S, D>::diagonal(log_after * S(1. / D));
+        unroll<D>([&](auto i) FIRN_LAMBDA {
+            const S of_shape =
+                select(to_tip | !yields, S(0), S(0.5) * log(select(yields & !to_tip, on_ellipse.v[i], S(1))));
+            after.v[i] = log_after * S(1. / D) + of_shape;
+        });
         state<D> clay;
-        clay.F = select(yields, trial.F + exp_minus_one(trial.F, after - strain) * trial.F, trial.F);
+        clay.F = select(yields, detail::returned_to(trial.F, hencky, after), trial.F);
         clay.log_volume = select(yields, trial.log_volume + (log_J - log_met), trial.log_volume);
         return clay;
     }
@@ -237,18 +285,18 @@ private:
     FIRN_INLINE S isochoric(const S& J) const {
         return exp(S(-2. / D) * log(max(J, S(1e-18))));
     }
-    /// Returns the number t for which det(t I + e) = 1, where e is symmetric and tr e = 0. In 2D there is a formula. In
-    /// 3D the equation is t³ − a t + det e − 1 = 0 with a = ½ ‖e‖². Newton's method solves it; it starts above the
-    /// solution, where the left-hand side is convex.
+    /// Returns the solution t of the equation Π (t + eᵢ) = 1, where Σ eᵢ = 0. In 2D there is a formula. In 3D the
+    /// equation is t³ − a t + Π eᵢ − 1 = 0 with a = ½ Σ eᵢ². Newton's method solves it; it starts above the solution,
+    /// where the left-hand side is convex.
     /// \param above  an upper bound of the solution t
     template <int D>
-    FIRN_INLINE static S unit_mean(const Mat<S, D>& e, const S& above) {
-        const S a = S(0.5) * squared_norm(e);
+    FIRN_INLINE static S unit_mean(const Vec<S, D>& e, const S& above) {
+        const S a = S(0.5) * dot(e, e);
         if constexpr (D == 2) {
             return sqrt(S(1) + a);
         } else {
             constexpr int steps = sizeof(value_type_t<S>) == 4 ? 5 : 6;
-            const S constant = determinant(e) - S(1);
+            const S constant = e.v[0] * e.v[1] * e.v[2] - S(1);
             return repeat<steps>(min(above, S(1) + S(1.2) * sqrt(a)), [&](const S& t) FIRN_LAMBDA {
                 const S slope = S(3) * t * t - a;
                 return t - ((t * t - a) * t + constant) / max(slope, S(1e-6));

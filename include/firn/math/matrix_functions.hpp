@@ -150,20 +150,6 @@ FIRN_INLINE Mat<S, D> logarithmic_strain(const Mat<S, D>& F) {
     return strain;
 }
 
-/// Returns ½ ln b of a symmetric and positive definite matrix b. It is exactly symmetric.
-template <scalar S, int D>
-FIRN_INLINE Mat<S, D> half_logarithm(const Mat<S, D>& b) {
-    auto [half, is_right] = detail::half_logarithm(b);
-    if (any(!is_right)) [[unlikely]] {
-        const LeftSingular<S, D> of_b = left_singular(b);
-        Vec<S, D> principal;
-        unroll<D>([&](auto i)
-                      FIRN_LAMBDA { principal.v[i] = S(0.5) * log(max(of_b.values.v[i] * of_b.scale, S(1e-12))); });
-        half = select(!is_right, spectral(of_b.vectors, principal), half);
-    }
-    return half;
-}
-
 /// Returns exp(A) − I for a symmetric matrix A that has the principal directions of FFᵀ. It is exactly symmetric.
 ///
 /// Small changes keep all their digits. So F + (exp(A) − I) F, which has a logarithmic strain increased by A, has only

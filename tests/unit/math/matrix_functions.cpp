@@ -52,7 +52,7 @@ Mat<T, D> stretched(Random& random, const std::function<double(int)>& stretch) {
     return cast<T>(F * random.rotation<D>());
 }
 
-/// Checks the three functions for one F: with principal strains up to 0.4 to 10 ε, else as well as its singular values,
+/// Checks both functions for one F: with principal strains up to 0.4 to 10 ε, else as well as its singular values,
 /// of which each has an error up to 10 ε σ₀, determine them.
 template <class T, int D>
 void check(const Mat<T, D>& F, Random& random, double& worst) {
@@ -85,12 +85,6 @@ void check(const Mat<T, D>& F, Random& random, double& worst) {
     for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) A(i, j) = T(wide(std::min(i, j), std::max(i, j)));
     REQUIRE(error<T, D>(exp_minus_one(F, A), of.with(exp_by)) <= 100 * double(exp_by.cwiseAbs().maxCoeff()));
-
-    const Mat<T, D> b = F * transpose(F);
-    Mat<T, D> symmetric_b = b;
-    for (int i = 0; i < D; ++i)
-        for (int j = 0; j < i; ++j) symmetric_b(i, j) = b(j, i);
-    REQUIRE(error<T, D>(half_logarithm(symmetric_b), of.with(strain)) <= 20 * ratio * ratio);
 }
 
 TEMPLATE_TEST_CASE_SIG("logarithms and exponentials are those of the principal values, for every kind of matrix",
@@ -176,7 +170,6 @@ TEST_CASE("a NaN is not hidden by a matrix function", "[math]") {
     const auto strain = logarithmic_strain(F);
     CHECK(std::isnan(trace(strain)));
     CHECK(std::isnan(trace(exp_minus_one(Mat<float, 3>::identity(), strain))));
-    CHECK(std::isnan(trace(half_logarithm(strain))));
 }
 
 }  // namespace matrix_function_tests
