@@ -2,12 +2,14 @@
 #pragma once
 
 #include <firn/core/eigen.hpp>
+#include <firn/core/pack.hpp>
 
 #include <Eigen/Dense>
 
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <vector>
 
 namespace test_support {
 
@@ -74,6 +76,23 @@ public:
 
 private:
     std::mt19937_64 engine_;
+};
+
+/// The same matrices in the lanes of a pack and as plain numbers.
+template <class T, int D>
+struct MatricesInLanes {
+    firn::Mat<firn::native_pack<T>, D> F{};
+    std::vector<firn::Mat<T, D>> plain{};
+
+    /// Most are near a rotation, some are far from one, and some are 0. `turn` decides which lanes have those.
+    MatricesInLanes(Random& random, int turn) {
+        for (int lane = 0; lane < firn::scalar_traits<firn::native_pack<T>>::lanes; ++lane) {
+            const double spread = (lane + turn) % 5 ? 0.1 : 1.0;
+            plain.push_back(firn::cast<T>(random.rotation<D>() + random.gaussian<D>() * spread));
+            if ((lane + turn) % 11 == 0) plain.back() = firn::Mat<T, D>::zero();
+            for (int i = 0; i < D * D; ++i) F.m[i].set(lane, plain.back().m[i]);
+        }
+    }
 };
 
 }  // namespace test_support

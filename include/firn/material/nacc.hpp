@@ -5,29 +5,12 @@
 #include <firn/material/friction_angle.hpp>
 #include <firn/material/hencky.hpp>
 #include <firn/math/exp_log.hpp>
+#include <firn/math/matrix_functions.hpp>
 #include <firn/math/svd.hpp>
 
 namespace firn {
 
 namespace detail {
-
-/// The logarithmic strain in principal axes: the principal strains εᵢ = ln σᵢ and their directions. σᵢ are the
-/// principal stretches.
-template <class S, int D>
-struct HenckyStrain {
-    Mat<S, D> directions;  ///< rotation U; column i of U is the direction of εᵢ
-    Vec<S, D> strain;      ///< principal strains εᵢ [1], in descending order
-};
-/// Returns the logarithmic strain of a deformation gradient F. A principal stretch below 1e-6, also a negative one, is
-/// replaced by 1e-6. Inverted matter therefore has the stress of matter that is compressed to a stretch of 1e-6.
-template <scalar S, int D>
-FIRN_INLINE HenckyStrain<S, D> hencky_strain(const Mat<S, D>& F) {
-    const Principal<S, D> p = principal_stretches(F);
-    HenckyStrain<S, D> hencky;
-    hencky.directions = p.directions;
-    unroll<D>([&](auto i) FIRN_LAMBDA { hencky.strain.v[i] = log(max(p.stretches.v[i], S(1e-6))); });
-    return hencky;
-}
 
 /// Returns the sum Σ aᵢ of a vector's components.
 template <class S, int D>

@@ -28,6 +28,16 @@ FIRN_INLINE Mat<S, D> symmetric(F&& entry) {
     return r;
 }
 
+/// Returns the product of two matrices whose product is symmetric. It is exactly symmetric.
+template <class S, int D>
+FIRN_INLINE Mat<S, D> symmetric_product(const Mat<S, D>& a, const Mat<S, D>& b) {
+    return symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
+        S sum = a(i, 0) * b(0, j);
+        unroll<D - 1>([&](auto k) FIRN_LAMBDA { sum = sum + a(i, k + 1) * b(k + 1, j); });
+        return sum;
+    });
+}
+
 /// Computes the left stretch V of F by Jacobi rotations (see jacobi.hpp). F may be any finite matrix.
 template <class S>
 [[gnu::noinline]] void left_stretch_by_jacobi(const Mat<S, 3>& F, Mat<S, 3>& V) {
@@ -165,8 +175,7 @@ FIRN_INLINE S trace_of_stretch(const S& Ib, const S& IIb, const S& J) {
 /// where V has no derivative, that is, where σᵢ + σⱼ = 0 for some i ≠ j.
 template <scalar S>
 FIRN_INLINE Mat<S, 3> left_stretch(const Mat<S, 3>& F) {
-    const Mat<S, 3> b = detail::symmetric<S, 3>(
-        [&](auto i, auto j) FIRN_LAMBDA { return F(i, 0) * F(j, 0) + F(i, 1) * F(j, 1) + F(i, 2) * F(j, 2); });
+    const Mat<S, 3> b = detail::symmetric_product(F, transpose(F));
     const S J = named("J", determinant(F));
     const S Ib = named("Ib", trace(b));
     const S IIb = b(0, 0) * b(1, 1) - b(0, 1) * b(0, 1) + (b(1, 1) * b(2, 2) - b(1, 2) * b(1, 2)) +

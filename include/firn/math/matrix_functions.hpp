@@ -33,8 +33,7 @@ FIRN_INLINE Mat<S, D> polynomial_of(const Mat<S, D>& A, const std::array<double,
             return int(i) == int(j) ? of_A + p[0] : of_A;
         });
     } else {
-        const Mat<S, 3> AA = symmetric<S, 3>(
-            [&](auto i, auto j) FIRN_LAMBDA { return A(i, 0) * A(0, j) + A(i, 1) * A(1, j) + A(i, 2) * A(2, j); });
+        const Mat<S, 3> AA = symmetric_product(A, A);
         const S first = trace(A);
         const S second = S(0.5) * (first * first - trace(AA));
         const S third = determinant(A);
@@ -83,13 +82,29 @@ constexpr std::array<double, highest + 1> series_of_exp_minus_one() {
     return c;
 }
 
+/// The logarithmic strain in principal axes: the principal strains εᵢ = ln σᵢ and their directions. σᵢ are the
+/// principal stretches.
+template <class S, int D>
+struct HenckyStrain {
+    Mat<S, D> directions;  ///< rotation U; column i of U is the direction of εᵢ
+    Vec<S, D> strain;      ///< principal strains εᵢ [1], in descending order
+};
+/// Returns the logarithmic strain of a deformation gradient F. A principal stretch below 1e-6, also a negative one, is
+/// replaced by 1e-6. Inverted matter therefore has the stress of matter that is compressed to a stretch of 1e-6.
+template <class S, int D>
+FIRN_INLINE HenckyStrain<S, D> hencky_strain(const Mat<S, D>& F) {
+    const Principal<S, D> p = principal_stretches(F);
+    HenckyStrain<S, D> hencky;
+    hencky.directions = p.directions;
+    unroll<D>([&](auto i) FIRN_LAMBDA { hencky.strain.v[i] = log(max(p.stretches.v[i], S(1e-6))); });
+    return hencky;
+}
+
 /// Computes the logarithmic strain of F by left_singular().
 template <class S, int D>
 [[gnu::noinline]] void logarithmic_strain_by_jacobi(const Mat<S, D>& F, Mat<S, D>& strain) {
-    const Principal<S, D> p = principal_stretches(F);
-    Vec<S, D> principal;
-    unroll<D>([&](auto i) FIRN_LAMBDA { principal.v[i] = log(max(p.stretches.v[i], S(1e-6))); });
-    strain = spectral(p.directions, principal);
+    const HenckyStrain<S, D> hencky = hencky_strain(F);
+    strain = spectral(hencky.directions, hencky.strain);
 }
 /// Computes exp(A) − I for a symmetric matrix A that has the principal directions of FFᵀ, by left_singular().
 template <class S, int D>
@@ -99,29 +114,6 @@ template <class S, int D>
     Vec<S, D> principal;
     unroll<D>([&](auto i) FIRN_LAMBDA { principal.v[i] = exp(turned(i, i)) - S(1); });
     result = spectral(U, principal);
-}
-
-/// ½ ln b of a symmetric matrix b.
-template <class S, int D>
-struct HalfLogarithm {
-    Mat<S, D> value;
-    mask_t<S> is_right;  ///< whether b is so near to I that the value is right
-};
-/// Returns ½ ln b = artanh z of a symmetric matrix b, where z = (b − I)(b + I)⁻¹, by the series of artanh.
-template <class S, int D>
-FIRN_INLINE HalfLogarithm<S, D> half_logarithm(const Mat<S, D>& b) {
-    constexpr bool single = sizeof(value_type_t<S>) == 4;
-    // Bound of ‖z‖. The series is cut off at 0.4¹⁷/17 = 1e-8; in double at 0.4³⁷/37 = 5e-17.
-    constexpr double most = 0.4;
-    const Mat<S, D> one = Mat<S, D>::identity();
-    const Mat<S, D> inverse = inverse_of_symmetric(b + one);
-    const Mat<S, D> less = b - one;
-    const Mat<S, D> z = symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
-        S sum = less(i, 0) * inverse(0, j);
-        unroll<D - 1>([&](auto k) FIRN_LAMBDA { sum = sum + less(i, k + 1) * inverse(k + 1, j); });
-        return sum;
-    });
-    return {polynomial_of(z, series_of_artanh<single ? 15 : 35>()), squared_norm(z) < S(most * most)};
 }
 
 }  // namespace detail
@@ -135,13 +127,13 @@ FIRN_INLINE HalfLogarithm<S, D> half_logarithm(const Mat<S, D>& b) {
 /// F is decomposed by Jacobi rotations, which take some ten times as long.
 template <scalar S, int D>
 FIRN_INLINE Mat<S, D> logarithmic_strain(const Mat<S, D>& F) {
-    const Mat<S, D> b = detail::symmetric<S, D>([&](auto i, auto j) FIRN_LAMBDA {
-        S sum = F(i, 0) * F(j, 0);
-        unroll<D - 1>([&](auto k) FIRN_LAMBDA { sum = sum + F(i, k + 1) * F(j, k + 1); });
-        return sum;
-    });
-    auto [strain, is_right] = detail::half_logarithm(b);
-    const auto rare = !(is_right & (S(0) < determinant(F)));  // includes NaN
+    constexpr bool single = sizeof(value_type_t<S>) == 4;
+    // Bound of ‖z‖. The series is cut off at 0.4¹⁷/17 = 1e-8; in double at 0.4³⁷/37 = 5e-17.
+    constexpr double most = 0.4;
+    const Mat<S, D> b = detail::symmetric_product(F, transpose(F)), one = Mat<S, D>::identity();
+    const Mat<S, D> z = detail::symmetric_product(b - one, detail::inverse_of_symmetric(b + one));
+    Mat<S, D> strain = detail::polynomial_of(z, detail::series_of_artanh<single ? 15 : 35>());
+    const auto rare = !((squared_norm(z) < S(most * most)) & (S(0) < determinant(F)));  // includes NaN
     if (any(rare)) [[unlikely]] {
         Mat<S, D> sure;
         detail::logarithmic_strain_by_jacobi(F, sure);

@@ -117,13 +117,7 @@ TEMPLATE_TEST_CASE_SIG("a lane of a matrix function is what a plain number gives
     using P = native_pack<T>;
     Random random(4);
     for (int k = 0; k < 300; ++k) {
-        Mat<P, D> F{};
-        std::vector<Mat<T, D>> plain;
-        for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) {
-            plain.push_back(cast<T>(random.rotation<D>() + random.gaussian<D>() * ((lane + k) % 5 ? 0.1 : 1.0)));
-            if ((lane + k) % 11 == 0) plain.back() = Mat<T, D>::zero();
-            for (int i = 0; i < D * D; ++i) F.m[i].set(lane, plain.back().m[i]);
-        }
+        const auto [F, plain] = test_support::MatricesInLanes<T, D>(random, k);
         const auto strain = logarithmic_strain(F);
         const auto factor = exp_minus_one(F, strain * P(T(-0.5)));
         for (int lane = 0; lane < scalar_traits<P>::lanes; ++lane) {
