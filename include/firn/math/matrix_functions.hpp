@@ -133,7 +133,9 @@ FIRN_INLINE Mat<S, D> logarithmic_strain(const Mat<S, D>& F) {
     const Mat<S, D> b = detail::symmetric_product(F, transpose(F)), one = Mat<S, D>::identity();
     const Mat<S, D> z = detail::symmetric_product(b - one, detail::inverse_of_symmetric(b + one));
     Mat<S, D> strain = detail::polynomial_of(z, detail::series_of_artanh<single ? 15 : 35>());
-    const auto rare = !((squared_norm(z) < S(most * most)) & (S(0) < determinant(F)));  // includes NaN
+    const mask_t<S> near = squared_norm(z) < S(most * most);
+    const mask_t<S> upright = S(0) < determinant(F);
+    const auto rare = !(near & upright);  // includes NaN
     if (any(rare)) [[unlikely]] {
         Mat<S, D> sure;
         detail::logarithmic_strain_by_jacobi(F, sure);
