@@ -61,6 +61,7 @@
 #include <firn/material/von_mises.hpp>
 #include <firn/math/left_stretch.hpp>
 #include <firn/math/matrix_functions.hpp>
+#include <firn/math/principal_axes.hpp>
 #include <firn/math/rotor.hpp>
 #include <firn/math/svd.hpp>
 #include <firn/simulation.hpp>

@@ -251,6 +251,17 @@ void check_nan(const M& model) {
     }
 }
 
+/// Checks that F is upright, with principal stretches between `low` and `high`.
+template <class T, int D>
+void check_upright(const Mat<T, D>& F, double low, double high) {
+    CHECK(determinant(F) > 0);
+    const Vec<T, D> stretches = left_singular(F).values * left_singular(F).scale;
+    for (int i = 0; i < D; ++i) {
+        CHECK(stretches[i] > low);
+        CHECK(stretches[i] < high);
+    }
+}
+
 /// float against double, from the same (float) state; errors in ε of float times a modulus.
 template <int D, template <class> class M>
 void check_float(const M<float>& model, const State<M<double>, D>& of_double, double epsilons) {

@@ -6,34 +6,8 @@
 #include <firn/material/hencky.hpp>
 #include <firn/math/exp_log.hpp>
 #include <firn/math/matrix_functions.hpp>
-#include <firn/math/svd.hpp>
 
 namespace firn {
-
-namespace detail {
-
-/// Returns the sum Σ aᵢ of a vector's components.
-template <class S, int D>
-FIRN_INLINE S sum_of(const Vec<S, D>& a) {
-    S sum = a.v[0];
-    unroll<D - 1>([&](auto i) FIRN_LAMBDA { sum = sum + a.v[i + 1]; });
-    return sum;
-}
-
-/// Returns the deformation gradient after a return mapping that changes the principal strains of F from ε to ε′ and
-/// keeps their directions U:
-///
-///     U diag(exp(ε′ − ε)) Uᵀ F
-/// \param from  principal strains ε of F [1] and their directions U
-/// \param to    principal strains ε′ after the return mapping [1]
-template <scalar S, int D>
-FIRN_INLINE Mat<S, D> returned_to(const Mat<S, D>& F, const HenckyStrain<S, D>& from, const Vec<S, D>& to) {
-    Vec<S, D> ratio;
-    unroll<D>([&](auto i) FIRN_LAMBDA { ratio.v[i] = exp(to.v[i] - from.strain.v[i]); });
-    return spectral(from.directions, ratio) * F;
-}
-
-}  // namespace detail
 
 /// Measurable properties of Cam clay. Nacc::from_properties() makes the material from these properties.
 struct NaccProperties {
@@ -146,10 +120,14 @@ struct Nacc {
     FIRN_INLINE S bulk() const {
         return lambda + S(2. / D) * mu;
     }
-    /// M [1], the ratio of shear stress q to pressure p in the critical state.
+    /// M [1], the ratio of shear stress q to pressure p in the critical state: 6 sin φ / (3 − sin φ), in 2D 2 sin φ.
+    /// The cone q = M p is that of friction_slope().
     template <int D>
     FIRN_INLINE S critical_slope() const {
-        return friction_slope<D>(friction_sine) * S(D) * sqrt(S((6 - D) * 0.5));
+        if constexpr (D == 3)
+            return S(6) * friction_sine / (S(3) - friction_sine);
+        else
+            return friction_sine + friction_sine;
     }
     /// Returns the consolidation pressure p₀ of a state, divided by the bulk modulus κ [1]; the result is at most 1e-5
     /// + sinh 2 ≈ 3.6. Where p₀ ≥ κ/2 the clay is never crushed, since the pressure is always below κ/2.
@@ -165,14 +143,12 @@ struct Nacc {
         return named("consolidation", S(1e-5) + x * sum);
     }
 
-    /// Kirchhoff stress τ = μ dev b̂ + κ/2 (J² − 1) I [Pa]. J = det F, b̂ = J^{−2/D} FFᵀ, and κ is bulk().
+    /// Kirchhoff stress τ = μ dev b̂ + κ/2 (J² − 1) I [Pa]. J = det F, b̂ = J^{−2/D} FFᵀ, and κ is bulk(). A J below
+    /// 1e-18, also a negative one, is replaced by 1e-18.
     template <int D>
     FIRN_INLINE Mat<S, D> kirchhoff_stress(const state<D>& clay) const {
-        const S J = named("J", determinant(clay.F));
-        const Mat<S, D> b = clay.F * transpose(clay.F);
-        const S shear = mu * isochoric<D>(J);
-        const S pressure = S(0.5) * bulk<D>() * (J * J - S(1)) - shear * trace(b) * S(1. / D);
-        return b * shear + Mat<S, D>::diagonal(pressure);
+        const Shape<D> shape(clay.F);
+        return shape.deviator * mu - Mat<S, D>::diagonal(bulk<D>() * shape.pressure);
     }
     /// Elastic energy ψ = μ/2 (tr b̂ − D) + κ/2 ((J² − 1)/2 − ln J) [J/m³ of undeformed volume]. J = det F,
     /// b̂ = J^{−2/D} FFᵀ, and κ is bulk().
@@ -197,14 +173,13 @@ struct Nacc {
         return sqrt((mu * isochoric<D>(J) * shape + S(0.5) * bulk<D>() * (J * J + S(1))) / density);
     }
 
-    /// Returns the state after the plastic return mapping. The pressure p and the shear stress q of the trial state are
-    /// compared with the yield ellipse, which lies between the pressures −β p₀ and p₀ (β: cohesion, p₀: consolidation
-    /// pressure). There are three cases:
+    /// Returns the state after the plastic return mapping, and the Kirchhoff stress [Pa] in this state. The pressure p
+    /// and the shear stress q of the trial state are compared with the yield ellipse, which lies between the pressures
+    /// −β p₀ and p₀ (β: cohesion, p₀: consolidation pressure). There are three cases:
     ///
     ///     p > p₀                      the new pressure is p₀, without shear stress
     ///     p < −β p₀                   the new pressure is −β p₀, without shear stress
-    ///     else, outside the ellipse   the shear stress is reduced until the state lies on the ellipse; J stays the
-    ///     same
+    ///     else, outside the ellipse   the shear stress is reduced until the state lies on the ellipse; J is kept
     ///
     /// α, the logarithm of the plastic volume ratio, changes by ln J − ln J×, where J = det F of the trial state. In
     /// the first two cases J× is the J that belongs to the new pressure. In the third case J× is the J that belongs to
@@ -213,73 +188,94 @@ struct Nacc {
     /// A particle that does not yield keeps its state bit for bit. The ellipse is that of the trial state; if a
     /// particle softens, its new stress may lie outside of its new, smaller ellipse until the next step.
     ///
+    /// Matter that is inverted (det F < 0) has no volume, so it is crushed, and becomes upright.
+    ///
     /// In the third case, the new b̂ = J^{−2/D} FFᵀ is t I + s′/μ, where s′ is the reduced deviator of the stress and
     /// the scalar t follows from det b̂ = 1. The paper keeps the old t, which changes J a little.
     template <int D>
-    FIRN_INLINE state<D> returned(const state<D>& trial) const {
-        const detail::HenckyStrain<S, D> hencky = detail::hencky_strain(trial.F);
-        const S log_J = named("log_J", detail::sum_of(hencky.strain));
-        Vec<S, D> shape;  // b̂
-        unroll<D>([&](auto i) FIRN_LAMBDA { shape.v[i] = exp(S(2) * hencky.strain.v[i] - S(2. / D) * log_J); });
-        const S mean = detail::sum_of(shape) * S(1. / D);
-        const Vec<S, D> deviator = shape - Vec<S, D>::filled(mean);
-        const S squared = dot(deviator, deviator);
-
+    FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
+        const Shape<D> shape(trial.F);
         // From here on, all pressures and stresses are divided by the bulk modulus κ.
-        const S J = exp(log_J);
-        const S p = named("p", S(0.5) * (S(1) - J * J));
+        const S p = shape.pressure;
         const S p0 = consolidation(trial.log_volume);
         const S lowest = -(cohesion * p0);
         const S M = critical_slope<D>();
         const S ratio = mu / bulk<D>();
-        const S qq = (S(1) + cohesion + cohesion) * S((6 - D) * 0.5) * ratio * ratio * squared;  // (1 + 2β) q²
-        const S inside = M * M * (p - lowest) * (p0 - p);
+        const S qq = named("qq", (S(1) + cohesion + cohesion) * S((6 - D) * 0.5) * ratio * ratio *
+                                     squared_norm(shape.deviator));  // (1 + 2β) q²
+        const S inside = named("inside", M * M * (p - lowest) * (p0 - p));
         const auto crushed = p0 < p;
         const auto torn = p < lowest;
-        const auto sheared = inside < qq;
         const auto to_tip = crushed | torn;
-        const auto yields = to_tip | sheared;
+        const auto yields = to_tip | (inside < qq);
 
-        const S kept = sqrt(max(inside, S(0)) / select(S(0) < qq, qq, S(1)));
-        const Vec<S, D> left = deviator * kept;
-        const Vec<S, D> on_ellipse = left + Vec<S, D>::filled(unit_mean(left, mean));
-        const S middle = S(0.5) * (p0 + lowest);
-        const S away = qq + M * M * (p - middle) * (p - middle);
-        const S along = M * S(0.5) * (p0 - lowest) / sqrt(select(S(0) < away, away, S(1)));
-        const S met = select(crushed, p0, select(torn, lowest, middle + along * (p - middle)));
-        const S log_met = S(0.5) * log(max(S(1) - met - met, S(1e-12)));
+        StateAndStress<state<D>, S, D> after{trial, shape.deviator};
+        S pressure = p;
+        if (any(yields)) {
+            const S middle = S(0.5) * (p0 + lowest);
+            const S away = qq + M * M * (p - middle) * (p - middle);
+            const S along = M * S(0.5) * (p0 - lowest) / sqrt(select(S(0) < away, away, S(1)));
+            const S met = select(crushed, p0, select(torn, lowest, middle + along * (p - middle)));
+            const S log_met = S(0.5) * log(max(S(1) - met - met, S(1e-12)));
 
-        Vec<S, D> after;
-        const S log_after = select(to_tip, log_met, log_J);
-        unroll<D>([&](auto i) FIRN_LAMBDA {
-            const S of_shape =
-                select(to_tip | !yields, S(0), S(0.5) * log(select(yields & !to_tip, on_ellipse.v[i], S(1))));
-            after.v[i] = log_after * S(1. / D) + of_shape;
-        });
-        state<D> clay;
-        clay.F = select(yields, detail::returned_to(trial.F, hencky, after), trial.F);
-        clay.log_volume = select(yields, trial.log_volume + (log_J - log_met), trial.log_volume);
-        return clay;
+            const S kept = select(to_tip, S(0), sqrt(max(inside, S(0)) / select(S(0) < qq, qq, S(1))));
+            const Mat<S, D> left = shape.deviator * kept;
+            const Mat<S, D> on_ellipse = left + Mat<S, D>::diagonal(unit_mean(left, shape.mean));
+            const S scale = exp(S(2. / D) * select(to_tip, log_met, shape.log_J));
+            const Mat<S, D> F = stretched_to(trial.F, shape.b, shape.determinant, on_ellipse * scale);
+            after.state.F = select(yields, F, trial.F);
+            after.state.log_volume = select(yields, trial.log_volume + (shape.log_J - log_met), trial.log_volume);
+            after.stress = select(yields, left, shape.deviator);
+            pressure = select(to_tip, met, p);
+        }
+        after.stress = after.stress * mu - Mat<S, D>::diagonal(bulk<D>() * pressure);
+        return after;
+    }
+    /// The state after the plastic return mapping.
+    template <int D>
+    FIRN_INLINE state<D> returned(const state<D>& trial) const {
+        return returned_with_stress(trial).state;
     }
 
 private:
+    /// The parts of a deformation gradient that stress and yield surface need. A J below 1e-18 is replaced by 1e-18.
+    template <int D>
+    struct Shape {
+        Mat<S, D> b;         ///< left Cauchy–Green tensor b = FFᵀ [1]
+        Mat<S, D> deviator;  ///< dev b̂ [1], with b̂ = J^{−2/D} b
+        S determinant;       ///< det F [1], not replaced
+        S log_J;             ///< ln J [1]
+        S mean;              ///< tr b̂/D [1]
+        S pressure;          ///< −(J² − 1)/2 [1]: the pressure divided by the bulk modulus
+
+        FIRN_INLINE explicit Shape(const Mat<S, D>& F) {
+            b = detail::symmetric_product(F, transpose(F));
+            determinant = firn::determinant(F);
+            const S J = named("J", max(determinant, S(1e-18)));
+            log_J = log(J);
+            const S scale = exp(S(-2. / D) * log_J);
+            mean = named("mean", trace(b) * S(1. / D) * scale);
+            deviator = b * scale - Mat<S, D>::diagonal(mean);
+            pressure = named("p", S(0.5) * (S(1) - J * J));
+        }
+    };
     /// Returns J^{−2/D}; a J below 1e-18 is replaced by 1e-18.
     template <int D>
     FIRN_INLINE S isochoric(const S& J) const {
         return exp(S(-2. / D) * log(max(J, S(1e-18))));
     }
-    /// Returns the solution t of the equation Π (t + eᵢ) = 1, where Σ eᵢ = 0. In 2D there is a formula. In 3D the
-    /// equation is t³ − a t + Π eᵢ − 1 = 0 with a = ½ Σ eᵢ². Newton's method solves it; it starts above the solution,
-    /// where the left-hand side is convex.
+    /// Returns the number t for which det(t I + e) = 1, where e is symmetric and tr e = 0. In 2D there is a formula. In
+    /// 3D the equation is t³ − a t + det e − 1 = 0 with a = ½ ‖e‖². Newton's method solves it; it starts above the
+    /// solution, where the left-hand side is convex.
     /// \param above  an upper bound of the solution t
     template <int D>
-    FIRN_INLINE static S unit_mean(const Vec<S, D>& e, const S& above) {
-        const S a = S(0.5) * dot(e, e);
+    FIRN_INLINE static S unit_mean(const Mat<S, D>& e, const S& above) {
+        const S a = S(0.5) * squared_norm(e);
         if constexpr (D == 2) {
             return sqrt(S(1) + a);
         } else {
             constexpr int steps = sizeof(value_type_t<S>) == 4 ? 5 : 6;
-            const S constant = e.v[0] * e.v[1] * e.v[2] - S(1);
+            const S constant = determinant(e) - S(1);
             return repeat<steps>(min(above, S(1) + S(1.2) * sqrt(a)), [&](const S& t) FIRN_LAMBDA {
                 const S slope = S(3) * t * t - a;
                 return t - ((t * t - a) * t + constant) / max(slope, S(1e-6));

@@ -166,7 +166,7 @@ struct Sand {
         const auto returns = at_tip | slips | !(trial.volume_gain == S(0));
 
         state<D> sand;
-        sand.F = select(returns, trial.F + exp_minus_one(trial.F, change) * trial.F, trial.F);
+        sand.F = select(returns, strained_by(trial.F, change), trial.F);
         sand.volume_gain = select(at_tip, volumetric, S(0));
         sand.plastic_strain =
             trial.plastic_strain + select(at_tip, sqrt(squared_norm(strain)), select(slips, slip, S(0)));

@@ -3,7 +3,7 @@
 
 #include <firn/material/fixed_corotated.hpp>
 #include <firn/math/exp_log.hpp>
-#include <firn/math/svd.hpp>
+#include <firn/math/principal_axes.hpp>
 
 namespace firn {
 

@@ -97,7 +97,8 @@ struct VonMises {
     ///
     ///     dev ε′ = dev ε (1 − Δγ/‖dev ε‖)         α′ = α + √⅔ Δγ         Δγ = f / (2μ + ⅔ H)
     ///
-    /// Plastic flow keeps the volume. Where f ≤ 0, the state is kept bit for bit.
+    /// Plastic flow keeps the volume. Where f ≤ 0, the state is kept bit for bit. An inverted F (det F < 0) becomes
+    /// upright; it has the strain that logarithmic_strain() gives it.
     template <int D>
     FIRN_INLINE StateAndStress<state<D>, S, D> returned_with_stress(const state<D>& trial) const {
         constexpr double root_two_thirds = 0.81649658092772603273;
@@ -111,7 +112,7 @@ struct VonMises {
 
         const Mat<S, D> change = deviator * -(slip / select(yields, shear, S(1)));
         state<D> solid;
-        solid.F = select(yields, trial.F + exp_minus_one(trial.F, change) * trial.F, trial.F);
+        solid.F = select(yields, strained_by(trial.F, change), trial.F);
         solid.plastic_strain = trial.plastic_strain + S(root_two_thirds) * slip;
         return {solid, elastic().stress_of_strain(strain + change)};
     }

@@ -117,19 +117,6 @@ FIRN_INLINE LeftSingular<dual<T>, 3> left_singular(const Mat<dual<T>, 3>& F) {
     return detail::left_singular_of_dual(F);
 }
 
-/// The principal stretches of a deformation gradient F, and their directions in the deformed body.
-template <class S, int D>
-struct Principal {
-    Mat<S, D> directions;  ///< U, a rotation; its columns are the directions
-    Vec<S, D> stretches;   ///< σ [1], in descending order; the last one has the sign of det F
-};
-/// Returns the principal stretches of a deformation gradient F, and their directions in the deformed body.
-template <scalar S, int D>
-FIRN_INLINE Principal<S, D> principal_stretches(const Mat<S, D>& F) {
-    const LeftSingular<S, D> f = left_singular(F);
-    return {f.vectors, f.values * f.scale};
-}
-
 /// The decomposition F = U diag(σ) Vᵀ. σ is in descending order, except for rounding. With dual numbers the values of
 /// U, σ and V are right, but their derivatives are not.
 template <scalar S, int D>

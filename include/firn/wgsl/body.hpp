@@ -100,8 +100,10 @@ private:
     }
 
     /// Finds the runs. A run is a sequence of Op::select nodes that have the same mask, one of Graph::guards, together
-    /// with the nodes whose values are used only if this mask is true. A run is written as one `if`.
+    /// with the nodes whose values are used only if this mask is true. A run is written as one `if`. A run may lie in
+    /// another one; run_ of its Op::select nodes is then the outer run.
     void find_runs() {
+        std::vector<std::vector<int>> sequences;
         for (int i = 0; i < int(live_.size()); ++i) {
             const Node& n = node(i);
             if (!live_[std::size_t(i)] || n.op != Op::select ||
@@ -111,25 +113,35 @@ private:
                 const int first = run.front();
                 return node(first).a == n.a && region(first) == region(i) && n.b < first && n.c < first;
             };
-            if (runs_.empty() || !fits(runs_.back())) runs_.push_back({});
-            runs_.back().push_back(i);
+            if (sequences.empty() || !fits(sequences.back())) sequences.push_back({});
+            sequences.back().push_back(i);
+            selection_of_run_.push_back(i);
         }
-        for (int r = 0; r < int(runs_.size()); ++r) {
-            const std::vector<int>& selections = runs_[std::size_t(r)];
-            for (const int i : selections) selection_of_run_.push_back(i);
-            for (int i = selections.front() - 1; i >= 0; --i) {
-                const std::vector<int>& users = users_[std::size_t(i)];
-                if (!live_[std::size_t(i)] || region(i) != region(selections.front()) || is_atom(i)) continue;
-                const bool only_here = std::all_of(users.begin(), users.end(), [&](int user) {
-                    if (user == outside) return false;
-                    if (run_[std::size_t(user)] == r) return true;
-                    return std::find(selections.begin(), selections.end(), user) != selections.end() &&
-                           node(user).b == i && node(user).c != i && node(user).a != i;
-                });
-                if (only_here) run_[std::size_t(i)] = r;
+        // An outer run ends after the runs inside, so the last sequence comes first.
+        for (auto sequence = sequences.rbegin(); sequence != sequences.rend(); ++sequence)
+            while (!sequence->empty()) {
+                // A sequence that lies in an outer run only in part becomes several runs.
+                const int outer = run_[std::size_t(sequence->front())];
+                std::vector<int> selections, others;
+                for (const int i : *sequence) (run_[std::size_t(i)] == outer ? selections : others).push_back(i);
+                *sequence = others;
+                add_run(selections);
             }
+    }
+    void add_run(const std::vector<int>& selections) {
+        const int r = int(runs_.size());
+        for (int i = selections.front() - 1; i >= 0; --i) {
+            const std::vector<int>& users = users_[std::size_t(i)];
+            if (!live_[std::size_t(i)] || region(i) != region(selections.front()) || is_atom(i)) continue;
+            const bool only_here = std::all_of(users.begin(), users.end(), [&](int user) {
+                if (user == outside) return false;
+                if (run_[std::size_t(user)] == r) return true;
+                return std::find(selections.begin(), selections.end(), user) != selections.end() && node(user).b == i &&
+                       node(user).c != i && node(user).a != i;
+            });
+            if (only_here) run_[std::size_t(i)] = r;
         }
-        std::sort(selection_of_run_.begin(), selection_of_run_.end());
+        runs_.push_back(selections);
     }
     bool is_selection_of_run(int i) const {
         return std::binary_search(selection_of_run_.begin(), selection_of_run_.end(), i);
@@ -257,15 +269,17 @@ private:
     }
 
     /// Writes the statements of some nodes of the graph: the nodes that belong to the run with the index `run`, and
-    /// whose innermost loop has the index `in_region` (`nothing`: nodes outside of all loops). If `run` is `nothing`,
-    /// writes the nodes that belong to no run, and also all runs in the same loop.
+    /// whose innermost loop has the index `in_region` (`nothing`: nodes outside of all loops), with the runs inside. If
+    /// `run` is `nothing`, these are the nodes that belong to no run.
     void write_block(int in_region, int run, int depth) {
         for (int i = 0; i < int(live_.size()); ++i) {
             if (!live_[std::size_t(i)] || region(i) != in_region) continue;
-            if (run == nothing)
+            if (run_[std::size_t(i)] != run) continue;
+            if (is_selection_of_run(i)) {
                 for (int r = 0; r < int(runs_.size()); ++r)
                     if (runs_[std::size_t(r)].front() == i) write_run(r, in_region, depth);
-            if (run_[std::size_t(i)] != run || is_selection_of_run(i)) continue;
+                continue;
+            }
             if (node(i).op == Op::loop) {
                 write_loop(node(i).a, depth);
             } else if (!is_atom(i) && node(i).op != Op::loop_result) {

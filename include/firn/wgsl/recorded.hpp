@@ -1,5 +1,8 @@
 /// \file The scalar type `recorded`, which records operations instead of computing them. Calling a C++ function with
 /// such scalars produces the graph of the operations that the function does.
+///
+/// Drivers multiply constants of a product (x · c₁) · c₂ before x, which rounds differently from the CPU. Write x · c,
+/// with c = c₁ c₂.
 #pragma once
 
 #include <firn/core/bits.hpp>

@@ -118,4 +118,13 @@ TEST_CASE("von Mises refuses properties that are none", "[material][error]") {
     CHECK(double(defaults.lambda) == Approx(double(same.lambda)).epsilon(1e-7));
 }
 
+TEST_CASE("an inverted plastic solid becomes upright and keeps its volume", "[material]") {
+    const auto model = VonMises<float>::from_properties(hardening_clay);
+    for (const float first : {-0.01F, -0.7F, -1.3F}) {
+        VonMises<float>::state<3> state;
+        state.F(0, 0) = first;
+        check_upright(model.returned(state).F, 0.005, 0.02);  // as if compressed to the volume 1e-6, or 1.3e-6
+    }
+}
+
 }  // namespace von_mises_tests

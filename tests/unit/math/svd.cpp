@@ -170,36 +170,6 @@ TEMPLATE_TEST_CASE_SIG("a lane of svd() and left_singular() is what a plain numb
     }
 }
 
-TEMPLATE_TEST_CASE_SIG("derivatives of singular values and of U diag(g(σ)) Uᵀ by dual numbers are difference quotients",
-                       "[math][dual]", ((int D), D), 2, 3) {
-    Random random(5);
-    const auto of = [](const auto& F) {
-        const auto p = principal_stretches(F);
-        auto g = p.stretches;
-        for (int i = 0; i < D; ++i) g[i] = p.stretches[i] * p.stretches[i] * p.stretches[i];
-        return std::pair(p.stretches, spectral(p.directions, g));
-    };
-    for (int k = 0; k < 300; ++k) {
-        // Also those that are diagonal, where no rotation is made.
-        const double y = random.uniform(0.7, 0.9), z = random.uniform(-0.6, 0.5);
-        Mat<double, D> F = Mat<double, D>::zero();
-        F(0, 0) = 1.2, F(1, 1) = y;
-        if (D == 3) F(D - 1, D - 1) = z;
-        if (k % 2) F = random.rotation<D>() * F * random.rotation<D>();
-        const Mat<double, D> change = random.gaussian<D>();
-        Mat<dual<double>, D> lifted{};
-        for (int i = 0; i < D * D; ++i) lifted.m[i] = {F.m[i], change.m[i]};
-        const auto got = of(lifted);
-        constexpr double step = 1e-6;
-        const auto ahead = of(F + change * step), behind = of(F - change * step);
-        for (int i = 0; i < D; ++i)
-            CHECK(got.first[i].derivative == Approx((ahead.first[i] - behind.first[i]) / (2 * step)).margin(1e-7));
-        for (int i = 0; i < D * D; ++i)
-            CHECK(got.second.m[i].derivative ==
-                  Approx((ahead.second.m[i] - behind.second.m[i]) / (2 * step)).margin(1e-7));
-    }
-}
-
 TEST_CASE("a NaN in F is not hidden by svd()", "[math]") {
     Mat<float, 3> F = Mat<float, 3>::identity();
     F(1, 2) = std::numeric_limits<float>::quiet_NaN();

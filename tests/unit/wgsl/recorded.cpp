@@ -244,6 +244,34 @@ TEST_CASE("A loop in a loop belongs to it where it depends on it") {
     }
 }
 
+TEST_CASE("A branch in a branch belongs to it where nothing else needs its results") {
+    const auto text_of = [](bool used_outside) {
+        Recording recording;
+        const recorded x = recorded::of(recording.graph.input("x")), y = recorded::of(recording.graph.input("y"));
+        recorded outer = x, inner = y;
+        const auto large = recorded(2) < x, larger = recorded(3) < y;
+        if (any(large)) {
+            const recorded root = sqrt(x);
+            if (any(larger)) inner = select(larger, floor(root), root);
+            outer = select(large, inner * root, x);
+        }
+        const std::vector<int> output{used_outside ? (outer + inner).node : outer.node};
+        return wgsl::Body(recording.graph, output).statements();
+    };
+    const std::string nested = text_of(false), apart = text_of(true);
+    CAPTURE(nested, apart);
+    CHECK(count(nested, "\n    if (") == 1);
+    CHECK(count(nested, "\n        if (") == 1);
+    const std::size_t branch = nested.find("    if ("), inside = nested.rfind("if (");
+    CHECK(nested.find("sqrt") > branch);
+    CHECK(nested.find("sqrt") < inside);
+    CHECK(nested.find("floor") > inside);
+    CHECK(count(nested, "floor") == 1);
+    CHECK(count(apart, "\n    if (") == 2);
+    CHECK(count(apart, "\n        if (") == 0);
+    CHECK(apart.find("sqrt") < apart.find("if ("));
+}
+
 TEST_CASE("A number is written so that it reads back as the same float; infinity and NaN are no constants") {
     for (std::uint32_t i = 0; i < 20000; ++i) {
         const float x = std::bit_cast<float>(i * 214'013u + 2'531'011u);
