@@ -34,6 +34,7 @@
 #include <firn/exec/gap_contact.hpp>
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g.hpp>
+#include <firn/exec/p2g_with_velocities.hpp>
 #include <firn/exec/reactions.hpp>
 #include <firn/exec/transfer_passes.hpp>
 #include <firn/exec/volume_filter.hpp>

@@ -14,8 +14,8 @@
 #include <firn/exec/gap_contact.hpp>
 #include <firn/exec/grid_update.hpp>
 #include <firn/exec/p2g_fixed_point.hpp>
+#include <firn/exec/p2g_with_velocities.hpp>
 #include <firn/exec/totals.hpp>
-#include <firn/exec/transfer_passes.hpp>
 #include <firn/exec/volume_filter.hpp>
 #include <firn/exec/volume_passes.hpp>
 #include <firn/force/mls.hpp>
@@ -448,8 +448,7 @@ private:
     }
     template <class M, class... Views>
     void make_grid(double dt, const M& mirrors, const ParticleSet<Views>&... sets) {
-        before_p2g<Kernel, Transfer>(execution, grid_, mirrors, sets...);
-        p2g<Kernel, Transfer, Force>(execution, grid_, dt, sets...);
+        p2g_with_velocities<Kernel, Transfer, Force>(execution, grid_, mirrors, dt, sets...);
         after_p2g<Kernel>(execution, grid_, transfer, transfer_memory_, mirrors, sets...);
         if constexpr (Law::between_groups)
             meet_groups<Kernel>(execution, grid_, contact, dt, mirrors, contact_memory_,

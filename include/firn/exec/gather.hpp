@@ -180,11 +180,13 @@ class NodesOfGroup {
 
 public:
     /// Copies the node values to an arena, unless the group is spray.
+    /// \param first_layer  the first of the layers from which values are needed
     template <class View>
     FIRN_INLINE NodesOfGroup(const SparseGrid<S, D>& grid, const BlockPartition<D>& partition, const BlockGroup& group,
-                             const GroupPlaces<View>& places)
+                             const GroupPlaces<View>& places, std::size_t first_layer = 0)
         : grid_(grid), partition_(partition), is_spray_(group.is_spray()) {
-        for (std::size_t k = 0; k < Layers; ++k) numbers_[k] = k == 0 ? grid.nodes(0) : grid.layer(k);
+        for (std::size_t k = 0; k < Layers; ++k)
+            numbers_[k] = first_layer + k == 0 ? grid.nodes(0) : grid.layer(first_layer + k);
         if (is_spray_) return;
         const BlocksAround<D> around(grid, partition, group);
         const ArenaBox<D> box = places.template box<Kernel>(group);

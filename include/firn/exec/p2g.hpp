@@ -87,6 +87,16 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, cla
         });
 }
 
+/// Adds the values of an arena to the nodes of the grid.
+template <std::floating_point S, class Sums, class GroupArena, int D>
+FIRN_INLINE void add_arena(const GroupArena& arena, typename Sums::number* nodes, const BlocksAround<D>& around,
+                           const ArenaBox<D>& box) {
+    arena.for_runs(nodes, around, box, [&](int from, typename Sums::number* to, auto count) FIRN_LAMBDA {
+        using Run = exact_row<S, count>;
+        (Sums::template load<Run>(to) + Sums::template load<Run>(arena.node + from)).store(to);
+    });
+}
+
 /// Adds the contributions of a group's particles to an arena (contiguous memory for the nodes around the group). Then
 /// adds the values of the arena to the nodes of the grid.
 template <class Kernel, class Transfer, class Force, class View, class Sums, class Grid, int D>
@@ -114,10 +124,7 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, cla
         });
     const BlocksAround<D> around(grid, partition, group);
     counts.add_to_grid(sums, around, box);
-    arena.for_runs(nodes, around, box, [&](int from, Number* to, auto count) FIRN_LAMBDA {
-        using Run = exact_row<S, count>;
-        (Sums::template load<Run>(to) + Sums::template load<Run>(arena.node + from)).store(to);
-    });
+    add_arena<S, Sums>(arena, nodes, around, box);
 }
 
 /// Adds the contributions of a spray group (few particles in sparse blocks) to an arena. Then adds the values of the

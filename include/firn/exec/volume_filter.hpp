@@ -35,7 +35,7 @@ void average_at_nodes(const Execution& execution, SparseGrid<S, D>& grid, const 
                       std::optional<FixedPointScale<S>>& scale, int threads,
                       const ParticleSet<RateView<Views>>&... sets) {
     std::swap(grid.last_scale, scale);
-    p2g<Kernel, RateTransfer, RateForce>(execution, grid, 0.0, sets...);
+    p2g<Kernel, RateTransfer, NoForceNoField>(execution, grid, 0.0, sets...);
     std::swap(grid.last_scale, scale);
     mirror_rates(execution, grid, mirrors);
     for_nodes(grid, threads, [](S* node, std::size_t) {

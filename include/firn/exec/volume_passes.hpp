@@ -47,11 +47,6 @@ struct RateView {
 struct RateTransfer {
     static constexpr bool affine = false, ignores_given_scales = true;
 };
-/// The force form of the scatter of rates: records have neither a matrix A nor a matrix G.
-struct RateForce : NoForce {
-    static constexpr bool constant_records = true;
-};
-
 /// Layer of the grid that holds the nodes' sums while the averages are in the nodes. FLIP uses layer 1.
 template <class Transfer>
 inline constexpr std::size_t volume_layer = blends_velocities<Transfer> ? 2 : 1;
@@ -169,7 +164,7 @@ void average_volume(const Execution& execution, SparseGrid<S, D>& grid, VolumeMe
         std::swap(grid.last_scale, memory.scales[k]);
         std::apply(
             [&](const auto&... set) {
-                p2g<Kernel, detail::RateTransfer, detail::RateForce>(execution, grid, 0.0, set...);
+                p2g<Kernel, detail::RateTransfer, detail::NoForceNoField>(execution, grid, 0.0, set...);
             },
             all);
         std::swap(grid.last_scale, memory.scales[k]);

@@ -26,4 +26,14 @@ struct NoForce {
 
 static_assert(force<NoForce>);
 
+namespace detail {
+
+/// NoForce for particles without an affine field: a node receives the same at every offset, apart from its weight. So
+/// records have neither a matrix A nor a matrix G.
+struct NoForceNoField : NoForce {
+    static constexpr bool constant_records = true;
+};
+
+}  // namespace detail
+
 }  // namespace firn

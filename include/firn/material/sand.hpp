@@ -165,8 +165,8 @@ struct Sand {
         const Mat<S, D> change = select(at_tip, elastic_strain * S(-1), Mat<S, D>::diagonal(gain) - deviator * lost);
         const auto returns = at_tip | slips | !(trial.volume_gain == S(0));
 
-        state<D> sand;
-        sand.F = select(returns, strained_by(trial.F, change), trial.F);
+        state<D> sand = trial;
+        if (any(returns)) sand.F = select(returns, strained_by(trial.F, change), trial.F);
         sand.volume_gain = select(at_tip, volumetric, S(0));
         sand.plastic_strain =
             trial.plastic_strain + select(at_tip, sqrt(squared_norm(strain)), select(slips, slip, S(0)));

@@ -111,8 +111,8 @@ struct VonMises {
         const S slip = select(yields, excess, S(0)) / (mu + mu + S(2. / 3) * hardening);
 
         const Mat<S, D> change = deviator * -(slip / select(yields, shear, S(1)));
-        state<D> solid;
-        solid.F = select(yields, strained_by(trial.F, change), trial.F);
+        state<D> solid = trial;
+        if (any(yields)) solid.F = select(yields, strained_by(trial.F, change), trial.F);
         solid.plastic_strain = trial.plastic_strain + S(root_two_thirds) * slip;
         return {solid, elastic().stress_of_strain(strain + change)};
     }

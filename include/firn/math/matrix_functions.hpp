@@ -128,34 +128,35 @@ template <class S, int D>
     const HenckyStrain<S, D> hencky = hencky_strain(F);
     strain = spectral(hencky.directions, hencky.strain);
 }
-/// Returns F with the principal stretches σ′ in place of its own, σ: U diag(σ′/σ) Uᵀ F, where U are the principal
-/// directions of F. If F is inverted (det F < 0), the result is upright. For |σ| below 1e-9 the divisor is 1e-9.
+/// Returns the matrix X for which F + X F has the principal stretches σ′ in place of its own, σ: X = U diag(σ′/σ − 1)
+/// Uᵀ, where U are the principal directions of F. If F is inverted (det F < 0), F + X F is upright. For |σ| below 1e-9
+/// the divisor is 1e-9.
 template <class S, int D>
-FIRN_INLINE Mat<S, D> with_stretches(const Mat<S, D>& F, const Principal<S, D>& own, const Vec<S, D>& stretches) {
-    Vec<S, D> ratio;
+FIRN_INLINE Mat<S, D> change_to(const Principal<S, D>& own, const Vec<S, D>& stretches) {
+    Vec<S, D> change;
     unroll<D>([&](auto i) FIRN_LAMBDA {
         const S sigma = own.stretches.v[i];
-        ratio.v[i] = stretches.v[i] / select(abs(sigma) < S(1e-9), S(1e-9), sigma);
+        change.v[i] = stretches.v[i] / select(abs(sigma) < S(1e-9), S(1e-9), sigma) - S(1);
     });
-    return spectral(own.directions, ratio) * F;
+    return spectral(own.directions, change);
 }
-/// Computes strained_by(F, A) by left_singular().
+/// Computes the matrix X of strained_by(F, A) = F + X F by left_singular().
 template <class S, int D>
-[[gnu::noinline]] void strained_by_jacobi(const Mat<S, D>& F, const Mat<S, D>& A, Mat<S, D>& result) {
+[[gnu::noinline]] void change_of_strain_by_jacobi(const Mat<S, D>& F, const Mat<S, D>& A, Mat<S, D>& change) {
     const Principal<S, D> own = principal_stretches(F);
     const Mat<S, D> turned = transpose(own.directions) * A * own.directions;
     Vec<S, D> stretches;
     unroll<D>([&](auto i) FIRN_LAMBDA { stretches.v[i] = exp(turned(i, i)) * max(own.stretches.v[i], S(1e-6)); });
-    result = with_stretches(F, own, stretches);
+    change = change_to(own, stretches);
 }
-/// Computes stretched_to(F, b, b′) by left_singular().
+/// Computes the matrix X of stretched_to(F, b, J, b′) = F + X F by left_singular().
 template <class S, int D>
-[[gnu::noinline]] void stretched_to_by_jacobi(const Mat<S, D>& F, const Mat<S, D>& to, Mat<S, D>& result) {
+[[gnu::noinline]] void change_of_stretch_by_jacobi(const Mat<S, D>& F, const Mat<S, D>& to, Mat<S, D>& change) {
     const Principal<S, D> own = principal_stretches(F);
     const Mat<S, D> turned = transpose(own.directions) * to * own.directions;
     Vec<S, D> stretches;
     unroll<D>([&](auto i) FIRN_LAMBDA { stretches.v[i] = sqrt(max(turned(i, i), S(0))); });
-    result = with_stretches(F, own, stretches);
+    change = change_to(own, stretches);
 }
 
 }  // namespace detail
@@ -199,16 +200,16 @@ FIRN_INLINE Mat<S, D> strained_by(const Mat<S, D>& F, const Mat<S, D>& A) {
     constexpr bool single = sizeof(value_type_t<S>) == 4;
     // Bound of ‖A‖. The series is cut off at 0.4⁸/8! = 2e-8; in double at 0.4¹⁴/14! = 3e-17.
     constexpr double most = 0.4;
-    Mat<S, D> result = F + detail::polynomial_of(A, detail::series_of_exp_minus_one<single ? 7 : 13>()) * F;
+    Mat<S, D> change = detail::polynomial_of(A, detail::series_of_exp_minus_one<single ? 7 : 13>());
     const mask_t<S> near = squared_norm(A) < S(most * most);
     const mask_t<S> upright = S(0) < determinant(F);
     const auto rare = !(near & upright);  // includes NaN
     if (any(rare)) [[unlikely]] {
         Mat<S, D> sure;
-        detail::strained_by_jacobi(F, A, sure);
-        result = select(rare, sure, result);
+        detail::change_of_strain_by_jacobi(F, A, sure);
+        change = select(rare, sure, change);
     }
-    return result;
+    return F + change * F;
 }
 
 /// Returns the deformation gradient √(b′ b⁻¹) F, which has the left Cauchy–Green tensor b′.
@@ -227,16 +228,16 @@ FIRN_INLINE Mat<S, D> stretched_to(const Mat<S, D>& F, const Mat<S, D>& b, const
     // Bound of ‖z‖. The series is cut off at 0.22 · 0.25¹² = 1e-8; in double at 0.16 · 0.25²⁶ = 4e-17.
     constexpr double most = 0.25;
     const Mat<S, D> z = detail::symmetric_product(to - b, detail::inverse_of_symmetric(to + b));
-    Mat<S, D> result = F + detail::polynomial_of(z, detail::series_of_stretch_ratio<single ? 11 : 25>()) * F;
+    Mat<S, D> change = detail::polynomial_of(z, detail::series_of_stretch_ratio<single ? 11 : 25>());
     const mask_t<S> near = squared_norm(z) < S(most * most);
     const mask_t<S> round = detail::is_round(b, J);
     const auto rare = !(near & round);  // includes NaN
     if (any(rare)) [[unlikely]] {
         Mat<S, D> sure;
-        detail::stretched_to_by_jacobi(F, to, sure);
-        result = select(rare, sure, result);
+        detail::change_of_stretch_by_jacobi(F, to, sure);
+        change = select(rare, sure, change);
     }
-    return result;
+    return F + change * F;
 }
 
 }  // namespace firn
