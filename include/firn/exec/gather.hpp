@@ -205,6 +205,7 @@ public:
         const int n = is_spray_ ? arena_size<Kernel> : arena_[0].n;
         for (int lane = 0; lane < pack_size; lane += scalar_traits<P>::lanes, slot += scalar_traits<P>::lanes)
             pack.locate(lane, places.template position<P>(slot), places.template block_in_arena<Kernel, P>(slot, n), n);
+        if (is_spray_) prefetch(pack, places, slot - pack_size);
     }
     /// Computes the sums over nodes for a pack, with the node values of one layer of the grid. Call locate() for the
     /// pack first.
@@ -217,6 +218,23 @@ public:
     }
 
 private:
+    /// Brings the nodes around the particles of a pack of spray into the cache. The grid of spray is larger than the
+    /// cache, and the processor cannot foresee which nodes are next.
+    template <class Pack, class View>
+    FIRN_INLINE void prefetch(const Pack& pack, const GroupPlaces<View>& places, std::size_t slot) const {
+        for (int l = 0; l < pack_size; ++l) {
+            const std::uint32_t* neighbours =
+                grid_.neighbours(partition_, places.blocks().range(slot + std::size_t(l)));
+            unroll<lines_of_particle<Kernel, D>>([&](auto line) FIRN_LAMBDA {
+                for (const int k : {0, Kernel::support - 1}) {
+                    const std::size_t node =
+                        ArenaNodes<Kernel, D>::in_grid(neighbours, pack.weights.corner[l], line, k);
+                    for (const S* const numbers : numbers_) __builtin_prefetch(numbers + node * node_width);
+                }
+            });
+        }
+    }
+
     template <int layer, class Pack, class Sums, class View>
     FIRN_INLINE void gather_in_grid(const Pack& pack, Sums& sums, const GroupPlaces<View>& places,
                                     std::size_t slot) const {

@@ -139,13 +139,15 @@ template <class Kernel, class Transfer, class Force, class View, class Sums, cla
     SprayArena<Kernel, S, D> arena;
     if (places.template has_strays<Kernel>(group)) throw_strays();
     places.template for_corners<Kernel>(group, arena.n, [&](std::size_t corner) FIRN_LAMBDA { arena.reach(corner); });
+    const BlocksAround<D> around(grid, partition, group);
+    arena.prefetch(nodes, around);
     for_packs<Kernel, Transfer, Force>(
         reader, places, group, arena.n, sums, [&](const auto& records, std::size_t, int used) FIRN_LAMBDA {
             records.template scatter<Sums::costly>(
                 0, used, [&](std::ptrdiff_t corner) FIRN_LAMBDA { return Rows(arena.node, arena.n, corner); },
                 [](std::ptrdiff_t, int) {});
         });
-    arena.add_to_grid(nodes, BlocksAround<D>(grid, partition, group));
+    arena.add_to_grid(nodes, around);
 }
 
 /// Whether a set contributes nothing: its view has a member `is_silent`, which is true.

@@ -39,22 +39,15 @@ public:
         }
     }
 
+    /// Brings the used runs of the grid's nodes into the cache, so that add_to_grid() need not wait for them.
+    FIRN_INLINE void prefetch(const S* nodes, const BlocksAround<D>& around) const {
+        for_runs(around, [&](auto, std::size_t in_grid, int) FIRN_LAMBDA { __builtin_prefetch(nodes + in_grid, 1); });
+    }
     /// Adds the values of the used runs to the nodes of the grid.
     FIRN_INLINE void add_to_grid(S* nodes, const BlocksAround<D>& around) const {
-        unroll<blocks>([&](auto b) FIRN_LAMBDA {
-            constexpr int begin = b == 0 ? before : 0, end = std::min(block_size, before + n - b * block_size);
-            constexpr int place = b * block_size + begin - before;  // index of the run's first node within its line
-            using Run = exact_row<S, end - begin>;
-            for (int word = 0; word < words; ++word)
-                for (std::uint64_t left = reached_[b][word]; left != 0; left &= left - 1) {
-                    const int line = 64 * word + std::countr_zero(left);
-                    const Line in_grid = lines[std::size_t(line)];
-                    const std::size_t block = around.data()[in_grid.block * blocks + b];
-                    S* const to =
-                        nodes + (block * std::size_t(block_nodes<D>) + std::size_t(in_grid.node * block_size + begin)) *
-                                    node_width;
-                    (Run::load(to) + Run::load(node + (line * n + place) * node_width)).store(to);
-                }
+        for_runs(around, [&](auto count, std::size_t in_grid, int in_arena) FIRN_LAMBDA {
+            using Run = exact_row<S, count>;
+            (Run::load(nodes + in_grid) + Run::load(node + in_arena)).store(nodes + in_grid);
         });
     }
 
@@ -62,6 +55,26 @@ public:
     alignas(64) S node[(arena_nodes<D>(n) + 2 * block_size) * node_width];
 
 private:
+    /// Calls f(count, in_grid, in_arena) for every used run. `count` is the number of its nodes, a compile-time
+    /// constant; the other two are the indices of its first value in the grid and in the arena.
+    template <class F>
+    FIRN_INLINE void for_runs(const BlocksAround<D>& around, const F& f) const {
+        unroll<blocks>([&](auto b) FIRN_LAMBDA {
+            constexpr int begin = b == 0 ? before : 0, end = std::min(block_size, before + n - b * block_size);
+            constexpr int place = b * block_size + begin - before;  // index of the run's first node within its line
+            for (int word = 0; word < words; ++word)
+                for (std::uint64_t left = reached_[b][word]; left != 0; left &= left - 1) {
+                    const int line = 64 * word + std::countr_zero(left);
+                    const Line in_grid = lines[std::size_t(line)];
+                    const std::size_t block = around.data()[in_grid.block * blocks + b];
+                    f(std::integral_constant<int, end - begin>{},
+                      (block * std::size_t(block_nodes<D>) + std::size_t(in_grid.node * block_size + begin)) *
+                          node_width,
+                      (line * n + place) * node_width);
+                }
+        });
+    }
+
     static constexpr int before = block_size - allowed_drift;  // index of the arena's first node within its block
     static constexpr int blocks = cube_blocks + 2, line_count = arena_nodes<D>(n) / n;
     static constexpr int words = line_count <= 64 ? 1 : line_count / 64 + 2;
